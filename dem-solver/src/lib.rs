@@ -1,0 +1,1 @@
+//! dem-solver

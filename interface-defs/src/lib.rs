@@ -1,0 +1,34 @@
+//! The interface contract between the coupler and a solver: protocol version 1.
+//!
+//! A solver is a function of (committed state, input) over one time window. Whoever implements
+//! [`Solver`] and calls [`serve`] in `main` takes part in a co-simulation; nothing else is needed.
+//! `PROTOCOL.md` beside this crate describes the same contract byte by byte, for other languages.
+//!
+//! - [`field`]: which numbers cross the interface, and where they lie in the flat payload
+//! - [`header`]: the plain-data headers of a request and its answer
+//! - [`message`]: handshake, preparation, faults, statistics (bincode, apart from the field path)
+//! - [`mesh`]: the interface mesh, from which a contact solver makes its wall
+//! - [`solver`]: the trait of a solver
+//! - [`participant`]: the trait at the coupler's side, and its in-process implementation
+//! - [`ipc`]: the same over iceoryx2, in processes of their own
+//!
+//! The feature `toolkit` adds what rockfall's own programs share beside the contract (scene text
+//! and its errors, result files, run directory, exit codes). A foreign solver does not need it.
+
+pub mod field;
+pub mod header;
+pub mod ipc;
+pub mod mesh;
+pub mod message;
+pub mod participant;
+pub mod solver;
+#[cfg(feature = "toolkit")]
+pub mod toolkit;
+
+pub use field::{FieldSpec, Layout, Place, Sampling, name};
+pub use header::{AnswerHeader, Command, RequestHeader, Status};
+pub use ipc::serve::serve;
+pub use mesh::{Group, InterfaceMesh};
+pub use message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics};
+pub use participant::{Answer, Failure, InProcess, Participant};
+pub use solver::{Solver, Window};

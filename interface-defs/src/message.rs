@@ -1,0 +1,275 @@
+//! Control messages: handshake, preparation, faults, statistics.
+//!
+//! Encoding: one byte with the protocol version, then bincode 2, `standard` configuration with
+//! fixed-size integers (little-endian; enum variant as u32; length of text and lists as u64), so
+//! that any language can write them. They never travel on the field path.
+
+use crate::field::FieldSpec;
+use crate::mesh::InterfaceMesh;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use std::fmt;
+
+/// Version of the contract that this crate speaks.
+pub const PROTOCOL: u8 = 1;
+
+/// Longest message that is read [bytes]: a mesh of some ten million nodes.
+const LONGEST: usize = 1 << 30;
+
+/// Capability words of a [`Hello`]; further words may be declared and are passed over.
+pub mod capability {
+    /// Solving A, B, A from one committed state gives equal bytes: needed by strong coupling.
+    pub const REPEATABLE: &str = "repeatable";
+    /// The solver can write its committed state to disk and start again from it.
+    pub const CHECKPOINT: &str = "checkpoint";
+}
+
+/// From the coupler to a solver.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum ToSolver {
+    /// Who are you? Answered by [`FromSolver::Hello`].
+    Connect,
+    /// Build everything. Answered by any number of [`FromSolver::Progress`], then [`FromSolver::Ready`].
+    Prepare(Plan),
+    /// Why did the last solve fail? Answered by [`FromSolver::Fault`].
+    Explain,
+    /// The run is over: commit the last solve if `commit`. Answered by [`FromSolver::Statistics`].
+    Finish {
+        /// Whether the last solve was accepted.
+        commit: bool,
+    },
+}
+
+/// From a solver to the coupler. A [`FromSolver::Fault`] may take the place of any answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum FromSolver {
+    /// Who it is and what it can do.
+    Hello(Hello),
+    /// Still at work on its preparation.
+    Progress(Progress),
+    /// Prepared.
+    Ready(Ready),
+    /// It could not do what was asked.
+    Fault(Fault),
+    /// What it did, at the end.
+    Statistics(Statistics),
+}
+
+/// Who a solver is and what it can do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Program and version, for messages.
+    pub program: String,
+    /// Words of [`capability`].
+    pub capabilities: Vec<String>,
+    /// Fields it can take, each with the most samples it can take. A structure that lists mean
+    /// force takes the mean as its load; one that lists force at the end takes that.
+    pub takes: Vec<FieldSpec>,
+    /// Fields it can give, each with the most samples it can give.
+    pub gives: Vec<FieldSpec>,
+    /// Longest window that it can solve [s], infinite if there is no limit.
+    pub largest_window: f64,
+}
+
+impl Hello {
+    /// Whether it has declared the capability.
+    pub fn can(&self, capability: &str) -> bool {
+        self.capabilities.iter().any(|c| c == capability)
+    }
+}
+
+/// What a solver is to prepare for.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// End of the run [s].
+    pub end_time: f64,
+    /// Longest window that will be asked for [s].
+    pub window: f64,
+    /// Fields of each request, in this order.
+    pub takes: Vec<FieldSpec>,
+    /// Fields of each answer, in this order; the gauges of [`Ready`] follow.
+    pub gives: Vec<FieldSpec>,
+    /// For a solver that works against a wall: the structure's interface mesh at t = 0.
+    pub wall: Option<InterfaceMesh>,
+}
+
+/// How far the preparation is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// What is being done, with its numbers.
+    pub what: String,
+    /// Share that is done, 0 to 1; NaN if unknown.
+    pub done: f64,
+}
+
+/// A prepared solver.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ready {
+    /// The interface mesh that it uses. A structure offers it, a contact solver says what it made of the wall.
+    pub mesh: InterfaceMesh,
+    /// Named numbers that come with every answer.
+    pub gauges: Vec<Gauge>,
+    /// An answer as it would stand at t = 0: fields of the plan, then three numbers per gauge.
+    pub initial: Vec<f64>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// What part a gauge has in the balance of energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Role {
+    /// None: it is recorded and nothing else.
+    None,
+    /// Kinetic energy [J].
+    Kinetic,
+    /// Potential energy of dead load [J].
+    Potential,
+    /// Stored (elastic) energy [J].
+    Stored,
+    /// Energy dissipated since t = 0 [J], integrated from the forces that dissipate.
+    Dissipated,
+    /// Work received through the interface since t = 0 [J].
+    Received,
+}
+
+/// A named number of a solver: value, smallest and largest come with every answer.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Gauge {
+    /// Name, in `snake_case`, without the unit.
+    pub name: String,
+    /// Unit: `m`, `m/s`, `N`, `J`, `1`.
+    pub unit: String,
+    /// Part in the balance of energy.
+    pub role: Role,
+    /// Whether its smallest and largest value over the run are results of their own.
+    pub extremes: bool,
+}
+
+impl Gauge {
+    /// A gauge without a part in the balance of energy.
+    pub fn new(name: impl Into<String>, unit: &str) -> Self {
+        Self { name: name.into(), unit: unit.into(), role: Role::None, extremes: false }
+    }
+}
+
+/// What kind of fault it is, and so what becomes of the run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FaultKind {
+    /// The user's input is wrong: the run ends with exit code 2.
+    Input,
+    /// This window cannot be solved as asked: a shorter one may succeed.
+    Window,
+    /// The solver cannot go on: the run ends with exit code 1.
+    Broken,
+    /// The user has interrupted the solver.
+    Interrupted,
+}
+
+/// Why a solver did not do what was asked: what, where, the numbers, what to try.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fault {
+    /// What becomes of the run.
+    pub kind: FaultKind,
+    /// One message for the user.
+    pub message: String,
+}
+
+impl Fault {
+    /// The user's input is wrong.
+    pub fn input(message: impl Into<String>) -> Self {
+        Self { kind: FaultKind::Input, message: message.into() }
+    }
+
+    /// This window cannot be solved; a shorter one may.
+    pub fn window(message: impl Into<String>) -> Self {
+        Self { kind: FaultKind::Window, message: message.into() }
+    }
+
+    /// The solver cannot go on.
+    pub fn broken(message: impl Into<String>) -> Self {
+        Self { kind: FaultKind::Broken, message: message.into() }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// A result of the whole run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Measure {
+    /// Name, in `snake_case`, without the unit.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// When it occurred [s], where it has a time.
+    pub time: Option<f64>,
+}
+
+/// What a solver did in the run.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// Results of the committed windows.
+    pub measures: Vec<Measure>,
+    /// Counts of work done and work skipped, by name.
+    pub counts: Vec<(String, u64)>,
+    /// What the user should know; also each expected measure that is absent, with the reason.
+    pub warnings: Vec<String>,
+    /// Seconds of processor time; 0 = not told.
+    pub cpu_seconds: f64,
+    /// Wall seconds inside `solve` and `commit`; 0 = not told.
+    pub solve_seconds: f64,
+    /// Largest memory in use [bytes]; 0 = not told.
+    pub peak_memory: u64,
+}
+
+/// Why a message could not be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum DecodeError {
+    /// The other side speaks another version of the contract (`None`: the message is empty).
+    Protocol(Option<u8>),
+    /// The bytes are not such a message.
+    Malformed(String),
+}
+
+impl fmt::Display for DecodeError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Protocol(Some(v)) => {
+                write!(f, "speaks protocol {v}, this program speaks protocol {PROTOCOL}; use matching versions")
+            }
+            Self::Protocol(None) => f.write_str("sent an empty message"),
+            Self::Malformed(why) => write!(f, "sent a message that cannot be read: {why}"),
+        }
+    }
+}
+
+/// Encode a message: version byte, then bincode.
+pub fn encode<M: Serialize>(message: &M) -> Vec<u8> {
+    let mut bytes = vec![PROTOCOL];
+    let config = bincode::config::standard().with_fixed_int_encoding();
+    bincode::serde::encode_into_std_write(message, &mut bytes, config).expect("writing to memory cannot fail");
+    bytes
+}
+
+/// Decode what [`encode`] wrote.
+pub fn decode<M: DeserializeOwned>(bytes: &[u8]) -> Result<M, DecodeError> {
+    match bytes.split_first() {
+        Some((&PROTOCOL, rest)) => {
+            let config = bincode::config::standard().with_fixed_int_encoding().with_limit::<LONGEST>();
+            let (message, read) = bincode::serde::decode_from_slice(rest, config)
+                .map_err(|e| DecodeError::Malformed(e.to_string()))?;
+            if read != rest.len() {
+                return Err(DecodeError::Malformed(format!("{} bytes are left over", rest.len() - read)));
+            }
+            Ok(message)
+        }
+        Some((version, _)) => Err(DecodeError::Protocol(Some(*version))),
+        None => Err(DecodeError::Protocol(None)),
+    }
+}

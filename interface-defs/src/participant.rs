@@ -1,0 +1,242 @@
+//! A solver as the coupler sees it, in this process or in another.
+
+use crate::header::{AnswerHeader, Command, RequestHeader, Status};
+use crate::message::{Fault, FaultKind, Hello, Plan, Ready, Statistics};
+use crate::solver::{OnProgress, Solver, Window};
+use std::fmt;
+
+/// Why a participant did not answer as asked.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Failure {
+    /// It answered with a fault.
+    Fault {
+        /// Who.
+        solver: String,
+        /// Its reason.
+        fault: Fault,
+    },
+    /// Its process ended.
+    Lost {
+        /// Who.
+        solver: String,
+        /// In the middle of what, and how it was noticed.
+        during: String,
+    },
+    /// It lives and has not answered within the deadline.
+    Silent {
+        /// Who.
+        solver: String,
+        /// Waited for what.
+        during: String,
+        /// Seconds.
+        waited: f64,
+        /// Seconds.
+        deadline: f64,
+    },
+    /// It broke the contract.
+    Contract {
+        /// Who.
+        solver: String,
+        /// What, with the numbers of both sides.
+        what: String,
+    },
+    /// The user has interrupted the run.
+    Interrupted,
+    /// The transport itself failed.
+    Transport(String),
+}
+
+impl Failure {
+    /// True where the failure is the user's input: exit code 2.
+    pub fn is_input(&self) -> bool {
+        matches!(self, Self::Fault { fault: Fault { kind: FaultKind::Input, .. }, .. })
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Fault { solver, fault } if fault.kind == FaultKind::Interrupted => {
+                write!(f, "{solver} was interrupted")
+            }
+            Self::Fault { solver, fault } => write!(f, "{solver}: {fault}"),
+            Self::Lost { solver, during } => write!(f, "{solver} was lost: its process ended {during}"),
+            Self::Silent { solver, during, waited, deadline } => write!(
+                f,
+                "no answer from {solver} {during}: waited {waited:.1} s of {deadline:.1} s; its process is alive; \
+                 if it needs longer, raise processes.timeout"
+            ),
+            Self::Contract { solver, what } => write!(f, "{solver} breaks the interface contract: {what}"),
+            Self::Interrupted => f.write_str("interrupted"),
+            Self::Transport(what) => f.write_str(what),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
+/// An answer: the payload as the solver wrote it, not copied.
+pub struct Answer<'a> {
+    /// [`Status::Done`], or [`Status::Failed`]: then ask [`Participant::explain`].
+    pub status: Status,
+    /// Fields of the plan, then three numbers per gauge.
+    pub payload: &'a [f64],
+}
+
+/// A solver as the coupler sees it. Once prepared it has two verbs: send and receive.
+pub trait Participant {
+    /// Its name in this run (`dem`, `fem`).
+    fn name(&self) -> &str;
+
+    /// Wait until it is there.
+    fn hello(&mut self) -> Result<Hello, Failure>;
+
+    /// Let it build everything.
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure>;
+
+    /// Send a request; `fill` writes its payload in place. `header.run` and `.sequence` are set here.
+    fn send(&mut self, header: RequestHeader, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure>;
+
+    /// Wait for the answer to the request sent last.
+    fn receive(&mut self) -> Result<Answer<'_>, Failure>;
+
+    /// Why the last solve failed.
+    fn explain(&mut self) -> Result<Fault, Failure>;
+
+    /// End the run, committing the last solve if `commit`.
+    fn finish(&mut self, commit: bool) -> Result<Statistics, Failure>;
+
+    /// Requests sent so far.
+    fn exchanges(&self) -> u64;
+
+    /// Seconds spent in [`Participant::receive`].
+    fn waited(&self) -> f64;
+}
+
+/// A solver in this process: the same behaviour as over shared memory, bit for bit.
+pub struct InProcess<S> {
+    name: String,
+    /// The solver itself.
+    pub solver: S,
+    plan: Plan,
+    input: Vec<f64>,
+    output: Vec<f64>,
+    pending: Option<RequestHeader>,
+    fault: Option<Fault>,
+    sequence: u64,
+    waited: f64,
+}
+
+impl<S: Solver> InProcess<S> {
+    /// `solver` under the name `name`.
+    pub fn new(name: &str, solver: S) -> Self {
+        Self {
+            name: name.into(),
+            solver,
+            plan: Plan::default(),
+            input: Vec::new(),
+            output: Vec::new(),
+            pending: None,
+            fault: None,
+            sequence: 0,
+            waited: 0.0,
+        }
+    }
+
+    fn fault(&self, fault: Fault) -> Failure {
+        Failure::Fault { solver: self.name.clone(), fault }
+    }
+}
+
+impl<S: Solver> Participant for InProcess<S> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn hello(&mut self) -> Result<Hello, Failure> {
+        Ok(self.solver.hello())
+    }
+
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure> {
+        let ready = self.solver.prepare(plan, progress).map_err(|f| self.fault(f))?;
+        self.plan = plan.clone();
+        let (takes, gives) = payload_lengths(plan, &ready);
+        self.input = vec![0.0; takes];
+        self.output = vec![0.0; gives];
+        Ok(ready)
+    }
+
+    fn send(&mut self, header: RequestHeader, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
+        self.sequence += 1;
+        fill(&mut self.input);
+        self.pending = Some(RequestHeader { sequence: self.sequence, ..header });
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Result<Answer<'_>, Failure> {
+        let started = std::time::Instant::now();
+        let header = self.pending.take().expect("receive follows send");
+        let outcome = answer(&mut self.solver, &header, &self.input, &mut self.output);
+        self.waited += started.elapsed().as_secs_f64();
+        let status = match outcome {
+            Ok(()) => Status::Done,
+            Err(fault) => {
+                self.fault = Some(fault);
+                Status::Failed
+            }
+        };
+        Ok(Answer { status, payload: &self.output })
+    }
+
+    fn explain(&mut self) -> Result<Fault, Failure> {
+        Ok(self.fault.take().unwrap_or_else(no_reason))
+    }
+
+    fn finish(&mut self, commit: bool) -> Result<Statistics, Failure> {
+        if commit {
+            self.solver.commit().map_err(|f| self.fault(f))?;
+        }
+        self.solver.finish().map_err(|f| self.fault(f))
+    }
+
+    fn exchanges(&self) -> u64 {
+        self.sequence
+    }
+
+    fn waited(&self) -> f64 {
+        self.waited
+    }
+}
+
+/// Do what a request asks of `solver`: one path for every transport.
+pub(crate) fn answer(
+    solver: &mut dyn Solver,
+    header: &RequestHeader,
+    input: &[f64],
+    output: &mut [f64],
+) -> Result<(), Fault> {
+    match Command::from_number(header.command) {
+        Some(Command::CommitAndSolve) => solver.commit()?,
+        Some(Command::Solve) => {}
+        None => return Err(Fault::broken(format!("command {} has no meaning", header.command))),
+    }
+    let window = Window {
+        number: header.window,
+        iteration: header.iteration,
+        start: header.start,
+        length: header.length,
+    };
+    solver.solve(&window, input, output)
+}
+
+/// The fault of a solver that failed without a word.
+pub(crate) fn no_reason() -> Fault {
+    Fault::window("failed without giving a reason")
+}
+
+/// Lengths of the payloads of request and answer that follow from plan and readiness.
+pub fn payload_lengths(plan: &Plan, ready: &Ready) -> (usize, usize) {
+    let takes = crate::field::Layout::new(&plan.takes, &ready.mesh, 0).len();
+    let gives = crate::field::Layout::new(&plan.gives, &ready.mesh, ready.gauges.len()).len();
+    (takes, gives)
+}

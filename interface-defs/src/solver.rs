@@ -1,0 +1,72 @@
+//! The trait of a solver: a function of (committed state, input) over one time window.
+
+use crate::message::{Fault, Hello, Plan, Progress, Ready, Statistics};
+
+/// One time window, as the coupler asks for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// Number of the window, from 1.
+    pub number: u64,
+    /// Coupling iteration in the window, from 1.
+    pub iteration: u32,
+    /// Start [s]. Never sum up lengths: this is the time.
+    pub start: f64,
+    /// Length [s].
+    pub length: f64,
+}
+
+impl Window {
+    /// End [s].
+    pub fn end(&self) -> f64 {
+        self.start + self.length
+    }
+
+    /// Number of equal steps, none longer than `step` [s]: `ceil(length / step)`, at least 1.
+    ///
+    /// A length that is a multiple of `step` but for rounding counts as that multiple.
+    pub fn steps(&self, step: f64) -> usize {
+        ((self.length / step) * (1.0 - 1e-9)).ceil().max(1.0) as usize
+    }
+}
+
+/// Receives progress while a solver prepares; an error means that the solver must stop.
+pub type OnProgress<'a> = &'a mut dyn FnMut(Progress) -> Result<(), Fault>;
+
+/// A solver. After [`Solver::hello`] and [`Solver::prepare`] it has two verbs: solve and commit.
+pub trait Solver {
+    /// Who this is and what it can do. Depends on nothing but the scene.
+    fn hello(&self) -> Hello;
+
+    /// Build everything: form finding, search trees, factorisation patterns. May take long; report
+    /// progress at least once a second. A structure offers its interface mesh in [`Ready::mesh`];
+    /// a contact solver makes its wall of [`Plan::wall`] and returns the mesh that it uses.
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault>;
+
+    /// Advance the committed state over `window` under `input` (layout: fields of [`Plan::takes`])
+    /// and write the answer to `output` (fields of [`Plan::gives`], then three numbers per gauge).
+    ///
+    /// May be called any number of times for a window, and always starts from the committed state:
+    /// equal input gives equal bytes, whatever was solved in between.
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault>;
+
+    /// Accept the last solve: its end is the committed state from now on.
+    fn commit(&mut self) -> Result<(), Fault>;
+
+    /// The run is over. Write what is left to write and say what was done.
+    fn finish(&mut self) -> Result<Statistics, Fault>;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_takes_the_fewest_equal_steps_not_longer_than_the_limit() {
+        let window = |length| Window { number: 1, iteration: 1, start: 0.0, length };
+        assert_eq!(window(1e-3).steps(1e-3), 1);
+        assert_eq!(window(3e-4).steps(1e-4), 3);
+        assert_eq!(window(1e-3 * (1.0 + 1e-6)).steps(1e-3), 2);
+        assert_eq!(window(1e-9).steps(1.0), 1);
+        assert_eq!(window(0.1 + 0.2).steps(0.1), 3);
+    }
+}
