@@ -37,6 +37,11 @@ pub enum ToSolver {
         /// Whether the last solve was accepted.
         commit: bool,
     },
+    /// The run ends before its time. Answered by an empty [`FromSolver::Statistics`]; then leave.
+    Abort {
+        /// Why, for the user.
+        reason: String,
+    },
 }
 
 /// From a solver to the coupler. A [`FromSolver::Fault`] may take the place of any answer.

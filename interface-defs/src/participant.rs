@@ -1,6 +1,6 @@
 //! A solver as the coupler sees it, in this process or in another.
 
-use crate::header::{AnswerHeader, Command, RequestHeader, Status};
+use crate::header::{Command, RequestHeader, Status};
 use crate::message::{Fault, FaultKind, Hello, Plan, Ready, Statistics};
 use crate::solver::{OnProgress, Solver, Window};
 use std::fmt;
@@ -42,6 +42,8 @@ pub enum Failure {
     },
     /// The user has interrupted the run.
     Interrupted,
+    /// The coupler has ended the run before its time, for this reason.
+    Aborted(String),
     /// The transport itself failed.
     Transport(String),
 }
@@ -68,6 +70,7 @@ impl fmt::Display for Failure {
             ),
             Self::Contract { solver, what } => write!(f, "{solver} breaks the interface contract: {what}"),
             Self::Interrupted => f.write_str("interrupted"),
+            Self::Aborted(reason) => write!(f, "the coupler has ended the run: {reason}"),
             Self::Transport(what) => f.write_str(what),
         }
     }

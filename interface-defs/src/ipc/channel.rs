@@ -1,0 +1,184 @@
+//! The services of one solver, created by the coupler and opened by the solver.
+
+use super::transport;
+use super::wait::Patience;
+use crate::header::{AnswerHeader, RequestHeader};
+use crate::participant::Failure;
+use iceoryx2::node::Node;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::{EventId, ServiceName, ZeroCopySend, ipc};
+use iceoryx2::service::builder::request_response::Builder;
+use iceoryx2::service::port_factory::{event, request_response};
+use std::time::{Duration, Instant};
+
+/// Event: there is a request or an answer.
+pub(crate) const LOOK: usize = 1;
+/// Event: the coupler is alive and will ask again.
+pub(crate) const HEARTBEAT: usize = 2;
+
+/// Header of a frame of a control message.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("rockfall.ControlHeader.v1")]
+pub struct ControlHeader {
+    /// Number of the run.
+    pub run: u64,
+    /// Number of this frame of its message, from 1; 0 in a frame that only asks for the next one.
+    pub part: u32,
+    /// Frames of the message.
+    pub parts: u32,
+    /// 1 if another message follows this one (progress), else 0.
+    pub more: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+pub(crate) type ControlService = request_response::PortFactory<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
+pub(crate) type FieldService = request_response::PortFactory<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
+pub(crate) type EventService = event::PortFactory<ipc::Service>;
+
+/// One request, one response, nothing is dropped, nothing blocks for ever.
+macro_rules! lock_step {
+    ($builder:expr) => {
+        $builder
+            .max_clients(1)
+            .max_servers(1)
+            .max_nodes(8)
+            .max_active_requests_per_client(1)
+            .max_loaned_requests(1)
+            .max_response_buffer_size(1)
+            .max_borrowed_responses_per_pending_response(1)
+            .enable_safe_overflow_for_requests(false)
+            .enable_safe_overflow_for_responses(false)
+            .enable_fire_and_forget_requests(false)
+    };
+}
+
+type Ipc = ipc::Service;
+
+fn service_name(participant: &str, what: &str) -> Result<ServiceName, Failure> {
+    ServiceName::new(&format!("{participant}/{what}")).map_err(transport("name of a channel"))
+}
+
+fn control_builder(
+    node: &Node<Ipc>,
+    name: &str,
+) -> Result<Builder<[u8], ControlHeader, [u8], ControlHeader, Ipc>, Failure> {
+    let builder = node.service_builder(&service_name(name, "control")?).request_response::<[u8], [u8]>();
+    Ok(lock_step!(
+        builder.request_user_header::<ControlHeader>().response_user_header::<ControlHeader>()
+    ))
+}
+
+fn field_builder(
+    node: &Node<Ipc>,
+    name: &str,
+) -> Result<Builder<[f64], RequestHeader, [f64], AnswerHeader, Ipc>, Failure> {
+    let builder = node.service_builder(&service_name(name, "field")?).request_response::<[f64], [f64]>();
+    Ok(lock_step!(builder.request_user_header::<RequestHeader>().response_user_header::<AnswerHeader>()))
+}
+
+fn event_builder(node: &Node<Ipc>, name: &str) -> Result<iceoryx2::service::builder::event::Builder<Ipc>, Failure> {
+    Ok(node
+        .service_builder(&service_name(name, "wake")?)
+        .event()
+        .max_nodes(8)
+        .max_notifiers(4)
+        .max_listeners(1)
+        .event_id_max_value(HEARTBEAT))
+}
+
+/// The channels of one solver.
+pub(crate) struct Channels {
+    pub control: ControlService,
+    pub field: FieldService,
+    pub wake: EventService,
+}
+
+impl Channels {
+    /// Create them, as the coupler.
+    pub fn create(node: &Node<Ipc>, name: &str) -> Result<Self, Failure> {
+        let failed = || format!("cannot create the channels of {name}");
+        Ok(Self {
+            control: control_builder(node, name)?.create().map_err(transport(failed()))?,
+            field: field_builder(node, name)?.create().map_err(transport(failed()))?,
+            wake: create_wake(node, name)?,
+        })
+    }
+
+    /// Open them, as the solver: again and again until the coupler has created them.
+    pub fn open(node: &Node<Ipc>, name: &str, deadline: Duration) -> Result<Self, Failure> {
+        Ok(Self {
+            control: retry(deadline, || {
+                control_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/control")))
+            })?,
+            field: retry(deadline, || {
+                field_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/field")))
+            })?,
+            wake: open_wake(node, name, deadline)?,
+        })
+    }
+}
+
+/// Create a wake-up event.
+pub(crate) fn create_wake(node: &Node<Ipc>, name: &str) -> Result<EventService, Failure> {
+    event_builder(node, name)?.create().map_err(transport(format!("cannot create the wake-up of {name}")))
+}
+
+/// Open a wake-up event.
+pub(crate) fn open_wake(node: &Node<Ipc>, name: &str, deadline: Duration) -> Result<EventService, Failure> {
+    retry(deadline, || event_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/wake"))))
+}
+
+/// Opening races with creating and with the cleaning of dead nodes: try again until the deadline.
+fn retry<T>(deadline: Duration, mut open: impl FnMut() -> Result<T, Failure>) -> Result<T, Failure> {
+    let started = Instant::now();
+    loop {
+        match open() {
+            Ok(service) => return Ok(service),
+            Err(e) if started.elapsed() > deadline || super::interrupt::requested() => return Err(e),
+            Err(_) => std::thread::sleep(Duration::from_millis(2)),
+        }
+    }
+}
+
+/// Both directions of waking.
+pub(crate) struct Bell {
+    pub listener: Listener<Ipc>,
+    notifier: Notifier<Ipc>,
+}
+
+impl Bell {
+    pub fn new(own: &EventService, partner: &EventService) -> Result<Self, Failure> {
+        Ok(Self {
+            listener: own.listener_builder().create().map_err(transport("cannot listen for wake-ups"))?,
+            notifier: notifier(partner)?,
+        })
+    }
+
+    /// Wake the partner. A partner that is gone is noticed elsewhere.
+    pub fn ring(&self) {
+        let _ = self.notifier.notify();
+    }
+}
+
+/// A notifier of `service`.
+pub(crate) fn notifier(service: &EventService) -> Result<Notifier<Ipc>, Failure> {
+    service
+        .notifier_builder()
+        .default_event_id(EventId::new(LOOK))
+        .create()
+        .map_err(transport("cannot create a wake-up"))
+}
+
+impl Patience<'_> {
+    /// [`Patience::until`] with the coupler's heartbeat as sign of life.
+    pub fn until_look<T>(
+        &self,
+        listener: &Listener<Ipc>,
+        poll: impl FnMut() -> Result<Option<T>, Failure>,
+    ) -> Result<T, Failure> {
+        self.until(listener, poll, |id| id == HEARTBEAT, || {})
+    }
+}

@@ -1,0 +1,212 @@
+//! Control messages in frames: each request frame is answered by exactly one response frame.
+//!
+//! A message longer than a frame travels in parts. The coupler sends part after part; each but the
+//! last is answered by an empty frame (`part` = 0). The solver answers the last part with the first
+//! part of its own message; the coupler fetches every further part, and every further message
+//! while `more` = 1, with an empty frame of its own.
+
+use super::channel::ControlHeader;
+use super::transport;
+use crate::message::{FromSolver, ToSolver, decode, encode};
+use crate::participant::Failure;
+use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::port::client::Client;
+use iceoryx2::port::server::Server;
+use iceoryx2::prelude::ipc;
+
+/// Longest frame [bytes].
+pub const FRAME: usize = 64 * 1024;
+
+pub(crate) type ControlClient = Client<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
+pub(crate) type ControlServer = Server<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
+type Request = ActiveRequest<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
+
+/// The coupler's end.
+pub(crate) struct Caller {
+    pub client: ControlClient,
+    pub solver: String,
+    pub run: u64,
+}
+
+impl Caller {
+    /// Send `message` and return the first message that comes back. `wait` waits for one frame.
+    pub fn call(&self, message: &ToSolver, wait: &mut WaitFrame) -> Result<(FromSolver, bool), Failure> {
+        let bytes = encode(message);
+        let parts = bytes.len().div_ceil(FRAME) as u32;
+        let mut last = None;
+        for (part, frame) in bytes.chunks(FRAME).enumerate() {
+            let header = ControlHeader { run: self.run, part: part as u32 + 1, parts, more: 0, reserved: 0 };
+            last = Some(self.exchange(header, frame, wait)?);
+        }
+        let (header, bytes) = last.expect("a message has a version byte");
+        self.collect(header, bytes, wait)
+    }
+
+    /// The next message, after one that said that more follow.
+    pub fn next(&self, wait: &mut WaitFrame) -> Result<(FromSolver, bool), Failure> {
+        let (header, bytes) = self.exchange(self.empty(), &[], wait)?;
+        self.collect(header, bytes, wait)
+    }
+
+    fn empty(&self) -> ControlHeader {
+        ControlHeader { run: self.run, ..Default::default() }
+    }
+
+    fn collect(
+        &self,
+        mut header: ControlHeader,
+        mut bytes: Vec<u8>,
+        wait: &mut WaitFrame,
+    ) -> Result<(FromSolver, bool), Failure> {
+        for part in 1..header.parts {
+            let (next, more_bytes) = self.exchange(self.empty(), &[], wait)?;
+            if (next.part, next.parts) != (part + 1, header.parts) {
+                return Err(self.broken(format!(
+                    "sent part {} of {} where part {} of {} was due",
+                    next.part,
+                    next.parts,
+                    part + 1,
+                    header.parts
+                )));
+            }
+            header = next;
+            bytes.extend_from_slice(&more_bytes);
+        }
+        let message = decode(&bytes).map_err(|e| self.broken(e.to_string()))?;
+        Ok((message, header.more == 1))
+    }
+
+    fn exchange(
+        &self,
+        header: ControlHeader,
+        frame: &[u8],
+        wait: &mut WaitFrame,
+    ) -> Result<(ControlHeader, Vec<u8>), Failure> {
+        let failed = || format!("cannot send a message to {}", self.solver);
+        let mut request = self.client.loan_slice_uninit(frame.len()).map_err(transport(failed()))?;
+        *request.user_header_mut() = header;
+        let pending = request.write_from_slice(frame).send().map_err(transport(failed()))?;
+        let mut poll = || -> Result<Option<(ControlHeader, Vec<u8>)>, Failure> {
+            let response =
+                pending.receive().map_err(transport(format!("cannot read a message of {}", self.solver)))?;
+            Ok(response.map(|r| (*r.user_header(), r.payload().to_vec())))
+        };
+        let (answer, bytes) = wait(&mut poll)?;
+        if answer.run != self.run {
+            return Err(self.broken(format!("answered run {:016x}, this is run {:016x}", answer.run, self.run)));
+        }
+        Ok((answer, bytes))
+    }
+
+    fn broken(&self, what: String) -> Failure {
+        Failure::Contract { solver: self.solver.clone(), what }
+    }
+}
+
+/// Polls for one frame.
+pub(crate) type PollFrame<'a> = dyn FnMut() -> Result<Option<(ControlHeader, Vec<u8>)>, Failure> + 'a;
+/// Waits for one frame, polling with what it is given.
+pub(crate) type WaitFrame<'a> = dyn FnMut(&mut PollFrame) -> Result<(ControlHeader, Vec<u8>), Failure> + 'a;
+
+/// The solver's end. Holds the request that is to be answered.
+pub(crate) struct Listener {
+    pub server: ControlServer,
+    pub run: u64,
+    request: Option<Request>,
+    bytes: Vec<u8>,
+    outgoing: Vec<(ControlHeader, Vec<u8>)>,
+    /// The request answered last: connected until the coupler has read the response.
+    answered: Option<Request>,
+}
+
+impl Listener {
+    pub fn new(server: ControlServer, run: u64) -> Self {
+        Self { server, run, request: None, bytes: Vec::new(), outgoing: Vec::new(), answered: None }
+    }
+
+    /// Take what has come: a whole message, or nothing yet. `ring` wakes the coupler.
+    pub fn poll(&mut self, ring: &dyn Fn()) -> Result<Option<ToSolver>, Failure> {
+        while let Some(request) = self.server.receive().map_err(transport("cannot read a message of the coupler"))?
+        {
+            let header = *request.user_header();
+            self.answered = None;
+            if header.run != self.run {
+                return Err(broken(format!("asked run {:016x}, this is run {:016x}", header.run, self.run)));
+            }
+            if header.part == 0 {
+                // The coupler fetches: send what is left, or keep the request for what comes.
+                self.request = Some(request);
+                self.flush(ring)?;
+                continue;
+            }
+            if header.part == 1 {
+                self.bytes.clear();
+            }
+            self.bytes.extend_from_slice(request.payload());
+            if header.part < header.parts {
+                respond(&request, ControlHeader { run: self.run, ..Default::default() }, &[])?;
+                ring();
+                continue;
+            }
+            self.request = Some(request);
+            return decode(&self.bytes).map(Some).map_err(|e| broken(e.to_string()));
+        }
+        Ok(None)
+    }
+
+    /// Whether the coupler waits for a message now.
+    pub fn is_asked(&self) -> bool {
+        self.request.is_some() && self.outgoing.is_empty()
+    }
+
+    /// Whether all of the last message has been fetched.
+    pub fn is_sent(&self) -> bool {
+        self.outgoing.is_empty()
+    }
+
+    /// Whether the coupler has read the last response.
+    pub fn is_fetched(&self) -> bool {
+        self.answered.as_ref().is_none_or(|request| !request.is_connected())
+    }
+
+    /// Answer, now or as soon as the coupler fetches it.
+    pub fn send(&mut self, message: &FromSolver, more: bool, ring: &dyn Fn()) -> Result<(), Failure> {
+        let bytes = encode(message);
+        let parts = bytes.len().div_ceil(FRAME) as u32;
+        for (part, frame) in bytes.chunks(FRAME).enumerate() {
+            let header = ControlHeader {
+                run: self.run,
+                part: part as u32 + 1,
+                parts,
+                more: more.into(),
+                reserved: 0,
+            };
+            self.outgoing.push((header, frame.to_vec()));
+        }
+        self.flush(ring)
+    }
+
+    fn flush(&mut self, ring: &dyn Fn()) -> Result<(), Failure> {
+        if self.outgoing.is_empty() {
+            return Ok(());
+        }
+        if let Some(request) = self.request.take() {
+            let (header, frame) = self.outgoing.remove(0);
+            respond(&request, header, &frame)?;
+            self.answered = Some(request);
+            ring();
+        }
+        Ok(())
+    }
+}
+
+fn respond(request: &Request, header: ControlHeader, frame: &[u8]) -> Result<(), Failure> {
+    let failed = || "cannot answer the coupler".to_string();
+    let mut response = request.loan_slice_uninit(frame.len()).map_err(transport(failed()))?;
+    *response.user_header_mut() = header;
+    response.write_from_slice(frame).send().map_err(transport(failed()))
+}
+
+fn broken(what: String) -> Failure {
+    Failure::Contract { solver: "the coupler".into(), what }
+}

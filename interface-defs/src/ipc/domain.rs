@@ -1,0 +1,267 @@
+//! One run's own place in shared memory: names, liveness, cleaning, free space.
+//!
+//! Everything of a run lies under `/tmp/rockfall-<uid>/<run id>` and `/dev/shm/rf_<run id>_*`. The
+//! coupler holds an exclusive lock on `/tmp/rockfall-<uid>/<run id>.lock` for as long as it lives;
+//! the kernel gives it up whatever ends the process, so a lock that can be had marks a dead run.
+
+use super::transport;
+use crate::participant::Failure;
+use iceoryx2::config::Config;
+use iceoryx2::node::{Node, NodeState, NodeView};
+use iceoryx2::prelude::{CallbackProgression, FileName, NodeBuilder, NodeName, Path as IoxPath, SemanticString};
+use iceoryx2::prelude::{SignalHandlingMode, ipc};
+use std::fmt;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// Where iceoryx2 keeps payloads.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// Name of a run: 1 to 16 characters of `a-z A-Z 0-9 -`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunId(String);
+
+impl RunId {
+    /// A new one: time and process make it unique on this machine.
+    pub fn new() -> Self {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let seed = (since.as_nanos() as u64) ^ (u64::from(std::process::id()) << 40);
+        Self(format!("{:016x}", fnv1a(&seed.to_le_bytes())))
+    }
+
+    /// The number that stands for it in headers.
+    pub fn number(&self) -> u64 {
+        fnv1a(self.0.as_bytes())
+    }
+}
+
+impl Default for RunId {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl fmt::Display for RunId {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl FromStr for RunId {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let fits = !text.is_empty() && text.len() <= 16;
+        if fits && text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-') {
+            Ok(Self(text.into()))
+        } else {
+            Err(format!("a run id has 1 to 16 letters, digits and dashes; \"{text}\" does not"))
+        }
+    }
+}
+
+/// FNV-1a, 64 bit: stable, short, and not for secrets.
+pub fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &b| (hash ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
+}
+
+/// The place of one run.
+#[derive(Debug, Clone)]
+pub struct Domain {
+    /// The run.
+    pub run: RunId,
+    config: Config,
+}
+
+impl Domain {
+    /// The place of `run`. Nothing is created yet.
+    pub fn new(run: &RunId) -> Result<Self, Failure> {
+        let mut config = Config::default();
+        let prefix = prefix(&run.0);
+        config.global.prefix =
+            FileName::new(prefix.as_bytes()).map_err(transport("prefix of the run in shared memory"))?;
+        let root = home().join(&run.0);
+        let root = IoxPath::new(root.as_os_str().as_encoded_bytes()).map_err(transport("place of the run"))?;
+        config.global.set_root_path(&root);
+        Ok(Self { run: run.clone(), config })
+    }
+
+    /// Become the run's owner; the lock lasts as long as the returned file. What a dead run of the
+    /// same id left behind is removed first.
+    pub fn own(&self) -> Result<File, Failure> {
+        let home = home();
+        std::fs::DirBuilder::new()
+            .recursive(true)
+            .mode(0o700)
+            .create(&home)
+            .map_err(|e| Failure::Transport(format!("cannot create {}: {e}", home.display())))?;
+        let path = lock_path(&self.run.0);
+        // A cleaner or a waiting solver may look at the lock for an instant: try for a while.
+        for _ in 0..100 {
+            let file = OpenOptions::new()
+                .create(true)
+                .truncate(false)
+                .write(true)
+                .open(&path)
+                .map_err(|e| Failure::Transport(format!("cannot create {}: {e}", path.display())))?;
+            if file.try_lock().is_ok() {
+                // The name must still belong to the file that is locked: a cleaner may have removed it.
+                if std::fs::metadata(&path).is_ok_and(|m| file.metadata().is_ok_and(|f| f.ino() == m.ino())) {
+                    remove_remains(&self.run.0);
+                    return Ok(file);
+                }
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Err(Failure::Transport(format!("run id {} belongs to a run that is alive; choose another", self.run)))
+    }
+
+    /// Whether a coupler owns the run now.
+    pub fn is_owned(&self) -> bool {
+        match File::open(lock_path(&self.run.0)) {
+            Ok(file) => matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)),
+            Err(_) => false,
+        }
+    }
+
+    /// Remove all that the run has in shared memory and on disk. Only its owner may.
+    pub fn remove(&self) {
+        remove_remains(&self.run.0);
+        let _ = std::fs::remove_file(lock_path(&self.run.0));
+    }
+
+    /// A node of this run, under the participant's name.
+    pub(crate) fn node(&self, name: &str) -> Result<Node<ipc::Service>, Failure> {
+        let node_name = NodeName::new(name).map_err(transport("name of the participant"))?;
+        NodeBuilder::new()
+            .name(&node_name)
+            .config(&self.config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(transport(format!("cannot join run {} as {name}", self.run)))
+    }
+
+    /// Whether a process of this name lives in the run. Takes about a millisecond.
+    pub fn is_alive(&self, name: &str) -> bool {
+        let mut alive = false;
+        let _ = Node::<ipc::Service>::list(&self.config, |state| {
+            if let NodeState::Alive(node) = state
+                && node.details().as_ref().is_some_and(|d| d.name().as_str() == name)
+            {
+                alive = true;
+                return CallbackProgression::Stop;
+            }
+            CallbackProgression::Continue
+        });
+        alive
+    }
+}
+
+/// Remove what dead runs left behind; returns the ids of the runs removed.
+pub fn clean() -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(home()) else { return Vec::new() };
+    let mut removed = Vec::new();
+    for entry in entries.flatten() {
+        let path = entry.path();
+        let Some(id) = path.file_stem().and_then(|s| s.to_str()).map(String::from) else { continue };
+        if path.extension().is_some_and(|e| e == "lock") {
+            let dead = File::open(&path).is_ok_and(|file| {
+                // Held while removing, so that no coupler takes the id over in between.
+                let dead = file.try_lock().is_ok();
+                if dead {
+                    remove_remains(&id);
+                    let _ = std::fs::remove_file(&path);
+                }
+                dead
+            });
+            if dead {
+                removed.push(id);
+            }
+        } else if path.is_dir() && !lock_path(&id).exists() {
+            remove_remains(&id);
+            removed.push(id);
+        }
+    }
+    removed.sort();
+    removed
+}
+
+/// Refuse a run whose payloads do not fit: a full `/dev/shm` is a SIGBUS at first touch, never an error.
+pub fn check_space(needed: u64) -> Result<(), Failure> {
+    let stat = rustix::fs::statvfs(SHARED_MEMORY).map_err(transport("cannot look at shared memory"))?;
+    fits(needed, stat.f_bavail * stat.f_frsize)
+}
+
+fn fits(needed: u64, free: u64) -> Result<(), Failure> {
+    if needed <= free {
+        return Ok(());
+    }
+    let mb = |bytes: u64| bytes as f64 / 1e6;
+    Err(Failure::Transport(format!(
+        "the interface needs {:.1} MB of shared memory, {SHARED_MEMORY} has {:.1} MB free; \
+         run `rockfall clean`, or enlarge it (docker: --shm-size)",
+        mb(needed),
+        mb(free)
+    )))
+}
+
+fn home() -> PathBuf {
+    // Not the temporary directory of the environment: iceoryx2 takes no more than some 60 characters.
+    PathBuf::from(format!("/tmp/rockfall-{}", rustix::process::getuid().as_raw()))
+}
+
+fn prefix(id: &str) -> String {
+    format!("rf_{id}_")
+}
+
+fn lock_path(id: &str) -> PathBuf {
+    home().join(format!("{id}.lock"))
+}
+
+fn remove_remains(id: &str) {
+    let _ = std::fs::remove_dir_all(home().join(id));
+    let prefix = prefix(id);
+    for entry in std::fs::read_dir(Path::new(SHARED_MEMORY)).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_id_is_short_and_plain() {
+        assert!("abc-1".parse::<RunId>().is_ok());
+        for bad in ["", "a b", "../x", "12345678901234567"] {
+            assert!(bad.parse::<RunId>().is_err(), "{bad}");
+        }
+        assert_ne!(RunId::new(), RunId::new());
+    }
+
+    #[test]
+    fn a_payload_that_does_not_fit_is_refused_with_both_numbers() {
+        assert!(fits(10, 10).is_ok());
+        let message = fits(3_000_000, 2_000_000).unwrap_err().to_string();
+        assert!(message.contains("3.0 MB") && message.contains("2.0 MB free"), "{message}");
+    }
+
+    #[test]
+    fn an_owned_run_is_not_cleaned_and_a_dead_one_is() {
+        let domain = Domain::new(&RunId::new()).unwrap();
+        let lock = domain.own().unwrap();
+        assert!(domain.is_owned());
+        assert!(!clean().contains(&domain.run.to_string()));
+        assert!(domain.own().is_err(), "two couplers must not share a run");
+        drop(lock);
+        assert!(!domain.is_owned());
+        // Another test's cleaning may have been faster.
+        clean();
+        assert!(!lock_path(&domain.run.0).exists());
+    }
+}

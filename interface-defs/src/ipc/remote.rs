@@ -1,0 +1,349 @@
+//! The coupler's side: creates the channels, waits for the solvers, exchanges payloads.
+
+use super::channel::{self, Channels, HEARTBEAT};
+use super::control::{Caller, FRAME};
+use super::domain::{Domain, RunId, check_space};
+use super::wait::{Patience, Wait};
+use super::{interrupt, transport};
+use crate::header::{AnswerHeader, RequestHeader, Status};
+use crate::message::{Fault, FromSolver, Hello, Plan, Ready, Statistics, ToSolver};
+use crate::participant::{Answer, Failure, Participant, payload_lengths};
+use crate::solver::OnProgress;
+use iceoryx2::node::Node;
+use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::client::Client;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::{EventId, ipc};
+use iceoryx2::response::Response;
+use iceoryx2::service::port_factory::PortFactory;
+use std::fs::File;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+type FieldClient = Client<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
+type FieldPending = PendingResponse<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
+type FieldResponse = Response<ipc::Service, [f64], AnswerHeader>;
+
+/// How long a survivor is given to hear why the run ends.
+const FAREWELL: Duration = Duration::from_millis(700);
+
+/// How the coupler waits.
+#[derive(Debug, Clone)]
+pub struct HostOptions {
+    /// The run.
+    pub run: RunId,
+    /// Deadline for one answer, and for a solver to appear.
+    pub timeout: Duration,
+    /// How to wait.
+    pub wait: Wait,
+    /// Process whose end ends the run (the launcher), if there is one.
+    pub supervisor: Option<u32>,
+}
+
+/// The run's owner: creates the channels of every solver before the first wait.
+pub struct Host {
+    shared: Rc<Shared>,
+}
+
+struct Shared {
+    options: HostOptions,
+    listener: Listener<ipc::Service>,
+    heartbeats: Vec<Notifier<ipc::Service>>,
+    domain: Domain,
+    // Dropped last: ports, then node, then the run's lock.
+    _node: Node<ipc::Service>,
+    _lock: File,
+}
+
+impl Host {
+    /// Own the run and create the channels of the solvers `names`; returns them in that order.
+    pub fn create(options: HostOptions, names: &[&str]) -> Result<(Self, Vec<Remote>), Failure> {
+        let domain = Domain::new(&options.run)?;
+        let lock = domain.own()?;
+        check_space(names.len() as u64 * 4 * (FRAME as u64 + 4096))?;
+        let node = domain.node("coupler")?;
+        let own_wake = channel::create_wake(&node, "coupler")?;
+        let listener = own_wake.listener_builder().create().map_err(transport("cannot listen for wake-ups"))?;
+        let channels: Vec<Channels> =
+            names.iter().map(|name| Channels::create(&node, name)).collect::<Result<_, _>>()?;
+        let heartbeats =
+            channels.iter().map(|c| channel::notifier(&c.wake)).collect::<Result<Vec<_>, _>>()?;
+        let shared =
+            Rc::new(Shared { options, listener, heartbeats, domain, _node: node, _lock: lock });
+        let remotes = names
+            .iter()
+            .zip(channels)
+            .enumerate()
+            .map(|(index, (name, channels))| Remote::new(name, index, channels, &shared))
+            .collect::<Result<_, _>>()?;
+        Ok((Self { shared }, remotes))
+    }
+
+    /// End the run in shared memory: nothing of it is left. Call after the solvers have ended.
+    pub fn close(self) {
+        self.shared.domain.remove();
+    }
+}
+
+impl Shared {
+    fn heartbeat(&self) {
+        for notifier in &self.heartbeats {
+            let _ = notifier.notify_with_custom_event_id(EventId::new(HEARTBEAT));
+        }
+    }
+}
+
+/// A solver in another process.
+pub struct Remote {
+    name: String,
+    index: usize,
+    caller: Caller,
+    channels: Channels,
+    shared: Rc<Shared>,
+    client: Option<FieldClient>,
+    lengths: (usize, usize),
+    pending: Option<FieldPending>,
+    asked: RequestHeader,
+    response: Option<FieldResponse>,
+    sequence: u64,
+    waited: f64,
+}
+
+impl Remote {
+    fn new(name: &str, index: usize, channels: Channels, shared: &Rc<Shared>) -> Result<Self, Failure> {
+        let client = channels
+            .control
+            .client_builder()
+            .initial_max_slice_len(FRAME)
+            .create()
+            .map_err(transport(format!("cannot create the control channel of {name}")))?;
+        let run = shared.options.run.number();
+        Ok(Self {
+            name: name.into(),
+            index,
+            caller: Caller { client, solver: name.into(), run },
+            channels,
+            shared: Rc::clone(shared),
+            client: None,
+            lengths: (0, 0),
+            pending: None,
+            asked: RequestHeader::default(),
+            response: None,
+            sequence: 0,
+            waited: 0.0,
+        })
+    }
+
+    fn patience<'a>(&'a self, must_live: bool, during: &'a dyn Fn() -> String) -> Patience<'a> {
+        Patience {
+            domain: &self.shared.domain,
+            wait: self.shared.options.wait,
+            partner: &self.name,
+            must_live,
+            during,
+            deadline: self.shared.options.timeout,
+            supervisor: self.shared.options.supervisor,
+        }
+    }
+
+    /// Send a message, pass on the progress that comes, return the message that ends it.
+    fn call(&self, message: &ToSolver, during: &str, progress: OnProgress) -> Result<FromSolver, Failure> {
+        let words = || during.to_string();
+        let mut wait = |poll: &mut super::control::PollFrame| {
+            self.channels_ring();
+            self.patience(true, &words).until(&self.shared.listener, poll, |_| false, || self.shared.heartbeat())
+        };
+        let (mut answer, mut more) = self.caller.call(message, &mut wait)?;
+        while more {
+            if let FromSolver::Progress(p) = answer {
+                progress(p).map_err(|fault| Failure::Fault { solver: self.name.clone(), fault })?;
+            }
+            if interrupt::requested() {
+                return Err(Failure::Interrupted);
+            }
+            (answer, more) = self.caller.next(&mut wait)?;
+        }
+        match answer {
+            FromSolver::Fault(fault) if !matches!(message, ToSolver::Explain) => {
+                Err(Failure::Fault { solver: self.name.clone(), fault })
+            }
+            other => Ok(other),
+        }
+    }
+
+    fn channels_ring(&self) {
+        let _ = self.shared.heartbeats[self.index].notify();
+    }
+
+    fn unexpected(&self, asked: &str, got: &FromSolver) -> Failure {
+        let got = match got {
+            FromSolver::Hello(_) => "Hello",
+            FromSolver::Progress(_) => "Progress",
+            FromSolver::Ready(_) => "Ready",
+            FromSolver::Fault(_) => "Fault",
+            FromSolver::Statistics(_) => "Statistics",
+        };
+        self.breaks(format!("answered {asked} with {got}"))
+    }
+
+    fn breaks(&self, what: String) -> Failure {
+        Failure::Contract { solver: self.name.clone(), what }
+    }
+
+    /// Tell it why the run ends before its time. It is given a moment to hear it, no more.
+    pub fn abort(&mut self, reason: &str) {
+        self.pending = None;
+        self.response = None;
+        if !self.shared.domain.is_alive(&self.name) {
+            return;
+        }
+        let until = Instant::now() + FAREWELL;
+        let mut wait = |poll: &mut super::control::PollFrame| {
+            self.channels_ring();
+            loop {
+                if let Some(answer) = poll()? {
+                    return Ok(answer);
+                }
+                if Instant::now() > until {
+                    return Err(Failure::Interrupted);
+                }
+                std::thread::sleep(Duration::from_millis(2));
+            }
+        };
+        let _ = self.caller.call(&ToSolver::Abort { reason: reason.into() }, &mut wait);
+    }
+
+    /// Wait until its process has left the run, but not for long.
+    pub fn wait_gone(&self) {
+        let until = Instant::now() + FAREWELL;
+        while self.shared.domain.is_alive(&self.name) && Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+fn silent(_: crate::message::Progress) -> Result<(), Fault> {
+    Ok(())
+}
+
+impl Participant for Remote {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn hello(&mut self) -> Result<Hello, Failure> {
+        let during = || "at the start of the run: it has not joined".to_string();
+        let there = || Ok((self.channels.control.dynamic_config().number_of_servers() > 0).then_some(()));
+        self.patience(false, &during).until(&self.shared.listener, there, |_| false, || self.shared.heartbeat())?;
+        match self.call(&ToSolver::Connect, "in the handshake", &mut silent)? {
+            FromSolver::Hello(hello) => Ok(hello),
+            other => Err(self.unexpected("Connect", &other)),
+        }
+    }
+
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure> {
+        let ready = match self.call(&ToSolver::Prepare(plan.clone()), "while preparing", progress)? {
+            FromSolver::Ready(ready) => ready,
+            other => return Err(self.unexpected("Prepare", &other)),
+        };
+        ready.mesh.check().map_err(|what| self.breaks(format!("its interface mesh: {what}")))?;
+        self.lengths = payload_lengths(plan, &ready);
+        if ready.initial.len() != self.lengths.1 {
+            return Err(self.breaks(format!(
+                "its initial answer has {} numbers, its fields and gauges make {}",
+                ready.initial.len(),
+                self.lengths.1
+            )));
+        }
+        // Double the payload: iceoryx2 keeps one more chunk than is on loan.
+        check_space(2 * 8 * self.lengths.0 as u64)?;
+        let client = self
+            .channels
+            .field
+            .client_builder()
+            .initial_max_slice_len(self.lengths.0.max(1))
+            .create()
+            .map_err(transport(format!("cannot create the field channel of {}", self.name)))?;
+        self.client = Some(client);
+        Ok(ready)
+    }
+
+    fn send(&mut self, header: RequestHeader, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
+        self.response = None;
+        self.sequence += 1;
+        self.asked = RequestHeader { run: self.caller.run, sequence: self.sequence, ..header };
+        let failed = || format!("cannot send a window to {}", self.name);
+        let client = self.client.as_ref().expect("prepared before the first window");
+        let mut request = client.loan_slice_uninit(self.lengths.0).map_err(transport(failed()))?;
+        *request.user_header_mut() = self.asked;
+        let payload = request.payload_mut();
+        // SAFETY: the chunk is mapped shared memory, so its bytes are initialised (zero, or an
+        // earlier payload), and every bit pattern is an f64. `MaybeUninit<f64>` has the layout of `f64`.
+        let payload =
+            unsafe { std::slice::from_raw_parts_mut(payload.as_mut_ptr().cast::<f64>(), payload.len()) };
+        fill(payload);
+        // SAFETY: as above.
+        let request = unsafe { request.assume_init() };
+        self.pending = Some(request.send().map_err(transport(failed()))?);
+        self.channels_ring();
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Result<Answer<'_>, Failure> {
+        let started = Instant::now();
+        let pending = self.pending.take().expect("receive follows send");
+        let (asked, failed) = (self.asked, format!("cannot read the answer of {}", self.name));
+        let during = || {
+            format!(
+                "in window {} at t = {} s, iteration {}, exchange {}",
+                asked.window, asked.start, asked.iteration, asked.sequence
+            )
+        };
+        let poll = || pending.receive().map_err(transport(&failed));
+        let response = self.patience(true, &during).until(
+            &self.shared.listener,
+            poll,
+            |_| false,
+            || self.shared.heartbeat(),
+        )?;
+        self.waited += started.elapsed().as_secs_f64();
+        let header = *response.user_header();
+        if let Some(what) = header.mismatch(&asked) {
+            return Err(self.breaks(what));
+        }
+        let got = response.payload().len();
+        if got != self.lengths.1 {
+            return Err(self.breaks(format!(
+                "window {}: its answer has {got} numbers, its fields and gauges make {}",
+                asked.window, self.lengths.1
+            )));
+        }
+        let status = if header.status == Status::Done as u32 { Status::Done } else { Status::Failed };
+        Ok(Answer { status, payload: self.response.insert(response).payload() })
+    }
+
+    fn explain(&mut self) -> Result<Fault, Failure> {
+        self.response = None;
+        match self.call(&ToSolver::Explain, "when asked why a window failed", &mut silent)? {
+            FromSolver::Fault(fault) => Ok(fault),
+            other => Err(self.unexpected("Explain", &other)),
+        }
+    }
+
+    fn finish(&mut self, commit: bool) -> Result<Statistics, Failure> {
+        self.response = None;
+        match self.call(&ToSolver::Finish { commit }, "at the end of the run", &mut silent)? {
+            FromSolver::Statistics(statistics) => Ok(statistics),
+            other => Err(self.unexpected("Finish", &other)),
+        }
+    }
+
+    fn exchanges(&self) -> u64 {
+        self.sequence
+    }
+
+    fn waited(&self) -> f64 {
+        self.waited
+    }
+}

@@ -1,0 +1,329 @@
+//! The solver's side: wait for requests, answer them, leave when the run is over.
+
+use super::channel::{self, Bell, Channels};
+use super::control::{FRAME, Listener};
+use super::domain::{Domain, RunId, check_space};
+use super::wait::{Patience, Wait};
+use super::{interrupt, transport};
+use crate::header::{AnswerHeader, RequestHeader, Status};
+use crate::message::{Fault, FaultKind, FromSolver, Statistics, ToSolver};
+use crate::participant::{self, Failure, payload_lengths};
+use crate::solver::Solver;
+use iceoryx2::port::server::Server;
+use iceoryx2::prelude::ipc;
+use std::cell::RefCell;
+use std::time::{Duration, Instant};
+
+type FieldServer = Server<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
+
+/// How a solver joins a run: what `serve SCENE --run ID --as NAME ...` says.
+#[derive(Debug, Clone)]
+pub struct Connection {
+    /// The run (`--run`).
+    pub run: RunId,
+    /// Its name in the run (`--as`): `dem` or `fem`.
+    pub name: String,
+    /// Longest time without a sign of life from the coupler (`--timeout`, seconds).
+    pub timeout: Duration,
+    /// How to wait (`--wait`).
+    pub wait: Wait,
+    /// Process whose end ends the run (`--supervisor`).
+    pub supervisor: Option<u32>,
+}
+
+impl Connection {
+    /// What the coupler, the launcher and `run.sh` append to a solver's command line; other
+    /// arguments are passed over.
+    pub fn from_args(mut args: impl Iterator<Item = String>) -> Result<Self, String> {
+        let mut connection = Self {
+            run: RunId::new(),
+            name: String::new(),
+            timeout: Duration::from_secs(60),
+            wait: Wait::default(),
+            supervisor: None,
+        };
+        let mut run = None;
+        while let Some(key) = args.next() {
+            let mut value = || args.next().ok_or(format!("{key} needs a value"));
+            match key.as_str() {
+                "--run" => run = Some(value()?.parse()?),
+                "--as" => connection.name = value()?,
+                "--wait" => connection.wait = value()?.parse()?,
+                "--timeout" => {
+                    let seconds: f64 = value()?.parse().map_err(|e| format!("--timeout: {e}"))?;
+                    connection.timeout =
+                        Duration::try_from_secs_f64(seconds).map_err(|e| format!("--timeout: {e}"))?;
+                }
+                "--supervisor" => {
+                    connection.supervisor = Some(value()?.parse().map_err(|e| format!("--supervisor: {e}"))?);
+                }
+                _ => {}
+            }
+        }
+        connection.run = run.ok_or("which run? give --run ID")?;
+        if connection.name.is_empty() {
+            return Err("which part in the run? give --as dem or --as fem".into());
+        }
+        Ok(connection)
+    }
+}
+
+/// Take part in a run until the coupler ends it.
+///
+/// Returns `Ok` when the run is done, and else the failure that ended it. Processor time and memory
+/// of this process are added to the solver's statistics where it does not tell them.
+pub fn serve(solver: &mut dyn Solver, connection: &Connection) -> Result<(), Failure> {
+    let domain = Domain::new(&connection.run)?;
+    wait_for_coupler(&domain, connection)?;
+    let node = domain.node(&connection.name)?;
+    let channels = Channels::open(&node, &connection.name, connection.timeout)?;
+    let coupler_wake = channel::open_wake(&node, "coupler", connection.timeout)?;
+    let bell = Bell::new(&channels.wake, &coupler_wake)?;
+    let control = channels
+        .control
+        .server_builder()
+        .initial_max_slice_len(FRAME)
+        .max_loaned_responses_per_request(1)
+        .create()
+        .map_err(transport("cannot create the control channel"))?;
+    bell.ring();
+    let mut session = Session {
+        connection,
+        domain: &domain,
+        control: RefCell::new(Listener::new(control, connection.run.number())),
+        bell,
+        channels: &channels,
+        field: None,
+        lengths: (0, 0),
+        fault: None,
+        solving: Duration::ZERO,
+    };
+    session.run(solver)
+}
+
+fn wait_for_coupler(domain: &Domain, connection: &Connection) -> Result<(), Failure> {
+    let started = Instant::now();
+    let mut said = 0;
+    while !domain.is_owned() {
+        let waited = started.elapsed();
+        if interrupt::requested() {
+            return Err(Failure::Interrupted);
+        }
+        if waited > connection.timeout {
+            return Err(Failure::Silent {
+                solver: "the coupler".into(),
+                during: format!("at the start: run {} has no coupler", connection.run),
+                waited: waited.as_secs_f64(),
+                deadline: connection.timeout.as_secs_f64(),
+            });
+        }
+        if waited.as_secs() / 2 > said {
+            said = waited.as_secs() / 2;
+            tracing::info!(
+                "waiting for the coupler: {} s of {} s",
+                waited.as_secs(),
+                connection.timeout.as_secs()
+            );
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    Ok(())
+}
+
+enum Work {
+    Message(ToSolver),
+    Window(iceoryx2::active_request::ActiveRequest<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>),
+}
+
+struct Session<'a> {
+    connection: &'a Connection,
+    domain: &'a Domain,
+    control: RefCell<Listener>,
+    bell: Bell,
+    channels: &'a Channels,
+    field: Option<FieldServer>,
+    lengths: (usize, usize),
+    fault: Option<Fault>,
+    solving: Duration,
+}
+
+impl Session<'_> {
+    fn run(&mut self, solver: &mut dyn Solver) -> Result<(), Failure> {
+        loop {
+            match self.wait()? {
+                Work::Window(request) => self.window(solver, &request)?,
+                Work::Message(ToSolver::Connect) => self.send(&FromSolver::Hello(solver.hello()))?,
+                Work::Message(ToSolver::Prepare(plan)) => self.prepare(solver, &plan)?,
+                Work::Message(ToSolver::Explain) => {
+                    let fault = self.fault.take().unwrap_or_else(participant::no_reason);
+                    self.send(&FromSolver::Fault(fault))?;
+                }
+                Work::Message(ToSolver::Finish { commit }) => {
+                    let committed = if commit { solver.commit() } else { Ok(()) };
+                    let answer = match committed.and_then(|()| solver.finish()) {
+                        Ok(statistics) => FromSolver::Statistics(self.with_cost(statistics)),
+                        Err(fault) => FromSolver::Fault(fault),
+                    };
+                    self.send(&answer)?;
+                    return self.linger();
+                }
+                Work::Message(ToSolver::Abort { reason }) => {
+                    let _ = self.send(&FromSolver::Statistics(Statistics::default()));
+                    return Err(Failure::Aborted(reason));
+                }
+            }
+        }
+    }
+
+    /// Wait for a message or a window. Windows are looked for first: they are the many.
+    fn wait(&self) -> Result<Work, Failure> {
+        let during = || "while waiting for its next request".to_string();
+        let patience = Patience {
+            domain: self.domain,
+            wait: self.connection.wait,
+            partner: "coupler",
+            must_live: true,
+            during: &during,
+            deadline: self.connection.timeout,
+            supervisor: self.connection.supervisor,
+        };
+        patience.until_look(&self.bell.listener, || {
+            if let Some(server) = &self.field
+                && let Some(request) = server.receive().map_err(transport("cannot read a window"))?
+            {
+                return Ok(Some(Work::Window(request)));
+            }
+            let message = self.control.borrow_mut().poll(&|| self.bell.ring())?;
+            Ok(message.map(Work::Message))
+        })
+    }
+
+    fn send(&self, message: &FromSolver) -> Result<(), Failure> {
+        self.control.borrow_mut().send(message, false, &|| self.bell.ring())
+    }
+
+    fn prepare(&mut self, solver: &mut dyn Solver, plan: &crate::message::Plan) -> Result<(), Failure> {
+        let mut aborted = None;
+        let mut report = |progress| {
+            if interrupt::requested() {
+                return Err(Fault { kind: FaultKind::Interrupted, message: "interrupted".into() });
+            }
+            let mut control = self.control.borrow_mut();
+            let lost = |e: Failure| Fault::broken(e.to_string());
+            // A report that nobody waits for yet is passed over; the next one follows soon.
+            if let Some(ToSolver::Abort { reason }) = control.poll(&|| self.bell.ring()).map_err(lost)? {
+                aborted = Some(reason);
+                return Err(Fault::broken("the run ends before its time"));
+            }
+            if control.is_asked() {
+                control.send(&FromSolver::Progress(progress), true, &|| self.bell.ring()).map_err(lost)?;
+            }
+            Ok(())
+        };
+        let outcome = solver.prepare(plan, &mut report);
+        if let Some(reason) = aborted {
+            self.send(&FromSolver::Statistics(Statistics::default()))?;
+            return Err(Failure::Aborted(reason));
+        }
+        let answer = match outcome {
+            Ok(ready) => {
+                self.lengths = payload_lengths(plan, &ready);
+                check_space(2 * 8 * self.lengths.1 as u64)?;
+                let server = self
+                    .channels
+                    .field
+                    .server_builder()
+                    .initial_max_slice_len(self.lengths.1.max(1))
+                    .max_loaned_responses_per_request(1)
+                    .create()
+                    .map_err(transport("cannot create the field channel"))?;
+                self.field = Some(server);
+                FromSolver::Ready(ready)
+            }
+            Err(fault) => FromSolver::Fault(fault),
+        };
+        self.send(&answer)
+    }
+
+    fn window(
+        &mut self,
+        solver: &mut dyn Solver,
+        request: &iceoryx2::active_request::ActiveRequest<
+            ipc::Service,
+            [f64],
+            RequestHeader,
+            [f64],
+            AnswerHeader,
+        >,
+    ) -> Result<(), Failure> {
+        let started = Instant::now();
+        let header = *request.user_header();
+        let coupler = |what| Failure::Contract { solver: "the coupler".into(), what };
+        if header.run != self.connection.run.number() {
+            return Err(coupler(format!(
+                "asked run {:016x}, this is run {:016x}",
+                header.run,
+                self.connection.run.number()
+            )));
+        }
+        let input = request.payload();
+        if input.len() != self.lengths.0 {
+            return Err(coupler(format!(
+                "window {}: it sent {} numbers, the plan makes {}",
+                header.window,
+                input.len(),
+                self.lengths.0
+            )));
+        }
+        let failed = "cannot answer a window";
+        let mut response = request.loan_slice_uninit(self.lengths.1).map_err(transport(failed))?;
+        let payload = response.payload_mut();
+        // SAFETY: the chunk is mapped shared memory, so its bytes are initialised (zero, or an
+        // earlier payload), and every bit pattern is an f64. `MaybeUninit<f64>` has the layout of `f64`.
+        let output =
+            unsafe { std::slice::from_raw_parts_mut(payload.as_mut_ptr().cast::<f64>(), payload.len()) };
+        let outcome = participant::answer(solver, &header, input, output);
+        let status = if outcome.is_ok() { Status::Done } else { Status::Failed };
+        self.fault = outcome.err();
+        *response.user_header_mut() = AnswerHeader::echo(&header, status);
+        // SAFETY: as above.
+        unsafe { response.assume_init() }.send().map_err(transport(failed))?;
+        self.bell.ring();
+        self.solving += started.elapsed();
+        Ok(())
+    }
+
+    /// The last message must not die with this process: stay until the coupler has fetched it.
+    fn linger(&self) -> Result<(), Failure> {
+        let until = Instant::now() + Duration::from_secs(1);
+        while !self.control.borrow().is_sent() && Instant::now() < until {
+            self.control.borrow_mut().poll(&|| self.bell.ring())?;
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        while !self.control.borrow().is_fetched() && Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(())
+    }
+
+    fn with_cost(&self, mut statistics: Statistics) -> Statistics {
+        if statistics.cpu_seconds == 0.0 {
+            let cpu = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+            statistics.cpu_seconds = cpu.tv_sec as f64 + cpu.tv_nsec as f64 * 1e-9;
+        }
+        if statistics.solve_seconds == 0.0 {
+            statistics.solve_seconds = self.solving.as_secs_f64();
+        }
+        if statistics.peak_memory == 0 {
+            statistics.peak_memory = peak_memory();
+        }
+        statistics
+    }
+}
+
+/// Largest resident memory of this process [bytes]; 0 if the system does not tell.
+pub fn peak_memory() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    line.and_then(|l| l.trim().trim_end_matches(" kB").trim().parse::<u64>().ok()).map_or(0, |kb| kb * 1024)
+}

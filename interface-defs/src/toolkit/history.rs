@@ -1,0 +1,107 @@
+//! `history.csv`: one row per committed window, header names with units.
+
+use crate::message::Gauge;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Writes rows of numbers. Each row is handed to the system at once: what is written is on disk
+/// even if the process is killed a moment later.
+pub struct History {
+    writer: csv::Writer<File>,
+    columns: usize,
+    number: Vec<u8>,
+}
+
+/// Name of a column: `<name>_<unit>`, `/` as `_per_`; the unit `1` adds nothing.
+pub fn column(name: &str, unit: &str) -> String {
+    if unit.is_empty() || unit == "1" { name.to_owned() } else { format!("{name}_{}", unit.replace('/', "_per_")) }
+}
+
+/// Name of a gauge's column.
+pub fn gauge_column(gauge: &Gauge) -> String {
+    column(&gauge.name, &gauge.unit)
+}
+
+impl History {
+    /// Create the file (an old one is overwritten) with a header of `columns`.
+    pub fn create(path: &Path, columns: &[String]) -> io::Result<Self> {
+        let mut writer = csv::WriterBuilder::new().buffer_capacity(1 << 16).from_path(path).map_err(io::Error::from)?;
+        writer.write_record(columns).map_err(io::Error::from)?;
+        writer.flush()?;
+        Ok(Self { writer, columns: columns.len(), number: Vec::with_capacity(32) })
+    }
+
+    /// Append a row and hand it to the system. Numbers are written with the fewest digits that read
+    /// back as the same number; one that is not finite leaves its field empty.
+    ///
+    /// Panics if the row does not fit the header.
+    pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
+        assert_eq!(values.len(), self.columns, "a row must fit the header");
+        for value in values {
+            self.number.clear();
+            write_number(&mut self.number, *value)?;
+            self.writer.write_field(&self.number).map_err(io::Error::from)?;
+        }
+        self.writer.write_record(None::<&[u8]>).map_err(io::Error::from)?;
+        self.writer.flush()
+    }
+}
+
+/// The shortest text that reads back as the same number; outside of 1e-5 to 1e16 with an exponent.
+fn write_number(out: &mut Vec<u8>, value: f64) -> io::Result<()> {
+    let size = value.abs();
+    if !value.is_finite() {
+        Ok(())
+    } else if size == 0.0 || (1e-5..1e16).contains(&size) {
+        write!(out, "{value}")
+    } else {
+        write!(out, "{value:e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn header_names_carry_the_unit() {
+        assert_eq!(column("rock_vx", "m/s"), "rock_vx_m_per_s");
+        assert_eq!(column("iterations", "1"), "iterations");
+        assert_eq!(column("reaction_z", "N"), "reaction_z_N");
+    }
+
+    #[test]
+    fn every_row_is_in_the_file_at_once_and_reads_back_bit_for_bit() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = dir.path().join("history.csv");
+        let columns = vec!["time_s".to_owned(), "a,\"b\"_m".to_owned(), "c".to_owned()];
+        let mut history = History::create(&path, &columns).expect("created");
+        let rows = [
+            [0.1 + 0.2, -0.0, f64::MIN_POSITIVE],
+            [1.0 / 3.0, 1e300, -5e-324],
+            [9.999999e-6, 123456789012345680.0, 2.5],
+        ];
+        for (count, row) in rows.iter().enumerate() {
+            history.row(row).expect("written");
+            let mut reader = csv::Reader::from_path(&path).expect("read while the writer is open");
+            assert_eq!(reader.headers().expect("a header").iter().collect::<Vec<_>>(), columns);
+            let read: Vec<Vec<u64>> = reader
+                .records()
+                .map(|r| r.expect("a row").iter().map(|f| f.parse::<f64>().expect("a number").to_bits()).collect())
+                .collect();
+            let expected: Vec<Vec<u64>> =
+                rows[..=count].iter().map(|r| r.iter().map(|v| v.to_bits()).collect()).collect();
+            assert_eq!(read, expected);
+        }
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_leaves_its_field_empty() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = dir.path().join("history.csv");
+        let mut history = History::create(&path, &["a".into(), "b".into()]).expect("created");
+        history.row(&[f64::NAN, 1.0]).expect("written");
+        assert_eq!(std::fs::read_to_string(path).expect("a file"), "a,b\n,1\n");
+    }
+}

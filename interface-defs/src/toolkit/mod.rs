@@ -1,0 +1,27 @@
+//! What rockfall's own programs share beside the contract. A foreign solver needs none of it.
+//!
+//! - [`scene`]: scene text, its tables, and where in the file a value stands
+//! - [`input_error`]: bad input as one message, with position and excerpt
+//! - [`output`]: the table `[output]`
+//! - [`program`]: the `main` of a solver: run, check, serve
+//! - [`check`]: what a program answers to `check`
+//! - [`history`], [`summary`], [`vtu`]: result files
+//! - [`run_dir`]: the directory of a run
+//! - [`exit`], [`log`], [`alloc`], [`usage`]: exit codes, logs, counted allocations, time and memory
+
+pub mod alloc;
+pub mod check;
+pub mod exit;
+mod explain;
+pub mod history;
+pub mod input_error;
+pub mod log;
+pub mod output;
+mod overrides;
+pub mod program;
+pub mod run_dir;
+pub mod scene;
+mod solo;
+pub mod summary;
+pub mod usage;
+pub mod vtu;

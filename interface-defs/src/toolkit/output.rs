@@ -1,0 +1,44 @@
+//! The table `[output]`: what is written, and how often.
+
+use super::input_error::InputError;
+use super::scene::Scene;
+use serde::{Deserialize, Serialize};
+
+/// What is written, and how often. An interval that is absent writes nothing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Output {
+    /// Interval of the rows of `history.csv` in a run without a coupler [s]; default `end_time / 200`.
+    pub interval: f64,
+    /// Interval of the field files in `fields/` [s]; absent: none are written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fields: Option<f64>,
+    /// Whether the coupler writes `iterations.csv`.
+    pub iterations: bool,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    interval: Option<f64>,
+    fields: Option<f64>,
+    #[serde(default)]
+    iterations: bool,
+}
+
+impl Output {
+    /// From the scene; the whole table may be absent.
+    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+        let table: Table = scene.read("output")?.unwrap_or_default();
+        for (key, interval) in [("interval", table.interval), ("fields", table.fields)] {
+            if let Some(seconds) = interval.filter(|i| *i <= 0.0) {
+                let what = format!("an interval of {seconds} s is none, it must lie above 0");
+                return Err(scene.invalid(&format!("output.{key}"), what));
+            }
+        }
+        let interval = match table.interval {
+            Some(interval) => interval,
+            None => scene.end_time()? / 200.0,
+        };
+        Ok(Self { interval, fields: table.fields, iterations: table.iterations })
+    }
+}

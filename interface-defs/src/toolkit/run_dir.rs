@@ -1,0 +1,143 @@
+//! The directory of a run: where it lies, and that no older run is lost unasked.
+
+use super::input_error::InputError;
+use super::scene::Scene;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Rows of the run.
+pub const HISTORY: &str = "history.csv";
+/// Outcome and measures; written last.
+pub const SUMMARY: &str = "summary.json";
+/// Rows per coupling iteration.
+pub const ITERATIONS: &str = "iterations.csv";
+/// Fields for ParaView.
+pub const FIELDS: &str = "fields";
+/// The scene with every default filled in.
+pub const SCENE: &str = "scene.toml";
+/// Version, command lines, hashes.
+pub const RECORD: &str = "run.json";
+/// What each process printed.
+pub const LOG: &str = "log";
+
+/// Where the results of `scene` go: `out`, or by default `out/<scene name>`.
+pub fn location(out: Option<&Path>, scene: &Scene) -> PathBuf {
+    out.map_or_else(|| Path::new("out").join(scene.name()), Path::to_path_buf)
+}
+
+/// Create `dir` for results. One that holds a run is refused, or with `force` freed of it: only
+/// files that a run wrote are removed.
+pub fn prepare(dir: &Path, force: bool) -> Result<(), InputError> {
+    let shown = dir.display().to_string();
+    let fault = |e: io::Error| InputError::in_file(shown.as_str(), format!("no results can be written here: {e}"));
+    if dir.exists() && !dir.is_dir() {
+        return Err(InputError::in_file(shown.as_str(), "this is a file, and results need a directory"));
+    }
+    if !force && let Some(old) = [HISTORY, SUMMARY].into_iter().find(|name| dir.join(name).exists()) {
+        return Err(InputError::in_file(shown.as_str(), format!("this directory holds a run already ({old})"))
+            .try_instead("choose another with --out, or overwrite it with --force"));
+    }
+    std::fs::create_dir_all(dir).map_err(fault)?;
+    remove_results(dir).map_err(fault)?;
+    // A directory that cannot be written to is found now and not at the end.
+    let probe = dir.join(format!(".rockfall-{}", std::process::id()));
+    std::fs::write(&probe, b"").and_then(|()| std::fs::remove_file(&probe)).map_err(fault)
+}
+
+/// Remove results of an older run.
+fn remove_results(dir: &Path) -> io::Result<()> {
+    for name in [HISTORY, SUMMARY, ITERATIONS] {
+        remove(&dir.join(name))?;
+    }
+    remove_all(&dir.join(FIELDS), is_field_file)
+}
+
+/// Remove what the launcher of an older run wrote: scene, record, logs.
+pub fn remove_record(dir: &Path) -> io::Result<()> {
+    remove(&dir.join(SCENE))?;
+    remove(&dir.join(RECORD))?;
+    remove_all(&dir.join(LOG), |name| name.ends_with(".log"))
+}
+
+fn remove(path: &Path) -> io::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+        _ => Ok(()),
+    }
+}
+
+/// Remove the files of `dir` whose name is `ours`, and then `dir` itself if nothing else is in it.
+fn remove_all(dir: &Path, ours: impl Fn(&str) -> bool) -> io::Result<()> {
+    let entries = match std::fs::read_dir(dir) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
+        entries => entries?,
+    };
+    let mut others = false;
+    for entry in entries {
+        let entry = entry?;
+        if entry.file_type()?.is_file() && entry.file_name().to_str().is_some_and(&ours) {
+            remove(&entry.path())?;
+        } else {
+            others = true;
+        }
+    }
+    if others { Ok(()) } else { std::fs::remove_dir(dir) }
+}
+
+/// `name.pvd`, or `name_000001.vtu` with six digits or more.
+fn is_field_file(name: &str) -> bool {
+    let numbered = |stem: &str| {
+        stem.rsplit_once('_').is_some_and(|(_, n)| n.len() >= 6 && n.bytes().all(|b| b.is_ascii_digit()))
+    };
+    name.ends_with(".pvd") || name.strip_suffix(".vtu").is_some_and(numbered)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn touch(path: PathBuf) {
+        std::fs::create_dir_all(path.parent().expect("a parent")).expect("created");
+        std::fs::write(path, "x").expect("written");
+    }
+
+    #[test]
+    fn a_directory_that_holds_a_run_is_refused_and_force_removes_only_what_a_run_wrote() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let dir = temp.path().join("out/drop");
+        prepare(&dir, false).expect("a new directory");
+        prepare(&dir, false).expect("an empty directory");
+        for name in ["history.csv", "summary.json", "fields/rock_000001.vtu", "fields/rock.pvd"] {
+            touch(dir.join(name));
+        }
+        for name in ["notes.txt", "fields/state.pvsm", "fields/mine.vtu"] {
+            touch(dir.join(name));
+        }
+        let refused = prepare(&dir, false).expect_err("holds a run").to_string();
+        assert!(refused.contains("holds a run already (history.csv)"), "{refused}");
+        assert!(refused.contains("--force"), "{refused}");
+        prepare(&dir, true).expect("forced");
+        for gone in ["history.csv", "summary.json", "fields/rock_000001.vtu", "fields/rock.pvd"] {
+            assert!(!dir.join(gone).exists(), "{gone}");
+        }
+        for kept in ["notes.txt", "fields/state.pvsm", "fields/mine.vtu"] {
+            assert!(dir.join(kept).exists(), "{kept}");
+        }
+    }
+
+    #[test]
+    fn a_file_in_the_place_of_the_directory_is_refused() {
+        let temp = tempfile::tempdir().expect("a directory");
+        touch(temp.path().join("out"));
+        for place in ["out", "out/drop"] {
+            assert!(prepare(&temp.path().join(place), true).is_err(), "{place}");
+        }
+    }
+
+    #[test]
+    fn results_go_by_default_to_a_directory_named_after_the_scene() {
+        let scene = Scene::from_text("scenes/free-fall.toml", "").expect("a scene");
+        assert_eq!(location(None, &scene), Path::new("out/free-fall"));
+        assert_eq!(location(Some(Path::new("here")), &scene), Path::new("here"));
+    }
+}

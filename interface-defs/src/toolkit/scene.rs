@@ -1,0 +1,213 @@
+//! Scene text: its tables, and where in the file a value stands.
+//!
+//! A scene is one TOML file. A program reads the top-level tables that are its own into structs
+//! with `deny_unknown_fields`; an error, wherever it arises, names line and column of the file.
+
+use super::explain::{explain, pinpoint, suggestion, values};
+use super::input_error::{InputError, Spot};
+use super::overrides::Override;
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+/// Every key that may stand at the top of a scene.
+pub const KEYS: [&str; 14] = [
+    "title", "end_time", "gravity", "rock", "contact", "terrain", "structure", "gauge", "dem", "fem", "coupling",
+    "processes", "output", "custom",
+];
+
+/// The table that belongs to foreign programs and is not checked.
+const UNCHECKED: &str = "custom";
+
+/// A scene: text of its file, with every `--set` in place.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    path: PathBuf,
+    text: String,
+    overrides: Vec<Override>,
+}
+
+impl Scene {
+    /// Read the scene at `path` and put every `key=value` of `sets` in place.
+    ///
+    /// Refuses text that is no TOML, unknown top-level keys, numbers that are not finite (except in
+    /// `[custom]`), and a set that cannot be applied.
+    pub fn load(path: &Path, sets: &[String]) -> Result<Self, InputError> {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => InputError::in_file(name.as_str(), "there is no such scene file")
+                .try_instead("the path counts from the current directory"),
+            _ => InputError::in_file(name.as_str(), format!("the scene cannot be read: {e}")),
+        })?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let at = e.utf8_error().valid_up_to();
+            InputError::in_file(name.as_str(), format!("byte {at} is not UTF-8 text"))
+        })?;
+        Self::new(path.to_owned(), text, sets)
+    }
+
+    /// A scene from text; `name` stands for its file.
+    pub fn from_text(name: &str, text: &str) -> Result<Self, InputError> {
+        Self::new(name.into(), text.into(), &[])
+    }
+
+    /// A scene from text, with every `key=value` of `sets` in place.
+    pub fn from_text_with(name: &str, text: &str, sets: &[String]) -> Result<Self, InputError> {
+        Self::new(name.into(), text.into(), sets)
+    }
+
+    fn new(path: PathBuf, text: String, sets: &[String]) -> Result<Self, InputError> {
+        let mut base = text.len() + 1;
+        let mut overrides = Vec::with_capacity(sets.len());
+        for set in sets {
+            overrides.push(Override::parse(set, base)?);
+            base += set.len() + 1;
+        }
+        let scene = Self { path, text, overrides };
+        scene.check()?;
+        Ok(scene)
+    }
+
+    fn check(&self) -> Result<(), InputError> {
+        let tree = self.tree()?;
+        let mut fault: Option<(Range<usize>, String)> = None;
+        for (key, value) in &tree {
+            let name: &str = key.get_ref();
+            if !KEYS.contains(&name) {
+                let error = self.error(key.span(), format!("unknown key `{name}` at the top of the scene"));
+                return Err(error.try_if(suggestion(name, &KEYS)));
+            }
+            if name != UNCHECKED {
+                values(value, &mut |v| {
+                    if let DeValue::Float(number) = v.get_ref()
+                        && !number.as_str().parse::<f64>().is_ok_and(f64::is_finite)
+                        && fault.as_ref().is_none_or(|(at, _)| v.span().start < at.start)
+                    {
+                        fault = Some((v.span(), number.to_string()));
+                    }
+                });
+            }
+        }
+        match fault {
+            Some((span, number)) => Err(self.error(span, format!("`{number}` is not a finite number"))),
+            None => Ok(()),
+        }
+    }
+
+    /// Path of its file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its name: that of its file, without the extension.
+    pub fn name(&self) -> String {
+        self.path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
+    }
+
+    /// Text of its file, without any `--set`.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Whether it has this top-level key.
+    pub fn has(&self, key: &str) -> bool {
+        self.tree().is_ok_and(|tree| tree.contains_key(key))
+    }
+
+    /// A top-level key (value, table, array of tables) as `T`; `None` if it is absent.
+    ///
+    /// An unknown key, an unknown name or a wrong type is an error with line, column and nearest name.
+    pub fn read<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, InputError> {
+        let Some(value) = self.tree()?.remove(key) else { return Ok(None) };
+        match T::deserialize(ValueDeserializer::from(value.clone())) {
+            Ok(read) => Ok(Some(read)),
+            Err(e) => {
+                let span = pinpoint(&value, e.span().unwrap_or(value.span()), e.message());
+                let (what, hint) = explain(e.message());
+                Err(self.error(span, what).try_if(hint))
+            }
+        }
+    }
+
+    /// The whole scene with every `--set` in place, unchecked.
+    pub fn document(&self) -> Result<toml::Table, InputError> {
+        let mut table = toml::Table::new();
+        for key in self.tree()?.keys() {
+            if let Some(value) = self.read(key.get_ref())? {
+                table.insert(key.get_ref().to_string(), value);
+            }
+        }
+        Ok(table)
+    }
+
+    /// An error about the value at a dotted key (`rock.0.mass`): located there, or at the nearest
+    /// table above it that the scene has.
+    pub fn invalid(&self, key: &str, message: impl Into<String>) -> InputError {
+        match self.tree().ok().and_then(|tree| nearest_span(&tree, key)) {
+            Some(span) => self.error(span, message),
+            None => InputError::in_file(self.path.display().to_string(), message),
+        }
+    }
+
+    /// `relative` as a path from the directory of the scene file; an absolute path stays as it is.
+    pub fn resolve(&self, relative: &Path) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(relative)
+    }
+
+    /// `end_time` [s]: required, finite, above 0.
+    pub fn end_time(&self) -> Result<f64, InputError> {
+        match self.read::<f64>("end_time")? {
+            Some(t) if t > 0.0 => Ok(t),
+            Some(t) => Err(self.invalid("end_time", format!("the end time is {t} s, it must lie above 0"))),
+            None => Err(self
+                .invalid("end_time", "the key `end_time` is missing")
+                .try_instead("write the simulated time in seconds at the top of the scene, as in end_time = 1.5")),
+        }
+    }
+
+    /// `gravity` [m/s2]; absent means none.
+    pub fn gravity(&self) -> Result<[f64; 3], InputError> {
+        Ok(self.read("gravity")?.unwrap_or_default())
+    }
+
+    /// The text as a tree with positions. It is parsed anew each time: some microseconds, and
+    /// nothing that borrows from itself.
+    fn tree(&self) -> Result<DeTable<'_>, InputError> {
+        let mut tree = DeTable::parse(&self.text)
+            .map_err(|e| self.error(e.span().unwrap_or(0..0), e.message()))?
+            .into_inner();
+        for set in &self.overrides {
+            set.apply(&mut tree)?;
+        }
+        Ok(tree)
+    }
+
+    fn error(&self, span: Range<usize>, message: impl Into<String>) -> InputError {
+        let set = self.overrides.iter().find(|set| (set.base..set.base + set.text.len() + 1).contains(&span.start));
+        let spot = match set {
+            Some(set) => Spot::in_argument(&set.text, span.start - set.base..span.end.max(set.base) - set.base),
+            None => Spot::in_file(&self.path.display().to_string(), &self.text, span),
+        };
+        InputError::at(spot, message)
+    }
+}
+
+/// Position of the value at a dotted key, or of the nearest table above it.
+fn nearest_span(tree: &DeTable, key: &str) -> Option<Range<usize>> {
+    let mut names = key.split('.');
+    let mut node: &Spanned<DeValue> = tree.get(names.next()?)?;
+    for name in names {
+        let below = match node.get_ref() {
+            DeValue::Table(table) => table.get(name),
+            DeValue::Array(items) => name.parse().ok().and_then(|index: usize| items.get(index)),
+            _ => None,
+        };
+        match below {
+            Some(next) => node = next,
+            None => break,
+        }
+    }
+    Some(node.span())
+}
