@@ -1,2 +1,7 @@
-//! Program.
-fn main() {}
+//! The program `fem-solver`: run, check and serve the structure of a scene.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    interface_defs::toolkit::program::main(&fem_solver::PROGRAM)
+}

@@ -154,10 +154,17 @@ impl Layout {
         self.fields_len + 3 * gauge..self.fields_len + 3 * gauge + 3
     }
 
+    /// Where the numbers of all gauges lie.
+    pub fn gauges(&self) -> Range<usize> {
+        self.fields_len..self.len()
+    }
+
     /// The field that holds number `index`: name, and its position in the sample. `None` for a gauge.
     pub fn owner(&self, index: usize) -> Option<(&FieldSpec, usize)> {
-        let (f, start, len) =
-            self.places.iter().find(|(f, start, len)| (*start..start + len * f.sample_count()).contains(&index))?;
+        let (f, start, len) = self
+            .places
+            .iter()
+            .find(|(f, start, len)| (*start..start + len * f.sample_count()).contains(&index))?;
         Some((f, (index - start) % len))
     }
 
@@ -178,7 +185,8 @@ mod tests {
 
     #[test]
     fn fields_follow_each_other_and_gauges_come_last() {
-        let mesh = InterfaceMesh { coordinates: vec![0.0; 12], lines: vec![[0, 1], [1, 2]], ..Default::default() };
+        let mesh =
+            InterfaceMesh { coordinates: vec![0.0; 12], lines: vec![[0, 1], [1, 2]], ..Default::default() };
         let mut motion = FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::FromStart);
         motion.samples = 2;
         let lines = FieldSpec { place: Place::Line, ..FieldSpec::nodal("x", 2, Sampling::Once) };

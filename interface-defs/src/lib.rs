@@ -30,5 +30,5 @@ pub use header::{AnswerHeader, Command, RequestHeader, Status};
 pub use ipc::serve::serve;
 pub use mesh::{Group, InterfaceMesh};
 pub use message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics};
-pub use participant::{Answer, Failure, InProcess, Participant};
+pub use participant::{Failure, InProcess, Participant};
 pub use solver::{Solver, Window};

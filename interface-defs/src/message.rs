@@ -246,7 +246,10 @@ impl fmt::Display for DecodeError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Protocol(Some(v)) => {
-                write!(f, "speaks protocol {v}, this program speaks protocol {PROTOCOL}; use matching versions")
+                write!(
+                    f,
+                    "speaks protocol {v}, this program speaks protocol {PROTOCOL}; use matching versions"
+                )
             }
             Self::Protocol(None) => f.write_str("sent an empty message"),
             Self::Malformed(why) => write!(f, "sent a message that cannot be read: {why}"),
@@ -258,7 +261,8 @@ impl fmt::Display for DecodeError {
 pub fn encode<M: Serialize>(message: &M) -> Vec<u8> {
     let mut bytes = vec![PROTOCOL];
     let config = bincode::config::standard().with_fixed_int_encoding();
-    bincode::serde::encode_into_std_write(message, &mut bytes, config).expect("writing to memory cannot fail");
+    bincode::serde::encode_into_std_write(message, &mut bytes, config)
+        .expect("writing to memory cannot fail");
     bytes
 }
 

@@ -78,14 +78,6 @@ impl fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-/// An answer: the payload as the solver wrote it, not copied.
-pub struct Answer<'a> {
-    /// [`Status::Done`], or [`Status::Failed`]: then ask [`Participant::explain`].
-    pub status: Status,
-    /// Fields of the plan, then three numbers per gauge.
-    pub payload: &'a [f64],
-}
-
 /// A solver as the coupler sees it. Once prepared it has two verbs: send and receive.
 pub trait Participant {
     /// Its name in this run (`dem`, `fem`).
@@ -100,8 +92,12 @@ pub trait Participant {
     /// Send a request; `fill` writes its payload in place. `header.run` and `.sequence` are set here.
     fn send(&mut self, header: RequestHeader, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure>;
 
-    /// Wait for the answer to the request sent last.
-    fn receive(&mut self) -> Result<Answer<'_>, Failure>;
+    /// Wait for the answer to the request sent last. [`Status::Failed`]: ask [`Participant::explain`].
+    fn receive(&mut self) -> Result<Status, Failure>;
+
+    /// Payload of the answer received last, as the solver wrote it, not copied: fields of the plan,
+    /// then three numbers per gauge.
+    fn answer(&self) -> &[f64];
 
     /// Why the last solve failed.
     fn explain(&mut self) -> Result<Fault, Failure>;
@@ -176,19 +172,22 @@ impl<S: Solver> Participant for InProcess<S> {
         Ok(())
     }
 
-    fn receive(&mut self) -> Result<Answer<'_>, Failure> {
+    fn receive(&mut self) -> Result<Status, Failure> {
         let started = std::time::Instant::now();
         let header = self.pending.take().expect("receive follows send");
         let outcome = answer(&mut self.solver, &header, &self.input, &mut self.output);
         self.waited += started.elapsed().as_secs_f64();
-        let status = match outcome {
-            Ok(()) => Status::Done,
+        match outcome {
+            Ok(()) => Ok(Status::Done),
             Err(fault) => {
                 self.fault = Some(fault);
-                Status::Failed
+                Ok(Status::Failed)
             }
-        };
-        Ok(Answer { status, payload: &self.output })
+        }
+    }
+
+    fn answer(&self) -> &[f64] {
+        &self.output
     }
 
     fn explain(&mut self) -> Result<Fault, Failure> {

@@ -34,8 +34,10 @@ pub struct ControlHeader {
     pub reserved: u32,
 }
 
-pub(crate) type ControlService = request_response::PortFactory<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
-pub(crate) type FieldService = request_response::PortFactory<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
+pub(crate) type ControlService =
+    request_response::PortFactory<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
+pub(crate) type FieldService =
+    request_response::PortFactory<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
 pub(crate) type EventService = event::PortFactory<ipc::Service>;
 
 /// One request, one response, nothing is dropped, nothing blocks for ever.
@@ -66,9 +68,7 @@ fn control_builder(
     name: &str,
 ) -> Result<Builder<[u8], ControlHeader, [u8], ControlHeader, Ipc>, Failure> {
     let builder = node.service_builder(&service_name(name, "control")?).request_response::<[u8], [u8]>();
-    Ok(lock_step!(
-        builder.request_user_header::<ControlHeader>().response_user_header::<ControlHeader>()
-    ))
+    Ok(lock_step!(builder.request_user_header::<ControlHeader>().response_user_header::<ControlHeader>()))
 }
 
 fn field_builder(
@@ -79,7 +79,10 @@ fn field_builder(
     Ok(lock_step!(builder.request_user_header::<RequestHeader>().response_user_header::<AnswerHeader>()))
 }
 
-fn event_builder(node: &Node<Ipc>, name: &str) -> Result<iceoryx2::service::builder::event::Builder<Ipc>, Failure> {
+fn event_builder(
+    node: &Node<Ipc>,
+    name: &str,
+) -> Result<iceoryx2::service::builder::event::Builder<Ipc>, Failure> {
     Ok(node
         .service_builder(&service_name(name, "wake")?)
         .event()
@@ -128,7 +131,9 @@ pub(crate) fn create_wake(node: &Node<Ipc>, name: &str) -> Result<EventService, 
 
 /// Open a wake-up event.
 pub(crate) fn open_wake(node: &Node<Ipc>, name: &str, deadline: Duration) -> Result<EventService, Failure> {
-    retry(deadline, || event_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/wake"))))
+    retry(deadline, || {
+        event_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/wake")))
+    })
 }
 
 /// Opening races with creating and with the cleaning of dead nodes: try again until the deadline.

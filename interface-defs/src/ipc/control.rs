@@ -93,7 +93,9 @@ impl Caller {
         };
         let (answer, bytes) = wait(&mut poll)?;
         if answer.run != self.run {
-            return Err(self.broken(format!("answered run {:016x}, this is run {:016x}", answer.run, self.run)));
+            return Err(
+                self.broken(format!("answered run {:016x}, this is run {:016x}", answer.run, self.run))
+            );
         }
         Ok((answer, bytes))
     }
@@ -126,7 +128,8 @@ impl Listener {
 
     /// Take what has come: a whole message, or nothing yet. `ring` wakes the coupler.
     pub fn poll(&mut self, ring: &dyn Fn()) -> Result<Option<ToSolver>, Failure> {
-        while let Some(request) = self.server.receive().map_err(transport("cannot read a message of the coupler"))?
+        while let Some(request) =
+            self.server.receive().map_err(transport("cannot read a message of the coupler"))?
         {
             let header = *request.user_header();
             self.answered = None;
@@ -174,13 +177,8 @@ impl Listener {
         let bytes = encode(message);
         let parts = bytes.len().div_ceil(FRAME) as u32;
         for (part, frame) in bytes.chunks(FRAME).enumerate() {
-            let header = ControlHeader {
-                run: self.run,
-                part: part as u32 + 1,
-                parts,
-                more: more.into(),
-                reserved: 0,
-            };
+            let header =
+                ControlHeader { run: self.run, part: part as u32 + 1, parts, more: more.into(), reserved: 0 };
             self.outgoing.push((header, frame.to_vec()));
         }
         self.flush(ring)

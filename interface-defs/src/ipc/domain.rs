@@ -8,7 +8,9 @@ use super::transport;
 use crate::participant::Failure;
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeState, NodeView};
-use iceoryx2::prelude::{CallbackProgression, FileName, NodeBuilder, NodeName, Path as IoxPath, SemanticString};
+use iceoryx2::prelude::{
+    CallbackProgression, FileName, NodeBuilder, NodeName, Path as IoxPath, SemanticString,
+};
 use iceoryx2::prelude::{SignalHandlingMode, ipc};
 use std::fmt;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -84,7 +86,8 @@ impl Domain {
         config.global.prefix =
             FileName::new(prefix.as_bytes()).map_err(transport("prefix of the run in shared memory"))?;
         let root = home().join(&run.0);
-        let root = IoxPath::new(root.as_os_str().as_encoded_bytes()).map_err(transport("place of the run"))?;
+        let root =
+            IoxPath::new(root.as_os_str().as_encoded_bytes()).map_err(transport("place of the run"))?;
         config.global.set_root_path(&root);
         Ok(Self { run: run.clone(), config })
     }

@@ -7,7 +7,7 @@ use super::wait::{Patience, Wait};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Hello, Plan, Ready, Statistics, ToSolver};
-use crate::participant::{Answer, Failure, Participant, payload_lengths};
+use crate::participant::{Failure, Participant, payload_lengths};
 use crate::solver::OnProgress;
 use iceoryx2::node::Node;
 use iceoryx2::pending_response::PendingResponse;
@@ -64,13 +64,13 @@ impl Host {
         check_space(names.len() as u64 * 4 * (FRAME as u64 + 4096))?;
         let node = domain.node("coupler")?;
         let own_wake = channel::create_wake(&node, "coupler")?;
-        let listener = own_wake.listener_builder().create().map_err(transport("cannot listen for wake-ups"))?;
+        let listener =
+            own_wake.listener_builder().create().map_err(transport("cannot listen for wake-ups"))?;
         let channels: Vec<Channels> =
             names.iter().map(|name| Channels::create(&node, name)).collect::<Result<_, _>>()?;
         let heartbeats =
             channels.iter().map(|c| channel::notifier(&c.wake)).collect::<Result<Vec<_>, _>>()?;
-        let shared =
-            Rc::new(Shared { options, listener, heartbeats, domain, _node: node, _lock: lock });
+        let shared = Rc::new(Shared { options, listener, heartbeats, domain, _node: node, _lock: lock });
         let remotes = names
             .iter()
             .zip(channels)
@@ -152,7 +152,12 @@ impl Remote {
         let words = || during.to_string();
         let mut wait = |poll: &mut super::control::PollFrame| {
             self.channels_ring();
-            self.patience(true, &words).until(&self.shared.listener, poll, |_| false, || self.shared.heartbeat())
+            self.patience(true, &words).until(
+                &self.shared.listener,
+                poll,
+                |_| false,
+                || self.shared.heartbeat(),
+            )
         };
         let (mut answer, mut more) = self.caller.call(message, &mut wait)?;
         while more {
@@ -235,7 +240,12 @@ impl Participant for Remote {
     fn hello(&mut self) -> Result<Hello, Failure> {
         let during = || "at the start of the run: it has not joined".to_string();
         let there = || Ok((self.channels.control.dynamic_config().number_of_servers() > 0).then_some(()));
-        self.patience(false, &during).until(&self.shared.listener, there, |_| false, || self.shared.heartbeat())?;
+        self.patience(false, &during).until(
+            &self.shared.listener,
+            there,
+            |_| false,
+            || self.shared.heartbeat(),
+        )?;
         match self.call(&ToSolver::Connect, "in the handshake", &mut silent)? {
             FromSolver::Hello(hello) => Ok(hello),
             other => Err(self.unexpected("Connect", &other)),
@@ -290,7 +300,7 @@ impl Participant for Remote {
         Ok(())
     }
 
-    fn receive(&mut self) -> Result<Answer<'_>, Failure> {
+    fn receive(&mut self) -> Result<Status, Failure> {
         let started = Instant::now();
         let pending = self.pending.take().expect("receive follows send");
         let (asked, failed) = (self.asked, format!("cannot read the answer of {}", self.name));
@@ -319,8 +329,12 @@ impl Participant for Remote {
                 asked.window, self.lengths.1
             )));
         }
-        let status = if header.status == Status::Done as u32 { Status::Done } else { Status::Failed };
-        Ok(Answer { status, payload: self.response.insert(response).payload() })
+        self.response = Some(response);
+        Ok(if header.status == Status::Done as u32 { Status::Done } else { Status::Failed })
+    }
+
+    fn answer(&self) -> &[f64] {
+        self.response.as_ref().expect("received before it is read").payload()
     }
 
     fn explain(&mut self) -> Result<Fault, Failure> {

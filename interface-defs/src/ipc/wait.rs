@@ -108,7 +108,9 @@ impl Patience<'_> {
             if interrupt::requested() && now - *interrupted_at.get_or_insert(now) > GRACE {
                 return Err(Failure::Interrupted);
             }
-            if self.supervisor.is_some_and(|pid| rustix::process::getppid().is_none_or(|p| p.as_raw_nonzero().get() as u32 != pid)) {
+            if self.supervisor.is_some_and(|pid| {
+                rustix::process::getppid().is_none_or(|p| p.as_raw_nonzero().get() as u32 != pid)
+            }) {
                 return Err(self.lost("the launcher"));
             }
             if self.must_live && !self.domain.is_alive(self.partner) {

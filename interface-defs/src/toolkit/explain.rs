@@ -169,7 +169,10 @@ mod tests {
             explain("invalid type: string \"a, expected b\", expected f64").0,
             "wrong type: string \"a, expected b\", expected a number"
         );
-        assert_eq!(explain("invalid type: integer `1`, expected struct Dem").0, "wrong type: integer `1`, expected a table");
+        assert_eq!(
+            explain("invalid type: integer `1`, expected struct Dem").0,
+            "wrong type: integer `1`, expected a table"
+        );
         let (what, hint) = explain("unknown variant `week`, expected `weak` or `strong`");
         assert_eq!(what, "unknown value `week`");
         assert_eq!(hint.as_deref(), Some("did you mean `weak`? known here: `weak`, `strong`"));

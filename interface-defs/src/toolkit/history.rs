@@ -15,7 +15,11 @@ pub struct History {
 
 /// Name of a column: `<name>_<unit>`, `/` as `_per_`; the unit `1` adds nothing.
 pub fn column(name: &str, unit: &str) -> String {
-    if unit.is_empty() || unit == "1" { name.to_owned() } else { format!("{name}_{}", unit.replace('/', "_per_")) }
+    if unit.is_empty() || unit == "1" {
+        name.to_owned()
+    } else {
+        format!("{name}_{}", unit.replace('/', "_per_"))
+    }
 }
 
 /// Name of a gauge's column.
@@ -26,7 +30,8 @@ pub fn gauge_column(gauge: &Gauge) -> String {
 impl History {
     /// Create the file (an old one is overwritten) with a header of `columns`.
     pub fn create(path: &Path, columns: &[String]) -> io::Result<Self> {
-        let mut writer = csv::WriterBuilder::new().buffer_capacity(1 << 16).from_path(path).map_err(io::Error::from)?;
+        let mut writer =
+            csv::WriterBuilder::new().buffer_capacity(1 << 16).from_path(path).map_err(io::Error::from)?;
         writer.write_record(columns).map_err(io::Error::from)?;
         writer.flush()?;
         Ok(Self { writer, columns: columns.len(), number: Vec::with_capacity(32) })
@@ -88,7 +93,9 @@ mod tests {
             assert_eq!(reader.headers().expect("a header").iter().collect::<Vec<_>>(), columns);
             let read: Vec<Vec<u64>> = reader
                 .records()
-                .map(|r| r.expect("a row").iter().map(|f| f.parse::<f64>().expect("a number").to_bits()).collect())
+                .map(|r| {
+                    r.expect("a row").iter().map(|f| f.parse::<f64>().expect("a number").to_bits()).collect()
+                })
                 .collect();
             let expected: Vec<Vec<u64>> =
                 rows[..=count].iter().map(|r| r.iter().map(|v| v.to_bits()).collect()).collect();

@@ -7,10 +7,12 @@
 //! - [`check`]: what a program answers to `check`
 //! - [`history`], [`summary`], [`vtu`]: result files
 //! - [`run_dir`]: the directory of a run
-//! - [`exit`], [`log`], [`alloc`], [`usage`]: exit codes, logs, counted allocations, time and memory
+//! - [`energy`]: the balance of energy, from gauges by role
+//! - [`exit`], [`log`], [`alloc`]: exit codes, logs, counted allocations
 
 pub mod alloc;
 pub mod check;
+pub mod energy;
 pub mod exit;
 mod explain;
 pub mod history;
@@ -23,5 +25,4 @@ pub mod run_dir;
 pub mod scene;
 mod solo;
 pub mod summary;
-pub mod usage;
 pub mod vtu;

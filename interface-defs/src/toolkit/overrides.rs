@@ -86,7 +86,8 @@ impl Override {
             }
             other => {
                 let kind = other.type_str();
-                Err(self.refuse(depth, format!("`{}` is a value ({kind}), it holds no keys", self.prefix(depth))))
+                Err(self
+                    .refuse(depth, format!("`{}` is a value ({kind}), it holds no keys", self.prefix(depth))))
             }
         }
     }

@@ -29,13 +29,17 @@ pub fn location(out: Option<&Path>, scene: &Scene) -> PathBuf {
 /// files that a run wrote are removed.
 pub fn prepare(dir: &Path, force: bool) -> Result<(), InputError> {
     let shown = dir.display().to_string();
-    let fault = |e: io::Error| InputError::in_file(shown.as_str(), format!("no results can be written here: {e}"));
+    let fault =
+        |e: io::Error| InputError::in_file(shown.as_str(), format!("no results can be written here: {e}"));
     if dir.exists() && !dir.is_dir() {
         return Err(InputError::in_file(shown.as_str(), "this is a file, and results need a directory"));
     }
     if !force && let Some(old) = [HISTORY, SUMMARY].into_iter().find(|name| dir.join(name).exists()) {
-        return Err(InputError::in_file(shown.as_str(), format!("this directory holds a run already ({old})"))
-            .try_instead("choose another with --out, or overwrite it with --force"));
+        return Err(InputError::in_file(
+            shown.as_str(),
+            format!("this directory holds a run already ({old})"),
+        )
+        .try_instead("choose another with --out, or overwrite it with --force"));
     }
     std::fs::create_dir_all(dir).map_err(fault)?;
     remove_results(dir).map_err(fault)?;

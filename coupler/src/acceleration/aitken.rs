@@ -1,0 +1,131 @@
+//! Aitken's delta-squared in its vector form.
+//!
+//! `w <- -w r_old.(r - r_old)/|r - r_old|^2`. Source: Irons and Tuck (1969), Int. J. Numer. Meth.
+//! Engng 1, 275; Kuettler and Wall (2008), Comput. Mech. 43, 61; handbook 3.4.
+
+use super::{Acceleration, relax};
+use serde::{Deserialize, Serialize};
+
+/// Smallest |w|. Not an instability (the best w is 1/(1 + k S), and k S reaches 1e4 for a rock on a
+/// wire): only there so that a vanishing factor cannot pass for convergence.
+const SMALLEST: f64 = 1e-6;
+
+/// Aitken relaxation, started anew in every window.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Aitken {
+    /// Factor of the first iteration of each window, in (0, 1].
+    pub initial: f64,
+    /// Largest factor. Larger ones overshoot when a contact opens or closes between two iterations.
+    pub largest: f64,
+    #[serde(skip)]
+    factor: f64,
+    #[serde(skip)]
+    old: Vec<f64>,
+}
+
+impl Default for Aitken {
+    fn default() -> Self {
+        Self { initial: 0.5, largest: 2.0, factor: 0.5, old: Vec::new() }
+    }
+}
+
+impl Acceleration for Aitken {
+    fn start_window(&mut self) {
+        self.factor = self.initial;
+        self.old.clear();
+    }
+
+    fn update(&mut self, x: &mut [f64], residual: &[f64]) {
+        // The set of nodes may change between two iterations: then there is nothing to compare with.
+        if self.old.len() == residual.len() {
+            let (mut along, mut square) = (0.0, 0.0);
+            for (new, old) in residual.iter().zip(&self.old) {
+                let change = new - old;
+                along += old * change;
+                square += change * change;
+            }
+            // An unchanged residual (0/0) says nothing about the factor: keep it.
+            if square > 0.0 {
+                let factor = -self.factor * along / square;
+                self.factor = factor.signum() * factor.abs().clamp(SMALLEST, self.largest);
+            }
+        }
+        self.old.clear();
+        self.old.extend_from_slice(residual);
+        relax(x, residual, self.factor);
+    }
+
+    fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        if !(self.initial > 0.0 && self.initial <= 1.0) {
+            return Err(("initial", format!("the first factor must lie in (0, 1], it is {}", self.initial)));
+        }
+        if self.largest < self.initial || self.largest.is_nan() {
+            return Err((
+                "largest",
+                format!("the largest factor {} is below the first one, {}", self.largest, self.initial),
+            ));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// V-C2: scalar Aitken solves x = -r x + b in three evaluations at any r = k S. The third residual
+    /// is rounding of the second update, amplified by 1 + r at most.
+    #[test]
+    fn aitken_needs_three_evaluations_of_a_linear_map_at_any_stiffness() {
+        for ratio in [0.0625, 1.0, 6.25, 100.0, 1e4] {
+            let map = |x: f64| 1.0 - ratio * x;
+            let mut aitken = Aitken { initial: 0.1, ..Aitken::default() };
+            aitken.start_window();
+            let mut x = [0.3];
+            for _ in 0..2 {
+                let residual = [map(x[0]) - x[0]];
+                aitken.update(&mut x, &residual);
+            }
+            let residual = (map(x[0]) - x[0]).abs();
+            assert!(residual < 1e-13 * (1.0 + ratio), "residual {residual:e} at k S = {ratio}");
+        }
+    }
+
+    #[test]
+    fn an_unchanged_residual_keeps_the_factor_and_a_new_window_forgets_it() {
+        let mut aitken = Aitken { initial: 0.25, ..Aitken::default() };
+        aitken.start_window();
+        let mut x = [0.0, 0.0];
+        aitken.update(&mut x, &[1.0, -1.0]);
+        aitken.update(&mut x, &[1.0, -1.0]);
+        assert_eq!(aitken.factor(), 0.25);
+        aitken.update(&mut x, &[0.5, -0.5]);
+        assert_ne!(aitken.factor(), 0.25);
+        aitken.start_window();
+        aitken.update(&mut x, &[1.0, -1.0]);
+        assert_eq!(aitken.factor(), 0.25);
+    }
+
+    /// Handbook 3.8: x = -r x + b converges under a constant factor below 2/(1 + r), and not above it.
+    #[test]
+    fn constant_relaxation_converges_below_its_limit_and_diverges_above() {
+        let ratio = 6.25;
+        let limit = 2.0 / (1.0 + ratio);
+        let last = |factor: f64| {
+            let mut x = [0.3];
+            let mut method = super::super::Constant { factor };
+            for _ in 0..200 {
+                let residual = [1.0 - ratio * x[0] - x[0]];
+                method.update(&mut x, &residual);
+            }
+            (1.0 - ratio * x[0] - x[0]).abs()
+        };
+        assert!(last(0.9 * limit) < 1e-10);
+        assert!(last(1.1 * limit) > 1.0);
+    }
+}

@@ -1,0 +1,37 @@
+//! Constant relaxation: converges while the factor is below 2/(1 + k S) (handbook 3.8).
+
+use super::{Acceleration, relax};
+use serde::{Deserialize, Serialize};
+
+/// `x <- x + factor r`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Constant {
+    /// Relaxation factor in (0, 1]; smaller converges for stiffer contacts, and more slowly.
+    pub factor: f64,
+}
+
+impl Default for Constant {
+    fn default() -> Self {
+        Self { factor: 0.5 }
+    }
+}
+
+impl Acceleration for Constant {
+    fn start_window(&mut self) {}
+
+    fn update(&mut self, x: &mut [f64], residual: &[f64]) {
+        relax(x, residual, self.factor);
+    }
+
+    fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        if self.factor > 0.0 && self.factor <= 1.0 {
+            return Ok(());
+        }
+        Err(("factor", format!("the relaxation factor must lie in (0, 1], it is {}", self.factor)))
+    }
+}

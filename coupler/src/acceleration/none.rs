@@ -1,0 +1,25 @@
+//! Plain Gauss-Seidel: the answer is the next iterate.
+
+use super::{Acceleration, relax};
+use serde::{Deserialize, Serialize};
+
+/// No relaxation. Converges only while the structure gives way less than the contact: k S < 1 (handbook 3.8).
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoRelaxation {}
+
+impl Acceleration for NoRelaxation {
+    fn start_window(&mut self) {}
+
+    fn update(&mut self, x: &mut [f64], residual: &[f64]) {
+        relax(x, residual, 1.0);
+    }
+
+    fn factor(&self) -> f64 {
+        1.0
+    }
+
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        Ok(())
+    }
+}

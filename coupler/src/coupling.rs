@@ -1,0 +1,385 @@
+//! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
+
+use crate::convergence::Residual;
+use crate::energy::Balance;
+use crate::handshake::{Agreement, Side, agree};
+use crate::interface::Interface;
+use crate::schedule::{Schedule, Span};
+use crate::settings::{Coupling as Settings, OnNoConvergence, Scheme};
+use interface_defs::message::FaultKind;
+use interface_defs::solver::OnProgress;
+use interface_defs::{Command, Failure, Layout, Participant, RequestHeader, Statistics, Status, ipc::interrupt};
+use std::fmt;
+
+/// Why the run ended before its time.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CouplingError {
+    /// A participant failed, was lost, or broke the contract.
+    Failed(Failure),
+    /// A window could not be solved, and may not be halved any further.
+    NotConverged {
+        /// Number of the window.
+        window: u64,
+        /// Its start [s].
+        start: f64,
+        /// Its length [s].
+        length: f64,
+        /// Why.
+        reason: String,
+        /// What to try.
+        advice: String,
+    },
+    /// The records could not be written.
+    Output(String),
+}
+
+impl fmt::Display for CouplingError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Failed(failure) => write!(f, "{failure}"),
+            Self::NotConverged { window, start, length, reason, advice } => {
+                write!(f, "window {window} at t = {start} s of {length:.3e} s: {reason}; {advice}")
+            }
+            Self::Output(what) => f.write_str(what),
+        }
+    }
+}
+
+impl std::error::Error for CouplingError {}
+
+impl From<Failure> for CouplingError {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
+    }
+}
+
+/// One coupling iteration, as an observer sees it.
+pub struct Iteration {
+    /// The window.
+    pub span: Span,
+    /// Number of the iteration in it, from 1.
+    pub iteration: u32,
+    /// What is left.
+    pub residual: Residual,
+    /// Relaxation factor used for the iterate.
+    pub factor: f64,
+}
+
+/// One committed window, as an observer sees it.
+pub struct Committed<'a> {
+    /// The window.
+    pub span: Span,
+    /// Iterations that it took.
+    pub iterations: u32,
+    /// What was left.
+    pub residual: Residual,
+    /// Whether the residual passed (always true in weak coupling, where it is not judged).
+    pub converged: bool,
+    /// The contact solver's gauges, three numbers each.
+    pub dem: &'a [f64],
+    /// The structure's gauges, three numbers each.
+    pub fem: &'a [f64],
+    /// Energy and work.
+    pub balance: &'a Balance,
+}
+
+/// Sees what happens; writes files, draws progress. The loop does neither.
+pub trait Observer {
+    /// Both solvers are prepared.
+    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[String]) -> Result<(), String>;
+    /// One iteration is done.
+    fn iteration(&mut self, _iteration: &Iteration) -> Result<(), String> {
+        Ok(())
+    }
+    /// One window is committed.
+    fn committed(&mut self, committed: &Committed) -> Result<(), String>;
+}
+
+/// What was done.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counts {
+    /// Committed windows.
+    pub windows: u64,
+    /// Coupling iterations, those of failed windows included.
+    pub iterations: u64,
+    /// Windows that were solved again at half length.
+    pub halved: u64,
+    /// Committed windows shorter than the scene's.
+    pub short: u64,
+    /// Windows accepted although they had not converged.
+    pub unconverged: u64,
+    /// Most iterations of a committed window.
+    pub most_iterations: u32,
+}
+
+/// A run of the loop over two participants.
+pub struct Coupling<'a> {
+    settings: Settings,
+    end_time: f64,
+    dem: Seat<'a>,
+    fem: Seat<'a>,
+    /// What was done so far.
+    pub counts: Counts,
+    /// Energy and work so far.
+    pub balance: Balance,
+    /// Whether both solvers tell all energies, so that there is an `energy_error`.
+    pub has_balance: bool,
+}
+
+/// The answers' gauges, kept from one solve to the commit.
+#[derive(Default)]
+struct Gauges {
+    dem: Vec<f64>,
+    fem: Vec<f64>,
+    energy: f64,
+    kinetic: f64,
+}
+
+enum Outcome {
+    Accepted { iterations: u32, residual: Residual, converged: bool },
+    Rejected(String),
+}
+
+impl<'a> Coupling<'a> {
+    /// A run to `end_time` [s].
+    pub fn new(
+        settings: Settings,
+        end_time: f64,
+        dem: &'a mut dyn Participant,
+        fem: &'a mut dyn Participant,
+    ) -> Self {
+        Self {
+            settings,
+            end_time,
+            dem: Seat { participant: dem, commit_due: false },
+            fem: Seat { participant: fem, commit_due: false },
+            counts: Counts::default(),
+            balance: Balance::default(),
+            has_balance: false,
+        }
+    }
+
+    /// Prepare both solvers and run to the end. Committed windows are with the observer, whatever comes.
+    pub fn run(&mut self, observer: &mut dyn Observer, progress: OnProgress) -> Result<(), CouplingError> {
+        let mut agreement = agree(&self.settings, self.end_time, self.dem.participant, self.fem.participant, progress)?;
+        self.has_balance = agreement.dem.account.complete && agreement.fem.account.complete;
+        observer.prepared(&agreement.dem, &agreement.fem, &agreement.warnings).map_err(CouplingError::Output)?;
+        let mut schedule =
+            Schedule::new(self.settings.time_window, self.end_time, self.settings.shortest_window());
+        let mut gauges = Gauges::default();
+        while let Some(span) = schedule.next() {
+            if interrupt::requested() {
+                return Err(Failure::Interrupted.into());
+            }
+            match self.window(span, &mut agreement, &mut gauges, observer)? {
+                Outcome::Accepted { iterations, residual, converged } => {
+                    self.book(span, iterations, converged, &agreement.interface, &gauges);
+                    agreement.interface.commit();
+                    schedule.accept();
+                    let (dem, fem, balance) = (&gauges.dem[..], &gauges.fem[..], &self.balance);
+                    let committed = Committed { span, iterations, residual, converged, dem, fem, balance };
+                    observer.committed(&committed).map_err(CouplingError::Output)?;
+                }
+                Outcome::Rejected(reason) => self.reject(span, reason, &mut schedule)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// End both solvers; the last solve is committed if it was accepted.
+    pub fn finish(&mut self) -> Result<(Statistics, Statistics), Failure> {
+        Ok((self.dem.finish()?, self.fem.finish()?))
+    }
+
+    /// Iterate one window. Weak coupling is the same with one iteration that is not judged.
+    fn window(
+        &mut self,
+        span: Span,
+        agreement: &mut Agreement,
+        gauges: &mut Gauges,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, CouplingError> {
+        let most = self.settings.iterations();
+        let tolerance = self.settings.tolerances();
+        let mut residual = Residual::default();
+        agreement.interface.predict(self.settings.predictor, span.length);
+        self.settings.acceleration.start_window();
+        for iteration in 1..=most {
+            if let Some(reason) = self.pass(span, iteration, agreement, gauges)? {
+                return Ok(Outcome::Rejected(reason));
+            }
+            residual = agreement.interface.residual(span.length);
+            let factor = self.settings.acceleration.factor();
+            observer
+                .iteration(&Iteration { span, iteration, residual, factor })
+                .map_err(CouplingError::Output)?;
+            if self.settings.scheme == Scheme::Weak || residual.passes(&tolerance) {
+                return Ok(Outcome::Accepted { iterations: iteration, residual, converged: true });
+            }
+            if iteration < most {
+                agreement.interface.accelerate(&mut *self.settings.acceleration, span.length);
+            }
+        }
+        if self.settings.on_no_convergence == OnNoConvergence::Accept {
+            return Ok(Outcome::Accepted { iterations: most, residual, converged: false });
+        }
+        Ok(Outcome::Rejected(format!(
+            "not converged after {most} iterations: displacement residual {:.2e} m (increment {:.2e} m), velocity \
+             residual times window {:.2e} m, tolerances {:.1e} relative, {:.1e} m",
+            residual.displacement,
+            residual.displacement_increment,
+            residual.velocity,
+            tolerance.relative,
+            tolerance.absolute
+        )))
+    }
+
+    /// One pass: motion to the contact solver, its force to the structure. `Some` is why it failed.
+    fn pass(
+        &mut self,
+        span: Span,
+        iteration: u32,
+        agreement: &mut Agreement,
+        gauges: &mut Gauges,
+    ) -> Result<Option<String>, CouplingError> {
+        self.counts.iterations += 1;
+        let Agreement { interface, dem, fem, .. } = agreement;
+        self.dem.send(span, iteration, &mut |payload| interface.write_motion(payload))?;
+        if let Some(reason) = self.dem.receive(span, dem)? {
+            return Ok(Some(reason));
+        }
+        let force = self.dem.participant.answer();
+        self.fem.send(span, iteration, &mut |payload| interface.write_force(force, payload))?;
+        keep(&mut gauges.dem, &dem.layout, force);
+        gauges.energy = dem.account.gain(force);
+        gauges.kinetic = dem.account.kinetic(force);
+        if let Some(reason) = self.fem.receive(span, fem)? {
+            return Ok(Some(reason));
+        }
+        let motion = self.fem.participant.answer();
+        interface.take_motion(motion);
+        keep(&mut gauges.fem, &fem.layout, motion);
+        gauges.energy += fem.account.gain(motion);
+        gauges.kinetic += fem.account.kinetic(motion);
+        Ok(None)
+    }
+
+    /// Count and book an accepted window.
+    fn book(&mut self, span: Span, iterations: u32, converged: bool, interface: &Interface, gauges: &Gauges) {
+        self.dem.commit_due = true;
+        self.fem.commit_due = true;
+        self.counts.windows += 1;
+        self.counts.short += u64::from(span.level > 0);
+        self.counts.unconverged += u64::from(!converged);
+        self.counts.most_iterations = self.counts.most_iterations.max(iterations);
+        self.balance.book(span.end(), gauges.energy, gauges.kinetic, interface.work());
+    }
+
+    /// A window failed: its first half is next, or the run ends.
+    fn reject(&mut self, span: Span, reason: String, schedule: &mut Schedule) -> Result<(), CouplingError> {
+        let stops = self.settings.on_no_convergence == OnNoConvergence::Stop;
+        if !stops && schedule.halve() {
+            tracing::debug!(window = span.number, t = span.start, "halved: {reason}");
+            self.counts.halved += 1;
+            return Ok(());
+        }
+        let advice = if stops {
+            "coupling.on_no_convergence = \"halve\" would try shorter windows".into()
+        } else {
+            format!(
+                "a shorter window than coupling.min_window = {:.3e} s is not allowed; try a shorter time_window or \
+                 more max_iterations",
+                self.settings.shortest_window()
+            )
+        };
+        Err(CouplingError::NotConverged {
+            window: span.number,
+            start: span.start,
+            length: span.length,
+            reason,
+            advice,
+        })
+    }
+}
+
+/// A participant, and what it still has to be told.
+struct Seat<'a> {
+    participant: &'a mut dyn Participant,
+    /// Whether its last solve is accepted and it does not know yet.
+    commit_due: bool,
+}
+
+impl Seat<'_> {
+    fn finish(&mut self) -> Result<Statistics, Failure> {
+        self.participant.finish(std::mem::take(&mut self.commit_due))
+    }
+
+    /// Ask for a window. The acceptance of the window before travels with the first request.
+    fn send(
+        &mut self,
+        span: Span,
+        iteration: u32,
+        fill: &mut dyn FnMut(&mut [f64]),
+    ) -> Result<(), Failure> {
+        let commits = std::mem::take(&mut self.commit_due);
+        let command = if commits { Command::CommitAndSolve } else { Command::Solve };
+        let header = RequestHeader {
+            window: span.number,
+            iteration,
+            command: command as u32,
+            start: span.start,
+            length: span.length,
+            ..Default::default()
+        };
+        self.participant.send(header, fill)
+    }
+
+    /// Wait for its answer, all numbers finite. `Some` is why this window failed.
+    fn receive(&mut self, span: Span, side: &Side) -> Result<Option<String>, Failure> {
+        let status = self.participant.receive()?;
+        if status == Status::Failed {
+            let fault = self.participant.explain()?;
+            let solver = self.participant.name().to_string();
+            return match fault.kind {
+                FaultKind::Window => Ok(Some(format!("{solver}: {fault}"))),
+                _ => Err(Failure::Fault { solver, fault }),
+            };
+        }
+        let payload = self.participant.answer();
+        if is_finite(payload) {
+            return Ok(None);
+        }
+        let index = payload.iter().position(|x| !x.is_finite()).expect("one is not finite");
+        let what = match (side.layout.owner(index), side.layout.gauge_owner(index)) {
+            (Some((field, at)), _) => {
+                let components = field.components.max(1) as usize;
+                format!("field \"{}\" at item {}, component {}", field.name, at / components, at % components)
+            }
+            (None, Some(gauge)) => format!("gauge \"{}\"", side.gauges[gauge].name),
+            (None, None) => format!("number {index}"),
+        };
+        Err(Failure::Contract {
+            solver: self.participant.name().into(),
+            what: format!("window {} at t = {} s: {what} is {}", span.number, span.start, payload[index]),
+        })
+    }
+}
+
+/// Whether all numbers are finite: `x - x` is 0 for these alone. Eight sums, so that they run side by side.
+fn is_finite(payload: &[f64]) -> bool {
+    let mut sums = [0.0; 8];
+    let chunks = payload.chunks_exact(8);
+    let rest = chunks.remainder().iter().all(|x| x.is_finite());
+    for chunk in chunks {
+        for (sum, x) in sums.iter_mut().zip(chunk) {
+            *sum += x - x;
+        }
+    }
+    rest && sums.iter().all(|sum| *sum == 0.0)
+}
+
+/// Keep the gauges of an answer.
+fn keep(kept: &mut Vec<f64>, layout: &Layout, answer: &[f64]) {
+    kept.clear();
+    kept.extend_from_slice(&answer[layout.gauges()]);
+}

@@ -1,0 +1,249 @@
+//! The interface between the two solvers: committed motion, iterate, answer, and what is judged.
+//!
+//! The unknown is the motion of the structure's interface nodes. With `S` samples per window,
+//! sample i is the motion at the end of the i-th of S equal parts.
+
+use crate::acceleration::Acceleration;
+use crate::convergence::Residual;
+use crate::mapping::Matrix;
+use crate::predictor::predict;
+use interface_defs::{Layout, Sampling, name};
+use std::ops::Range;
+
+/// Where the fields that the coupler knows lie in the four payloads.
+pub struct Places {
+    /// `[sample]`: start, then the ends of the parts; to the wall.
+    pub wall_displacement: Vec<Range<usize>>,
+    /// As `wall_displacement`; empty if the contact solver takes no velocity.
+    pub wall_velocity: Vec<Range<usize>>,
+    /// Means over the parts, from the wall; empty if not agreed.
+    pub wall_force: Vec<Range<usize>>,
+    /// At the ends of the parts, from the wall; empty if not agreed.
+    pub wall_end_force: Vec<Range<usize>>,
+    /// From the wall.
+    pub reach: Option<Range<usize>>,
+    /// To the structure.
+    pub force: Vec<Range<usize>>,
+    /// To the structure.
+    pub end_force: Vec<Range<usize>>,
+    /// From the structure.
+    pub displacement: Vec<Range<usize>>,
+    /// From the structure.
+    pub velocity: Vec<Range<usize>>,
+}
+
+impl Places {
+    /// From the layouts of the four payloads, with `samples` parts per window.
+    pub fn new(to_wall: &Layout, from_wall: &Layout, to_fem: &Layout, from_fem: &Layout, samples: usize) -> Self {
+        let all = |layout: &Layout, name: &str, sampling: Sampling, count: usize| -> Vec<Range<usize>> {
+            (0..count).filter_map(|i| layout.sample(name, sampling, i)).collect()
+        };
+        use Sampling::{AtEnds, FromStart, Means, Once};
+        Self {
+            wall_displacement: all(to_wall, name::DISPLACEMENT, FromStart, samples + 1),
+            wall_velocity: all(to_wall, name::VELOCITY, FromStart, samples + 1),
+            wall_force: all(from_wall, name::FORCE, Means, samples),
+            wall_end_force: all(from_wall, name::FORCE, AtEnds, samples),
+            reach: from_wall.sample(name::REACH, Once, 0),
+            force: all(to_fem, name::FORCE, Means, samples),
+            end_force: all(to_fem, name::FORCE, AtEnds, samples),
+            displacement: all(from_fem, name::DISPLACEMENT, AtEnds, samples),
+            velocity: all(from_fem, name::VELOCITY, AtEnds, samples),
+        }
+    }
+}
+
+/// Motion of the structure's interface nodes: displacement [m] and velocity [m/s], sample by sample.
+#[derive(Debug, Clone, Default)]
+struct Motion {
+    u: Vec<Vec<f64>>,
+    v: Vec<Vec<f64>>,
+}
+
+impl Motion {
+    fn zero(samples: usize, len: usize) -> Self {
+        Self { u: vec![vec![0.0; len]; samples], v: vec![vec![0.0; len]; samples] }
+    }
+
+    /// Every sample of displacement and velocity beside that of `other`, with the factor to metres.
+    fn paired<'a>(
+        &'a mut self,
+        other: &'a Self,
+        length: f64,
+    ) -> impl Iterator<Item = (&'a mut Vec<f64>, &'a Vec<f64>, f64)> {
+        let u = self.u.iter_mut().zip(&other.u).map(|(x, y)| (x, y, 1.0));
+        u.chain(self.v.iter_mut().zip(&other.v).map(move |(x, y)| (x, y, length)))
+    }
+}
+
+/// State of the interface.
+pub struct Interface {
+    /// H, from the structure to the wall.
+    pub mapping: Matrix,
+    places: Places,
+    /// At the committed time.
+    committed_u: Vec<f64>,
+    committed_v: Vec<f64>,
+    iterate: Motion,
+    answer: Motion,
+    /// Mean force on the structure's nodes over each part [N]; empty if the structure takes none.
+    force: Vec<Vec<f64>>,
+    /// Nodes that the contact solver may touch in this window.
+    judged: Vec<bool>,
+    /// Iterate and residual of the judged nodes, packed: displacement, then velocity times the window.
+    packed: Vec<f64>,
+    packed_residual: Vec<f64>,
+}
+
+impl Interface {
+    /// At t = 0, with the structure's motion there.
+    pub fn new(mapping: Matrix, places: Places, u: &[f64], v: &[f64]) -> Self {
+        let samples = places.displacement.len();
+        let motion = Motion::zero(samples, u.len());
+        Self {
+            committed_u: u.to_vec(),
+            committed_v: v.to_vec(),
+            iterate: motion.clone(),
+            answer: motion,
+            force: vec![vec![0.0; u.len()]; samples],
+            judged: vec![true; u.len() / 3],
+            packed: Vec::with_capacity(2 * samples * u.len()),
+            packed_residual: Vec::with_capacity(2 * samples * u.len()),
+            mapping,
+            places,
+        }
+    }
+
+    /// First iterate of a window of `length` [s].
+    pub fn predict(&mut self, order: u32, length: f64) {
+        let samples = self.iterate.u.len();
+        for (i, (u, v)) in self.iterate.u.iter_mut().zip(&mut self.iterate.v).enumerate() {
+            let ahead = length * (i + 1) as f64 / samples as f64;
+            predict(order, &self.committed_u, &self.committed_v, ahead, u);
+            v.copy_from_slice(&self.committed_v);
+        }
+    }
+
+    /// The iterate, mapped into the request to the contact solver.
+    pub fn write_motion(&self, payload: &mut [f64]) {
+        let starts = [(&self.places.wall_displacement, &self.committed_u), (&self.places.wall_velocity, &self.committed_v)];
+        for (places, start) in starts {
+            if let Some(place) = places.first() {
+                self.mapping.consistent(start, &mut payload[place.clone()]);
+            }
+        }
+        let ends = [(&self.places.wall_displacement, &self.iterate.u), (&self.places.wall_velocity, &self.iterate.v)];
+        for (places, samples) in ends {
+            for (place, sample) in places.iter().skip(1).zip(samples) {
+                self.mapping.consistent(sample, &mut payload[place.clone()]);
+            }
+        }
+    }
+
+    /// The contact solver's answer, mapped into the request to the structure. The mean force is kept
+    /// for the booking of work.
+    pub fn write_force(&mut self, from_wall: &[f64], payload: &mut [f64]) {
+        for (part, (place, force)) in self.places.wall_force.iter().zip(&mut self.force).enumerate() {
+            let wall = &from_wall[place.clone()];
+            match self.places.force.get(part) {
+                Some(to) => {
+                    self.mapping.conservative(wall, &mut payload[to.clone()]);
+                    force.copy_from_slice(&payload[to.clone()]);
+                }
+                None => self.mapping.conservative(wall, force),
+            }
+        }
+        for (place, to) in self.places.wall_end_force.iter().zip(&self.places.end_force) {
+            self.mapping.conservative(&from_wall[place.clone()], &mut payload[to.clone()]);
+        }
+        if let Some(reach) = &self.places.reach {
+            self.mapping.mark(&from_wall[reach.clone()], &mut self.judged);
+        }
+    }
+
+    /// Keep the structure's answer.
+    pub fn take_motion(&mut self, from_structure: &[f64]) {
+        for (place, u) in self.places.displacement.iter().zip(&mut self.answer.u) {
+            u.copy_from_slice(&from_structure[place.clone()]);
+        }
+        for (place, v) in self.places.velocity.iter().zip(&mut self.answer.v) {
+            v.copy_from_slice(&from_structure[place.clone()]);
+        }
+    }
+
+    /// Residual `answer - iterate` over the judged nodes, for a window of `length` [s].
+    pub fn residual(&self, length: f64) -> Residual {
+        let mut residual = Residual::default();
+        let scaled = |x: [f64; 3]| x.map(|x| x * length);
+        for node in self.judged_nodes() {
+            for sample in 0..self.iterate.u.len() {
+                let (u, v) = (&self.answer.u[sample], &self.answer.v[sample]);
+                residual.take(
+                    minus(u, &self.iterate.u[sample], node),
+                    minus(u, &self.committed_u, node),
+                    scaled(minus(v, &self.iterate.v[sample], node)),
+                    scaled(minus(v, &self.committed_v, node)),
+                );
+            }
+        }
+        residual
+    }
+
+    /// The next iterate: judged nodes by `acceleration`, displacement and velocity by one factor; the
+    /// others, which touch nothing, take the answer.
+    pub fn accelerate(&mut self, acceleration: &mut dyn Acceleration, length: f64) {
+        let Self { iterate, answer, judged, packed, packed_residual, .. } = self;
+        let nodes = || judged.iter().enumerate().filter(|(_, judged)| **judged).map(|(node, _)| node);
+        packed.clear();
+        packed_residual.clear();
+        for (x, y, unit) in iterate.paired(answer, length) {
+            for i in nodes().flat_map(|node| 3 * node..3 * node + 3) {
+                packed.push(x[i] * unit);
+                packed_residual.push((y[i] - x[i]) * unit);
+            }
+        }
+        acceleration.update(packed, packed_residual);
+        let mut next = packed.iter();
+        for (x, y, unit) in iterate.paired(answer, length) {
+            for (node, judged) in judged.iter().enumerate() {
+                for i in 3 * node..3 * node + 3 {
+                    x[i] = if *judged { next.next().expect("as many as packed") / unit } else { y[i] };
+                }
+            }
+        }
+    }
+
+    /// Work of the mean force in this window [J]: on the structure, and on the wall that the contact
+    /// solver saw. They differ by mean force times residual.
+    pub fn work(&self) -> (f64, f64) {
+        let (mut structure, mut wall) = (0.0, 0.0);
+        for (sample, force) in self.force.iter().enumerate() {
+            let (from_answer, from_iterate) = match sample {
+                0 => (&self.committed_u, &self.committed_u),
+                _ => (&self.answer.u[sample - 1], &self.iterate.u[sample - 1]),
+            };
+            for (i, f) in force.iter().enumerate().filter(|(_, f)| **f != 0.0) {
+                structure += f * (self.answer.u[sample][i] - from_answer[i]);
+                wall += f * (self.iterate.u[sample][i] - from_iterate[i]);
+            }
+        }
+        (structure, wall)
+    }
+
+    /// The answer's end is the committed motion from now on.
+    pub fn commit(&mut self) {
+        if let (Some(u), Some(v)) = (self.answer.u.last(), self.answer.v.last()) {
+            self.committed_u.copy_from_slice(u);
+            self.committed_v.copy_from_slice(v);
+        }
+    }
+
+    /// Nodes in reach of the contact solver, as it said last.
+    pub fn judged_nodes(&self) -> impl Iterator<Item = usize> {
+        self.judged.iter().enumerate().filter(|(_, judged)| **judged).map(|(node, _)| node)
+    }
+}
+
+fn minus(a: &[f64], b: &[f64], node: usize) -> [f64; 3] {
+    std::array::from_fn(|i| a[3 * node + i] - b[3 * node + i])
+}

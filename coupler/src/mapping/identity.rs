@@ -1,0 +1,24 @@
+//! Equal meshes: node to node.
+
+use super::{Mapper, Matrix};
+use interface_defs::InterfaceMesh;
+use serde::{Deserialize, Serialize};
+
+/// The meshes are equal, compared by coordinates.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Identity {}
+
+impl Mapper for Identity {
+    fn matrix(&self, structure: &InterfaceMesh, wall: &InterfaceMesh) -> Result<Matrix, String> {
+        if structure.same_nodes(wall) {
+            return Ok(Matrix::identity(structure.node_count()));
+        }
+        Err(format!(
+            "the identity needs equal meshes; the structure has {} nodes, the wall {}, or their coordinates \
+             differ; try type = \"nearest_neighbor\"",
+            structure.node_count(),
+            wall.node_count()
+        ))
+    }
+}

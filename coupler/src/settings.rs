@@ -1,0 +1,222 @@
+//! `[coupling]` and `[processes]`: what the coupler reads of a scene.
+
+use crate::acceleration::AnyAcceleration;
+use crate::convergence::Tolerance;
+use crate::mapping::AnyMapper;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::input_error::InputError;
+use serde::{Deserialize, Serialize};
+
+/// Weak or strong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scheme {
+    /// One pass per window, nothing is repeated: cheap, and limited in the window (`rockfall check` says where).
+    Weak,
+    /// Iterate until both sides agree.
+    Strong,
+}
+
+/// What to do with a window that did not converge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OnNoConvergence {
+    /// Take it as it stands, and say so.
+    Accept,
+    /// Try again with half the window.
+    Halve,
+    /// End the run with exit code 1.
+    Stop,
+}
+
+/// `[coupling]`
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Coupling {
+    /// Weak or strong.
+    pub scheme: Scheme,
+    /// Length of a window [s].
+    pub time_window: f64,
+    /// Relative to the window's increment.
+    #[serde(default = "default_tolerance")]
+    pub tolerance: f64,
+    /// Absolute [m]; velocities count times the window.
+    #[serde(default = "default_absolute_tolerance")]
+    pub absolute_tolerance: f64,
+    /// Most iterations of a window.
+    #[serde(default = "default_max_iterations")]
+    pub max_iterations: u32,
+    /// Order of the prediction of the wall's motion: 0 it stays, 1 it goes on.
+    #[serde(default = "default_predictor")]
+    pub predictor: u32,
+    /// Parts of a window for which motion and mean force are exchanged: more resolve a contact that
+    /// is shorter than the window.
+    #[serde(default = "default_samples")]
+    pub samples: u32,
+    /// What to do with a window that did not converge.
+    #[serde(default = "default_on_no_convergence")]
+    pub on_no_convergence: OnNoConvergence,
+    /// Shortest window [s] that halving may reach; absent: window / 64.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min_window: Option<f64>,
+    /// How a residual becomes the next iterate.
+    #[serde(default)]
+    pub acceleration: AnyAcceleration,
+    /// How the meshes are connected; absent: identity for equal meshes, else nearest neighbour.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mapping: Option<AnyMapper>,
+}
+
+fn default_tolerance() -> f64 {
+    1e-4
+}
+fn default_absolute_tolerance() -> f64 {
+    1e-7
+}
+fn default_max_iterations() -> u32 {
+    30
+}
+fn default_predictor() -> u32 {
+    1
+}
+fn default_samples() -> u32 {
+    1
+}
+fn default_on_no_convergence() -> OnNoConvergence {
+    OnNoConvergence::Halve
+}
+
+impl Coupling {
+    /// Settings for `scheme` and `time_window` [s], all else by default.
+    pub fn new(scheme: Scheme, time_window: f64) -> Self {
+        Self {
+            scheme,
+            time_window,
+            tolerance: default_tolerance(),
+            absolute_tolerance: default_absolute_tolerance(),
+            max_iterations: default_max_iterations(),
+            predictor: default_predictor(),
+            samples: default_samples(),
+            on_no_convergence: default_on_no_convergence(),
+            min_window: None,
+            acceleration: AnyAcceleration::default(),
+            mapping: None,
+        }
+    }
+
+    /// From a scene, checked.
+    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+        let coupling: Self = scene.read("coupling")?.ok_or_else(|| {
+            scene.invalid("coupling", "the scene has rocks and a structure: add [coupling] with scheme and time_window")
+        })?;
+        coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
+        Ok(coupling)
+    }
+
+    fn check(&self) -> Result<(), (String, String)> {
+        let positive = |key: &str, value: f64, unit: &str| {
+            if value > 0.0 { Ok(()) } else { Err((key.to_string(), format!("{key} must be positive, it is {value}{unit}"))) }
+        };
+        positive("time_window", self.time_window, " s")?;
+        positive("max_iterations", self.max_iterations.into(), "")?;
+        positive("samples", self.samples.into(), "")?;
+        for (key, value) in [("tolerance", self.tolerance), ("absolute_tolerance", self.absolute_tolerance)] {
+            if value.is_nan() || value < 0.0 {
+                return Err((key.into(), format!("{key} must not be negative, it is {value}")));
+            }
+        }
+        if self.samples > 64 {
+            return Err(("samples".into(), format!("samples must be 64 at most, it is {}", self.samples)));
+        }
+        if self.predictor > 1 {
+            return Err((
+                "predictor".into(),
+                format!("predictor {} does not exist; 0 keeps the wall where it is, 1 lets it go on", self.predictor),
+            ));
+        }
+        if let Some(min) = self.min_window {
+            positive("min_window", min, " s")?;
+            if min > self.time_window {
+                return Err((
+                    "min_window".into(),
+                    format!("min_window {min} s is longer than time_window {} s", self.time_window),
+                ));
+            }
+        }
+        self.acceleration.check().map_err(|(key, what)| (format!("acceleration.{key}"), what))
+    }
+
+    /// Tolerances.
+    pub fn tolerances(&self) -> Tolerance {
+        Tolerance { relative: self.tolerance, absolute: self.absolute_tolerance }
+    }
+
+    /// Shortest window that halving may reach [s].
+    pub fn shortest_window(&self) -> f64 {
+        self.min_window.unwrap_or(self.time_window / 64.0)
+    }
+
+    /// Most iterations of a window: weak is the strong loop with one.
+    pub fn iterations(&self) -> u32 {
+        match self.scheme {
+            Scheme::Weak => 1,
+            Scheme::Strong => self.max_iterations,
+        }
+    }
+}
+
+/// `[processes]`, as far as the coupler reads it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Processes {
+    /// Command line of the contact solver.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dem: Option<String>,
+    /// Command line of the structure's solver.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fem: Option<String>,
+    /// Command line of the coupler.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coupler: Option<String>,
+    /// Deadline for one answer [s].
+    #[serde(default = "default_timeout")]
+    pub timeout: f64,
+    /// How to wait: `yield` or `event`.
+    #[serde(default)]
+    pub wait: WaitSetting,
+}
+
+/// How to wait for an answer.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WaitSetting {
+    /// See [`interface_defs::ipc::Wait::Yield`].
+    #[default]
+    Yield,
+    /// See [`interface_defs::ipc::Wait::Event`].
+    Event,
+}
+
+fn default_timeout() -> f64 {
+    60.0
+}
+
+impl Default for Processes {
+    fn default() -> Self {
+        Self { dem: None, fem: None, coupler: None, timeout: default_timeout(), wait: WaitSetting::default() }
+    }
+}
+
+impl Processes {
+    /// From a scene, checked.
+    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+        let processes: Self = scene.read("processes")?.unwrap_or_default();
+        if !(processes.timeout > 0.0 && processes.timeout <= 86_400.0) {
+            return Err(scene.invalid(
+                "processes.timeout",
+                format!("timeout must lie between 0 and 86400 s, it is {} s", processes.timeout),
+            ));
+        }
+        Ok(processes)
+    }
+}

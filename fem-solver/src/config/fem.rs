@@ -1,0 +1,171 @@
+//! `[fem]`: how the structure is advanced in time.
+
+use super::positive;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use serde::{Deserialize, Serialize};
+
+/// Integrator, time step, Newton iteration.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FemConfig {
+    /// Scheme in time.
+    pub integrator: Integrator,
+    /// Longest step [s]: each window is cut into the fewest equal steps that are not longer. Default:
+    /// half the critical step for `central_difference`, one step per window for the others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_step: Option<f64>,
+    /// `generalized_alpha` only: spectral radius at infinite frequency, 0 to 1. Default 1, the implicit
+    /// midpoint rule: it takes the mean force of a window and does exactly its work. Lower values
+    /// damp what the step does not resolve, and cost energy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rho_inf: Option<f64>,
+    /// `bossak` only: its alpha, -1/3 to 0. Default -0.3. Nearer to 0 damps less.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<f64>,
+    /// `newmark` only: beta, at least `gamma / 2`. Default 1/4, the trapezoidal rule.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beta: Option<f64>,
+    /// `newmark` only: gamma, at least 1/2. Default 1/2; above, it damps and is of first order only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gamma: Option<f64>,
+    /// Iteration of the implicit schemes and of `static`.
+    pub newton: NewtonConfig,
+    /// Accept a `time_step` above the critical one (`central_difference` only). Default false.
+    pub allow_unstable: bool,
+}
+
+/// Scheme in time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Integrator {
+    /// No inertia: static equilibrium at the end of each step, under the force there.
+    Static,
+    /// Implicit, order 2, damping of high frequencies by `rho_inf`.
+    GeneralizedAlpha,
+    /// Implicit, order 2, damps high frequencies; balances at the step's end.
+    Bossak,
+    /// Implicit, trapezoidal by default; balances at the step's end.
+    Newmark,
+    /// Explicit, order 2, steps below the critical one; a step costs microseconds.
+    #[default]
+    CentralDifference,
+}
+
+/// When the Newton iteration of a step is content, and when it gives up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NewtonConfig {
+    /// Largest residual, relative to the largest of load, internal force and inertia. Default 1e-10.
+    pub tolerance: f64,
+    /// Most iterations of one step. Default 30.
+    pub max_iterations: u32,
+    /// Whether a step that overshoots is shortened. Default true; false is for comparison.
+    pub line_search: bool,
+}
+
+impl Default for NewtonConfig {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, max_iterations: 30, line_search: true }
+    }
+}
+
+impl FemConfig {
+    /// Refuse numbers out of range, and parameters of an integrator that is not chosen.
+    pub fn check(&self, scene: &Scene) -> Result<(), InputError> {
+        if let Some(step) = self.time_step {
+            positive(scene, "fem.time_step", step, "s")?;
+        }
+        positive(scene, "fem.newton.tolerance", self.newton.tolerance, "")?;
+        if self.newton.max_iterations == 0 {
+            return Err(scene.invalid("fem.newton.max_iterations", "no Newton iteration is allowed; write 1 or more"));
+        }
+        let gamma = self.gamma.unwrap_or(0.5);
+        self.parameter(scene, "rho_inf", self.rho_inf, Integrator::GeneralizedAlpha, 0.0..=1.0)?;
+        self.parameter(scene, "alpha", self.alpha, Integrator::Bossak, -1.0 / 3.0..=0.0)?;
+        self.parameter(scene, "gamma", self.gamma, Integrator::Newmark, 0.5..=1.0)?;
+        self.parameter(scene, "beta", self.beta, Integrator::Newmark, 0.5 * gamma..=1.0)
+    }
+
+    fn parameter(
+        &self,
+        scene: &Scene,
+        name: &str,
+        value: Option<f64>,
+        of: Integrator,
+        range: std::ops::RangeInclusive<f64>,
+    ) -> Result<(), InputError> {
+        let Some(value) = value else { return Ok(()) };
+        let key = format!("fem.{name}");
+        if self.integrator != of {
+            let what = format!("{name} belongs to the integrator {}, not to {}", of.name(), self.integrator.name());
+            return Err(scene.invalid(&key, what));
+        }
+        if !range.contains(&value) {
+            let what = format!("{name} is {value}, it must lie between {} and {}", range.start(), range.end());
+            return Err(scene.invalid(&key, what));
+        }
+        Ok(())
+    }
+
+    /// The same with every default in place that does not depend on the structure.
+    #[must_use]
+    pub fn resolved(&self) -> Self {
+        let mut full = self.clone();
+        match self.integrator {
+            Integrator::GeneralizedAlpha => full.rho_inf = self.rho_inf.or(Some(1.0)),
+            Integrator::Bossak => full.alpha = self.alpha.or(Some(-0.3)),
+            Integrator::Newmark => {
+                full.gamma = self.gamma.or(Some(0.5));
+                full.beta = self.beta.or(full.gamma.map(|g| 0.25 * (g + 0.5) * (g + 0.5)));
+            }
+            Integrator::Static | Integrator::CentralDifference => {}
+        }
+        full
+    }
+}
+
+impl Integrator {
+    /// Its name in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Static => "static",
+            Self::GeneralizedAlpha => "generalized_alpha",
+            Self::Bossak => "bossak",
+            Self::Newmark => "newmark",
+            Self::CentralDifference => "central_difference",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(fem: &str) -> String {
+        let scene = Scene::from_text("s.toml", &format!("[fem]\n{fem}\n")).expect("is TOML");
+        let config: FemConfig = scene.read("fem").expect("is known").expect("is there");
+        config.check(&scene).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn a_parameter_of_another_integrator_is_refused_where_it_stands() {
+        let message = refused("integrator = \"bossak\"\nrho_inf = 0.8");
+        assert!(message.starts_with("s.toml:3:"), "{message}");
+        assert!(message.contains("belongs to the integrator generalized_alpha"), "{message}");
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        assert!(refused("time_step = -1e-5").contains("must lie above 0"));
+        assert!(refused("integrator = \"generalized_alpha\"\nrho_inf = 1.5").contains("between 0 and 1"));
+        assert!(refused("integrator = \"newmark\"\nbeta = 0.1").contains("between 0.25"));
+    }
+
+    #[test]
+    fn newmark_with_more_damping_keeps_the_highest_frequency_damped() {
+        let fem = FemConfig { integrator: Integrator::Newmark, gamma: Some(0.6), ..Default::default() };
+        let beta = fem.resolved().beta.expect("is filled in");
+        assert!((beta - 0.3025).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,246 @@
+//! `[structure]`: a generated net, or nodes and elements one by one.
+
+use serde::{Deserialize, Serialize};
+
+/// What is built. All lengths count in the structure as it is modelled, before form finding.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StructureConfig {
+    /// A generated net, instead of `nodes` and `cables`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub generator: Option<Generator>,
+    /// Properties of every cable that does not state its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cable: Option<CableConfig>,
+    /// Nodes [m].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub nodes: Vec<[f64; 3]>,
+    /// Cables between two nodes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cables: Vec<CableEntry>,
+    /// Grounded springs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<SpringEntry>,
+    /// Point masses.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub masses: Vec<MassEntry>,
+    /// Constant nodal loads.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub loads: Vec<LoadEntry>,
+    /// Supports, fixed or moving.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub supports: Vec<SupportEntry>,
+    /// Named sets of nodes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<GroupEntry>,
+    /// Mass-proportional damping alpha [1/s]. Default 0.
+    #[serde(default)]
+    pub damping: f64,
+    /// Whether gravity acts on the structure. Default true; false: it has inertia and no weight.
+    #[serde(default = "yes")]
+    pub dead_load: bool,
+    /// State at t = 0: static equilibrium under the dead load (default), or as modelled.
+    #[serde(default)]
+    pub form_finding: FormFinding,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// State at t = 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FormFinding {
+    /// At rest in static equilibrium under the dead load.
+    #[default]
+    Static,
+    /// At rest as modelled, whatever forces that leaves.
+    None,
+}
+
+/// A generated structure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Generator {
+    /// Which.
+    #[serde(rename = "type")]
+    pub kind: GeneratorKind,
+    /// Cells in x and y.
+    pub cells: [usize; 2],
+    /// Edge of a cell [m].
+    pub spacing: f64,
+    /// Corner with the smallest x and y [m]; default the scene's origin. Not together with `center`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<[f64; 3]>,
+    /// Middle of the net [m], instead of `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center: Option<[f64; 3]>,
+    /// Which nodes are held. Default `edges`.
+    #[serde(default)]
+    pub held: Held,
+    /// Whether cables run along the frame. Default true.
+    #[serde(default = "yes")]
+    pub boundary_cables: bool,
+}
+
+/// Kind of a generated structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GeneratorKind {
+    /// Square cells in the plane of x and y. Groups: `edges`, `corners`, `interior`, `x_min`, `x_max`,
+    /// `y_min`, `y_max`.
+    RectangularNet,
+}
+
+/// Which nodes of a generated net are held, in all directions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Held {
+    /// All nodes of the frame.
+    #[default]
+    Edges,
+    /// The four corners.
+    Corners,
+    /// None: `supports` says which.
+    None,
+}
+
+/// Properties of a cable.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CableConfig {
+    /// Young's modulus [Pa].
+    pub young: f64,
+    /// Section [m2].
+    pub area: f64,
+    /// Density [kg/m3]; 0: without mass.
+    pub density: f64,
+    /// Second Piola-Kirchhoff stress as modelled [Pa]; below 0: slack. Default 0.
+    #[serde(default)]
+    pub prestress: f64,
+    /// Whether it carries no compression. Default true.
+    #[serde(default = "yes")]
+    pub tension_only: bool,
+    /// Radius that a contact sees [m]. Default 0, a mathematical line.
+    #[serde(default)]
+    pub radius: f64,
+}
+
+/// A cable between two nodes; what it does not state comes from `[structure.cable]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CableEntry {
+    /// Its two nodes, counted from 0.
+    pub nodes: [usize; 2],
+    /// Unstretched length [m]; default the distance of its nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// Young's modulus [Pa].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub young: Option<f64>,
+    /// Section [m2].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<f64>,
+    /// Density [kg/m3].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    /// Second Piola-Kirchhoff stress at the unstretched length [Pa].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prestress: Option<f64>,
+    /// Whether it carries no compression.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tension_only: Option<bool>,
+    /// Radius that a contact sees [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+}
+
+/// Nodes by number (from 0), by group, or the node at a point: exactly one of the three.
+#[derive(Debug, Clone, Copy)]
+pub struct Where<'a> {
+    /// By number.
+    pub nodes: Option<&'a [usize]>,
+    /// By group.
+    pub group: Option<&'a str>,
+    /// At a point [m].
+    pub at: Option<[f64; 3]>,
+}
+
+/// Entries that stand at nodes: the fields of a place, and what they add.
+macro_rules! entry {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            /// Nodes by number, counted from 0.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub nodes: Option<Vec<usize>>,
+            /// Nodes of a group.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub group: Option<String>,
+            /// The node at a point of the structure as modelled [m].
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub at: Option<[f64; 3]>,
+            $($(#[$field_doc])* pub $field: $type,)*
+        }
+
+        impl $name {
+            /// Where it stands.
+            pub fn place(&self) -> Where<'_> {
+                Where { nodes: self.nodes.as_deref(), group: self.group.as_deref(), at: self.at }
+            }
+        }
+    };
+}
+
+entry! {
+    /// A grounded spring at each of some nodes, without force as modelled.
+    SpringEntry {
+        /// Stiffness in x, y and z [N/m].
+        stiffness: [f64; 3],
+    }
+}
+
+entry! {
+    /// A point mass at each of some nodes.
+    MassEntry {
+        /// Mass of each [kg].
+        mass: f64,
+    }
+}
+
+entry! {
+    /// A constant load on each of some nodes.
+    LoadEntry {
+        /// Force on each [N].
+        force: [f64; 3],
+    }
+}
+
+entry! {
+    /// Nodes that are held, or moved.
+    SupportEntry {
+        /// Directions that are held: letters of `xyz`. Default all.
+        #[serde(default = "all_directions")]
+        directions: String,
+        /// Prescribed displacement: rows `[t, ux, uy, uz]` [s, m], straight between them, constant outside.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        motion: Vec<[f64; 4]>,
+    }
+}
+
+fn all_directions() -> String {
+    "xyz".into()
+}
+
+/// A named set of nodes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroupEntry {
+    /// Its name.
+    pub name: String,
+    /// Its nodes, counted from 0.
+    pub nodes: Vec<usize>,
+}

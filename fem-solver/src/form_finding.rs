@@ -1,0 +1,95 @@
+//! The state at t = 0: static equilibrium under the dead load.
+//!
+//! Newton from the structure as modelled. A net that is slack or without tension has no stiffness
+//! across its plane there; it starts from a slightly sagged shape instead, the one that a soap
+//! film of the same mesh would take (for a square net the sin-sin shape). What does not converge
+//! under the whole load is loaded in steps.
+
+use crate::config::NewtonConfig;
+use crate::model::Model;
+use crate::newton::{Failure, Info, Newton, OnIteration, Problem};
+use crate::tangent::Slack;
+use nalgebra::Matrix3;
+
+/// Depth of the sagged start, relative to the extent of the structure.
+const START_SAG: f64 = 1e-3;
+/// Settings of the iteration: the residual must lie at the level of rounding.
+const SETTINGS: NewtonConfig = NewtonConfig { tolerance: 1e-12, max_iterations: 200, line_search: true };
+/// Most load steps before it gives up.
+const MOST_STEPS: u32 = 32;
+
+/// Displacements [m] of static equilibrium under the dead load, moving supports at their place at
+/// t = 0, and what it took.
+pub fn find_form(
+    model: &Model,
+    newton: &mut Newton,
+    on_iteration: OnIteration,
+) -> Result<(Vec<f64>, Info), Failure> {
+    let mut start = vec![0.0; model.dof_count()];
+    model.prescribe(0.0, &mut start);
+    let mut done = Info::default();
+    if newton.tangent.is_empty() {
+        return Ok((start, done));
+    }
+    newton.tangent.assemble(model, &start, 1.0, Slack::Exact);
+    done.factorisations += 1;
+    if newton.tangent.factorise().is_err() {
+        sag(model, newton, &mut start);
+        done.factorisations += 1;
+    }
+    let mut steps = 1;
+    loop {
+        let mut u = start.clone();
+        match loaded(model, newton, steps, &mut u, &mut done, on_iteration) {
+            Ok(()) => return Ok((u, done)),
+            Err(Failure::Stopped(fault)) => return Err(Failure::Stopped(fault)),
+            Err(failure) if steps >= MOST_STEPS => return Err(failure),
+            Err(_) => steps *= 2,
+        }
+    }
+}
+
+/// Equilibrium in `steps` steps of the load.
+fn loaded(
+    model: &Model,
+    newton: &mut Newton,
+    steps: u32,
+    u: &mut [f64],
+    done: &mut Info,
+    on_iteration: OnIteration,
+) -> Result<(), Failure> {
+    let zero = vec![0.0; u.len()];
+    for step in 1..=steps {
+        let part = f64::from(step) / f64::from(steps);
+        let load: Vec<f64> = model.dead_load.iter().map(|p| part * p).collect();
+        let problem = Problem { load: &load, start: &zero, inertia: 0.0, share: 1.0 };
+        let mut before = done.iterations;
+        let info = newton.solve(model, &problem, &SETTINGS, u, &mut |_, residual| {
+            before += 1;
+            on_iteration(before, residual)
+        })?;
+        done.iterations += info.iterations;
+        done.factorisations += info.factorisations;
+        done.unstable = info.unstable;
+    }
+    Ok(())
+}
+
+/// Add the shape of a soap film under the dead load, [`START_SAG`] deep.
+fn sag(model: &Model, newton: &mut Newton, u: &mut [f64]) {
+    newton.tangent.assemble_blocks(model, 1.0, |cable| {
+        Matrix3::from_diagonal_element(START_SAG * cable.axial_stiffness())
+    });
+    if newton.tangent.factorise().is_err() {
+        // Something is connected to no support: Newton says what, with a shifted tangent.
+        return;
+    }
+    let dofs = newton.tangent.dofs().to_vec();
+    let mut shape: Vec<f64> = dofs.iter().map(|dof| model.dead_load[*dof]).collect();
+    newton.tangent.solve(&mut shape);
+    let depth = shape.iter().fold(0.0, |a, b| f64::max(a, b.abs()));
+    if depth > 0.0 {
+        let factor = START_SAG * model.extent() / depth;
+        dofs.iter().zip(&shape).for_each(|(dof, w)| u[*dof] += factor * w);
+    }
+}

@@ -1,0 +1,342 @@
+//! From the table `[structure]` to a [`Model`], with every input error located.
+
+use super::generator::{Generated, rectangular_net};
+use super::support::Motion;
+use super::Model;
+use crate::config::structure::{CableConfig, CableEntry, StructureConfig, Where};
+use crate::config::{Config, not_negative, positive};
+use crate::element::{Cable, PointMass, Spring};
+use interface_defs::mesh::Group;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+
+/// A point is taken for the node that is not farther away than this, relative to the extent.
+const SAME_POINT: f64 = 1e-6;
+
+impl Model {
+    /// Build the structure of a scene.
+    pub fn build(scene: &Scene, config: &Config) -> Result<Self, InputError> {
+        let table = &config.structure;
+        let generated = base(scene, table)?;
+        let mut model = Self {
+            cables: Vec::new(),
+            springs: Vec::new(),
+            point_masses: Vec::new(),
+            mass: vec![0.0; generated.nodes.len()],
+            held: vec![false; 3 * generated.nodes.len()],
+            moving: Vec::new(),
+            dead_load: vec![0.0; 3 * generated.nodes.len()],
+            down: None,
+            damping: table.damping,
+            groups: generated.groups,
+            nodes: generated.nodes,
+        };
+        not_negative(scene, "structure.damping", table.damping, "1/s")?;
+        model.add_groups(scene, table)?;
+        model.add_cables(scene, table, &generated.cables)?;
+        for node in generated.held {
+            model.hold(node, [true; 3]);
+        }
+        model.add_elements(scene, table)?;
+        model.add_supports(scene, table)?;
+        model.lump();
+        model.load(scene, config)?;
+        model.check_held_together(scene, config)?;
+        let held: Vec<u32> =
+            (0..model.nodes.len()).filter(|n| model.fully_held(*n)).map(|n| n as u32).collect();
+        model.groups.push(Group { name: "supports".into(), nodes: held });
+        Ok(model)
+    }
+
+    fn hold(&mut self, node: usize, directions: [bool; 3]) {
+        for (c, held) in directions.into_iter().enumerate() {
+            let dof = self.dof(node, c);
+            self.held[dof] |= held;
+        }
+    }
+
+    fn add_groups(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
+        for (i, group) in table.groups.iter().enumerate() {
+            let key = format!("structure.groups.{i}");
+            if group.name == "supports" || self.groups.iter().any(|g| g.name == group.name) {
+                let what = format!("there is a group `{}` already", group.name);
+                return Err(scene.invalid(&format!("{key}.name"), what));
+            }
+            for node in &group.nodes {
+                self.known(scene, &format!("{key}.nodes"), *node)?;
+            }
+            let nodes = group.nodes.iter().map(|n| *n as u32).collect();
+            self.groups.push(Group { name: group.name.clone(), nodes });
+        }
+        Ok(())
+    }
+
+    fn add_cables(
+        &mut self,
+        scene: &Scene,
+        table: &StructureConfig,
+        generated: &[[usize; 2]],
+    ) -> Result<(), InputError> {
+        if let Some(common) = &table.cable {
+            check_cable(scene, "structure.cable", common)?;
+        }
+        if !generated.is_empty() {
+            let common = table.cable.as_ref().ok_or_else(|| {
+                scene
+                    .invalid("structure", "the generated net has no table [structure.cable]")
+                    .try_instead("give young, area and density of its cables")
+            })?;
+            self.cables.extend(generated.iter().map(|nodes| cable(&self.nodes, *nodes, common, None)));
+        }
+        for (i, entry) in table.cables.iter().enumerate() {
+            let key = format!("structure.cables.{i}");
+            for node in entry.nodes {
+                self.known(scene, &format!("{key}.nodes"), node)?;
+            }
+            if let Some(length) = entry.length {
+                positive(scene, &format!("{key}.length"), length, "m")?;
+            }
+            let own = properties(scene, &key, entry, table.cable.as_ref())?;
+            check_cable(scene, &key, &own)?;
+            let built = cable(&self.nodes, entry.nodes, &own, entry.length);
+            if built.length == 0.0 || entry.nodes[0] == entry.nodes[1] {
+                let what = format!("the cable between nodes {} and {} has no length", entry.nodes[0], entry.nodes[1]);
+                return Err(scene.invalid(&format!("{key}.nodes"), what));
+            }
+            self.cables.push(built);
+        }
+        Ok(())
+    }
+
+    fn add_elements(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
+        for (i, entry) in table.springs.iter().enumerate() {
+            let key = format!("structure.springs.{i}");
+            for stiffness in entry.stiffness {
+                not_negative(scene, &format!("{key}.stiffness"), stiffness, "N/m")?;
+            }
+            for node in self.place(scene, &key, entry.place())? {
+                self.springs.push(Spring { node, stiffness: entry.stiffness.into() });
+            }
+        }
+        for (i, entry) in table.masses.iter().enumerate() {
+            let key = format!("structure.masses.{i}");
+            positive(scene, &format!("{key}.mass"), entry.mass, "kg")?;
+            for node in self.place(scene, &key, entry.place())? {
+                self.point_masses.push(PointMass { node, mass: entry.mass });
+            }
+        }
+        Ok(())
+    }
+
+    fn add_supports(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
+        for (i, entry) in table.supports.iter().enumerate() {
+            let key = format!("structure.supports.{i}");
+            let directions = ['x', 'y', 'z'].map(|c| entry.directions.contains(c));
+            if entry.directions.is_empty() || entry.directions.chars().any(|c| !"xyz".contains(c)) {
+                let what = format!("`{}` is no set of directions, write letters of xyz", entry.directions);
+                return Err(scene.invalid(&format!("{key}.directions"), what));
+            }
+            for node in self.place(scene, &key, entry.place())? {
+                self.hold(node, directions);
+                if entry.motion.is_empty() {
+                    continue;
+                }
+                for component in (0..3).filter(|c| directions[*c]) {
+                    let rows: Vec<_> = entry.motion.iter().map(|row| (row[0], row[1 + component])).collect();
+                    let motion =
+                        Motion::new(&rows).map_err(|what| scene.invalid(&format!("{key}.motion"), what))?;
+                    let dof = self.dof(node, component);
+                    if self.moving.iter().any(|(other, _)| *other == dof) {
+                        let what = format!("{} has two motions", self.dof_name(dof));
+                        return Err(scene.invalid(&format!("{key}.motion"), what));
+                    }
+                    self.moving.push((dof, motion));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn lump(&mut self) {
+        for cable in &self.cables {
+            for node in cable.nodes {
+                self.mass[node] += cable.nodal_mass();
+            }
+        }
+        for point in &self.point_masses {
+            self.mass[point.node] += point.mass;
+        }
+    }
+
+    fn load(&mut self, scene: &Scene, config: &Config) -> Result<(), InputError> {
+        let gravity = Vector3::from(config.gravity);
+        if config.structure.dead_load && gravity.norm() > 0.0 {
+            self.down = Some(gravity.normalize());
+            for node in 0..self.nodes.len() {
+                for c in 0..3 {
+                    let dof = self.dof(node, c);
+                    self.dead_load[dof] += self.mass[node] * gravity[c];
+                }
+            }
+        }
+        for (i, entry) in config.structure.loads.iter().enumerate() {
+            for node in self.place(scene, &format!("structure.loads.{i}"), entry.place())? {
+                for c in 0..3 {
+                    let dof = self.dof(node, c);
+                    self.dead_load[dof] += entry.force[c];
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Every node must be part of an element, except the frame of a generated net; every one that
+    /// moves must have a mass, unless only statics is asked for.
+    fn check_held_together(&self, scene: &Scene, config: &Config) -> Result<(), InputError> {
+        let generated = config.structure.generator.is_some();
+        let mut used = vec![false; self.nodes.len()];
+        let ends = self.cables.iter().flat_map(|c| c.nodes);
+        let others = self.springs.iter().map(|s| s.node).chain(self.point_masses.iter().map(|m| m.node));
+        ends.chain(others).for_each(|node| used[node] = true);
+        for node in (0..self.nodes.len()).filter(|n| !used[*n] && !(generated && self.fully_held(*n))) {
+            let what = format!("node {} is held by no element", self.node_name(node));
+            return Err(scene
+                .invalid(&format!("structure.nodes.{node}"), what)
+                .try_instead("connect it with a cable, give it a mass or a spring, or remove it"));
+        }
+        if config.fem.integrator == crate::config::Integrator::Static {
+            return Ok(());
+        }
+        match (0..self.nodes.len()).find(|n| self.mass[*n] <= 0.0 && !self.fully_held(*n)) {
+            Some(node) => Err(scene
+                .invalid(
+                    &format!("structure.nodes.{node}"),
+                    format!("node {} is free to move and has no mass", self.node_name(node)),
+                )
+                .try_instead("give its cables a density, or it a mass; or choose integrator = \"static\"")),
+            None => Ok(()),
+        }
+    }
+
+    fn known(&self, scene: &Scene, key: &str, node: usize) -> Result<(), InputError> {
+        if node < self.nodes.len() {
+            return Ok(());
+        }
+        Err(scene.invalid(key, format!("there is no node {node}; nodes are 0 to {}", self.nodes.len() - 1)))
+    }
+
+    /// The nodes that an entry names.
+    pub(crate) fn place(&self, scene: &Scene, key: &str, place: Where) -> Result<Vec<usize>, InputError> {
+        match place {
+            Where { nodes: Some(nodes), group: None, at: None } => {
+                for node in nodes {
+                    self.known(scene, &format!("{key}.nodes"), *node)?;
+                }
+                Ok(nodes.to_vec())
+            }
+            Where { nodes: None, group: Some(name), at: None } => {
+                let group = self.groups.iter().find(|g| g.name == name).ok_or_else(|| {
+                    let names: Vec<_> = self.groups.iter().map(|g| format!("`{}`", g.name)).collect();
+                    let known = if names.is_empty() { "there are none".into() } else { names.join(", ") };
+                    scene
+                        .invalid(&format!("{key}.group"), format!("there is no group `{name}`"))
+                        .try_instead(format!("groups here: {known}"))
+                })?;
+                Ok(group.nodes.iter().map(|n| *n as usize).collect())
+            }
+            Where { nodes: None, group: None, at: Some(point) } => {
+                let point = Vector3::from(point);
+                let nearest = (0..self.nodes.len())
+                    .min_by(|a, b| {
+                        let distance = |n: &usize| (self.nodes[*n] - point).norm_squared();
+                        distance(a).total_cmp(&distance(b))
+                    })
+                    .filter(|n| (self.nodes[*n] - point).norm() <= self.reach(*n));
+                nearest.map(|n| vec![n]).ok_or_else(|| {
+                    let what = format!("no node of the structure stands at ({}, {}, {})", point.x, point.y, point.z);
+                    scene.invalid(&format!("{key}.at"), what).try_instead(
+                        "points count in the structure as modelled, before form finding; half a cable's length is tolerated",
+                    )
+                })
+            }
+            _ => Err(scene.invalid(key, "name the nodes by exactly one of nodes, group and at")),
+        }
+    }
+
+    /// How far a point may lie from a node that it names [m]: half of its shortest cable.
+    fn reach(&self, node: usize) -> f64 {
+        let ends = self.cables.iter().filter(|c| c.nodes.contains(&node));
+        let half = ends.map(|c| 0.5 * c.span.norm()).fold(f64::INFINITY, f64::min);
+        if half.is_finite() { half * (1.0 + SAME_POINT) } else { SAME_POINT * self.extent().max(1.0) }
+    }
+}
+
+/// Nodes as listed, or as generated.
+fn base(scene: &Scene, table: &StructureConfig) -> Result<Generated, InputError> {
+    let Some(generator) = &table.generator else {
+        if table.nodes.is_empty() {
+            return Err(scene
+                .invalid("structure", "the structure has no nodes")
+                .try_instead("write a generator, or nodes = [[x, y, z], ...] and cables between them"));
+        }
+        let nodes = table.nodes.iter().map(|p| Vector3::from(*p)).collect();
+        return Ok(Generated { nodes, cables: Vec::new(), groups: Vec::new(), held: Vec::new() });
+    };
+    if !table.nodes.is_empty() || !table.cables.is_empty() {
+        let key = if table.nodes.is_empty() { "structure.cables" } else { "structure.nodes" };
+        return Err(scene.invalid(key, "a generated structure takes no further nodes or cables"));
+    }
+    if generator.cells.contains(&0) {
+        let what = format!("a net of {} x {} cells is none", generator.cells[0], generator.cells[1]);
+        return Err(scene.invalid("structure.generator.cells", what));
+    }
+    positive(scene, "structure.generator.spacing", generator.spacing, "m")?;
+    if generator.origin.is_some() && generator.center.is_some() {
+        return Err(scene.invalid("structure.generator.center", "state either origin or center"));
+    }
+    Ok(rectangular_net(generator))
+}
+
+fn cable(nodes: &[Vector3<f64>], ends: [usize; 2], own: &CableConfig, length: Option<f64>) -> Cable {
+    let span = nodes[ends[1]] - nodes[ends[0]];
+    Cable {
+        nodes: ends,
+        span,
+        length: length.unwrap_or(span.norm()),
+        young: own.young,
+        area: own.area,
+        density: own.density,
+        prestress: own.prestress,
+        tension_only: own.tension_only,
+        radius: own.radius,
+    }
+}
+
+/// Properties of one cable: its own, else those of all.
+fn properties(
+    scene: &Scene,
+    key: &str,
+    entry: &CableEntry,
+    common: Option<&CableConfig>,
+) -> Result<CableConfig, InputError> {
+    let missing = |name: &str| {
+        let what = format!("this cable has no {name}, and there is no [structure.cable] that states it for all");
+        scene.invalid(key, what)
+    };
+    Ok(CableConfig {
+        young: entry.young.or(common.map(|c| c.young)).ok_or_else(|| missing("young"))?,
+        area: entry.area.or(common.map(|c| c.area)).ok_or_else(|| missing("area"))?,
+        density: entry.density.or(common.map(|c| c.density)).ok_or_else(|| missing("density"))?,
+        prestress: entry.prestress.or(common.map(|c| c.prestress)).unwrap_or(0.0),
+        tension_only: entry.tension_only.or(common.map(|c| c.tension_only)).unwrap_or(true),
+        radius: entry.radius.or(common.map(|c| c.radius)).unwrap_or(0.0),
+    })
+}
+
+fn check_cable(scene: &Scene, key: &str, own: &CableConfig) -> Result<(), InputError> {
+    positive(scene, &format!("{key}.young"), own.young, "Pa")?;
+    positive(scene, &format!("{key}.area"), own.area, "m2")?;
+    not_negative(scene, &format!("{key}.density"), own.density, "kg/m3")?;
+    not_negative(scene, &format!("{key}.radius"), own.radius, "m")
+}

@@ -1,0 +1,126 @@
+//! The structure as numbers: nodes, elements, supports, loads, lumped masses.
+//!
+//! Vectors over all degrees of freedom are component-major: the x of all nodes, then y, then z
+//! (`dof = component * nodes + node`), so that loops over neighbouring nodes run over slices.
+//! At the interface they are node-major.
+
+mod build;
+mod generator;
+pub mod support;
+
+use crate::element::{Cable, PointMass, Spring};
+use interface_defs::mesh::{Group, InterfaceMesh};
+use nalgebra::Vector3;
+use support::Motion;
+
+/// A structure, ready to be computed.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Nodes as modelled [m].
+    pub nodes: Vec<Vector3<f64>>,
+    /// Cables, in the order of the scene.
+    pub cables: Vec<Cable>,
+    /// Grounded springs.
+    pub springs: Vec<Spring>,
+    /// Point masses.
+    pub point_masses: Vec<PointMass>,
+    /// Lumped mass of each node [kg].
+    pub mass: Vec<f64>,
+    /// For each degree of freedom, whether a support holds it.
+    pub held: Vec<bool>,
+    /// Degrees of freedom with a prescribed motion; they are held too.
+    pub moving: Vec<(usize, Motion)>,
+    /// Weight and constant loads on every degree of freedom [N].
+    pub dead_load: Vec<f64>,
+    /// Whether weight is part of the dead load, and its direction: the unit vector of gravity.
+    pub down: Option<Vector3<f64>>,
+    /// Mass-proportional damping alpha [1/s].
+    pub damping: f64,
+    /// Named sets of nodes.
+    pub groups: Vec<Group>,
+}
+
+impl Model {
+    /// Number of nodes.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Number of degrees of freedom, held ones included.
+    pub fn dof_count(&self) -> usize {
+        3 * self.nodes.len()
+    }
+
+    /// Degree of freedom of a node in direction `component` (0, 1, 2).
+    pub fn dof(&self, node: usize, component: usize) -> usize {
+        component * self.nodes.len() + node
+    }
+
+    /// The node of a degree of freedom and its direction, in words.
+    pub fn dof_name(&self, dof: usize) -> String {
+        let n = self.nodes.len();
+        format!("node {} in {}", self.node_name(dof % n), ["x", "y", "z"][dof / n])
+    }
+
+    /// A node and where it stands, in words.
+    pub fn node_name(&self, node: usize) -> String {
+        let p = self.nodes[node];
+        format!("{node} at ({}, {}, {})", p.x, p.y, p.z)
+    }
+
+    /// Vector of a node out of a vector over all degrees of freedom.
+    pub fn vector(&self, of: &[f64], node: usize) -> Vector3<f64> {
+        let n = self.nodes.len();
+        Vector3::new(of[node], of[n + node], of[2 * n + node])
+    }
+
+    /// Displacement of a cable's second node relative to its first.
+    pub fn relative(&self, u: &[f64], cable: &Cable) -> Vector3<f64> {
+        self.vector(u, cable.nodes[1]) - self.vector(u, cable.nodes[0])
+    }
+
+    /// Whether a node is held in all directions.
+    pub fn fully_held(&self, node: usize) -> bool {
+        (0..3).all(|c| self.held[self.dof(node, c)])
+    }
+
+    /// Put the prescribed displacements of `time` [s] into `u`.
+    pub fn prescribe(&self, time: f64, u: &mut [f64]) {
+        for (dof, motion) in &self.moving {
+            u[*dof] = motion.at(time);
+        }
+    }
+
+    /// Largest extent of the structure as modelled [m]; 0 for a single node.
+    pub fn extent(&self) -> f64 {
+        let Some(first) = self.nodes.first() else { return 0.0 };
+        let low = self.nodes.iter().fold(*first, |a, b| a.inf(b));
+        let high = self.nodes.iter().fold(*first, |a, b| a.sup(b));
+        (high - low).norm()
+    }
+
+    /// The interface mesh with the nodes displaced by `u`.
+    pub fn interface_mesh(&self, u: &[f64]) -> InterfaceMesh {
+        let node = |i: usize| self.nodes[i] + self.vector(u, i);
+        InterfaceMesh {
+            coordinates: (0..self.nodes.len()).flat_map(|i| <[f64; 3]>::from(node(i))).collect(),
+            lines: self.cables.iter().map(|c| c.nodes.map(|n| n as u32)).collect(),
+            faces: Vec::new(),
+            line_radius: self.cables.iter().map(|c| c.radius).collect(),
+            masses: (0..self.nodes.len())
+                .map(|i| if self.fully_held(i) { f64::INFINITY } else { self.mass[i] })
+                .collect(),
+            groups: self.groups.clone(),
+        }
+    }
+
+    /// How far the lowest node hangs below the lowest support [m], displaced by `u`; `None` without
+    /// weight or supports.
+    pub fn sag(&self, u: &[f64]) -> Option<f64> {
+        let down = self.down?;
+        let depth = |i: usize| down.dot(&(self.nodes[i] + self.vector(u, i)));
+        let lowest = (0..self.nodes.len()).map(depth).reduce(f64::max)?;
+        let supports = (0..self.nodes.len()).filter(|i| self.fully_held(*i)).map(depth).reduce(f64::max)?;
+        Some(lowest - supports)
+    }
+}

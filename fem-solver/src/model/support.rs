@@ -1,0 +1,64 @@
+//! Prescribed motion of a support: a table in time.
+
+/// A displacement over time: straight between the rows of a table, constant before and after.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    times: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Motion {
+    /// From rows `(time [s], displacement [m])`. Refuses times that do not increase.
+    pub fn new(rows: &[(f64, f64)]) -> Result<Self, String> {
+        if let Some(pair) = rows.windows(2).find(|pair| pair[1].0 <= pair[0].0) {
+            return Err(format!("the times of a motion must increase, {} s follows {} s", pair[1].0, pair[0].0));
+        }
+        let (times, values) = rows.iter().copied().unzip();
+        Ok(Self { times, values })
+    }
+
+    /// Displacement at `time` [s].
+    pub fn at(&self, time: f64) -> f64 {
+        let next = self.times.partition_point(|t| *t <= time);
+        if next == 0 {
+            return self.values.first().copied().unwrap_or(0.0);
+        }
+        if next == self.times.len() {
+            return self.values[next - 1];
+        }
+        let (t0, t1) = (self.times[next - 1], self.times[next]);
+        let (v0, v1) = (self.values[next - 1], self.values[next]);
+        v0 + (v1 - v0) * ((time - t0) / (t1 - t0))
+    }
+
+    /// Whether it stands still from `start` to `end` [s].
+    pub fn rests(&self, start: f64, end: f64) -> bool {
+        let value = self.at(start);
+        let inside = self.times.iter().zip(&self.values).filter(|(t, _)| **t > start && **t < end);
+        self.at(end) == value && inside.map(|(_, v)| v).all(|v| *v == value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_straight_between_rows_and_constant_outside() {
+        let motion = Motion::new(&[(1.0, 0.0), (3.0, 4.0)]).expect("increases");
+        assert_eq!([0.0, 1.0, 1.5, 3.0, 9.0].map(|t| motion.at(t)), [0.0, 0.0, 1.0, 4.0, 4.0]);
+        assert!(motion.rests(0.0, 1.0) && motion.rests(3.0, 5.0));
+        assert!(!motion.rests(0.5, 1.5) && !motion.rests(0.0, 9.0));
+    }
+
+    #[test]
+    fn there_and_back_inside_a_window_is_no_rest() {
+        let motion = Motion::new(&[(1.0, 0.0), (1.1, 1.0), (1.2, 0.0)]).expect("increases");
+        assert!(!motion.rests(0.9, 1.3));
+    }
+
+    #[test]
+    fn times_that_do_not_increase_are_refused() {
+        assert!(Motion::new(&[(1.0, 0.0), (1.0, 1.0)]).is_err());
+    }
+}

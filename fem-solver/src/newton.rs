@@ -1,0 +1,303 @@
+//! Newton iteration with line search: one for statics and for every implicit step.
+//!
+//! Solves `r(u) = p - k_M M (u - u_0) - f_int(u_0 + s (u - u_0)) = 0` for the free degrees of
+//! freedom, where `p` is load less what is known of inertia and damping, `k_M` the inertia of the
+//! scheme (0 in statics) and `s = 1 - alpha_f` the share of the step at which forces balance.
+
+use crate::config::NewtonConfig;
+use crate::kernel::Kernel;
+use crate::model::Model;
+use crate::tangent::{Slack, Tangent};
+use interface_defs::message::Fault;
+use std::fmt;
+
+/// Part of its axial stiffness that a slack cable shows in the tangent of statics.
+const SLACK_SHARE: f64 = 1e-6;
+/// A step along the direction of Newton is taken if the work of the residual falls below this share.
+const ENOUGH: f64 = 0.8;
+/// Most evaluations of a line search.
+const MOST_SEARCHES: usize = 60;
+/// Largest shift of a tangent that is not positive, relative to its largest diagonal entry.
+const LARGEST_SHIFT: f64 = 1e2;
+
+/// What is to be solved. All slices over all degrees of freedom.
+pub struct Problem<'a> {
+    /// `p` [N].
+    pub load: &'a [f64],
+    /// `u_0` [m].
+    pub start: &'a [f64],
+    /// `k_M` [1/s2].
+    pub inertia: f64,
+    /// `s`, above 0 and at most 1.
+    pub share: f64,
+}
+
+/// What an iteration did.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Info {
+    /// Newton iterations.
+    pub iterations: u64,
+    /// Factorisations, those that failed included.
+    pub factorisations: u64,
+    /// Degree of freedom whose last pivot was not positive, if the last tangent was none.
+    pub unstable: Option<usize>,
+}
+
+/// Why there is no solution.
+#[derive(Debug, Clone)]
+pub enum Failure {
+    /// The residual did not become small.
+    NotConverged {
+        /// Iterations done.
+        iterations: u32,
+        /// Norm of the last residual [N].
+        residual: f64,
+        /// What it had to be [N].
+        limit: f64,
+        /// Degree of freedom with the largest residual.
+        worst: usize,
+    },
+    /// The tangent stays indefinite, whatever is added to it.
+    Unstable {
+        /// Degree of freedom with the pivot that is not positive.
+        dof: usize,
+    },
+    /// Whoever listens to the progress has stopped it.
+    Stopped(Fault),
+}
+
+impl Failure {
+    /// In words, with the names of nodes.
+    pub fn describe(&self, model: &Model) -> String {
+        match self {
+            Self::NotConverged { iterations, residual, limit, worst } => format!(
+                "Newton did not converge: residual {residual:.2e} N > {limit:.2e} N after {iterations} iterations, \
+                 largest at {}",
+                model.dof_name(*worst)
+            ),
+            Self::Unstable { dof } => format!(
+                "no stable equilibrium: a pivot at {} is not positive (slack, not connected to a support, or buckled)",
+                model.dof_name(*dof)
+            ),
+            Self::Stopped(fault) => fault.message.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::NotConverged { iterations, residual, .. } => {
+                write!(f, "residual {residual:.2e} N after {iterations} iterations")
+            }
+            Self::Unstable { dof } => write!(f, "unstable in degree of freedom {dof}"),
+            Self::Stopped(fault) => f.write_str(&fault.message),
+        }
+    }
+}
+
+/// Told after each iteration: its number and the residual relative to what is asked for.
+pub type OnIteration<'a> = &'a mut dyn FnMut(u64, f64) -> Result<(), Fault>;
+
+/// The iteration, with its memory.
+pub struct Newton {
+    /// Tangent of the structure.
+    pub tangent: Tangent,
+    kernel: Kernel,
+    springs: Vec<(usize, f64)>,
+    mass: Vec<f64>,
+    residual: Vec<f64>,
+    balance_at: Vec<f64>,
+    accepted: Vec<f64>,
+    direction: Vec<f64>,
+    free: Vec<f64>,
+}
+
+/// Sizes of one evaluation [N].
+struct Sizes {
+    residual: f64,
+    scale: f64,
+    tension: f64,
+}
+
+impl Newton {
+    /// Memory for `model`.
+    pub fn new(model: &Model) -> Self {
+        let tangent = Tangent::new(model);
+        let n = model.dof_count();
+        Self {
+            kernel: Kernel::new(&model.cables, model.node_count()),
+            springs: spring_dofs(model),
+            mass: (0..n).map(|dof| model.mass[dof % model.node_count()]).collect(),
+            residual: vec![0.0; n],
+            balance_at: vec![0.0; n],
+            accepted: vec![0.0; n],
+            direction: vec![0.0; n],
+            free: vec![0.0; tangent.len()],
+            tangent,
+        }
+    }
+
+    /// Solve, starting from the guess in `u`, whose held degrees of freedom stay as they are.
+    pub fn solve(
+        &mut self,
+        model: &Model,
+        problem: &Problem,
+        settings: &NewtonConfig,
+        u: &mut [f64],
+        on_iteration: OnIteration,
+    ) -> Result<Info, Failure> {
+        let slack = if problem.inertia > 0.0 { Slack::Exact } else { Slack::Regularised(SLACK_SHARE) };
+        let mut info = Info::default();
+        let mut sizes = self.evaluate(problem, u);
+        let (mut rounding, mut settled, mut shift) = (0.0, true, 0.0);
+        loop {
+            let limit = settings.tolerance * sizes.scale;
+            if sizes.residual <= rounding || (sizes.residual <= limit && settled) {
+                return Ok(info);
+            }
+            if info.iterations >= u64::from(settings.max_iterations) || !sizes.residual.is_finite() {
+                return Err(Failure::NotConverged {
+                    iterations: info.iterations as u32,
+                    residual: sizes.residual,
+                    limit: limit.max(rounding),
+                    worst: self.worst(),
+                });
+            }
+            self.direct(model, problem, slack, &mut shift, &mut info)?;
+            let stiffness = self.tangent.largest_diagonal();
+            let (length, before) = (largest(&self.direction), self.work());
+            self.accepted.copy_from_slice(u);
+            let step = self.step(problem, u, before, settings.line_search, &mut sizes);
+            // Rounding of u alone, and of the tensions that cancel at a node.
+            let noise = f64::EPSILON * (stiffness * largest(u) + sizes.tension);
+            rounding = 8.0 * noise * (self.tangent.len() as f64).sqrt();
+            let travel = u.iter().zip(problem.start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            settled = step * length <= 1e-6 * travel;
+            info.iterations += 1;
+            on_iteration(info.iterations, sizes.residual / limit.max(rounding)).map_err(Failure::Stopped)?;
+        }
+    }
+
+    /// Residual at `u`, and the sizes of what it is made of.
+    fn evaluate(&mut self, problem: &Problem, u: &[f64]) -> Sizes {
+        for ((at, u1), u0) in self.balance_at.iter_mut().zip(u).zip(problem.start) {
+            *at = u0 + problem.share * (u1 - u0);
+        }
+        self.residual.fill(0.0);
+        let tension = self.kernel.pull(&self.balance_at, &mut self.residual).sqrt();
+        for (dof, k) in &self.springs {
+            self.residual[*dof] -= k * self.balance_at[*dof];
+        }
+        let internal = norm(&self.residual);
+        let (mut inertia, mut load) = (0.0, 0.0);
+        for (i, r) in self.residual.iter_mut().enumerate() {
+            let inert = problem.inertia * self.mass[i] * (u[i] - problem.start[i]);
+            inertia += inert * inert;
+            load += problem.load[i] * problem.load[i];
+            *r += problem.load[i] - inert;
+        }
+        let residual = self.tangent.dofs().iter().map(|dof| self.residual[*dof].powi(2)).sum::<f64>().sqrt();
+        Sizes { residual, scale: internal.max(inertia.sqrt()).max(load.sqrt()), tension }
+    }
+
+    /// Newton's direction at the last evaluation; a tangent that is not positive is shifted.
+    fn direct(
+        &mut self,
+        model: &Model,
+        problem: &Problem,
+        slack: Slack,
+        shift: &mut f64,
+        info: &mut Info,
+    ) -> Result<(), Failure> {
+        *shift *= 0.1;
+        if *shift < 1e-12 {
+            *shift = 0.0;
+        }
+        loop {
+            self.tangent.assemble(model, &self.balance_at, problem.share, slack);
+            self.tangent.add_mass(model, problem.inertia);
+            let scale = self.tangent.largest_diagonal().max(f64::MIN_POSITIVE);
+            if *shift > 0.0 {
+                self.tangent.shift(*shift * scale);
+            }
+            info.factorisations += 1;
+            match self.tangent.factorise() {
+                Ok(()) => break,
+                Err(e) if *shift >= LARGEST_SHIFT => return Err(Failure::Unstable { dof: e.unknown }),
+                Err(e) => {
+                    info.unstable = Some(e.unknown);
+                    *shift = (10.0 * *shift).max(1e-8);
+                }
+            }
+        }
+        if *shift == 0.0 {
+            info.unstable = None;
+        }
+        for (x, dof) in self.free.iter_mut().zip(self.tangent.dofs()) {
+            *x = self.residual[*dof];
+        }
+        self.tangent.solve(&mut self.free);
+        self.direction.fill(0.0);
+        for (x, dof) in self.free.iter().zip(self.tangent.dofs()) {
+            self.direction[*dof] = *x;
+        }
+        Ok(())
+    }
+
+    /// Work of the residual along the direction.
+    fn work(&self) -> f64 {
+        self.direction.iter().zip(&self.residual).map(|(d, r)| d * r).sum()
+    }
+
+    /// Move along the direction, shortened where the whole of it overshoots. Returns the share.
+    ///
+    /// The energy is least where the work of the residual along the direction, `g(s)`, is 0; it starts
+    /// above. Below 0 lies too far. Between the two, regula falsi with Illinois' halving; far
+    /// apart in size, first by decades.
+    fn step(&mut self, problem: &Problem, u: &mut [f64], before: f64, search: bool, sizes: &mut Sizes) -> f64 {
+        let (mut s, mut near, mut far) = (1.0, (0.0, before), (f64::INFINITY, 0.0));
+        for _ in 0..MOST_SEARCHES {
+            for ((u, a), d) in u.iter_mut().zip(&self.accepted).zip(&self.direction) {
+                *u = a + s * d;
+            }
+            *sizes = self.evaluate(problem, u);
+            let work = self.work();
+            if !search || work.abs() <= ENOUGH * before.abs() || (work > 0.0 && s == 1.0) {
+                break;
+            }
+            if work > 0.0 {
+                near = (s, work);
+                far.1 *= 0.5;
+            } else {
+                far = (s, if work.is_finite() { work } else { f64::NEG_INFINITY });
+                near.1 *= if near.0 > 0.0 { 0.5 } else { 1.0 };
+            }
+            let falsi = near.0 + (far.0 - near.0) * near.1 / (near.1 - far.1);
+            let decade = near.0.max(0.1 * far.0);
+            s = if far.0 > 10.0 * falsi.max(near.0) || !falsi.is_finite() { decade } else { falsi };
+        }
+        s
+    }
+
+    /// Degree of freedom with the largest residual.
+    fn worst(&self) -> usize {
+        let size = |dof: &&usize| self.residual[**dof].abs();
+        let dofs = self.tangent.dofs().iter();
+        dofs.max_by(|a, b| size(a).total_cmp(&size(b))).copied().unwrap_or(0)
+    }
+}
+
+/// Stiffness of the grounded springs by degree of freedom, those without left out.
+pub fn spring_dofs(model: &Model) -> Vec<(usize, f64)> {
+    let all = model.springs.iter().flat_map(|s| (0..3).map(|c| (model.dof(s.node, c), s.stiffness[c])));
+    all.filter(|(_, k)| *k > 0.0).collect()
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |a, b| f64::max(a, b.abs()))
+}

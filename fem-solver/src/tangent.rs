@@ -1,0 +1,193 @@
+//! The global tangent over the free degrees of freedom: pattern once, numbers as often as needed.
+
+use crate::element::Cable;
+use crate::linear_solver::{Cholesky, NotPositive};
+use crate::model::Model;
+use nalgebra::Matrix3;
+use std::collections::BTreeSet;
+
+/// Marks a degree of freedom that a support holds.
+const HELD: usize = usize::MAX;
+
+/// What a slack cable adds to the tangent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Slack {
+    /// Nothing: the exact tangent, for dynamics, where the masses hold the node.
+    Exact,
+    /// This share of its axial stiffness in every direction, for statics. Only the tangent knows of
+    /// it, so it alters the path of the iteration and not where it ends.
+    Regularised(f64),
+    /// Its axial stiffness as if it were just taut: an upper bound, for the critical step.
+    Taut,
+}
+
+/// `K` of `K x = r`, lower triangle, with what is needed to assemble and to solve it.
+pub struct Tangent {
+    /// Number of each degree of freedom among the free ones, or [`HELD`].
+    free: Vec<usize>,
+    /// Degree of freedom of each free one.
+    dofs: Vec<usize>,
+    starts: Vec<usize>,
+    rows: Vec<usize>,
+    /// Values in the order of the pattern; the last one takes what belongs to held ones.
+    values: Vec<f64>,
+    /// Position of the diagonal of each free degree of freedom.
+    diagonal: Vec<usize>,
+    /// Positions of each cable's blocks: (1,1) and (2,2) by their lower triangles, (1,2) in full.
+    cables: Vec<[usize; 21]>,
+    cholesky: Cholesky,
+}
+
+impl Tangent {
+    /// Pattern and positions of a structure.
+    pub fn new(model: &Model) -> Self {
+        let mut free = vec![HELD; model.dof_count()];
+        let mut dofs = Vec::new();
+        for node in 0..model.node_count() {
+            for dof in (0..3).map(|c| model.dof(node, c)).filter(|dof| !model.held[*dof]) {
+                free[dof] = dofs.len();
+                dofs.push(dof);
+            }
+        }
+        let mut columns = vec![BTreeSet::new(); dofs.len()];
+        columns.iter_mut().enumerate().for_each(|(j, column)| drop(column.insert(j)));
+        let places: Vec<_> = model.cables.iter().map(|c| block_dofs(model, &free, c)).collect();
+        for (row, column) in places.iter().flatten().flatten() {
+            columns[*column].insert(*row);
+        }
+        let mut starts = vec![0];
+        let mut rows = Vec::new();
+        for column in &columns {
+            rows.extend(column);
+            starts.push(rows.len());
+        }
+        let position = |row: usize, column: usize| {
+            let inside = rows[starts[column]..starts[column + 1]].binary_search(&row);
+            starts[column] + inside.expect("the pattern holds every entry of every element")
+        };
+        let sink = rows.len();
+        let cables = places.iter().map(|p| p.map(|at| at.map_or(sink, |(i, j)| position(i, j)))).collect();
+        let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
+        let cholesky = Cholesky::new(dofs.len(), starts.clone(), rows.clone());
+        Self { free, dofs, values: vec![0.0; sink + 1], starts, rows, diagonal, cables, cholesky }
+    }
+
+    /// Number of free degrees of freedom.
+    pub fn len(&self) -> usize {
+        self.dofs.len()
+    }
+
+    /// True if every degree of freedom is held.
+    pub fn is_empty(&self) -> bool {
+        self.dofs.is_empty()
+    }
+
+    /// The free degrees of freedom, as degrees of freedom of the structure.
+    pub fn dofs(&self) -> &[usize] {
+        &self.dofs
+    }
+
+    /// `share` times the tangent of all elements at the displacements `u`.
+    pub fn assemble(&mut self, model: &Model, u: &[f64], share: f64, slack: Slack) {
+        self.assemble_blocks(model, share, |cable| {
+            let w = model.relative(u, cable);
+            let response = cable.response(&w);
+            match slack {
+                Slack::Exact => response.tangent,
+                Slack::Regularised(part) if response.slack => {
+                    Matrix3::from_diagonal_element(part * cable.axial_stiffness())
+                }
+                Slack::Regularised(_) => response.tangent,
+                Slack::Taut if response.slack => {
+                    let d = cable.span + w;
+                    2.0 * cable.slope() * d * d.transpose()
+                }
+                Slack::Taut => response.tangent,
+            }
+        });
+    }
+
+    /// The same with a tangent of one's own for each cable.
+    pub fn assemble_blocks(&mut self, model: &Model, share: f64, block: impl Fn(&Cable) -> Matrix3<f64>) {
+        self.values.fill(0.0);
+        for (cable, at) in model.cables.iter().zip(&self.cables) {
+            let k = share * block(cable);
+            for (i, (r, c)) in LOWER.into_iter().enumerate() {
+                self.values[at[i]] += k[(r, c)];
+                self.values[at[6 + i]] += k[(r, c)];
+            }
+            for i in 0..9 {
+                self.values[at[12 + i]] -= k[(i / 3, i % 3)];
+            }
+        }
+        for spring in &model.springs {
+            let k = spring.tangent();
+            for c in 0..3 {
+                let free = self.free[model.dof(spring.node, c)];
+                if free != HELD {
+                    self.values[self.diagonal[free]] += share * k[(c, c)];
+                }
+            }
+        }
+    }
+
+    /// Add `factor` [1/s2] times the lumped masses.
+    pub fn add_mass(&mut self, model: &Model, factor: f64) {
+        let n = model.node_count();
+        for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
+            self.values[*at] += factor * model.mass[dof % n];
+        }
+    }
+
+    /// Add `amount` [N/m] to every diagonal entry.
+    pub fn shift(&mut self, amount: f64) {
+        for at in &self.diagonal {
+            self.values[*at] += amount;
+        }
+    }
+
+    /// Largest diagonal entry [N/m].
+    pub fn largest_diagonal(&self) -> f64 {
+        self.diagonal.iter().map(|at| self.values[*at]).fold(0.0, f64::max)
+    }
+
+    /// Factorise what was assembled. The unknown of the error is a degree of freedom of the structure.
+    pub fn factorise(&mut self) -> Result<(), NotPositive> {
+        let numbers = &self.values[..self.rows.len()];
+        self.cholesky.factorise(numbers).map_err(|e| NotPositive { unknown: self.dofs[e.unknown] })
+    }
+
+    /// Solve in place for the free degrees of freedom.
+    pub fn solve(&mut self, x: &mut [f64]) {
+        self.cholesky.solve(x);
+    }
+
+    /// `y = K x` over the free degrees of freedom.
+    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        for j in 0..self.dofs.len() {
+            let (start, end) = (self.starts[j], self.starts[j + 1]);
+            y[j] += self.values[start] * x[j];
+            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
+                y[*row] += value * x[j];
+                y[j] += value * x[*row];
+            }
+        }
+    }
+}
+
+/// Entries of the lower triangle of a 3 x 3 block.
+const LOWER: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+
+/// Row and column, in the lower triangle, of each entry of a cable's blocks; `None` where held.
+fn block_dofs(model: &Model, free: &[usize], cable: &Cable) -> [Option<(usize, usize)>; 21] {
+    let number = |end: usize, c: usize| free[model.dof(cable.nodes[end], c)];
+    let entry = |a: usize, b: usize| (a != HELD && b != HELD).then(|| (a.max(b), a.min(b)));
+    std::array::from_fn(|i| match i {
+        0..12 => {
+            let (r, c) = LOWER[i % 6];
+            entry(number(i / 6, r), number(i / 6, c))
+        }
+        _ => entry(number(0, (i - 12) / 3), number(1, (i - 12) % 3)),
+    })
+}

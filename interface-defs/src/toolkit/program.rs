@@ -1,0 +1,209 @@
+//! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
+
+pub use super::check::CheckReport;
+use super::check::Format;
+use super::exit::Exit;
+use super::input_error::InputError;
+use super::log::{self, LogFormat};
+use super::scene::Scene;
+use super::summary::Status;
+use super::{run_dir, solo};
+use crate::ipc::serve::Connection;
+use crate::ipc::{RunId, Wait, interrupt};
+use crate::participant::Failure;
+use crate::solver::Solver;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// What a solver's program is made of.
+pub struct Program {
+    /// Its name: `dem-solver`.
+    pub name: &'static str,
+    /// Its part in a run: `dem`.
+    pub role: &'static str,
+    /// What it is, in one line.
+    pub about: &'static str,
+    /// Make the solver of a scene.
+    pub build: fn(&Scene, &Options) -> Result<Box<dyn Solver>, InputError>,
+    /// Say what it would build.
+    pub check: fn(&Scene) -> Result<CheckReport, InputError>,
+}
+
+/// What the command line tells a solver beside the scene.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Directory of the results; `None`: write no files.
+    pub out: Option<PathBuf>,
+    /// Whether savings may be used (flight in closed form, skipped structure, reused answers).
+    pub shortcuts: bool,
+}
+
+#[derive(Parser)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Form of the log lines on stderr; RUST_LOG=debug tells more
+    #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
+    log_format: LogFormat,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run the scene with this solver alone
+    Run {
+        #[command(flatten)]
+        input: Input,
+        /// Directory of the results [default: out/<scene name>]
+        #[arg(long, value_name = "DIR", help_heading = "Results")]
+        out: Option<PathBuf>,
+        /// Overwrite the run that the directory holds
+        #[arg(long, help_heading = "Results")]
+        force: bool,
+        /// Print nothing but errors
+        #[arg(long)]
+        quiet: bool,
+        #[command(flatten)]
+        savings: Savings,
+    },
+    /// Say what would be built, critical time steps [s] and cost; start nothing
+    Check {
+        #[command(flatten)]
+        input: Input,
+        /// Form of the answer
+        #[arg(long, value_enum, default_value_t, value_name = "FORM")]
+        format: Format,
+    },
+    /// Take part in a run that a coupler leads
+    Serve {
+        #[command(flatten)]
+        input: Input,
+        /// Directory of the results [default: out/<scene name>]
+        #[arg(long, value_name = "DIR", help_heading = "Results")]
+        out: Option<PathBuf>,
+        #[command(flatten)]
+        savings: Savings,
+        /// Name of the run, the same for all its programs: 1 to 16 letters, digits, dashes
+        #[arg(long, value_name = "ID", help_heading = "Connection")]
+        run: RunId,
+        /// This solver's part in the run [default: its own]
+        #[arg(long = "as", value_name = "NAME", help_heading = "Connection")]
+        part: Option<String>,
+        /// Longest time without a sign of life from the coupler [s]
+        #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds, help_heading = "Connection")]
+        timeout: f64,
+        /// How to wait for a request: `yield` is the fastest, `event` leaves the processor to others
+        #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
+        wait: Wait,
+        /// Process whose end ends this one
+        #[arg(long, value_name = "PID", help_heading = "Connection")]
+        supervisor: Option<u32>,
+    },
+}
+
+#[derive(clap::Args)]
+struct Input {
+    /// Scene file (TOML, SI units)
+    scene: PathBuf,
+    /// Set a value of the scene, as in --set rock.0.mass=180; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+}
+
+impl Input {
+    fn load(&self) -> Result<Scene, InputError> {
+        Scene::load(&self.scene, &self.sets)
+    }
+}
+
+#[derive(clap::Args)]
+struct Savings {
+    /// Switch off every saving, to prove that it is harmless
+    #[arg(long)]
+    no_shortcuts: bool,
+}
+
+/// Seconds on a command line: finite, above 0.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(s) if s > 0.0 && Duration::try_from_secs_f64(s).is_ok() => Ok(s),
+        _ => Err("a number of seconds above 0 is due".into()),
+    }
+}
+
+/// The whole program: parse the command line, do it, print an error once, choose the exit code.
+pub fn main(program: &Program) -> ExitCode {
+    let command = Cli::command().name(program.name).about(program.about).version(env!("CARGO_PKG_VERSION"));
+    let matches = command.get_matches();
+    let cli = match Cli::from_arg_matches(&matches) {
+        Ok(cli) => cli,
+        Err(e) => e.exit(),
+    };
+    let tell = !matches!(cli.command, Command::Run { quiet: true, .. } | Command::Check { .. });
+    log::init(cli.log_format, tell);
+    // A broken invariant has told its story on stderr by then; the exit code is that of a failed run.
+    let outcome = std::panic::catch_unwind(|| execute(program, &cli.command));
+    match outcome {
+        Ok(Ok(exit)) => exit.into(),
+        Ok(Err(error)) => {
+            eprintln!("error: {error}");
+            Exit::BadInput.into()
+        }
+        Err(_) => Exit::Failed.into(),
+    }
+}
+
+fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
+    match command {
+        Command::Check { input, format } => {
+            (program.check)(&input.load()?)?.print(*format);
+            Ok(Exit::Done)
+        }
+        Command::Run { input, out, force, quiet, savings } => {
+            let scene = input.load()?;
+            let out = run_dir::location(out.as_deref(), &scene);
+            let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
+            let mut solver = (program.build)(&scene, &options)?;
+            run_dir::prepare(&out, *force)?;
+            interrupt::install();
+            let summary = solo::run(program.role, solver.as_mut(), &scene, &out)?;
+            if !quiet {
+                summary.print_table();
+            }
+            match summary.status {
+                Status::Done => Ok(Exit::Done),
+                Status::Failed | Status::Interrupted => {
+                    eprintln!("error: {}", summary.message.as_deref().unwrap_or("the run failed"));
+                    Ok(Exit::Failed)
+                }
+            }
+        }
+        Command::Serve { input, out, savings, run, part, timeout, wait, supervisor } => {
+            let scene = input.load()?;
+            let out = run_dir::location(out.as_deref(), &scene);
+            let options = Options { out: Some(out), shortcuts: !savings.no_shortcuts };
+            let mut solver = (program.build)(&scene, &options)?;
+            interrupt::install();
+            let connection = Connection {
+                run: run.clone(),
+                name: part.clone().unwrap_or_else(|| program.role.into()),
+                timeout: Duration::from_secs_f64(*timeout),
+                wait: *wait,
+                supervisor: *supervisor,
+            };
+            Ok(ended(crate::ipc::serve::serve(solver.as_mut(), &connection)))
+        }
+    }
+}
+
+/// The exit code of a served run, its failure printed once.
+fn ended(outcome: Result<(), Failure>) -> Exit {
+    match outcome {
+        Ok(()) => Exit::Done,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            if failure.is_input() { Exit::BadInput } else { Exit::Failed }
+        }
+    }
+}

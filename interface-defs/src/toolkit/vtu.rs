@@ -1,0 +1,252 @@
+//! VTU files and a PVD series with physical time, which ParaView opens.
+//!
+//! Unstructured grid, data appended at the end: base64 of zlib-compressed blocks, header of UInt64.
+//! Source: VTK file formats, <https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html>.
+
+use base64::Engine as _;
+use flate2::{Compression, write::ZlibEncoder};
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+/// Bytes that are compressed as one block.
+const BLOCK: usize = 1 << 20;
+
+/// The cells of a grid.
+pub enum Cells<'a> {
+    /// Two points each.
+    Lines(&'a [[u32; 2]]),
+    /// Three points each.
+    Triangles(&'a [[u32; 3]]),
+    /// One for each point.
+    Vertices,
+}
+
+/// A grid with data: name, components, values (`[components * items]`, item-major).
+pub struct Vtu<'a> {
+    /// `[3 * points]` [m].
+    pub points: &'a [f64],
+    /// Cells.
+    pub cells: Cells<'a>,
+    /// Data at the points.
+    pub point_data: Vec<(&'a str, usize, &'a [f64])>,
+    /// Data at the cells.
+    pub cell_data: Vec<(&'a str, usize, &'a [f64])>,
+}
+
+impl Vtu<'_> {
+    /// The file's content.
+    ///
+    /// Panics if the length of a field does not fit the number of its points or cells.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let points = self.points.len() / 3;
+        let (connectivity, per_cell, kind) = match self.cells {
+            Cells::Lines(lines) => (lines.as_flattened().to_vec(), 2, 3_u8),
+            Cells::Triangles(triangles) => (triangles.as_flattened().to_vec(), 3, 5),
+            Cells::Vertices => ((0..points as u32).collect(), 1, 1),
+        };
+        let cells = connectivity.len() / per_cell;
+        let mut body = Body::default();
+        for (tag, items, fields) in
+            [("PointData", points, &self.point_data), ("CellData", cells, &self.cell_data)]
+        {
+            body.open(tag);
+            for (name, components, values) in fields {
+                assert_eq!(values.len(), items * components, "field {name} must fit its {tag}");
+                body.floats(name, *components, values);
+            }
+            body.close(tag);
+        }
+        body.open("Points");
+        body.floats("Points", 3, self.points);
+        body.close("Points");
+        body.open("Cells");
+        let integers =
+            |values: &mut dyn Iterator<Item = i64>| values.flat_map(i64::to_le_bytes).collect::<Vec<u8>>();
+        body.array("Int64", "connectivity", 1, &integers(&mut connectivity.iter().map(|&i| i64::from(i))));
+        body.array("Int64", "offsets", 1, &integers(&mut (1..=cells).map(|c| (c * per_cell) as i64)));
+        body.array("UInt8", "types", 1, &vec![kind; cells]);
+        body.close("Cells");
+        format!(
+            "<?xml version=\"1.0\"?>\n\
+             <VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+             header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n\
+             <UnstructuredGrid>\n<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">\n{}\
+             </Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"base64\">\n_{}\n</AppendedData>\n</VTKFile>\n",
+            body.xml, body.data
+        )
+        .into_bytes()
+    }
+}
+
+/// The declarations, and the data appended to them.
+#[derive(Default)]
+struct Body {
+    xml: String,
+    data: String,
+}
+
+impl Body {
+    fn open(&mut self, tag: &str) {
+        let _ = writeln!(self.xml, "<{tag}>");
+    }
+
+    fn close(&mut self, tag: &str) {
+        let _ = writeln!(self.xml, "</{tag}>");
+    }
+
+    fn floats(&mut self, name: &str, components: usize, values: &[f64]) {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.array("Float64", name, components, &bytes);
+    }
+
+    fn array(&mut self, kind: &str, name: &str, components: usize, bytes: &[u8]) {
+        let _ = writeln!(
+            self.xml,
+            "<DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{components}\" format=\"appended\" \
+             offset=\"{}\"/>",
+            escape(name),
+            self.data.len()
+        );
+        let blocks: Vec<Vec<u8>> = bytes.chunks(BLOCK).map(compress).collect();
+        // Number of blocks, size of a block, size of the last one if it is not full, compressed sizes.
+        let sizes = [blocks.len(), BLOCK, bytes.len() % BLOCK];
+        let sizes = sizes.into_iter().chain(blocks.iter().map(Vec::len));
+        let header: Vec<u8> = sizes.flat_map(|n| (n as u64).to_le_bytes()).collect();
+        let encoder = base64::engine::general_purpose::STANDARD;
+        encoder.encode_string(header, &mut self.data);
+        encoder.encode_string(blocks.concat(), &mut self.data);
+    }
+}
+
+fn compress(block: &[u8]) -> Vec<u8> {
+    let mut encoder = ZlibEncoder::new(Vec::with_capacity(block.len() / 2 + 64), Compression::fast());
+    encoder.write_all(block).expect("writing to memory cannot fail");
+    encoder.finish().expect("writing to memory cannot fail")
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A series of grids over time: `name_000001.vtu`, ... and `name.pvd`.
+///
+/// The PVD is replaced as a whole at each step, after the step's own file: a run that is killed
+/// leaves a series that is complete up to there.
+pub struct Series {
+    dir: PathBuf,
+    name: String,
+    entries: String,
+    count: usize,
+}
+
+impl Series {
+    /// A new series in `dir`, which is created. An old one of the same name is overwritten.
+    pub fn create(dir: &Path, name: &str) -> io::Result<Self> {
+        std::fs::create_dir_all(dir)?;
+        let name =
+            name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
+        Ok(Self { dir: dir.to_owned(), name, entries: String::new(), count: 0 })
+    }
+
+    /// Append the state at `time` [s].
+    pub fn add(&mut self, time: f64, vtu: &Vtu) -> io::Result<()> {
+        self.count += 1;
+        let file = format!("{}_{:06}.vtu", self.name, self.count);
+        std::fs::write(self.dir.join(&file), vtu.to_bytes())?;
+        let _ =
+            writeln!(self.entries, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escape(&file));
+        let text = format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n\
+             <Collection>\n{}</Collection>\n</VTKFile>\n",
+            self.entries
+        );
+        let beside = self.dir.join(format!("{}.pvd.tmp", self.name));
+        std::fs::write(&beside, text)?;
+        std::fs::rename(&beside, self.dir.join(format!("{}.pvd", self.name)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read as _;
+
+    /// The bytes of a data array, read back as a VTK reader does.
+    fn read_array(file: &str, name: &str) -> Vec<u8> {
+        let declared = &file[file.find(&format!("Name=\"{name}\"")).expect("declared")..];
+        let offset = declared.split("offset=\"").nth(1).and_then(|r| r.split('"').next()).expect("an offset");
+        let data = file.split("base64\">\n_").nth(1).and_then(|r| r.split('\n').next()).expect("data");
+        let data = &data[offset.parse::<usize>().expect("a number")..];
+        let engine = base64::engine::general_purpose::STANDARD;
+        let numbers = |count: usize| -> Vec<usize> {
+            let text = &data[..(count * 8).div_ceil(3) * 4];
+            let bytes = engine.decode(text).expect("base64");
+            bytes
+                .chunks_exact(8)
+                .map(|c| u64::from_le_bytes(c.try_into().expect("8 bytes")) as usize)
+                .collect()
+        };
+        let blocks = numbers(3)[0];
+        let header = numbers(3 + blocks);
+        let packed: usize = header[3..].iter().sum();
+        let start = ((3 + blocks) * 8).div_ceil(3) * 4;
+        let packed = engine.decode(&data[start..start + packed.div_ceil(3) * 4]).expect("base64");
+        let (mut out, mut at) = (Vec::new(), 0);
+        for size in &header[3..] {
+            flate2::read::ZlibDecoder::new(&packed[at..at + size]).read_to_end(&mut out).expect("zlib");
+            at += size;
+        }
+        out
+    }
+
+    fn floats(bytes: &[u8]) -> Vec<f64> {
+        bytes.chunks_exact(8).map(|c| f64::from_le_bytes(c.try_into().expect("8 bytes"))).collect()
+    }
+
+    #[test]
+    fn what_is_written_reads_back_bit_for_bit_over_several_blocks() {
+        let points: Vec<f64> = (0..150_000).map(|i| f64::from(i).sin()).collect();
+        let mass: Vec<f64> = (0..50_000).map(f64::from).collect();
+        let vtu = Vtu {
+            points: &points,
+            cells: Cells::Lines(&[[0, 1], [1, 49_999]]),
+            point_data: vec![("mass", 1, &mass)],
+            cell_data: vec![("tension <N>", 1, &[1.5, -2.5])],
+        };
+        let file = String::from_utf8(vtu.to_bytes()).expect("text");
+        assert_eq!(floats(&read_array(&file, "Points")), points);
+        assert_eq!(floats(&read_array(&file, "mass")), mass);
+        assert_eq!(floats(&read_array(&file, "tension &lt;N&gt;")), [1.5, -2.5]);
+        let integers: Vec<u8> = [0_i64, 1, 1, 49_999].iter().flat_map(|i| i.to_le_bytes()).collect();
+        assert_eq!(read_array(&file, "connectivity"), integers);
+        assert_eq!(read_array(&file, "types"), [3, 3]);
+    }
+
+    #[test]
+    fn a_grid_without_cells_or_points_is_a_valid_file() {
+        let vtu = Vtu { points: &[], cells: Cells::Vertices, point_data: vec![], cell_data: vec![] };
+        let file = String::from_utf8(vtu.to_bytes()).expect("text");
+        assert_eq!(read_array(&file, "Points"), b"");
+    }
+
+    #[test]
+    fn the_series_is_complete_after_every_step() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let mut series = Series::create(&dir.path().join("fields"), "rock 1").expect("created");
+        for step in 1..=3 {
+            let points = [f64::from(step), 0.0, 0.0];
+            let vtu = Vtu { points: &points, cells: Cells::Vertices, point_data: vec![], cell_data: vec![] };
+            series.add(f64::from(step) * 0.1, &vtu).expect("written");
+            let pvd = std::fs::read_to_string(dir.path().join("fields/rock_1.pvd")).expect("a series");
+            assert_eq!(pvd.matches("<DataSet").count(), step as usize);
+            let files: Vec<&str> = pvd.split("file=\"").skip(1).filter_map(|r| r.split('"').next()).collect();
+            assert!(files.iter().all(|f| dir.path().join("fields").join(f).exists()), "{files:?}");
+        }
+        let pvd = std::fs::read_to_string(dir.path().join("fields/rock_1.pvd")).expect("a series");
+        assert!(
+            pvd.contains("timestep=\"0.30000000000000004\" part=\"0\" file=\"rock_1_000003.vtu\""),
+            "{pvd}"
+        );
+    }
+}
