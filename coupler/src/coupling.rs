@@ -110,6 +110,8 @@ pub struct Counts {
     pub unconverged: u64,
     /// Most iterations of a committed window.
     pub most_iterations: u32,
+    /// Largest displacement residual of a committed window [m].
+    pub largest_residual: f64,
 }
 
 /// A run of the loop over two participants.
@@ -151,8 +153,8 @@ impl<'a> Coupling<'a> {
         Self {
             settings,
             end_time,
-            dem: Seat { participant: dem, commit_due: false },
-            fem: Seat { participant: fem, commit_due: false },
+            dem: Seat { participant: dem, commit_due: false, asked: false },
+            fem: Seat { participant: fem, commit_due: false, asked: false },
             counts: Counts::default(),
             balance: Balance::default(),
             has_balance: false,
@@ -173,7 +175,7 @@ impl<'a> Coupling<'a> {
             }
             match self.window(span, &mut agreement, &mut gauges, observer)? {
                 Outcome::Accepted { iterations, residual, converged } => {
-                    self.book(span, iterations, converged, &agreement.interface, &gauges);
+                    self.book(span, iterations, (residual, converged), &agreement.interface, &gauges);
                     agreement.interface.commit();
                     schedule.accept();
                     let (dem, fem, balance) = (&gauges.dem[..], &gauges.fem[..], &self.balance);
@@ -184,6 +186,11 @@ impl<'a> Coupling<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Whether no solver is at work on a request.
+    pub fn is_idle(&self) -> bool {
+        !self.dem.asked && !self.fem.asked
     }
 
     /// End both solvers; the last solve is committed if it was accepted.
@@ -265,13 +272,21 @@ impl<'a> Coupling<'a> {
     }
 
     /// Count and book an accepted window.
-    fn book(&mut self, span: Span, iterations: u32, converged: bool, interface: &Interface, gauges: &Gauges) {
+    fn book(
+        &mut self,
+        span: Span,
+        iterations: u32,
+        (residual, converged): (Residual, bool),
+        interface: &Interface,
+        gauges: &Gauges,
+    ) {
         self.dem.commit_due = true;
         self.fem.commit_due = true;
         self.counts.windows += 1;
         self.counts.short += u64::from(span.level > 0);
         self.counts.unconverged += u64::from(!converged);
         self.counts.most_iterations = self.counts.most_iterations.max(iterations);
+        self.counts.largest_residual = self.counts.largest_residual.max(residual.displacement);
         self.balance.book(span.end(), gauges.energy, gauges.kinetic, interface.work());
     }
 
@@ -307,6 +322,8 @@ struct Seat<'a> {
     participant: &'a mut dyn Participant,
     /// Whether its last solve is accepted and it does not know yet.
     commit_due: bool,
+    /// Whether it is at work on a request.
+    asked: bool,
 }
 
 impl Seat<'_> {
@@ -331,12 +348,14 @@ impl Seat<'_> {
             length: span.length,
             ..Default::default()
         };
+        self.asked = true;
         self.participant.send(header, fill)
     }
 
     /// Wait for its answer, all numbers finite. `Some` is why this window failed.
     fn receive(&mut self, span: Span, side: &Side) -> Result<Option<String>, Failure> {
         let status = self.participant.receive()?;
+        self.asked = false;
         if status == Status::Failed {
             let fault = self.participant.explain()?;
             let solver = self.participant.name().to_string();

@@ -13,6 +13,8 @@ pub mod handshake;
 pub mod interface;
 pub mod mapping;
 pub mod predictor;
+pub mod program;
+pub mod records;
 mod registry;
 pub mod schedule;
 pub mod settings;

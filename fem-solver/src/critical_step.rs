@@ -66,15 +66,15 @@ fn start_vector(n: usize) -> Vec<f64> {
 /// Largest eigenvalue of a symmetric tridiagonal matrix, by bisection on the signs of its pivots.
 fn largest_eigenvalue(diagonal: &[f64], beside: &[f64]) -> f64 {
     let n = diagonal.len();
-    let radius = |i: usize| if i > 0 { beside[i - 1] } else { 0.0 } + if i + 1 < n { beside[i] } else { 0.0 };
+    let above = |i: usize| if i > 0 { beside[i - 1] } else { 0.0 };
+    let below = |i: usize| if i + 1 < n { beside[i] } else { 0.0 };
     let mut low = diagonal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mut high = (0..n).map(|i| diagonal[i] + radius(i)).fold(low, f64::max);
+    let mut high = (0..n).map(|i| diagonal[i] + above(i) + below(i)).fold(low, f64::max);
     // All pivots of T - x are negative if and only if x lies above every eigenvalue.
     let above_all = |x: f64| {
         let mut pivot = -1.0;
         (0..n).all(|i| {
-            let link = if i > 0 { beside[i - 1] * beside[i - 1] / pivot } else { 0.0 };
-            pivot = diagonal[i] - x - link;
+            pivot = diagonal[i] - x - above(i) * above(i) / pivot;
             pivot < 0.0
         })
     };

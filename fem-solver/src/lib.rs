@@ -1,1 +1,52 @@
-//! fem-solver
+//! Large-displacement statics and dynamics of cable nets.
+//!
+//! From the scene's tables to a run:
+//!
+//! - [`config`]: the tables `[structure]`, `[fem]`, `[[gauge]]`
+//! - [`model`]: nodes, elements, supports, loads, lumped masses; the generator of nets
+//! - [`element`]: cable, grounded spring, point mass, each with energy, force and tangent
+//! - [`kernel`]: all cables at once, fast
+//! - [`tangent`], [`linear_solver`], [`newton`]: the sparse tangent, its Cholesky factor, Newton's iteration
+//! - [`form_finding`], [`critical_step`], [`start`]: the state at t = 0 and the longest step
+//! - [`explicit`], [`implicit`]: one step in time
+//! - [`loads`], [`march`]: one window: the interface force in, motion out
+//! - [`record`], [`moving_mean`], [`energy`], [`fields`]: what is told of it
+//! - [`solver`], [`check`]: the contract's two ends
+//!
+//! Displacements count from the structure as modelled inside, and from t = 0 at the interface.
+//! Nothing here knows what loads the structure.
+
+pub mod check;
+pub mod config;
+pub mod critical_step;
+pub mod element;
+pub mod energy;
+pub mod explicit;
+pub mod fields;
+pub mod form_finding;
+pub mod implicit;
+pub mod kernel;
+pub mod linear_solver;
+pub mod loads;
+pub mod march;
+pub mod model;
+pub mod moving_mean;
+pub mod newton;
+pub mod record;
+pub mod solver;
+pub mod start;
+pub mod state;
+pub mod tangent;
+
+pub use solver::FemSolver;
+
+use interface_defs::toolkit::program::Program;
+
+/// The program `fem-solver`.
+pub const PROGRAM: Program = Program {
+    name: "fem-solver",
+    role: "fem",
+    about: "Large-displacement statics and dynamics of cable nets",
+    build: |scene, options| Ok(Box::new(FemSolver::new(scene, options)?)),
+    check: check::check,
+};

@@ -49,8 +49,7 @@ impl Tangent {
                 dofs.push(dof);
             }
         }
-        let mut columns = vec![BTreeSet::new(); dofs.len()];
-        columns.iter_mut().enumerate().for_each(|(j, column)| drop(column.insert(j)));
+        let mut columns: Vec<_> = (0..dofs.len()).map(|j| BTreeSet::from([j])).collect();
         let places: Vec<_> = model.cables.iter().map(|c| block_dofs(model, &free, c)).collect();
         for (row, column) in places.iter().flatten().flatten() {
             columns[*column].insert(*row);

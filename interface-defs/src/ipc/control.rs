@@ -128,11 +128,12 @@ impl Listener {
 
     /// Take what has come: a whole message, or nothing yet. `ring` wakes the coupler.
     pub fn poll(&mut self, ring: &dyn Fn()) -> Result<Option<ToSolver>, Failure> {
+        // A request on loan, even an answered one, keeps the next from coming.
+        self.answered = None;
         while let Some(request) =
             self.server.receive().map_err(transport("cannot read a message of the coupler"))?
         {
             let header = *request.user_header();
-            self.answered = None;
             if header.run != self.run {
                 return Err(broken(format!("asked run {:016x}, this is run {:016x}", header.run, self.run)));
             }
@@ -140,7 +141,7 @@ impl Listener {
                 // The coupler fetches: send what is left, or keep the request for what comes.
                 self.request = Some(request);
                 self.flush(ring)?;
-                continue;
+                return Ok(None);
             }
             if header.part == 1 {
                 self.bytes.clear();

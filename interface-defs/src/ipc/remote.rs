@@ -81,8 +81,14 @@ impl Host {
     }
 
     /// End the run in shared memory: nothing of it is left. Call after the solvers have ended.
+    ///
+    /// Panics if a [`Remote`] of the run is still in use.
     pub fn close(self) {
-        self.shared.domain.remove();
+        // Taken apart as a temporary: ports and node go with it, before their files do, the lock last.
+        let Shared { domain, _lock: lock, .. } =
+            Rc::into_inner(self.shared).expect("every remote is dropped before the run is closed");
+        domain.remove();
+        drop(lock);
     }
 }
 

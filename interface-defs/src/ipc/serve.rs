@@ -308,8 +308,7 @@ impl Session<'_> {
 
     fn with_cost(&self, mut statistics: Statistics) -> Statistics {
         if statistics.cpu_seconds == 0.0 {
-            let cpu = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-            statistics.cpu_seconds = cpu.tv_sec as f64 + cpu.tv_nsec as f64 * 1e-9;
+            statistics.cpu_seconds = cpu_seconds();
         }
         if statistics.solve_seconds == 0.0 {
             statistics.solve_seconds = self.solving.as_secs_f64();
@@ -319,6 +318,12 @@ impl Session<'_> {
         }
         statistics
     }
+}
+
+/// Processor time of this process [s].
+pub fn cpu_seconds() -> f64 {
+    let cpu = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    cpu.tv_sec as f64 + cpu.tv_nsec as f64 * 1e-9
 }
 
 /// Largest resident memory of this process [bytes]; 0 if the system does not tell.

@@ -50,3 +50,25 @@ unsafe impl GlobalAlloc for CountingAllocator {
         unsafe { System.dealloc(pointer, layout) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts for every test of this crate.
+    #[global_allocator]
+    static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+    #[test]
+    fn allocations_are_counted_for_this_thread_alone() {
+        let before = allocations();
+        std::hint::black_box(vec![1_u8; 100]);
+        assert_eq!(allocations(), before + 1);
+        let there = std::thread::spawn(|| std::hint::black_box(vec![1_u8; 100]).len());
+        assert_eq!(there.join().expect("a thread"), 100);
+        let mut list: Vec<u8> = std::hint::black_box(Vec::with_capacity(1));
+        let before = allocations();
+        list.extend([1, 2, 3]);
+        assert_eq!(allocations(), before + 1, "a reallocation counts");
+    }
+}

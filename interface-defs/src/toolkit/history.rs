@@ -111,4 +111,19 @@ mod tests {
         history.row(&[f64::NAN, 1.0]).expect("written");
         assert_eq!(std::fs::read_to_string(path).expect("a file"), "a,b\n,1\n");
     }
+
+    #[test]
+    fn a_row_allocates_nothing() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let columns: Vec<String> = (0..200).map(|i| format!("c{i}")).collect();
+        let mut history = History::create(&dir.path().join("history.csv"), &columns).expect("created");
+        // Longest texts: 17 digits, sign, exponent.
+        let row = vec![-1.234_567_890_123_456_7e-300; 200];
+        history.row(&row).expect("written");
+        let before = crate::toolkit::alloc::allocations();
+        for _ in 0..10 {
+            history.row(&row).expect("written");
+        }
+        assert_eq!(crate::toolkit::alloc::allocations(), before);
+    }
 }

@@ -4,6 +4,7 @@
 //! - [`input_error`]: bad input as one message, with position and excerpt
 //! - [`output`]: the table `[output]`
 //! - [`program`]: the `main` of a solver: run, check, serve
+//! - [`progress`]: lines from which a launcher draws its bar
 //! - [`check`]: what a program answers to `check`
 //! - [`history`], [`summary`], [`vtu`]: result files
 //! - [`run_dir`]: the directory of a run
@@ -21,6 +22,7 @@ pub mod log;
 pub mod output;
 mod overrides;
 pub mod program;
+pub mod progress;
 pub mod run_dir;
 pub mod scene;
 mod solo;

@@ -5,9 +5,11 @@ use super::check::Format;
 use super::exit::Exit;
 use super::input_error::InputError;
 use super::log::{self, LogFormat};
+use super::progress::{self, Reporter};
+use super::run_dir;
 use super::scene::Scene;
+use super::solo::{self, Stage};
 use super::summary::Status;
-use super::{run_dir, solo};
 use crate::ipc::serve::Connection;
 use crate::ipc::{RunId, Wait, interrupt};
 use crate::participant::Failure;
@@ -64,6 +66,12 @@ enum Command {
         /// Print nothing but errors
         #[arg(long)]
         quiet: bool,
+        /// Print progress on stdout, five times a second
+        #[arg(long, value_enum, value_name = "FORM")]
+        progress: Option<progress::Form>,
+        /// Process whose end ends this one
+        #[arg(long, value_name = "PID")]
+        supervisor: Option<u32>,
         #[command(flatten)]
         savings: Savings,
     },
@@ -160,14 +168,16 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             (program.check)(&input.load()?)?.print(*format);
             Ok(Exit::Done)
         }
-        Command::Run { input, out, force, quiet, savings } => {
+        Command::Run { input, out, force, quiet, progress, supervisor, savings } => {
             let scene = input.load()?;
             let out = run_dir::location(out.as_deref(), &scene);
             let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
             let mut solver = (program.build)(&scene, &options)?;
             run_dir::prepare(&out, *force)?;
             interrupt::install();
-            let summary = solo::run(program.role, solver.as_mut(), &scene, &out)?;
+            let reporter = Reporter::new(*progress);
+            let mut stage = Stage { role: program.role, out: &out, supervisor: *supervisor, reporter };
+            let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
             if !quiet {
                 summary.print_table();
             }

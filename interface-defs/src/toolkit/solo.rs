@@ -4,11 +4,13 @@ use super::energy::Balance;
 use super::history::{History, gauge_column};
 use super::input_error::InputError;
 use super::output::Output;
+use super::progress::{Line, Reporter};
 use super::run_dir::HISTORY;
 use super::scene::Scene;
 use super::summary::{Status, Summary};
-use crate::ipc::{interrupt, serve::peak_memory};
-use crate::message::{Fault, FaultKind, Gauge, Measure, Plan, Ready, Statistics};
+use crate::ipc::interrupt;
+use crate::ipc::serve::{cpu_seconds, peak_memory};
+use crate::message::{Fault, FaultKind, Gauge, Measure, Plan, Progress, Ready, Statistics};
 use crate::solver::{Solver, Window};
 use serde_json::json;
 use std::path::Path;
@@ -17,11 +19,52 @@ use std::time::Instant;
 /// Value, smallest and largest of each gauge, as an answer with an empty plan has them.
 type Values = Vec<f64>;
 
+/// Where the results go, and who looks on.
+pub(crate) struct Stage<'a> {
+    /// Name of the solver's part: `dem`.
+    pub role: &'a str,
+    /// Directory of the results.
+    pub out: &'a Path,
+    /// Process whose end ends the run.
+    pub supervisor: Option<u32>,
+    /// Who is told how far the run is.
+    pub reporter: Reporter,
+}
+
+impl Stage<'_> {
+    /// Whether the run must end before its time.
+    fn look(&self) -> Result<(), Fault> {
+        if interrupt::requested() {
+            return Err(Fault { kind: FaultKind::Interrupted, message: "interrupted".into() });
+        }
+        let parent = || rustix::process::getppid().map_or(0, |p| p.as_raw_nonzero().get() as u32);
+        match self.supervisor {
+            Some(pid) if parent() != pid => {
+                Err(Fault::broken(format!("the launcher (process {pid}) was lost")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn preparing(&mut self, end: f64, progress: &Progress) -> Result<(), Fault> {
+        tracing::info!("{}", progress.what);
+        self.reporter.report(|| Line { end, what: progress.what.clone(), ..Line::default() });
+        self.look()
+    }
+}
+
+/// The smallest or largest value so far, and the end of the window in which it was.
+#[derive(Clone, Copy)]
+struct Extreme {
+    value: f64,
+    time: f64,
+}
+
 struct Solo<'a> {
     solver: &'a mut dyn Solver,
     gauges: Vec<Gauge>,
     values: Values,
-    extremes: Vec<[f64; 2]>,
+    extremes: Vec<[Extreme; 2]>,
     balance: Option<Balance>,
     row: Vec<f64>,
     history: History,
@@ -32,19 +75,15 @@ struct Solo<'a> {
 ///
 /// The summary has been written when this returns `Ok`, whatever its status. An error is bad input
 /// that only the preparation could find.
-pub(crate) fn run(
-    role: &str,
-    solver: &mut dyn Solver,
-    scene: &Scene,
-    out: &Path,
-) -> Result<Summary, InputError> {
+pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> Result<Summary, InputError> {
+    let out = stage.out;
     let output = Output::of(scene)?;
     let end_time = scene.end_time()?;
     // The solver may not take windows as long as the interval of the rows.
     let parts = (output.interval.min(end_time) / solver.hello().largest_window).ceil().max(1.0);
     let plan = Plan { end_time, window: output.interval.min(end_time) / parts, ..Plan::default() };
     let started = Instant::now();
-    let ready = match solver.prepare(&plan, &mut on_progress) {
+    let ready = match solver.prepare(&plan, &mut |progress| stage.preparing(end_time, &progress)) {
         Ok(ready) => ready,
         Err(fault) if fault.kind == FaultKind::Input => return Err(InputError::new(fault.message)),
         Err(fault) => return Ok(failed_at_start(&fault, out)),
@@ -53,7 +92,7 @@ pub(crate) fn run(
     let warnings = ready.warnings.clone();
     let mut summary = Summary::new(Status::Done);
     let outcome = Solo::new(solver, ready, out).and_then(|mut solo| {
-        let outcome = solo.advance(end_time, output.interval, parts as u64);
+        let outcome = solo.advance(stage, end_time, output.interval, parts as u64);
         solo.describe(&mut summary);
         outcome
     });
@@ -66,18 +105,9 @@ pub(crate) fn run(
     });
     summary.measures.splice(0..0, statistics.measures.iter().cloned());
     summary.warnings.splice(0..0, warnings.into_iter().chain(statistics.warnings.iter().cloned()));
-    cost(&mut summary, role, &statistics, prepared, started.elapsed().as_secs_f64());
+    cost(&mut summary, stage.role, &statistics, prepared, started.elapsed().as_secs_f64());
     write(&mut summary, out);
     Ok(summary)
-}
-
-fn on_progress(progress: crate::message::Progress) -> Result<(), Fault> {
-    tracing::info!("{}", progress.what);
-    if interrupt::requested() { Err(interrupted()) } else { Ok(()) }
-}
-
-fn interrupted() -> Fault {
-    Fault { kind: FaultKind::Interrupted, message: "interrupted".into() }
 }
 
 fn ended_by(fault: &Fault) -> (Status, Option<String>) {
@@ -102,9 +132,7 @@ fn write(summary: &mut Summary, out: &Path) {
 }
 
 fn cost(summary: &mut Summary, role: &str, told: &Statistics, prepared: f64, total: f64) {
-    let cpu = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    let cpu =
-        if told.cpu_seconds > 0.0 { told.cpu_seconds } else { cpu.tv_sec as f64 + cpu.tv_nsec as f64 * 1e-9 };
+    let cpu = if told.cpu_seconds > 0.0 { told.cpu_seconds } else { cpu_seconds() };
     let memory = if told.peak_memory > 0 { told.peak_memory } else { peak_memory() };
     let counts: serde_json::Map<_, _> = told.counts.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     summary.cost.insert("wall_s".into(), json!(total));
@@ -127,7 +155,11 @@ impl<'a> Solo<'a> {
         let history = History::create(&out.join(HISTORY), &columns).map_err(|e| unwritable(out, &e))?;
         let mut solo = Self {
             balance: Balance::new(&gauges, ready.initial.iter().step_by(3).copied()),
-            extremes: ready.initial.chunks_exact(3).map(|g| [g[1], g[2]]).collect(),
+            extremes: ready
+                .initial
+                .chunks_exact(3)
+                .map(|g| [g[1], g[2]].map(|value| Extreme { value, time: 0.0 }))
+                .collect(),
             row: Vec::with_capacity(columns.len()),
             values: ready.initial,
             windows: 0,
@@ -140,7 +172,7 @@ impl<'a> Solo<'a> {
     }
 
     /// Windows until `end_time`, a row after each `interval`.
-    fn advance(&mut self, end_time: f64, interval: f64, parts: u64) -> Result<(), Fault> {
+    fn advance(&mut self, stage: &mut Stage, end_time: f64, interval: f64, parts: u64) -> Result<(), Fault> {
         let rows = ((end_time / interval) * (1.0 - 1e-9)).ceil().max(1.0) as u64;
         // Every time is a product, never a sum: rounding does not add up over the run.
         let time = |row: u64, part: u64| {
@@ -157,9 +189,7 @@ impl<'a> Solo<'a> {
                 if end <= start {
                     continue;
                 }
-                if interrupt::requested() {
-                    return Err(interrupted());
-                }
+                stage.look()?;
                 self.windows += 1;
                 let window = Window { number: self.windows, iteration: 1, start, length: end - start };
                 self.solver
@@ -171,8 +201,15 @@ impl<'a> Solo<'a> {
                     })?;
                 self.check_finite(&window)?;
                 for (so_far, g) in self.extremes.iter_mut().zip(self.values.chunks_exact(3)) {
-                    *so_far = [so_far[0].min(g[1]), so_far[1].max(g[2])];
+                    if g[1] < so_far[0].value {
+                        so_far[0] = Extreme { value: g[1], time: end };
+                    }
+                    if g[2] > so_far[1].value {
+                        so_far[1] = Extreme { value: g[2], time: end };
+                    }
                 }
+                let windows = self.windows;
+                stage.reporter.report(|| Line { t: end, end: end_time, windows, ..Line::default() });
             }
             if let Some(balance) = &mut self.balance {
                 balance.update(self.values.iter().step_by(3).copied());
@@ -207,9 +244,10 @@ impl<'a> Solo<'a> {
     fn describe(&self, summary: &mut Summary) {
         for (gauge, [smallest, largest]) in self.gauges.iter().zip(&self.extremes).filter(|(g, _)| g.extremes)
         {
-            for (suffix, value) in [("min", *smallest), ("max", *largest)] {
+            for (suffix, extreme) in [("min", smallest), ("max", largest)] {
+                let Extreme { value, time } = *extreme;
                 let name = format!("{}_{suffix}", gauge.name);
-                summary.measures.push(Measure { name, value, unit: gauge.unit.clone(), time: None });
+                summary.measures.push(Measure { name, value, unit: gauge.unit.clone(), time: Some(time) });
             }
         }
         if let Some(balance) = &self.balance {
@@ -225,4 +263,133 @@ impl<'a> Solo<'a> {
 
 fn unwritable(out: &Path, e: &std::io::Error) -> Fault {
     Fault::broken(format!("{}: history.csv cannot be written: {e}", out.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::{Hello, Role};
+    use crate::solver::OnProgress;
+
+    /// A body in free fall; past `fails_at` it cannot be solved.
+    struct Fall {
+        committed: [f64; 2],
+        trial: [f64; 2],
+        fails_at: f64,
+        longest: f64,
+        windows: Vec<Window>,
+    }
+
+    const G: f64 = 10.0;
+
+    impl Fall {
+        fn new(fails_at: f64, longest: f64) -> Self {
+            Self { committed: [0.0; 2], trial: [0.0; 2], fails_at, longest, windows: Vec::new() }
+        }
+
+        fn answer(state: [f64; 2]) -> [f64; 9] {
+            let [z, v] = state;
+            let (kinetic, potential) = (0.5 * v * v, G * z);
+            [z, z, z + 1.0, kinetic, kinetic, kinetic, potential, potential, potential]
+        }
+    }
+
+    impl Solver for Fall {
+        fn hello(&self) -> Hello {
+            Hello {
+                program: "fall".into(),
+                capabilities: Vec::new(),
+                takes: Vec::new(),
+                gives: Vec::new(),
+                largest_window: self.longest,
+            }
+        }
+
+        fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
+            assert!(plan.window <= self.longest);
+            progress(Progress { what: "nothing to do".into(), done: 1.0 })?;
+            let gauge = |name: &str, unit, role| Gauge { role, ..Gauge::new(name, unit) };
+            let gauges = vec![
+                Gauge { extremes: true, ..Gauge::new("z", "m") },
+                gauge("energy_kinetic", "J", Role::Kinetic),
+                gauge("energy_potential", "J", Role::Potential),
+            ];
+            Ok(Ready { gauges, initial: Self::answer([0.0; 2]).to_vec(), ..Ready::default() })
+        }
+
+        fn solve(&mut self, window: &Window, _: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+            if window.end() > self.fails_at {
+                return Err(Fault::window("the ground is missing"));
+            }
+            let ([z, v], h) = (self.committed, window.length);
+            self.trial = [z + v * h - 0.5 * G * h * h, v - G * h];
+            self.windows.push(*window);
+            output.copy_from_slice(&Self::answer(self.trial));
+            Ok(())
+        }
+
+        fn commit(&mut self) -> Result<(), Fault> {
+            self.committed = self.trial;
+            Ok(())
+        }
+
+        fn finish(&mut self) -> Result<Statistics, Fault> {
+            Ok(Statistics { counts: vec![("flights".into(), 3)], ..Statistics::default() })
+        }
+    }
+
+    fn run_fall(fall: &mut Fall, text: &str) -> (Summary, Vec<Vec<f64>>) {
+        let dir = tempfile::tempdir().expect("a directory");
+        let scene = Scene::from_text("s.toml", text).expect("TOML");
+        let mut stage =
+            Stage { role: "dem", out: dir.path(), supervisor: None, reporter: Reporter::default() };
+        let summary = run(&mut stage, fall, &scene).expect("good input");
+        assert_eq!(Summary::read(dir.path()).expect("written").status, summary.status);
+        let history = std::fs::read_to_string(dir.path().join(HISTORY)).expect("rows");
+        let mut lines = history.lines();
+        assert_eq!(lines.next(), Some("time_s,z_m,energy_kinetic_J,energy_potential_J"));
+        let number = |text: &str| text.parse::<f64>().expect("a number");
+        (summary, lines.map(|line| line.split(',').map(number).collect()).collect())
+    }
+
+    #[test]
+    fn a_solver_alone_gives_a_row_per_interval_and_the_end() {
+        let mut fall = Fall::new(f64::INFINITY, f64::INFINITY);
+        let (summary, rows) = run_fall(&mut fall, "end_time = 1.0\noutput.interval = 0.3");
+        assert_eq!(rows.iter().map(|r| r[0]).collect::<Vec<_>>(), [0.0, 0.3, 0.6, 0.3 * 3.0, 1.0]);
+        // Exact solution; a handful of roundings of numbers of order 5.
+        assert!((rows[4][1] + 0.5 * G).abs() < 1e-14 * 5.0 * 10.0, "{:?}", rows[4]);
+        assert_eq!((summary.status, summary.message.as_deref()), (Status::Done, None));
+        let measures: Vec<_> = summary.measures.iter().map(|m| (m.name.as_str(), m.value, m.time)).collect();
+        assert_eq!(measures, [("z_min", rows[4][1], Some(1.0)), ("z_max", 1.0, Some(0.0))]);
+        assert_eq!(summary.cost["windows"], 4);
+        assert_eq!(summary.cost["processes"]["dem"]["counts"]["flights"], 3);
+        assert!(summary.energy["error"].as_f64().expect("a number") < 1e-14);
+    }
+
+    #[test]
+    fn the_largest_window_of_the_solver_is_kept_and_rows_stay_where_they_are() {
+        let mut fall = Fall::new(f64::INFINITY, 0.1);
+        let (_, rows) = run_fall(&mut fall, "end_time = 1.0\noutput.interval = 0.25");
+        assert_eq!(rows.iter().map(|r| r[0]).collect::<Vec<_>>(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(fall.windows.len(), 12);
+        for pair in fall.windows.windows(2) {
+            assert!((pair[1].start - pair[0].end()).abs() <= f64::EPSILON, "no gap: {pair:?}");
+        }
+    }
+
+    #[test]
+    fn rows_default_to_two_hundred() {
+        let (_, rows) = run_fall(&mut Fall::new(f64::INFINITY, f64::INFINITY), "end_time = 0.7");
+        assert_eq!(rows.len(), 201);
+    }
+
+    #[test]
+    fn a_run_that_fails_keeps_its_rows_and_says_when_and_why() {
+        let (summary, rows) =
+            run_fall(&mut Fall::new(0.55, f64::INFINITY), "end_time = 1\noutput.interval = 0.25");
+        assert_eq!(rows.len(), 3);
+        assert_eq!(summary.status, Status::Failed);
+        assert_eq!(summary.message.as_deref(), Some("from 0.5 s to 0.75 s: the ground is missing"));
+    }
 }

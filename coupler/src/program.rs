@@ -1,0 +1,286 @@
+//! The program `coupler`: run, check.
+
+use crate::coupling::{Coupling, CouplingError};
+use crate::records::{Records, describe};
+use crate::settings::{self, Processes, Scheme, WaitSetting};
+use clap::{Parser, Subcommand};
+use interface_defs::ipc::remote::{Host, HostOptions, Remote};
+use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
+use interface_defs::ipc::{self, RunId, Wait, interrupt};
+use interface_defs::toolkit::check::{CheckReport, Format};
+use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::log::{self, LogFormat};
+use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::run_dir;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::summary::{Status, Summary};
+use interface_defs::{Failure, Participant, Progress, Statistics};
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Names of the two solvers in a run.
+const SOLVERS: [&str; 2] = ["dem", "fem"];
+
+/// Couples a contact solver and a structure's solver over shared memory
+#[derive(Parser)]
+#[command(name = "coupler", version, about)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Form of the log lines on stderr; RUST_LOG=debug tells more
+    #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
+    log_format: LogFormat,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Lead a run: create the channels, wait for `dem` and `fem`, couple them to the end
+    Run(RunArgs),
+    /// Say how the scene would be coupled; start nothing
+    Check {
+        #[command(flatten)]
+        input: Input,
+        /// Form of the answer
+        #[arg(long, value_enum, default_value_t, value_name = "FORM")]
+        format: Format,
+    },
+}
+
+#[derive(clap::Args)]
+struct Input {
+    /// Scene file (TOML, SI units)
+    scene: PathBuf,
+    /// Set a value of the scene, as in --set coupling.scheme=weak; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+}
+
+#[derive(clap::Args)]
+struct RunArgs {
+    #[command(flatten)]
+    input: Input,
+    /// Directory of the results [default: out/<scene name>]
+    #[arg(long, value_name = "DIR", help_heading = "Results")]
+    out: Option<PathBuf>,
+    /// Overwrite the run that the directory holds
+    #[arg(long, help_heading = "Results")]
+    force: bool,
+    /// Print no summary
+    #[arg(long, help_heading = "Results")]
+    quiet: bool,
+    /// Print progress on stdout, five times a second
+    #[arg(long, value_enum, value_name = "FORM", help_heading = "Results")]
+    progress: Option<ProgressForm>,
+    /// Name of the run, the same for all its programs: 1 to 16 letters, digits, dashes
+    #[arg(long, value_name = "ID", help_heading = "Connection")]
+    run: RunId,
+    /// Process whose end ends this one
+    #[arg(long, value_name = "PID", help_heading = "Connection")]
+    supervisor: Option<u32>,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum ProgressForm {
+    Json,
+}
+
+/// The whole program.
+pub fn main() -> Exit {
+    let cli = Cli::parse();
+    let tell = matches!(&cli.command, Command::Run(args) if !args.quiet);
+    log::init(cli.log_format, tell);
+    let outcome = match &cli.command {
+        Command::Run(args) => run(args),
+        Command::Check { input, format } => {
+            Scene::load(&input.scene, &input.sets).and_then(|scene| check(&scene)).map(|report| {
+                report.print(*format);
+                Exit::Done
+            })
+        }
+    };
+    outcome.unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        Exit::BadInput
+    })
+}
+
+fn run(args: &RunArgs) -> Result<Exit, InputError> {
+    let started = Instant::now();
+    let scene = Scene::load(&args.input.scene, &args.input.sets)?;
+    let settings = settings::Coupling::of(&scene)?;
+    let processes = Processes::of(&scene)?;
+    let output = Output::of(&scene)?;
+    let end_time = scene.end_time()?;
+    let out = run_dir::location(args.out.as_deref(), &scene);
+    run_dir::prepare(&out, args.force)?;
+    interrupt::install();
+    ipc::clean();
+
+    let options = HostOptions {
+        run: args.run.clone(),
+        timeout: Duration::from_secs_f64(processes.timeout),
+        wait: match processes.wait {
+            WaitSetting::Yield => Wait::Yield,
+            WaitSetting::Event => Wait::Event,
+        },
+        supervisor: args.supervisor,
+    };
+    let (host, mut remotes) = match Host::create(options, &SOLVERS) {
+        Ok(created) => created,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            return Ok(Exit::Failed);
+        }
+    };
+    let [dem, fem] = &mut remotes[..] else { unreachable!("as many as names") };
+    let mut records = Records::new(&out, end_time, output.iterations, args.progress.is_some());
+    let mut coupling = Coupling::new(settings, end_time, dem, fem);
+    let mut preparing = |progress: Progress| {
+        tracing::info!("{}", progress.what);
+        Ok(())
+    };
+    let mut outcome = coupling.run(&mut records, &mut preparing);
+    let loop_ended = Instant::now();
+
+    // An interrupted run and one that did not converge have solvers that can still tell what they did.
+    let orderly = match &outcome {
+        Ok(()) | Err(CouplingError::NotConverged { .. } | CouplingError::Output(_)) => true,
+        Err(CouplingError::Failed(failure)) => *failure == Failure::Interrupted && coupling.is_idle(),
+    };
+    let mut statistics = None;
+    if orderly && records.prepared_at().is_some() {
+        match coupling.finish() {
+            Ok(told) => statistics = Some(told),
+            Err(failure) => outcome = outcome.and(Err(failure.into())),
+        }
+    }
+    let status = match &outcome {
+        Ok(()) => Status::Done,
+        Err(CouplingError::Failed(Failure::Interrupted)) => Status::Interrupted,
+        Err(_) => Status::Failed,
+    };
+    let mut summary = Summary::new(status);
+    summary.message = outcome.as_ref().err().map(ToString::to_string);
+    describe(&mut summary, &coupling, &records, statistics.as_ref());
+    drop(coupling);
+    describe_cost(&mut summary, &records, started, loop_ended, statistics.as_ref(), dem, fem);
+    if let Err(failure) = &outcome
+        && statistics.is_none()
+    {
+        for remote in &mut remotes {
+            remote.abort(&failure.to_string());
+        }
+    }
+    for remote in &remotes {
+        remote.wait_gone();
+    }
+    drop(remotes);
+    host.close();
+    if let Err(e) = summary.write(&out) {
+        eprintln!("error: cannot write {}: {e}", out.join(run_dir::SUMMARY).display());
+        return Ok(Exit::Failed);
+    }
+    if !args.quiet {
+        summary.print_table();
+    }
+    Ok(match outcome {
+        Ok(()) => Exit::Done,
+        Err(error) => {
+            eprintln!("error: {error}");
+            match error {
+                CouplingError::Failed(failure) if failure.is_input() => Exit::BadInput,
+                _ => Exit::Failed,
+            }
+        }
+    })
+}
+
+fn describe_cost(
+    summary: &mut Summary,
+    records: &Records,
+    started: Instant,
+    loop_ended: Instant,
+    statistics: Option<&(Statistics, Statistics)>,
+    dem: &Remote,
+    fem: &Remote,
+) {
+    let prepared = records.prepared_at().unwrap_or(loop_ended);
+    let preparing = (prepared - started).as_secs_f64();
+    let looping = (loop_ended - prepared).as_secs_f64();
+    let exchanges = dem.exchanges() + fem.exchanges();
+    let cost = &mut summary.cost;
+    cost.insert("wall_s".into(), json!(started.elapsed().as_secs_f64()));
+    cost.insert("loop_s".into(), json!(looping));
+    cost.insert("stages".into(), json!({ "prepare_s": preparing, "loop_s": looping }));
+    cost.insert("exchanges".into(), json!(exchanges));
+    if let Some((dem_told, fem_told)) = statistics {
+        let inside = dem_told.solve_seconds + fem_told.solve_seconds;
+        let waited = dem.waited() + fem.waited();
+        if inside > 0.0 && exchanges > 0 {
+            let each = (waited - inside) / exchanges as f64;
+            cost.insert("exchange_microseconds".into(), json!(1e6 * each));
+        }
+    }
+    let mut processes = serde_json::Map::new();
+    processes.insert(
+        "coupler".into(),
+        json!({
+            "cpu_s": cpu_seconds(),
+            "peak_memory_bytes": peak_memory(),
+            "counts": { "allocations_after_first_window": records.allocations() },
+        }),
+    );
+    for (name, told) in statistics.iter().flat_map(|(dem, fem)| [("dem", dem), ("fem", fem)]) {
+        let counts: serde_json::Map<_, _> = told.counts.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
+        processes.insert(
+            name.into(),
+            json!({
+                "cpu_s": told.cpu_seconds,
+                "solve_s": told.solve_seconds,
+                "peak_memory_bytes": told.peak_memory,
+                "counts": counts,
+            }),
+        );
+    }
+    cost.insert("processes".into(), processes.into());
+}
+
+/// What the coupler would do with a scene.
+pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
+    let settings = settings::Coupling::of(scene)?;
+    let processes = Processes::of(scene)?;
+    let output = Output::of(scene)?;
+    let end_time = scene.end_time()?;
+    let windows = crate::schedule::Schedule::new(settings.time_window, end_time, settings.shortest_window())
+        .full_windows();
+    let mut report = CheckReport::default();
+    let scheme = match settings.scheme {
+        Scheme::Weak => "weak: one pass per window",
+        Scheme::Strong => "strong: until both agree",
+    };
+    report.builds.push(format!("coupling {scheme}, {windows} windows of {} s", settings.time_window));
+    let numbers = [
+        ("time_window_s", settings.time_window),
+        ("windows", windows as f64),
+        ("min_window_s", settings.shortest_window()),
+        ("seconds_per_exchange", typical_exchange(processes.wait)),
+    ];
+    report.numbers.extend(numbers.map(|(name, value)| (name.to_string(), value)));
+    let table = |value: Result<toml::Table, toml::ser::Error>| {
+        value.map_err(|e| scene.invalid("coupling", format!("cannot be written out: {e}")))
+    };
+    report.resolved.insert("coupling".into(), table(toml::Table::try_from(&settings))?.into());
+    report.resolved.insert("processes".into(), table(toml::Table::try_from(&processes))?.into());
+    report.resolved.insert("output".into(), table(toml::Table::try_from(&output))?.into());
+    Ok(report)
+}
+
+/// What one exchange costs on a free machine [s], as measured by the benchmark `exchange`.
+fn typical_exchange(wait: WaitSetting) -> f64 {
+    match wait {
+        WaitSetting::Yield => 6e-6,
+        WaitSetting::Event => 30e-6,
+    }
+}

@@ -1,0 +1,243 @@
+//! Forces of all contacts of one rock at one instant.
+//!
+//! Signs: the normal points from the sphere into the wall, `v_n > 0` means approaching, the force on
+//! the rock is `-F_n n + f_t`, that on the wall's nodes `-N_a` times it. The contact point, at which
+//! velocities are compared and the force acts on the rock, lies on the wall's surface: `R - d` from
+//! the sphere's centre. A wire takes the force at its axis; it has no twist that could take the
+//! moment of a friction force about it.
+//!
+//! Source: handbook 1.1 to 1.3, 1.8, 1.9.
+
+use super::Law;
+use super::memory::{Heir, Memory, NONE, inherit};
+use super::tangential::into_plane;
+use super::touch::{Contact, Touch};
+use crate::rock::{Motion, Rock};
+use crate::search::pairs::{Instant, PairList};
+use crate::wall::Wall;
+use crate::wall::motion::NodeMotion;
+use nalgebra::Vector3;
+
+/// What a rock and its wall are at an instant.
+#[derive(Clone, Copy)]
+pub struct Scene<'a> {
+    /// The rock.
+    pub rock: &'a Rock,
+    /// The law of its contacts.
+    pub law: &'a Law,
+    /// The wall.
+    pub wall: &'a Wall,
+    /// Pairs that may touch.
+    pub list: &'a PairList,
+    /// Motion of the near nodes in the window.
+    pub motion: &'a NodeMotion,
+}
+
+/// Sums over the contacts of a rock.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sums {
+    /// Force on the rock [N].
+    pub force: Vector3<f64>,
+    /// Torque on the rock about its centre of mass [N m].
+    pub torque: Vector3<f64>,
+    /// Elastic energy of the normal springs [J].
+    pub elastic: f64,
+    /// Power of the dashpots along the normals [W].
+    pub damped: f64,
+    /// Power that the tangential forces take from the motion [W].
+    pub rubbed: f64,
+    /// Energy of the tangential springs after the step [J].
+    pub sheared: f64,
+    /// Largest overlap over radius.
+    pub penetration: f64,
+    /// Largest `overlap / v_n` of approaching contacts [s]: how long ago the first one touched.
+    pub touched_ago: f64,
+}
+
+/// What evaluates contacts: buffers that are used again and again.
+#[derive(Debug, Clone, Default)]
+pub struct Evaluation {
+    /// The contacts.
+    pub touch: Touch,
+    /// Forces on the nodes of the pair list [N], along the axes of space.
+    pub node_forces: Vec<Vector3<f64>>,
+    node_velocities: Vec<Vector3<f64>>,
+    heirs: Vec<u32>,
+    /// The memories after the step.
+    pub memories: Vec<Memory>,
+}
+
+impl Evaluation {
+    /// Room for the contacts of a rock.
+    pub fn reserve(&mut self, nodes: usize, elements: usize, contacts: usize) {
+        self.touch.reserve(nodes, elements, contacts);
+        self.node_forces.reserve(nodes);
+        self.node_velocities.reserve(nodes);
+        self.heirs.reserve(contacts);
+        self.memories.reserve(contacts);
+    }
+
+    /// Find the contacts at `now` and their elastic energy; no forces.
+    pub fn energy(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at);
+        let spheres = &scene.rock.spheres;
+        let of = |c: &Contact| scene.law.normal.load(spheres[c.sphere as usize].radius, c.overlap).energy;
+        self.touch.contacts.iter().map(of).sum()
+    }
+
+    /// Find the contacts at `now`, whose velocities are those of that instant, and their forces.
+    ///
+    /// `h` [s] is the step in whose middle this is, 0 at an instant that no step surrounds; the
+    /// memories after it go to [`Evaluation::memories`], forces on the wall to
+    /// [`Evaluation::node_forces`].
+    pub fn forces(&mut self, scene: Scene, now: &Motion, at: Instant, h: f64, before: &[Memory]) -> Sums {
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at);
+        self.memories.clear();
+        self.node_forces.clear();
+        if self.touch.contacts.is_empty() {
+            return Sums::default();
+        }
+        self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
+        let to_own = self.touch.rotation.transpose();
+        self.node_velocities.clear();
+        for &a in &scene.list.nodes {
+            self.node_velocities.push(to_own * scene.motion.velocity(at.segment, a as usize, at.along));
+        }
+        let velocity = to_own * now.velocity;
+        let spin = (to_own * now.angular_momentum).component_div(&scene.rock.inertia);
+        let slip_limit = scene.law.tangential.is_some();
+        if slip_limit {
+            self.find_heirs(scene, &velocity, h, before);
+        }
+        let contacts = self.touch.contacts.len();
+        let mut sums = Sums::default();
+        for i in 0..contacts {
+            let contact = &self.touch.contacts[i];
+            let sphere = &scene.rock.spheres[contact.sphere as usize];
+            let element = &scene.list.elements[contact.element as usize];
+            let arm = sphere.centre + contact.normal * (contact.distance - element.radius);
+            let load = scene.law.normal.load(sphere.radius, contact.overlap);
+            let [a, b, c] = element.nodes.map(|n| n as usize);
+            let [na, nb, nc] = contact.weights;
+            let v = &self.node_velocities;
+            let wall_velocity = v[a] * na + v[b] * nb + v[c] * nc;
+            let relative = velocity + spin.cross(&arm) - wall_velocity;
+            let approach = relative.dot(&contact.normal);
+            let mut pressed = load.force;
+            let mut dashpot = 0.0;
+            if let Some(damping) = &scene.law.damping {
+                let inertia = match &scene.wall.inverse_mass {
+                    Some(inverse) => {
+                        let [a, b, c] = element.nodes.map(|n| inverse[scene.list.numbers[n as usize] as usize]);
+                        na * na * a + nb * nb * b + nc * nc * c
+                    }
+                    None => 0.0,
+                };
+                dashpot = damping.coefficient(scene.rock.mass, contacts, inertia);
+                let viscous = dashpot * load.stiffness.sqrt() * approach;
+                // Rocks do not stick.
+                pressed = (load.force + viscous).max(0.0);
+                sums.damped += (pressed - load.force) * approach;
+            }
+            let mut force = contact.normal * -pressed;
+            if let Some(tangential) = &scene.law.tangential {
+                let slip = relative - contact.normal * approach;
+                let spring = inherited_spring(&self.touch, contact, self.heirs[i], before);
+                let grip = tangential.grip(load.stiffness, dashpot, spring, slip, pressed, h);
+                force += grip.force;
+                sums.rubbed -= grip.force.dot(&slip);
+                sums.sheared += grip.energy;
+                self.memories.push(Memory {
+                    sphere: contact.sphere,
+                    element: element.number,
+                    spring: self.touch.rotation * grip.spring,
+                    normal: self.touch.rotation * contact.normal,
+                    overlap: contact.overlap,
+                    energy: grip.energy,
+                });
+            }
+            sums.elastic += load.energy;
+            sums.penetration = sums.penetration.max(contact.overlap / sphere.radius);
+            if approach > 0.0 {
+                sums.touched_ago = sums.touched_ago.max(contact.overlap / approach);
+            }
+            sums.force += force;
+            sums.torque += arm.cross(&force);
+            let f = &mut self.node_forces;
+            f[a] -= force * na;
+            f[b] -= force * nb;
+            f[c] -= force * nc;
+        }
+        sums.force = self.touch.rotation * sums.force;
+        sums.torque = self.touch.rotation * sums.torque;
+        for force in &mut self.node_forces {
+            *force = self.touch.rotation * *force;
+        }
+        sums
+    }
+
+    /// The first contact whose wall has been pushed past the sphere's centre within the last `h` [s].
+    pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64) -> Option<&Contact> {
+        let to_own = self.touch.rotation.transpose();
+        let velocity = to_own * now.velocity;
+        let spin = (to_own * now.angular_momentum).component_div(&scene.rock.inertia);
+        self.touch.contacts.iter().find(|contact| {
+            let sphere = &scene.rock.spheres[contact.sphere as usize];
+            let element = &scene.list.elements[contact.element as usize];
+            let wall = element.nodes.iter().zip(contact.weights).map(|(n, w)| self.node_velocities[*n as usize] * w);
+            let relative = velocity + spin.cross(&sphere.centre) - wall.sum::<Vector3<f64>>();
+            // A step ago the point lay on the other side.
+            contact.distance + h * relative.dot(&contact.normal) < 0.0
+        })
+    }
+
+    fn find_heirs(&mut self, scene: Scene, velocity: &Vector3<f64>, h: f64, before: &[Memory]) {
+        if before.is_empty() {
+            self.heirs.clear();
+            self.heirs.resize(self.touch.contacts.len(), NONE);
+            return;
+        }
+        let fastest = self.node_velocities.iter().map(|v| (v - velocity).norm()).fold(0.0, f64::max);
+        let touch = &self.touch;
+        let elements = &scene.wall.elements;
+        let neighbours = |a: u32, b: u32| elements[a as usize].shares_a_node(&elements[b as usize]);
+        let view = |contact| View { contact, touch, list: scene.list, way: fastest * h };
+        inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
+    }
+}
+
+/// Spring that a contact has from before, in the rock's own frame.
+#[inline]
+fn inherited_spring(touch: &Touch, contact: &Contact, heir: u32, before: &[Memory]) -> Vector3<f64> {
+    if heir == NONE {
+        return Vector3::zeros();
+    }
+    let memory = &before[heir as usize];
+    let own = touch.rotation.tr_mul(&memory.spring);
+    let spring = into_plane(&own, &contact.normal);
+    // Thornton's scaling: the grip shrinks with the contact area, at once.
+    if contact.overlap < memory.overlap { spring * (contact.overlap / memory.overlap).sqrt() } else { spring }
+}
+
+struct View<'a> {
+    contact: &'a Contact,
+    touch: &'a Touch,
+    list: &'a PairList,
+    way: f64,
+}
+
+impl Heir for View<'_> {
+    fn sphere(&self) -> u32 {
+        self.contact.sphere
+    }
+    fn element(&self) -> u32 {
+        self.list.elements[self.contact.element as usize].number
+    }
+    fn normal(&self) -> Vector3<f64> {
+        self.touch.rotation * self.contact.normal
+    }
+    fn turn(&self) -> f64 {
+        // Twice the way, for the spin that the nodes do not show; and rounding.
+        2.0 * self.way / self.contact.distance + 1e-9
+    }
+}

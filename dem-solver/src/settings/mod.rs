@@ -1,0 +1,71 @@
+//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[dem]`.
+//!
+//! Every struct here is what the user writes: names, units and defaults stand at its fields.
+
+pub mod contact;
+pub mod dem;
+pub mod rock;
+
+pub use contact::{ContactSettings, EffectiveMass, LawName};
+pub use dem::DemSettings;
+pub use rock::{Cluster, RockSettings, Shape};
+
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+
+/// All that this solver takes from a scene, checked, with defaults filled in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// `[[rock]]`, at least one.
+    pub rocks: Vec<RockSettings>,
+    /// `[[contact]]`, at most one in this version; it applies to everything.
+    pub contact: Option<ContactSettings>,
+    /// `[dem]`.
+    pub dem: DemSettings,
+    /// `gravity` [m/s2].
+    pub gravity: Vector3<f64>,
+    /// `end_time` [s].
+    pub end_time: f64,
+    /// `[output] fields`: interval of the field files [s].
+    pub fields: Option<f64>,
+}
+
+impl Settings {
+    /// Read and check them.
+    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+        let mut rocks: Vec<RockSettings> = scene.read("rock")?.unwrap_or_default();
+        if rocks.is_empty() {
+            return Err(scene
+                .invalid("rock", "the scene has no rock")
+                .try_instead("add a table [[rock]] with position, mass and shape"));
+        }
+        rock::complete(&mut rocks, scene)?;
+        let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
+        if contacts.len() > 1 {
+            return Err(scene
+                .invalid("contact.1", format!("{} tables [[contact]], one is known", contacts.len()))
+                .try_instead("this version has one contact for everything: keep one table"));
+        }
+        let contact = contacts.pop();
+        if let Some(contact) = &contact {
+            contact.check(scene)?;
+        }
+        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
+        dem.check(scene)?;
+        Ok(Self {
+            rocks,
+            contact,
+            dem,
+            gravity: scene.gravity()?.into(),
+            end_time: scene.end_time()?,
+            fields: Output::of(scene)?.fields,
+        })
+    }
+
+    /// Direction of gravity; without gravity: -z.
+    pub fn down(&self) -> Vector3<f64> {
+        self.gravity.try_normalize(0.0).unwrap_or(-Vector3::z())
+    }
+}

@@ -1,0 +1,138 @@
+//! Which of several elements' closest points are contacts of a sphere: second stage of the double
+//! hierarchy.
+//!
+//! Point b is no contact of its own beside the nearer point a if it lies on or behind the plane
+//! through a that touches the shell around the sphere's centre: `n_a . n_b s_b >= s_a`. A plane
+//! therefore gives one contact however many elements it is made of, and a corner two. The relation
+//! is not transitive: points are taken in the order (distance, feature, element), so that the
+//! outcome depends on nothing but the points.
+//!
+//! Source: Santasusana et al. (2016), Computational Particle Mechanics 3, 407-428; handbook 1.9.
+
+use super::closest::Feature;
+use nalgebra::Vector3;
+use std::cmp::Ordering;
+
+/// Share by which a point may lie before the plane and still count as on it.
+///
+/// Points of one plane meet the rule as equals but for rounding: of coordinates of some 1000 m
+/// against distances of some centimetres, 1e-11. Two faces whose kink is below sqrt(2 * 1e-10), that
+/// is 1.4e-5 rad, count as one plane.
+const LEVEL: f64 = 1e-10;
+
+/// What the hierarchy needs to know of a point.
+pub trait Candidate {
+    /// Distance from the sphere's centre [m].
+    fn distance(&self) -> f64;
+    /// Unit vector from the sphere's centre to it.
+    fn normal(&self) -> &Vector3<f64>;
+    /// What it lies on.
+    fn feature(&self) -> Feature;
+    /// Number of its element.
+    fn element(&self) -> u32;
+}
+
+/// Keep those of one sphere's candidates that are contacts, in the order of the hierarchy.
+pub fn keep_contacts<C: Candidate>(candidates: &mut Vec<C>) {
+    if candidates.len() < 2 {
+        return;
+    }
+    candidates.sort_unstable_by(order);
+    let mut kept = 1;
+    for next in 1..candidates.len() {
+        let (b, nearer) = (&candidates[next], &candidates[..kept]);
+        let behind =
+            |a: &C| a.normal().dot(b.normal()) * b.distance() >= a.distance() * (1.0 - LEVEL);
+        if !nearer.iter().any(behind) {
+            candidates.swap(kept, next);
+            kept += 1;
+        }
+    }
+    candidates.truncate(kept);
+}
+
+fn order<C: Candidate>(a: &C, b: &C) -> Ordering {
+    a.distance()
+        .total_cmp(&b.distance())
+        .then(a.feature().cmp(&b.feature()))
+        .then(a.element().cmp(&b.element()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    struct Point {
+        to_point: Vector3<f64>,
+        distance: f64,
+        normal: Vector3<f64>,
+        feature: Feature,
+        element: u32,
+    }
+
+    impl Candidate for Point {
+        fn distance(&self) -> f64 {
+            self.distance
+        }
+        fn normal(&self) -> &Vector3<f64> {
+            &self.normal
+        }
+        fn feature(&self) -> Feature {
+            self.feature
+        }
+        fn element(&self) -> u32 {
+            self.element
+        }
+    }
+
+    fn point(element: u32, feature: Feature, to_point: [f64; 3]) -> Point {
+        let to_point = Vector3::from(to_point);
+        let distance = to_point.norm();
+        Point { to_point, distance, normal: to_point / distance, feature, element }
+    }
+
+    fn survivors(points: &[Point]) -> Vec<u32> {
+        let mut points = points.to_vec();
+        keep_contacts(&mut points);
+        points.iter().map(|p| p.element).collect()
+    }
+
+    #[test]
+    fn points_of_one_plane_are_one_contact() {
+        let plane = |element, x: f64, y: f64| point(element, Feature::Edge, [x, y, -0.1]);
+        let foot = point(7, Feature::Face, [0.0, 0.0, -0.1]);
+        assert_eq!(survivors(&[plane(1, 0.03, 0.0), foot, plane(2, -0.01, 0.02)]), [7]);
+    }
+
+    #[test]
+    fn a_corner_is_two_contacts_and_a_cell_of_wires_four() {
+        let walls = [point(1, Feature::Face, [0.0, 0.0, -0.1]), point(2, Feature::Face, [0.11, 0.0, 0.0])];
+        assert_eq!(survivors(&walls), [1, 2]);
+        let wire = |element, x: f64, y: f64| point(element, Feature::Edge, [x, y, -0.05]);
+        let cell = [wire(3, 0.07, 0.0), wire(1, -0.07, 0.0), wire(2, 0.0, 0.07), wire(0, 0.0, -0.07)];
+        assert_eq!(survivors(&cell), [0, 1, 2, 3]);
+    }
+
+    #[test]
+    fn a_shared_node_is_one_contact_of_the_first_element() {
+        let node = |element| point(element, Feature::Node, [0.01, 0.02, -0.1]);
+        assert_eq!(survivors(&[node(4), node(2), node(9), node(3)]), [2]);
+    }
+
+    /// The relation is not transitive (a discards b, b would discard c, a does not discard c).
+    #[test]
+    fn the_outcome_does_not_depend_on_the_order_in_which_points_come() {
+        let at = |element, degrees: f64, s: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            point(element, Feature::Edge, [sin * s, 0.0, -cos * s])
+        };
+        let points = [at(0, 0.0, 1.0), at(1, 24.0, 1.1), at(2, 48.0, 1.21), at(3, -30.0, 1.05)];
+        let expected = survivors(&points);
+        assert_eq!(expected, [0, 3, 2]);
+        let orders = [[1, 0, 3, 2], [3, 2, 1, 0], [2, 3, 0, 1], [2, 0, 1, 3]];
+        for order in orders {
+            assert_eq!(survivors(&order.map(|i| points[i])), expected);
+        }
+    }
+}

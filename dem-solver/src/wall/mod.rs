@@ -1,0 +1,139 @@
+//! The wall: the structure's interface mesh as a contact partner.
+//!
+//! - [`closest`]: the closest point of one element (first stage of the double hierarchy)
+//! - [`hierarchy`]: which of several elements' points are contacts (second stage)
+//! - [`motion`]: where its nodes are within a window
+
+pub mod closest;
+pub mod hierarchy;
+pub mod motion;
+
+use interface_defs::{Fault, InterfaceMesh};
+use nalgebra::Vector3;
+
+/// What kind of element, in the order of the hierarchy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Two nodes.
+    Line,
+    /// Three nodes.
+    Face,
+    /// A node that no line and no face holds.
+    Point,
+}
+
+/// One element of the wall. Nodes beyond those of its kind repeat the first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Element {
+    /// What it is.
+    pub kind: Kind,
+    /// Its nodes.
+    pub nodes: [u32; 3],
+    /// Radius around the line [m]; 0 for others.
+    pub radius: f64,
+}
+
+impl Element {
+    /// Its nodes, each once.
+    pub fn own_nodes(&self) -> &[u32] {
+        match self.kind {
+            Kind::Line => &self.nodes[..2],
+            Kind::Face => &self.nodes,
+            Kind::Point => &self.nodes[..1],
+        }
+    }
+
+    /// True if both hold a node.
+    pub fn shares_a_node(&self, other: &Self) -> bool {
+        self.own_nodes().iter().any(|n| other.own_nodes().contains(n))
+    }
+}
+
+/// The wall at t = 0. An element's number is its place in [`Wall::elements`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wall {
+    /// Nodes at t = 0 [m].
+    pub nodes: Vec<Vector3<f64>>,
+    /// Lines, then faces, then points.
+    pub elements: Vec<Element>,
+    /// Inverse of the mass that a node shows to a contact [1/kg], 0 where it is held; `None`: not told.
+    pub inverse_mass: Option<Vec<f64>>,
+    /// Largest radius of a line [m].
+    pub largest_radius: f64,
+}
+
+impl Wall {
+    /// Make the wall of an interface mesh.
+    pub fn new(mesh: &InterfaceMesh) -> Result<Self, Fault> {
+        mesh.check().map_err(|what| Fault::broken(format!("the wall's mesh cannot be used: {what}")))?;
+        let nodes: Vec<_> =
+            mesh.coordinates.chunks_exact(3).map(|c| Vector3::new(c[0], c[1], c[2])).collect();
+        let mut held = vec![false; nodes.len()];
+        let mut elements = Vec::with_capacity(mesh.lines.len() + mesh.faces.len());
+        for (i, &[a, b]) in mesh.lines.iter().enumerate() {
+            let radius = mesh.line_radius.get(i).copied().unwrap_or(0.0);
+            elements.push(Element { kind: Kind::Line, nodes: [a, b, a], radius });
+        }
+        for &nodes in &mesh.faces {
+            elements.push(Element { kind: Kind::Face, nodes, radius: 0.0 });
+        }
+        for element in &elements {
+            for &node in element.own_nodes() {
+                held[node as usize] = true;
+            }
+        }
+        for node in (0..nodes.len()).filter(|n| !held[*n]) {
+            elements.push(Element { kind: Kind::Point, nodes: [node as u32; 3], radius: 0.0 });
+        }
+        let inverse_mass = (!mesh.masses.is_empty()).then(|| mesh.masses.iter().map(|m| 1.0 / m).collect());
+        let largest_radius = elements.iter().map(|e| e.radius).fold(0.0, f64::max);
+        Ok(Self { nodes, elements, inverse_mass, largest_radius })
+    }
+
+    /// How far down its lowest node lies at t = 0, along `down` [m].
+    pub fn depth(&self, down: &Vector3<f64>) -> f64 {
+        self.nodes.iter().map(|n| n.dot(down)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// In words, with numbers.
+    pub fn describe(&self) -> String {
+        let count = |kind| self.elements.iter().filter(|e| e.kind == kind).count();
+        format!(
+            "wall of {} nodes, {} lines, {} faces, {} points",
+            self.nodes.len(),
+            count(Kind::Line),
+            count(Kind::Face),
+            count(Kind::Point)
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_node_that_nothing_holds_is_a_point_of_its_own() {
+        let mesh = InterfaceMesh {
+            coordinates: vec![0.0; 18],
+            lines: vec![[0, 1]],
+            faces: vec![[1, 2, 3]],
+            line_radius: vec![0.002],
+            masses: vec![1.0, 2.0, 4.0, f64::INFINITY, 1.0, 1.0],
+            ..Default::default()
+        };
+        let wall = Wall::new(&mesh).expect("valid");
+        assert_eq!(wall.elements[2], Element { kind: Kind::Point, nodes: [4; 3], radius: 0.0 });
+        assert_eq!(wall.elements[3].own_nodes(), [5]);
+        assert_eq!(wall.inverse_mass, Some(vec![1.0, 0.5, 0.25, 0.0, 1.0, 1.0]));
+        assert_eq!(wall.largest_radius, 0.002);
+        assert!(wall.elements[0].shares_a_node(&wall.elements[1]));
+        assert!(!wall.elements[0].shares_a_node(&wall.elements[2]));
+    }
+
+    #[test]
+    fn a_mesh_that_names_a_missing_node_is_refused() {
+        let mesh = InterfaceMesh { coordinates: vec![0.0; 3], lines: vec![[0, 1]], ..Default::default() };
+        assert!(Wall::new(&mesh).expect_err("node 1 is missing").message.contains("names node 1"));
+    }
+}

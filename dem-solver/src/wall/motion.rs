@@ -1,0 +1,248 @@
+//! Where the wall's nodes are within a window.
+//!
+//! Position is piecewise linear between the samples of displacement. Velocity is the chord of the
+//! segment, so that force times displacement is exactly the work. A node that all samples leave at
+//! one place has a structure behind it that was not moved (a predictor of order 0): there the
+//! transmitted velocity is the better one for dashpot and friction.
+
+use interface_defs::{Layout, Sampling, name};
+use nalgebra::Vector3;
+use std::ops::Range;
+
+/// Where the wall's motion lies in the input of a window.
+#[derive(Debug, Clone, Default)]
+pub struct MotionFields {
+    displacement: Vec<Range<usize>>,
+    velocity: Vec<Range<usize>>,
+}
+
+impl MotionFields {
+    /// From the layout of the plan's input.
+    pub fn new(layout: &Layout) -> Self {
+        let samples = |field| (0..).map_while(|i| within(layout, field, i)).collect();
+        Self { displacement: samples(name::DISPLACEMENT), velocity: samples(name::VELOCITY) }
+    }
+
+    /// Parts of the window between which the motion is linear, at least 1.
+    pub fn segments(&self) -> usize {
+        self.displacement.len().saturating_sub(1).max(1)
+    }
+
+    /// The samples of the displacement of all nodes; none if the wall stands still.
+    pub fn displacements<'a>(&'a self, input: &'a [f64]) -> impl Iterator<Item = &'a [f64]> {
+        self.displacement.iter().map(|range| &input[range.clone()])
+    }
+
+    /// Displacement of `node` in sample `sample` [m].
+    pub fn displacement(&self, input: &[f64], sample: usize, node: u32) -> Vector3<f64> {
+        self.displacement.get(sample).map_or_else(Vector3::zeros, |range| of_node(&input[range.clone()], node))
+    }
+
+    fn velocity(&self, input: &[f64], sample: usize, node: u32) -> Vector3<f64> {
+        // The velocity may come in fewer samples than the displacement.
+        let (have, all) = (self.velocity.len(), self.segments() + 1);
+        if have == 0 {
+            return Vector3::zeros();
+        }
+        let at = (sample * (have - 1)).div_ceil(all - 1).min(have - 1);
+        of_node(&input[self.velocity[at].clone()], node)
+    }
+}
+
+fn within(layout: &Layout, field: &str, sample: usize) -> Option<Range<usize>> {
+    let spec = layout.fields().find(|f| f.name == field && f.sampling == Sampling::FromStart)?;
+    (sample < spec.sample_count()).then(|| layout.sample(field, Sampling::FromStart, sample)).flatten()
+}
+
+#[inline]
+fn of_node(field: &[f64], node: u32) -> Vector3<f64> {
+    let at = 3 * node as usize;
+    Vector3::new(field[at], field[at + 1], field[at + 2])
+}
+
+/// Motion of some of the wall's nodes within a window, segment by segment.
+#[derive(Debug, Clone, Default)]
+pub struct NodeMotion {
+    count: usize,
+    /// Position at the start of each segment [m].
+    origin: Vec<Vector3<f64>>,
+    /// Displacement over each segment [m].
+    increment: Vec<Vector3<f64>>,
+    /// Transmitted velocities at the segment's ends [m/s], where a node is held still; else empty.
+    transmitted: Vec<[Vector3<f64>; 2]>,
+    /// Length of a segment [s].
+    pub segment: f64,
+}
+
+impl NodeMotion {
+    /// Room for `nodes` nodes in `segments` segments.
+    pub fn reserve(&mut self, nodes: usize, segments: usize) {
+        self.origin.reserve(nodes * segments);
+        self.increment.reserve(nodes * segments);
+        self.transmitted.reserve(nodes * segments);
+    }
+
+    /// Read the motion of `nodes` over a window of `length` [s]. `rest` has all nodes at t = 0.
+    ///
+    /// Errs with the first node whose displacement is not finite.
+    pub fn read(
+        &mut self,
+        fields: &MotionFields,
+        input: &[f64],
+        rest: &[Vector3<f64>],
+        nodes: &[u32],
+        length: f64,
+    ) -> Result<(), u32> {
+        let segments = fields.segments();
+        self.count = nodes.len();
+        self.segment = length / segments as f64;
+        self.origin.clear();
+        self.increment.clear();
+        self.transmitted.clear();
+        for s in 0..segments {
+            for &node in nodes {
+                let start = fields.displacement(input, s, node);
+                let end = fields.displacement(input, s + 1, node);
+                if !(start.sum() + end.sum()).is_finite() {
+                    return Err(node);
+                }
+                self.origin.push(rest[node as usize] + start);
+                self.increment.push(end - start);
+            }
+        }
+        self.read_transmitted(fields, input, nodes);
+        Ok(())
+    }
+
+    fn read_transmitted(&mut self, fields: &MotionFields, input: &[f64], nodes: &[u32]) {
+        let held = |a: usize, this: &Self| this.increment[a..].iter().step_by(this.count).all(|d| *d == Vector3::zeros());
+        let moving = |a: usize, this: &Self| {
+            held(a, this)
+                && (0..=fields.segments()).any(|s| fields.velocity(input, s, nodes[a]) != Vector3::zeros())
+        };
+        if fields.velocity.is_empty() || !(0..self.count).any(|a| moving(a, self)) {
+            return;
+        }
+        for s in 0..fields.segments() {
+            for (a, &node) in nodes.iter().enumerate() {
+                let ends = match held(a, self) {
+                    true => [fields.velocity(input, s, node), fields.velocity(input, s + 1, node)],
+                    false => [self.increment[s * self.count + a] / self.segment; 2],
+                };
+                self.transmitted.push(ends);
+            }
+        }
+    }
+
+    /// Number of segments.
+    pub fn segments(&self) -> usize {
+        self.origin.len().checked_div(self.count).unwrap_or(1)
+    }
+
+    /// Position of the `a`-th node at the share `along` of segment `s` [m].
+    #[inline]
+    pub fn position(&self, s: usize, a: usize, along: f64) -> Vector3<f64> {
+        let at = s * self.count + a;
+        self.origin[at] + self.increment[at] * along
+    }
+
+    /// Its velocity there [m/s].
+    #[inline]
+    pub fn velocity(&self, s: usize, a: usize, along: f64) -> Vector3<f64> {
+        let at = s * self.count + a;
+        match self.transmitted.get(at) {
+            None => self.increment[at] / self.segment,
+            Some([start, end]) => start * (1.0 - along) + end * along,
+        }
+    }
+
+    /// Its displacement over segment `s` [m].
+    #[inline]
+    pub fn increment(&self, s: usize, a: usize) -> &Vector3<f64> {
+        &self.increment[s * self.count + a]
+    }
+}
+
+/// Largest difference of two fields in any component, numbers that are not finite left out.
+pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    // Eight maxima side by side: a single one would wait for itself at every number.
+    let mut lanes = [0.0_f64; 8];
+    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
+    let (a_rest, b_rest) = (a_chunks.remainder(), b_chunks.remainder());
+    for (a, b) in a_chunks.zip(b_chunks) {
+        for i in 0..8 {
+            let d = (a[i] - b[i]).abs();
+            lanes[i] = if d > lanes[i] { d } else { lanes[i] };
+        }
+    }
+    let rest = a_rest.iter().zip(b_rest).map(|(a, b)| (a - b).abs());
+    rest.chain(lanes).fold(0.0, |most, d| if d > most { d } else { most })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface_defs::{FieldSpec, InterfaceMesh};
+
+    fn fields(samples: u32) -> (MotionFields, usize) {
+        let mesh = InterfaceMesh { coordinates: vec![0.0; 6], ..Default::default() };
+        let spec = |name| FieldSpec { samples, ..FieldSpec::nodal(name, 3, Sampling::FromStart) };
+        let layout = Layout::new(&[spec(name::DISPLACEMENT), spec(name::VELOCITY)], &mesh, 0);
+        (MotionFields::new(&layout), layout.len())
+    }
+
+    #[test]
+    fn a_node_moves_along_the_chords_of_its_samples() {
+        let (fields, len) = fields(2);
+        let mut input = vec![0.0; len];
+        (input[9], input[15]) = (0.2, 0.1);
+        let mut motion = NodeMotion::default();
+        motion.read(&fields, &input, &[Vector3::zeros(), Vector3::x()], &[1], 0.1).expect("finite");
+        assert_eq!(motion.segments(), 2);
+        assert_eq!(motion.position(0, 0, 0.5).x, 1.1);
+        assert_eq!(motion.position(1, 0, 1.0).x, 1.1);
+        assert!((motion.velocity(1, 0, 0.3).x + 2.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_node_that_is_held_still_has_the_transmitted_velocity() {
+        let (fields, len) = fields(1);
+        let mut input = vec![0.0; len];
+        // Node 0 is held and has a velocity, node 1 moves.
+        (input[9], input[12], input[18]) = (0.5, 3.0, 5.0);
+        let mut motion = NodeMotion::default();
+        motion.read(&fields, &input, &[Vector3::zeros(); 2], &[0, 1], 0.1).expect("finite");
+        assert_eq!(motion.velocity(0, 0, 0.5).x, 4.0);
+        assert_eq!(motion.velocity(0, 1, 0.5).x, 5.0);
+        assert_eq!(motion.position(0, 0, 1.0).x, 0.0);
+    }
+
+    #[test]
+    fn a_displacement_that_is_not_finite_is_named() {
+        let (fields, len) = fields(1);
+        let mut input = vec![0.0; len];
+        input[10] = f64::NAN;
+        let mut motion = NodeMotion::default();
+        assert_eq!(motion.read(&fields, &input, &[Vector3::zeros(); 2], &[0, 1], 0.1), Err(1));
+    }
+
+    #[test]
+    fn a_wall_without_fields_stands_still() {
+        let mut motion = NodeMotion::default();
+        let fields = MotionFields::default();
+        motion.read(&fields, &[], &[Vector3::y()], &[0], 0.1).expect("finite");
+        assert_eq!((motion.position(0, 0, 0.7), motion.velocity(0, 0, 0.7)), (Vector3::y(), Vector3::zeros()));
+    }
+
+    #[test]
+    fn the_largest_difference_is_found_in_any_place() {
+        for len in [1, 7, 8, 30] {
+            for at in 0..len {
+                let a = vec![1.0; len];
+                let mut b = a.clone();
+                b[at] = -1.5;
+                assert_eq!(largest_difference(&a, &b), 2.5);
+            }
+        }
+    }
+}

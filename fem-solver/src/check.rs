@@ -1,0 +1,120 @@
+//! `fem-solver check`: what would be built, the critical step, the cost.
+
+use crate::config::{Config, Integrator};
+use crate::model::Model;
+use crate::solver::FemSolver;
+use crate::start::{NoStart, Start};
+use interface_defs::message::Plan;
+use interface_defs::solver::{Solver, Window};
+use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::scene::Scene;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// Windows of one step that are timed; the fastest of so many rounds counts.
+const ROUNDS: usize = 5;
+
+/// Build the structure of a scene, find its form, and say what came of it. Starts nothing.
+pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
+    let config = Config::of(scene)?;
+    let mut solver = FemSolver::new(scene, &Options::default())?;
+    let start = Start::new(scene, &config, solver.model(), &mut |_| Ok(())).map_err(|reason| match reason {
+        NoStart::Input(error) => error,
+        NoStart::Stopped(fault) => InputError::new(fault.message),
+    })?;
+    let model = solver.model();
+    let masses = model.interface_mesh(&start.displacement).masses;
+    let least = masses.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min);
+    let sag = model.sag(&start.displacement);
+    let mut numbers: BTreeMap<String, f64> = BTreeMap::new();
+    let mut tell = |name: &str, value: f64| {
+        numbers.insert(name.to_owned(), value);
+    };
+    tell("nodes", model.node_count() as f64);
+    tell("elements", (model.cables.len() + model.springs.len() + model.point_masses.len()) as f64);
+    tell("least_interface_mass_kg", least);
+    tell("highest_frequency_rad_per_s", start.frequency);
+    if config.fem.integrator != Integrator::Static {
+        tell("critical_step_s", start.critical_step);
+    }
+    tell("time_step_s", start.time_step);
+    if let Some(sag) = sag {
+        tell("sag_m", sag);
+    }
+    let builds = describe(&config, model, &start, sag);
+    let resolved = resolve(&config, &start)?;
+    let warnings = start.warnings.clone();
+    tell("seconds_per_step", seconds_per_step(&mut solver, scene, &config, &start)?);
+    Ok(CheckReport { builds, numbers, warnings, resolved })
+}
+
+fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> Vec<String> {
+    let mass: f64 = model.mass.iter().sum();
+    let held = (0..model.node_count()).filter(|n| model.fully_held(*n)).count();
+    let mut lines = vec![format!(
+        "structure: {} nodes ({held} held), {} cables, {} springs, {} point masses, {mass:.4} kg",
+        model.node_count(),
+        model.cables.len(),
+        model.springs.len(),
+        model.point_masses.len()
+    )];
+    let at_rest = if start.at_rest { "at rest in static equilibrium" } else { "at rest, not in equilibrium" };
+    let hangs = sag.map_or(String::new(), |sag| format!(", its lowest node {sag:.6} m below the supports"));
+    lines.push(format!(
+        "t = 0: {at_rest}{hangs}, largest cable force {:.4e} N ({} Newton iterations)",
+        start.cable_force, start.form_finding.iterations
+    ));
+    let step = if start.time_step.is_finite() {
+        format!("steps of at most {:.3e} s", start.time_step)
+    } else {
+        "one step per window".into()
+    };
+    lines.push(format!("integrator: {}, {step}", config.fem.integrator.name()));
+    lines
+}
+
+/// The tables with every default in place.
+fn resolve(config: &Config, start: &Start) -> Result<toml::Table, InputError> {
+    let mut fem = config.fem.resolved();
+    if start.time_step.is_finite() {
+        fem.time_step = Some(start.time_step);
+    }
+    let mut table = toml::Table::new();
+    let broken = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
+    table.insert("structure".into(), toml::Value::try_from(&config.structure).map_err(broken)?);
+    table.insert("fem".into(), toml::Value::try_from(fem).map_err(broken)?);
+    if !config.gauges.is_empty() {
+        table.insert("gauge".into(), toml::Value::try_from(&config.gauges).map_err(broken)?);
+    }
+    Ok(table)
+}
+
+/// Measured wall time of one step [s], with the gauges of its window: for the estimate of cost.
+fn seconds_per_step(
+    solver: &mut FemSolver,
+    scene: &Scene,
+    config: &Config,
+    start: &Start,
+) -> Result<f64, InputError> {
+    let explicit = config.fem.integrator == Integrator::CentralDifference;
+    let step = if start.time_step.is_finite() { start.time_step } else { 0.01 * scene.end_time()? };
+    let plan = Plan { end_time: step, window: step, ..Plan::default() };
+    let ready = solver
+        .prepare(&plan, &mut |_| Ok(()))
+        .map_err(|fault| InputError::new(fault.message))?;
+    let mut output = ready.initial;
+    let window = Window { number: 1, iteration: 1, start: 0.0, length: step };
+    let repeats = if explicit { 50 } else { 1 };
+    let mut best = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let started = Instant::now();
+        for _ in 0..repeats {
+            // A step that fails has cost what it has cost; the run itself will tell.
+            let _ = solver.solve(&window, &[], &mut output);
+        }
+        best = best.min(started.elapsed().as_secs_f64() / f64::from(repeats));
+    }
+    Ok(best)
+}

@@ -1,0 +1,74 @@
+//! Energies of a structure, from its state.
+
+use crate::explicit::free_masses;
+use crate::kernel::{Kernel, sum_of};
+use crate::model::Model;
+use crate::newton::spring_dofs;
+use crate::state::State;
+use interface_defs::message::{Gauge, Role};
+
+/// What is needed to tell the energies of a state.
+pub struct Energies {
+    springs: Vec<(usize, f64)>,
+    /// Mass of each degree of freedom that takes part in the kinetic energy; empty in statics.
+    mass: Vec<f64>,
+    products: Vec<f64>,
+    moving_supports: bool,
+}
+
+impl Energies {
+    /// For `model`, with inertia or without.
+    pub fn new(model: &Model, inertia: bool) -> Self {
+        Self {
+            springs: spring_dofs(model),
+            mass: if inertia { free_masses(model) } else { Vec::new() },
+            products: vec![0.0; model.dof_count()],
+            moving_supports: !model.moving.is_empty(),
+        }
+    }
+
+    /// Declarations, in the order of [`Energies::of`].
+    pub fn gauges(model: &Model) -> Vec<Gauge> {
+        let mut kinds = vec![
+            ("energy_kinetic_fem", Role::Kinetic),
+            ("energy_potential_fem", Role::Potential),
+            ("energy_stored_fem", Role::Stored),
+            ("energy_dissipated_fem", Role::Dissipated),
+            ("energy_received_fem", Role::Received),
+        ];
+        if !model.moving.is_empty() {
+            // Supports that move are a second source of work; it counts as their potential, negated.
+            kinds.push(("energy_supports_fem", Role::Potential));
+        }
+        kinds.into_iter().map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") }).collect()
+    }
+
+    /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
+    /// supports have given, negated. Potential and stored energy count from the structure as modelled.
+    pub fn of(&mut self, model: &Model, kernel: &mut Kernel, state: &State, to: &mut Vec<f64>) {
+        let u = &state.displacement;
+        let kinetic = 0.5 * self.weighted_square(&state.velocity);
+        let potential = -dot(&mut self.products, &model.dead_load, u);
+        let springs: f64 = self.springs.iter().map(|(dof, k)| 0.5 * k * u[*dof] * u[*dof]).sum();
+        to.clear();
+        to.extend([kinetic, potential, kernel.energy(u) + springs, state.dissipated, state.received]);
+        if self.moving_supports {
+            to.push(-state.support_work);
+        }
+    }
+
+    fn weighted_square(&mut self, v: &[f64]) -> f64 {
+        for ((p, m), v) in self.products.iter_mut().zip(&self.mass).zip(v) {
+            *p = m * (v * v);
+        }
+        sum_of(&self.products[..self.mass.len()])
+    }
+}
+
+/// Product of two vectors, in the order of [`sum_of`].
+pub fn dot(products: &mut [f64], a: &[f64], b: &[f64]) -> f64 {
+    for ((p, a), b) in products.iter_mut().zip(a).zip(b) {
+        *p = a * b;
+    }
+    sum_of(products)
+}

@@ -1,0 +1,126 @@
+//! The explicit step: central differences as position Verlet.
+//!
+//! ```text
+//! u_m = u_0 + h/2 v_0
+//! v_1 = ((1 - a h/2) v_0 + h M^-1 f(u_m)) / (1 + a h/2)       a = damping alpha
+//! u_1 = u_m + h/2 v_1
+//! ```
+//!
+//! Displacement and velocity are at one instant at the ends, forces are evaluated once. With
+//! `v_m = (v_0 + v_1) / 2` the step is `u_1 - u_0 = h v_m` and the gain of kinetic energy is
+//! `f . h v_m - h a v_m . M v_m`: a force that is constant over steps does exactly the work
+//! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
+//! `h < 2 / w`, whatever the damping.
+
+use crate::kernel::{Kernel, sum_of};
+use crate::model::Model;
+use crate::newton::spring_dofs;
+use crate::state::State;
+
+/// Memory and constants of the explicit step.
+pub struct Explicit {
+    /// The cables.
+    pub kernel: Kernel,
+    springs: Vec<(usize, f64)>,
+    /// 1 / mass of each degree of freedom, 0 where held [1/kg].
+    inverse_mass: Vec<f64>,
+    /// Mass of each degree of freedom, 0 where held [kg].
+    mass: Vec<f64>,
+    /// Displacement in the middle of the last step [m].
+    pub middle: Vec<f64>,
+    /// Force of load and elements on each degree of freedom there [N]; the inertia of held nodes
+    /// that move is taken off, so that supports give the opposite.
+    pub force: Vec<f64>,
+    /// Power of damping by degree of freedom, apart from its factor.
+    squares: Vec<f64>,
+    /// Velocity of the supports that move, at the step's start [m/s].
+    support_velocity: Vec<f64>,
+}
+
+impl Explicit {
+    /// For `model`; every node that moves must have a mass.
+    pub fn new(model: &Model) -> Self {
+        let mass = free_masses(model);
+        let n = model.dof_count();
+        Self {
+            kernel: Kernel::new(&model.cables, model.node_count()),
+            springs: spring_dofs(model),
+            inverse_mass: mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect(),
+            mass,
+            middle: vec![0.0; n],
+            force: vec![0.0; n],
+            squares: vec![0.0; n],
+            support_velocity: vec![0.0; model.moving.len()],
+        }
+    }
+
+    /// Advance `state` from `time` by `h` [s] under the constant `load` [N] (weight included).
+    /// Returns the largest tension in the middle of the step, squared [N2].
+    pub fn step(&mut self, model: &Model, state: &mut State, load: &[f64], time: f64, h: f64) -> f64 {
+        drift(&mut self.middle, &state.displacement, &state.velocity, 0.5 * h);
+        model.prescribe(time + 0.5 * h, &mut self.middle);
+        self.force.copy_from_slice(load);
+        let largest = self.kernel.pull(&self.middle, &mut self.force);
+        for (dof, k) in &self.springs {
+            self.force[*dof] -= k * self.middle[*dof];
+        }
+        for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
+            *velocity = state.velocity[*dof];
+        }
+        let damping = 0.5 * model.damping * h;
+        let (keep, gain) = ((1.0 - damping) / (1.0 + damping), h / (1.0 + damping));
+        if model.damping > 0.0 {
+            kick_and_weigh(&mut state.velocity, keep, gain, &self.force, &self.inverse_mass, &self.mass, &mut self.squares);
+            state.dissipated += 0.25 * model.damping * h * sum_of(&self.squares);
+        } else {
+            kick(&mut state.velocity, gain, &self.force, &self.inverse_mass);
+        }
+        for ((dof, motion), v0) in model.moving.iter().zip(&self.support_velocity) {
+            let (before, after) = (state.displacement[*dof], motion.at(time + h));
+            let v1 = (after - before) / h;
+            state.support_work -= self.force[*dof] * (after - before);
+            let mass = model.mass[dof % model.node_count()];
+            self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
+            state.velocity[*dof] = v1;
+        }
+        drift(&mut state.displacement, &self.middle, &state.velocity, 0.5 * h);
+        model.prescribe(time + h, &mut state.displacement);
+        largest
+    }
+}
+
+/// Mass of each degree of freedom, 0 where held: what takes part in the kinetic energy.
+pub fn free_masses(model: &Model) -> Vec<f64> {
+    let n = model.node_count();
+    (0..model.dof_count()).map(|dof| if model.held[dof] { 0.0 } else { model.mass[dof % n] }).collect()
+}
+
+fn drift(to: &mut [f64], from: &[f64], velocity: &[f64], time: f64) {
+    for ((t, f), v) in to.iter_mut().zip(from).zip(velocity) {
+        *t = f + time * v;
+    }
+}
+
+fn kick(velocity: &mut [f64], gain: f64, force: &[f64], inverse_mass: &[f64]) {
+    for ((v, f), m) in velocity.iter_mut().zip(force).zip(inverse_mass) {
+        *v += gain * (m * f);
+    }
+}
+
+/// The damped kick, and `m (v_0 + v_1)^2` of each degree of freedom.
+fn kick_and_weigh(
+    velocity: &mut [f64],
+    keep: f64,
+    gain: f64,
+    force: &[f64],
+    inverse_mass: &[f64],
+    mass: &[f64],
+    squares: &mut [f64],
+) {
+    for ((((v, f), i), m), square) in velocity.iter_mut().zip(force).zip(inverse_mass).zip(mass).zip(squares) {
+        let before = *v;
+        *v = keep * before + gain * (i * f);
+        let twice = before + *v;
+        *square = m * (twice * twice);
+    }
+}

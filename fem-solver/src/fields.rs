@@ -1,0 +1,75 @@
+//! Field files: the structure with displacement, velocity and tension, for ParaView.
+
+use crate::loads::{difference_to_node_major, to_node_major};
+use crate::model::Model;
+use crate::state::State;
+use interface_defs::message::Fault;
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::toolkit::vtu::{Cells, Series, Vtu};
+use std::path::Path;
+
+/// A series of field files at multiples of an interval.
+pub struct Fields {
+    series: Series,
+    interval: f64,
+    written: u64,
+    displacement: Vec<f64>,
+    velocity: Vec<f64>,
+    points: Vec<f64>,
+    tension: Vec<f64>,
+}
+
+impl Fields {
+    /// A series in `dir`, a file at the first committed time at or after each multiple of `interval` [s].
+    pub fn create(dir: &Path, interval: f64, mesh: &InterfaceMesh) -> Result<Self, Fault> {
+        let series = Series::create(dir, "structure").map_err(|e| cannot_write(&e))?;
+        let n = mesh.coordinates.len();
+        let memory = || vec![0.0; n];
+        Ok(Self {
+            series,
+            interval,
+            written: 0,
+            displacement: memory(),
+            velocity: memory(),
+            points: memory(),
+            tension: vec![0.0; mesh.lines.len()],
+        })
+    }
+
+    /// Write `state` at `time` if a multiple of the interval has been reached.
+    pub fn offer(
+        &mut self,
+        model: &Model,
+        mesh: &InterfaceMesh,
+        origin: &[f64],
+        state: &State,
+        time: f64,
+    ) -> Result<(), Fault> {
+        // A time that is a multiple but for rounding counts as that multiple.
+        let reached = (time / self.interval * (1.0 + 1e-12) + 1e-9).floor() as u64 + 1;
+        if reached <= self.written {
+            return Ok(());
+        }
+        self.written = reached;
+        let nodes = model.node_count();
+        difference_to_node_major(&state.displacement, origin, nodes, &mut self.displacement);
+        to_node_major(&state.velocity, nodes, &mut self.velocity);
+        for ((point, start), u) in self.points.iter_mut().zip(&mesh.coordinates).zip(&self.displacement) {
+            *point = start + u;
+        }
+        for (tension, cable) in self.tension.iter_mut().zip(&model.cables) {
+            *tension = cable.response(&model.relative(&state.displacement, cable)).tension;
+        }
+        let vtu = Vtu {
+            points: &self.points,
+            cells: if mesh.lines.is_empty() { Cells::Vertices } else { Cells::Lines(&mesh.lines) },
+            point_data: vec![("displacement", 3, &self.displacement), ("velocity", 3, &self.velocity)],
+            cell_data: if mesh.lines.is_empty() { Vec::new() } else { vec![("tension", 1, &self.tension)] },
+        };
+        self.series.add(time, &vtu).map_err(|e| cannot_write(&e))
+    }
+}
+
+fn cannot_write(error: &std::io::Error) -> Fault {
+    Fault::broken(format!("the field files of the structure cannot be written: {error}"))
+}

@@ -1,0 +1,261 @@
+//! The implicit step: generalised alpha, with Newmark, Bossak and the midpoint rule as members; statics.
+//!
+//! ```text
+//! M a_(1-am) + alpha M v_(1-af) + f_int(u_(1-af)) = f_ext(t_(1-af))     x_(1-s) = (1-s) x_1 + s x_0
+//! u_1 = u_0 + h v_0 + h^2 ((1/2 - b) a_0 + b a_1),    v_1 = v_0 + h ((1 - g) a_0 + g a_1)
+//! ```
+//!
+//! With `af = am = 1/2` this is the implicit midpoint rule: the force of the step is its mean over
+//! it, and its work is exactly `f . du`. With `af = 0` forces balance at the end of the step. Between
+//! the two, the load is the straight line that has the given mean and the given end.
+//!
+//! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
+
+use crate::config::{FemConfig, Integrator, NewtonConfig};
+use crate::explicit::free_masses;
+use crate::kernel::{Kernel, sum_of};
+use crate::model::Model;
+use crate::newton::{Failure, Info, Newton, Problem, spring_dofs};
+use crate::state::State;
+
+/// Parameters of the family.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scheme {
+    /// Where inertia balances, `am`.
+    pub alpha_m: f64,
+    /// Where forces balance, `af`.
+    pub alpha_f: f64,
+    /// `b`.
+    pub beta: f64,
+    /// `g`.
+    pub gamma: f64,
+    /// Without inertia: statics.
+    pub inertia: bool,
+}
+
+impl Scheme {
+    /// The scheme that a scene asks for; `None` where it is explicit.
+    pub fn of(fem: &FemConfig) -> Option<Self> {
+        let fem = fem.resolved();
+        let dynamic = |alpha_m: f64, alpha_f: f64| Self {
+            alpha_m,
+            alpha_f,
+            beta: 0.25 * (1.0 - alpha_m + alpha_f).powi(2),
+            gamma: 0.5 - alpha_m + alpha_f,
+            inertia: true,
+        };
+        match fem.integrator {
+            Integrator::CentralDifference => None,
+            Integrator::Static => Some(Self { inertia: false, ..dynamic(0.0, 0.0) }),
+            Integrator::GeneralizedAlpha => {
+                let r = fem.rho_inf.unwrap_or(1.0);
+                Some(dynamic((2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)))
+            }
+            Integrator::Bossak => Some(dynamic(fem.alpha.unwrap_or(-0.3), 0.0)),
+            Integrator::Newmark => {
+                let (beta, gamma) = (fem.beta.unwrap_or(0.25), fem.gamma.unwrap_or(0.5));
+                Some(Self { beta, gamma, ..dynamic(0.0, 0.0) })
+            }
+        }
+    }
+
+    /// Whether its load is the mean over the step alone.
+    pub fn takes_mean_only(&self) -> bool {
+        self.alpha_f == 0.5
+    }
+
+    /// Whether its load is that at the step's end alone.
+    pub fn takes_end_only(&self) -> bool {
+        self.alpha_f == 0.0
+    }
+}
+
+/// Interface force of one step, component-major [N].
+pub struct StepLoad<'a> {
+    /// At the instant at which the scheme balances.
+    pub balance: &'a [f64],
+    /// At the step's end; equal to the mean where only that is known.
+    pub end: &'a [f64],
+}
+
+/// Memory of the implicit step.
+pub struct Implicit {
+    /// The scheme.
+    pub scheme: Scheme,
+    newton: Newton,
+    settings: NewtonConfig,
+    kernel: Kernel,
+    springs: Vec<(usize, f64)>,
+    mass: Vec<f64>,
+    /// Displacement in the middle of the last step [m].
+    pub middle: Vec<f64>,
+    /// Mean force of load and elements over the last step [N]; see [`crate::explicit::Explicit::force`].
+    pub force: Vec<f64>,
+    load: Vec<f64>,
+    before: Vec<f64>,
+    squares: Vec<f64>,
+    /// Velocity of the supports that move, at the step's start [m/s].
+    support_velocity: Vec<f64>,
+}
+
+impl Implicit {
+    /// For `model`, with a Newton iteration that may have been used before.
+    pub fn new(model: &Model, scheme: Scheme, settings: NewtonConfig, newton: Newton) -> Self {
+        let n = model.dof_count();
+        Self {
+            scheme,
+            newton,
+            settings,
+            kernel: Kernel::new(&model.cables, model.node_count()),
+            springs: spring_dofs(model),
+            mass: free_masses(model),
+            middle: vec![0.0; n],
+            force: vec![0.0; n],
+            load: vec![0.0; n],
+            before: vec![0.0; n],
+            squares: vec![0.0; n],
+            support_velocity: vec![0.0; model.moving.len()],
+        }
+    }
+
+    /// Advance `state` from `time` by `h` [s]. Returns the largest tension, squared [N2], and what
+    /// Newton did.
+    pub fn step(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        load: &StepLoad,
+        time: f64,
+        h: f64,
+    ) -> Result<(f64, Info), Failure> {
+        let Scheme { alpha_m, alpha_f, beta, gamma, inertia } = self.scheme;
+        let damping = model.damping;
+        let known = if inertia { self.known_inertia(damping, h) } else { Known::default() };
+        self.before.copy_from_slice(&state.displacement);
+        for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
+            *velocity = state.velocity[*dof];
+        }
+        for i in 0..self.load.len() {
+            let (v0, a0) = (state.velocity[i], state.acceleration[i]);
+            let inert = self.mass[i] * (known.velocity * v0 + known.acceleration * a0);
+            self.load[i] = model.dead_load[i] + load.balance[i] - inert;
+            if self.mass[i] > 0.0 && inertia {
+                state.displacement[i] += h * v0 + 0.5 * h * h * a0;
+            }
+        }
+        model.prescribe(time + h, &mut state.displacement);
+        let factor = if inertia {
+            (1.0 - alpha_m) / (beta * h * h) + damping * (1.0 - alpha_f) * gamma / (beta * h)
+        } else {
+            0.0
+        };
+        let problem =
+            Problem { load: &self.load, start: &self.before, inertia: factor, share: 1.0 - alpha_f };
+        let info =
+            self.newton.solve(model, &problem, &self.settings, &mut state.displacement, &mut |_, _| Ok(()))?;
+        self.advance_rates(damping, state, h);
+        let largest = self.balance(model, state, load);
+        self.book_supports(model, state, h);
+        Ok((largest, info))
+    }
+
+    /// The cables.
+    pub fn kernel(&mut self) -> &mut Kernel {
+        &mut self.kernel
+    }
+
+    /// What of `M a_(1-am) + alpha M v_(1-af)` is known before the step is solved, per unit of
+    /// velocity and acceleration at its start.
+    fn known_inertia(&self, damping: f64, h: f64) -> Known {
+        let Scheme { alpha_m, alpha_f, beta, gamma, .. } = self.scheme;
+        // a_1 = du/(b h^2) - v_0/(b h) - (1/(2b) - 1) a_0;  v_1 = g du/(b h) + (1 - g/b) v_0 + h (1 - g/(2b)) a_0
+        let velocity_rate = 1.0 - gamma / beta;
+        let velocity_jump = h * (1.0 - 0.5 * gamma / beta);
+        Known {
+            velocity: -(1.0 - alpha_m) / (beta * h) + damping * ((1.0 - alpha_f) * velocity_rate + alpha_f),
+            acceleration: alpha_m - (1.0 - alpha_m) * (0.5 / beta - 1.0) + damping * (1.0 - alpha_f) * velocity_jump,
+        }
+    }
+
+    /// Velocity and acceleration at the end, from the displacement there; what damping took.
+    fn advance_rates(&mut self, damping: f64, state: &mut State, h: f64) {
+        let Scheme { beta, gamma, inertia, .. } = self.scheme;
+        let midpoint = self.scheme.takes_mean_only();
+        for i in 0..self.mass.len() {
+            let du = state.displacement[i] - self.before[i];
+            let (v0, a0) = (state.velocity[i], state.acceleration[i]);
+            if self.mass[i] == 0.0 || !inertia {
+                state.velocity[i] = du / h;
+                continue;
+            }
+            let a1 = (du - h * v0) / (beta * h * h) - (0.5 / beta - 1.0) * a0;
+            let v1 = v0 + h * ((1.0 - gamma) * a0 + gamma * a1);
+            state.velocity[i] = v1;
+            // The midpoint rule knows no accelerations at the ends; its own is the best guess for the next.
+            state.acceleration[i] = if midpoint { (v1 - v0) / h } else { a1 };
+            self.squares[i] = self.mass[i] * ((v0 + v1) * (v0 + v1));
+        }
+        if damping > 0.0 && inertia {
+            state.dissipated += 0.25 * damping * h * sum_of(&self.squares);
+        }
+    }
+
+    /// Mean force of the step on every degree of freedom: in its middle, or the mean of its ends.
+    fn balance(&mut self, model: &Model, state: &mut State, load: &StepLoad) -> f64 {
+        for ((m, u0), u1) in self.middle.iter_mut().zip(&self.before).zip(&state.displacement) {
+            *m = 0.5 * (u0 + u1);
+        }
+        let midpoint = self.scheme.takes_mean_only();
+        let (at, outer) = if midpoint { (&self.middle, load.balance) } else { (&state.displacement, load.end) };
+        let largest =
+            net_force(model, &mut self.kernel, &self.springs, at, outer, &mut self.force);
+        if !midpoint {
+            for (mean, end) in self.force.iter_mut().zip(&mut state.force) {
+                let now = *mean;
+                *mean = 0.5 * (*end + now);
+                *end = now;
+            }
+        }
+        largest
+    }
+
+    /// Work of supports that move, and what their nodes' inertia adds to their force.
+    fn book_supports(&mut self, model: &Model, state: &mut State, h: f64) {
+        for ((dof, _), v0) in model.moving.iter().zip(&self.support_velocity) {
+            let du = state.displacement[*dof] - self.before[*dof];
+            state.support_work -= self.force[*dof] * du;
+            if self.scheme.inertia {
+                let mass = model.mass[dof % model.node_count()];
+                let v1 = state.velocity[*dof];
+                self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
+            }
+        }
+    }
+}
+
+/// Factors of what is known of inertia and damping.
+#[derive(Debug, Clone, Copy, Default)]
+struct Known {
+    velocity: f64,
+    acceleration: f64,
+}
+
+/// Force of dead load, `outer` load and elements on every degree of freedom at `u`; returns the
+/// largest tension, squared.
+pub fn net_force(
+    model: &Model,
+    kernel: &mut Kernel,
+    springs: &[(usize, f64)],
+    u: &[f64],
+    outer: &[f64],
+    force: &mut [f64],
+) -> f64 {
+    for ((f, dead), outer) in force.iter_mut().zip(&model.dead_load).zip(outer) {
+        *f = dead + outer;
+    }
+    let largest = kernel.pull(u, force);
+    for (dof, k) in springs {
+        force[*dof] -= k * u[*dof];
+    }
+    largest
+}

@@ -1,0 +1,353 @@
+//! A prepared structure: one window after the other.
+
+use crate::config::Config;
+use crate::energy::Energies;
+use crate::explicit::Explicit;
+use crate::implicit::{Implicit, Scheme};
+use crate::kernel::sum_of;
+use crate::loads::{Loads, difference_to_node_major, to_node_major};
+use crate::model::Model;
+use crate::record::{Recorder, Step};
+use crate::start::Start;
+use crate::state::{Peak, Peaks, State};
+use interface_defs::field::{Layout, Sampling, name};
+use interface_defs::message::{Fault, Plan};
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::solver::Window;
+use std::ops::Range;
+
+/// The scheme in time.
+enum Engine {
+    Explicit(Box<Explicit>),
+    Implicit(Box<Implicit>),
+}
+
+/// Work that was done, iterations of windows included, and windows that were skipped.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counts {
+    /// Steps of the integrator.
+    pub steps: u64,
+    /// Newton iterations, form finding included.
+    pub newton: u64,
+    /// Factorisations, form finding included.
+    pub factorisations: u64,
+    /// Committed windows in which nothing loaded or moved the structure.
+    pub skipped: u64,
+}
+
+/// Everything that a window needs.
+pub struct March {
+    engine: Engine,
+    energies: Energies,
+    recorder: Recorder,
+    loads: Loads,
+    /// State at the start of the window at hand.
+    pub committed: State,
+    trial: State,
+    /// Displacement at t = 0 [m].
+    pub origin: Vec<f64>,
+    rest_force: Vec<f64>,
+    time_step: f64,
+    shortcuts: bool,
+    skipped: bool,
+    displacement_samples: Vec<Range<usize>>,
+    velocity_samples: Vec<Range<usize>>,
+    gauges_from: usize,
+    parts: usize,
+    energy_now: Vec<f64>,
+    part_start: Vec<f64>,
+    base_load: Vec<f64>,
+    products: Vec<f64>,
+    /// What was done so far.
+    pub counts: Counts,
+}
+
+impl March {
+    /// For `model` from `start`, with the fields of `plan` on `mesh`.
+    pub fn new(
+        model: &Model,
+        config: &Config,
+        start: Start,
+        recorder: Recorder,
+        loads: Loads,
+        plan: &Plan,
+        mesh: &InterfaceMesh,
+        shortcuts: bool,
+    ) -> Self {
+        let layout = Layout::new(&plan.gives, mesh, 0);
+        let samples = |field: &str| -> Vec<Range<usize>> {
+            let count = plan.gives.iter().find(|f| f.name == field).map_or(0, |f| f.samples as usize);
+            (0..count).filter_map(|s| layout.sample(field, Sampling::AtEnds, s)).collect()
+        };
+        let (displacement_samples, velocity_samples) = (samples(name::DISPLACEMENT), samples(name::VELOCITY));
+        let each = [loads.parts(), displacement_samples.len().max(1), velocity_samples.len().max(1)];
+        let n = model.dof_count();
+        let scheme = Scheme::of(&config.fem);
+        let ends = if loads.has_end() { n } else { 0 };
+        let balances_at_end = scheme.is_some_and(|s| !s.takes_mean_only());
+        let mut committed = State {
+            displacement: start.displacement.clone(),
+            velocity: vec![0.0; n],
+            acceleration: vec![0.0; if scheme.is_some() { n } else { 0 }],
+            force: if balances_at_end { start.force.clone() } else { Vec::new() },
+            load: vec![0.0; ends],
+            at_rest: start.at_rest,
+            ..State::default()
+        };
+        if scheme.is_some_and(|s| s.inertia) && !start.at_rest {
+            // The first step of an implicit scheme starts from a balance of its own.
+            let nodes = model.node_count();
+            for dof in (0..n).filter(|dof| !model.held[*dof]) {
+                committed.acceleration[dof] = start.force[dof] / model.mass[dof % nodes];
+            }
+        }
+        let reaction = recorder.total_reaction(&start.force, &start.displacement);
+        let size = reaction.iter().map(|r| r * r).sum::<f64>().sqrt();
+        let at_start = |value| Peak { value, time: 0.0 };
+        committed.peaks = Peaks {
+            reaction: at_start(size),
+            reaction_1ms: at_start(size),
+            cable_force: at_start(start.cable_force),
+        };
+        let done = start.form_finding;
+        Self {
+            energies: Energies::new(model, scheme.is_none_or(|s| s.inertia)),
+            engine: match scheme {
+                None => Engine::Explicit(Box::new(Explicit::new(model))),
+                Some(scheme) => {
+                    Engine::Implicit(Box::new(Implicit::new(model, scheme, config.fem.newton.clone(), start.newton)))
+                }
+            },
+            recorder,
+            loads,
+            trial: committed.clone(),
+            committed,
+            origin: start.displacement,
+            rest_force: start.force,
+            time_step: start.time_step,
+            shortcuts,
+            skipped: false,
+            gauges_from: layout.len(),
+            parts: each.into_iter().fold(1, least_common_multiple),
+            displacement_samples,
+            velocity_samples,
+            energy_now: Vec::with_capacity(6),
+            part_start: vec![0.0; n],
+            base_load: vec![0.0; n],
+            products: vec![0.0; n],
+            counts: Counts {
+                newton: done.iterations,
+                factorisations: done.factorisations,
+                ..Counts::default()
+            },
+        }
+    }
+
+    /// The answer as it stands at t = 0.
+    pub fn initial(&mut self, model: &Model, output: &mut [f64]) {
+        self.rest(model, 0.0, 1.0);
+        self.answer_all(output);
+        self.write_gauges(model, output);
+        self.recorder.begin();
+    }
+
+    /// Advance the committed state over `window` under `input`, into the trial state and `output`.
+    pub fn solve(
+        &mut self,
+        model: &Model,
+        window: &Window,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.trial.copy_from(&self.committed);
+        let supports_rest = || model.moving.iter().all(|(_, m)| m.rests(window.start, window.end()));
+        self.skipped = self.shortcuts && self.committed.at_rest && !self.loads.any(input) && supports_rest();
+        if self.skipped {
+            self.rest(model, window.end(), window.length);
+            self.answer_all(output);
+        } else {
+            self.trial.at_rest = false;
+            self.advance(model, window, input, output)?;
+        }
+        self.write_gauges(model, output);
+        if self.energy_now.iter().all(|e| e.is_finite()) {
+            return Ok(());
+        }
+        Err(Fault::window(format!(
+            "window {} from {:.6e} s diverged: its energy is not finite after steps of at most {:.3e} s; the force on the \
+             structure or its time step is too large",
+            window.number, window.start, self.time_step
+        )))
+    }
+
+    /// Nothing happens for a time of `length` until `end`.
+    fn rest(&mut self, model: &Model, end: f64, length: f64) {
+        self.recorder.begin();
+        let step = Step {
+            end,
+            length,
+            force: &self.rest_force,
+            middle: &self.trial.displacement,
+            tension: 0.0,
+        };
+        let mut peaks = self.trial.peaks;
+        self.recorder.step(model, &self.trial, &step, &mut peaks);
+    }
+
+    fn advance(
+        &mut self,
+        model: &Model,
+        window: &Window,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.recorder.begin();
+        let part = Window { length: window.length / self.parts as f64, ..*window };
+        let steps = part.steps(self.time_step) * self.parts;
+        let h = window.length / steps as f64;
+        let per_load = steps / self.loads.parts();
+        for step in 0..steps {
+            let time = window.start + step as f64 * h;
+            if step % per_load == 0 {
+                self.loads.begin_part(input, step / per_load, &self.trial.load);
+                if matches!(self.engine, Engine::Explicit(_)) {
+                    self.part_start.copy_from_slice(&self.trial.displacement);
+                    add(&mut self.base_load, &model.dead_load, self.loads.mean());
+                }
+            }
+            let tension = self.step(model, time, h, step % per_load, per_load).map_err(|what| {
+                Fault::window(format!(
+                    "window {} from {:.6e} s, step {} of {steps}: {what}; a shorter window or fem.time_step may do",
+                    window.number,
+                    window.start,
+                    step + 1
+                ))
+            })?;
+            if (step + 1) % per_load == 0 && matches!(self.engine, Engine::Explicit(_)) {
+                self.book_mean_work();
+            }
+            self.record(model, window.start + (step + 1) as f64 * h, h, tension);
+            self.answer(step + 1, steps, output);
+        }
+        self.counts.steps += steps as u64;
+        Ok(())
+    }
+
+    /// One step; returns the largest tension in it.
+    fn step(&mut self, model: &Model, time: f64, h: f64, step: usize, steps: usize) -> Result<f64, String> {
+        match &mut self.engine {
+            Engine::Explicit(explicit) => {
+                Ok(explicit.step(model, &mut self.trial, &self.base_load, time, h).sqrt())
+            }
+            Engine::Implicit(implicit) => {
+                self.part_start.copy_from_slice(&self.trial.displacement);
+                let scheme = implicit.scheme;
+                let load = self.loads.of_step(&scheme, step, steps);
+                let (largest, info) = implicit
+                    .step(model, &mut self.trial, &load, time, h)
+                    .map_err(|failure| failure.describe(model))?;
+                self.counts.newton += info.iterations;
+                self.counts.factorisations += info.factorisations;
+                let (after, before) = (&self.trial.displacement, &self.part_start);
+                if scheme.takes_mean_only() {
+                    self.trial.received += work(&mut self.products, load.balance, after, before);
+                } else if !self.trial.load.is_empty() {
+                    // The mean of both ends, as the trapezoidal rule does its work.
+                    add(&mut self.base_load, &self.trial.load, load.end);
+                    self.trial.received += 0.5 * work(&mut self.products, &self.base_load, after, before);
+                    self.trial.load.copy_from_slice(load.end);
+                }
+                Ok(largest.sqrt())
+            }
+        }
+    }
+
+    /// Work of the mean force over the part of the window that has just ended: exactly `F . du`.
+    fn book_mean_work(&mut self) {
+        self.trial.received +=
+            work(&mut self.products, self.loads.mean(), &self.trial.displacement, &self.part_start);
+    }
+
+    fn record(&mut self, model: &Model, end: f64, h: f64, tension: f64) {
+        let (force, middle) = match &self.engine {
+            Engine::Explicit(e) => (&e.force, &e.middle),
+            Engine::Implicit(i) => (&i.force, &i.middle),
+        };
+        let step = Step { end, length: h, force, middle, tension };
+        let mut peaks = self.trial.peaks;
+        self.recorder.step(model, &self.trial, &step, &mut peaks);
+        self.trial.peaks = peaks;
+    }
+
+    /// Write the samples of motion that lie at the end of step `step` of `steps`.
+    fn answer(&self, step: usize, steps: usize, output: &mut [f64]) {
+        let nodes = self.origin.len() / 3;
+        let due = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
+        if !self.displacement_samples.is_empty()
+            && let Some(sample) = due(self.displacement_samples.len())
+        {
+            let to = &mut output[self.displacement_samples[sample].clone()];
+            difference_to_node_major(&self.trial.displacement, &self.origin, nodes, to);
+        }
+        if !self.velocity_samples.is_empty()
+            && let Some(sample) = due(self.velocity_samples.len())
+        {
+            to_node_major(&self.trial.velocity, nodes, &mut output[self.velocity_samples[sample].clone()]);
+        }
+    }
+
+    /// The trial state as every sample of the window.
+    fn answer_all(&self, output: &mut [f64]) {
+        for step in 1..=self.parts {
+            self.answer(step, self.parts, output);
+        }
+    }
+
+    /// Energies at the window's end, reactions and scene gauges over the window.
+    fn write_gauges(&mut self, model: &Model, output: &mut [f64]) {
+        let kernel = match &mut self.engine {
+            Engine::Explicit(e) => &mut e.kernel,
+            Engine::Implicit(i) => i.kernel(),
+        };
+        self.energies.of(model, kernel, &self.trial, &mut self.energy_now);
+        let gauges = &mut output[self.gauges_from..];
+        let (triples, _) = gauges.as_chunks_mut::<3>();
+        for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {
+            *triple = [*energy; 3];
+        }
+        self.recorder.write(&mut gauges[3 * self.energy_now.len()..]);
+    }
+
+    /// Accept the last window.
+    pub fn commit(&mut self) {
+        std::mem::swap(&mut self.committed, &mut self.trial);
+        self.recorder.commit();
+        self.counts.skipped += u64::from(self.skipped);
+    }
+}
+
+/// `to = a + b`.
+fn add(to: &mut [f64], a: &[f64], b: &[f64]) {
+    for ((t, a), b) in to.iter_mut().zip(a).zip(b) {
+        *t = a + b;
+    }
+}
+
+/// `force . (after - before)`.
+fn work(products: &mut [f64], force: &[f64], after: &[f64], before: &[f64]) -> f64 {
+    for ((p, a), b) in products.iter_mut().zip(after).zip(before) {
+        *p = a - b;
+    }
+    for (p, f) in products.iter_mut().zip(force) {
+        *p *= f;
+    }
+    sum_of(products)
+}
+
+fn least_common_multiple(a: usize, b: usize) -> usize {
+    let (mut x, mut y) = (a, b);
+    while y != 0 {
+        (x, y) = (y, x % y);
+    }
+    a / x * b
+}

@@ -1,0 +1,209 @@
+//! The structure as a [`Solver`]: the contract's verbs, and nothing else.
+
+use crate::config::Config;
+use crate::energy::Energies;
+use crate::fields::Fields;
+use crate::implicit::Scheme;
+use crate::loads::{Loads, MOST_SAMPLES, Needs};
+use crate::march::March;
+use crate::model::Model;
+use crate::record::{Probes, Recorder};
+use crate::start::Start;
+use interface_defs::field::{FieldSpec, Place, Sampling, name};
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
+use interface_defs::solver::{OnProgress, Solver, Window};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::run_dir;
+use interface_defs::toolkit::scene::Scene;
+
+/// Steps within 1 ms and a window for which memory is set aside, at most.
+const MOST_REMEMBERED: f64 = 2e5;
+/// Windows are halved that often before a run gives up.
+const HALVINGS: f64 = 64.0;
+
+/// A structure of cables, springs and masses.
+pub struct FemSolver {
+    scene: Scene,
+    config: Config,
+    options: Options,
+    field_interval: Option<f64>,
+    model: Model,
+    probes: Probes,
+    gauges: Vec<Gauge>,
+    prepared: Option<Prepared>,
+}
+
+/// What exists from the preparation on.
+struct Prepared {
+    march: March,
+    mesh: InterfaceMesh,
+    fields: Option<Fields>,
+    sag: Option<f64>,
+    /// End of the last window solved [s].
+    time: f64,
+}
+
+impl FemSolver {
+    /// The structure of `scene`. Computes nothing yet; what is wrong with the scene's numbers is found
+    /// here, what only form finding can tell in [`Solver::prepare`] and by `check`.
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
+        let config = Config::of(scene)?;
+        let model = Model::build(scene, &config)?;
+        let (probes, recorded) = Recorder::probes(scene, &model, &config.gauges)?;
+        let mut gauges = Energies::gauges(&model);
+        gauges.extend(recorded);
+        let field_interval = if scene.has("output") { Output::of(scene)?.fields } else { None };
+        Ok(Self {
+            scene: scene.clone(),
+            config,
+            options: options.clone(),
+            field_interval,
+            model,
+            probes,
+            gauges,
+            prepared: None,
+        })
+    }
+
+    /// The structure as numbers.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    fn prepared(&mut self) -> Result<(&Model, &mut Prepared), Fault> {
+        match &mut self.prepared {
+            Some(prepared) => Ok((&self.model, prepared)),
+            None => Err(Fault::broken("a window was asked for before the preparation")),
+        }
+    }
+
+    /// Refuse a plan that asks for what this solver has not declared.
+    fn check_plan(&self, plan: &Plan) -> Result<(), Fault> {
+        let known = |fields: &[FieldSpec], asked: &FieldSpec, force: bool| {
+            fields.iter().any(|f| f.name == asked.name && (f.sampling == asked.sampling || force))
+                && asked.components == 3
+                && asked.place == Place::Node
+                && (1..=MOST_SAMPLES).contains(&asked.samples)
+        };
+        let hello = self.hello();
+        for asked in &plan.gives {
+            if !known(&hello.gives, asked, false) {
+                return Err(Fault::input(format!("fem-solver cannot give the field {asked:?}")));
+            }
+        }
+        for asked in &plan.takes {
+            let kind = matches!(asked.sampling, Sampling::Means | Sampling::AtEnds);
+            if !known(&hello.takes, asked, kind) {
+                return Err(Fault::input(format!("fem-solver cannot take the field {asked:?}")));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Solver for FemSolver {
+    fn hello(&self) -> Hello {
+        let given = |name| FieldSpec { samples: MOST_SAMPLES, ..FieldSpec::nodal(name, 3, Sampling::AtEnds) };
+        Hello {
+            program: concat!("fem-solver ", env!("CARGO_PKG_VERSION")).into(),
+            capabilities: vec![capability::REPEATABLE.into()],
+            takes: Needs::of(Scheme::of(&self.config.fem)).fields(),
+            gives: vec![given(name::DISPLACEMENT), given(name::VELOCITY)],
+            largest_window: f64::INFINITY,
+        }
+    }
+
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
+        self.check_plan(plan)?;
+        let mut told = |what| progress(Progress { what, done: f64::NAN });
+        let start = Start::new(&self.scene, &self.config, &self.model, &mut told)?;
+        let mesh = self.model.interface_mesh(&start.displacement);
+        let (loads, load_warnings) =
+            Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh)?;
+        let shortest = start.time_step.min(plan.window) / HALVINGS;
+        let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
+        let recorder =
+            Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
+        let mut warnings = start.warnings.clone();
+        warnings.extend(load_warnings);
+        let sag = self.model.sag(&start.displacement);
+        let mut march =
+            March::new(&self.model, &self.config, start, recorder, loads, plan, &mesh, self.options.shortcuts);
+        let (_, answer) = interface_defs::participant::payload_lengths(
+            plan,
+            &Ready { mesh: mesh.clone(), gauges: self.gauges.clone(), ..Ready::default() },
+        );
+        let mut initial = vec![0.0; answer];
+        march.initial(&self.model, &mut initial);
+        let mut fields = match (&self.options.out, self.field_interval) {
+            (Some(out), Some(interval)) => Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh)?),
+            _ => None,
+        };
+        if let Some(fields) = &mut fields {
+            fields.offer(&self.model, &mesh, &march.origin, &march.committed, 0.0)?;
+        }
+        self.prepared = Some(Prepared { march, mesh: mesh.clone(), fields, sag, time: 0.0 });
+        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
+    }
+
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        let (model, prepared) = self.prepared()?;
+        prepared.time = window.end();
+        prepared.march.solve(model, window, input, output)
+    }
+
+    fn commit(&mut self) -> Result<(), Fault> {
+        let (model, prepared) = self.prepared()?;
+        prepared.march.commit();
+        match &mut prepared.fields {
+            Some(fields) => fields.offer(
+                model,
+                &prepared.mesh,
+                &prepared.march.origin,
+                &prepared.march.committed,
+                prepared.time,
+            ),
+            None => Ok(()),
+        }
+    }
+
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        let (model, prepared) = self.prepared()?;
+        let peaks = prepared.march.committed.peaks;
+        let measure = |name: &str, value, unit: &str, time| Measure {
+            name: name.into(),
+            value,
+            unit: unit.into(),
+            time,
+        };
+        let (mut measures, mut warnings) = (Vec::new(), Vec::new());
+        if model.held.contains(&true) || !model.springs.is_empty() {
+            let (raw, mean) = (peaks.reaction, peaks.reaction_1ms);
+            measures.push(measure("max_reaction", raw.value, "N", Some(raw.time)));
+            measures.push(measure("max_reaction_1ms", mean.value, "N", Some(mean.time)));
+        } else {
+            warnings.push("max_reaction is absent: the structure has no supports".into());
+        }
+        if model.cables.is_empty() {
+            warnings.push("max_cable_force is absent: the structure has no cables".into());
+        } else {
+            measures.push(measure("max_cable_force", peaks.cable_force.value, "N", Some(peaks.cable_force.time)));
+        }
+        match prepared.sag {
+            Some(sag) => measures.push(measure("sag", sag, "m", None)),
+            None => warnings.push("sag is absent: no weight acts on the structure, or nothing is held".into()),
+        }
+        let counts = prepared.march.counts;
+        let counts = [
+            ("sub_steps", counts.steps),
+            ("newton_iterations", counts.newton),
+            ("skipped_windows", counts.skipped),
+            ("factorisations", counts.factorisations),
+        ];
+        let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
+        Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
+    }
+}

@@ -1,0 +1,170 @@
+//! The start of a run: form finding, critical step, time step. What `check` tells and `prepare` does.
+
+use crate::config::structure::FormFinding;
+use crate::config::{Config, Integrator};
+use crate::critical_step::highest_frequency;
+use crate::form_finding::find_form;
+use crate::implicit::net_force;
+use crate::kernel::Kernel;
+use crate::model::Model;
+use crate::newton::{Failure, Info, Newton, spring_dofs};
+use interface_defs::message::Fault;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+
+/// Residual, relative to the largest of load and internal force, below which a structure is at rest.
+const AT_REST: f64 = 1e-11;
+/// Share of the critical step that is taken by default.
+const DEFAULT_SHARE: f64 = 0.5;
+/// Share of the critical step above which the user hears that nets stiffen as they are stretched.
+const CLOSE: f64 = 0.9;
+
+/// A structure at t = 0.
+pub struct Start {
+    /// Displacement from the structure as modelled [m].
+    pub displacement: Vec<f64>,
+    /// Force of dead load and elements on every degree of freedom [N].
+    pub force: Vec<f64>,
+    /// Whether it is in static equilibrium.
+    pub at_rest: bool,
+    /// Highest angular frequency [rad/s]; 0 in statics.
+    pub frequency: f64,
+    /// Critical step of central differences [s], infinite where nothing is stiff.
+    pub critical_step: f64,
+    /// Longest time step [s]; infinite = one step per window.
+    pub time_step: f64,
+    /// Largest axial force [N].
+    pub cable_force: f64,
+    /// What form finding took.
+    pub form_finding: Info,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// The Newton iteration, for the implicit schemes.
+    pub newton: Newton,
+}
+
+/// Told what is done.
+pub type OnProgress<'a> = &'a mut dyn FnMut(String) -> Result<(), Fault>;
+
+/// Why a run cannot start.
+pub enum NoStart {
+    /// The scene is at fault.
+    Input(InputError),
+    /// Whoever listens has stopped it.
+    Stopped(Fault),
+}
+
+impl From<NoStart> for Fault {
+    fn from(reason: NoStart) -> Self {
+        match reason {
+            NoStart::Input(error) => error.into(),
+            NoStart::Stopped(fault) => fault,
+        }
+    }
+}
+
+impl Start {
+    /// Find the form, the critical step and the time step of `model`.
+    pub fn new(
+        scene: &Scene,
+        config: &Config,
+        model: &Model,
+        on_progress: OnProgress,
+    ) -> Result<Self, NoStart> {
+        on_progress(format!("{} nodes, {} cables: analysing", model.node_count(), model.cables.len()))
+            .map_err(NoStart::Stopped)?;
+        let mut newton = Newton::new(model);
+        let (displacement, form_finding) = match config.structure.form_finding {
+            FormFinding::None => {
+                let mut u = vec![0.0; model.dof_count()];
+                model.prescribe(0.0, &mut u);
+                (u, Info::default())
+            }
+            FormFinding::Static => {
+                let mut told = |iteration, residual| {
+                    on_progress(format!("form finding: iteration {iteration}, residual {residual:.1e} of its limit"))
+                };
+                find_form(model, &mut newton, &mut told).map_err(|failure| match failure {
+                    Failure::Stopped(fault) => NoStart::Stopped(fault),
+                    failure => NoStart::Input(not_found(scene, model, &failure)),
+                })?
+            }
+        };
+        let mut force = vec![0.0; model.dof_count()];
+        let mut kernel = Kernel::new(&model.cables, model.node_count());
+        let zero = vec![0.0; model.dof_count()];
+        let largest =
+            net_force(model, &mut kernel, &spring_dofs(model), &displacement, &zero, &mut force).sqrt();
+        let residual = newton.tangent.dofs().iter().map(|dof| force[*dof].powi(2)).sum::<f64>().sqrt();
+        let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
+        let frequency = match config.fem.integrator {
+            Integrator::Static => 0.0,
+            _ if newton.tangent.is_empty() => 0.0,
+            _ => highest_frequency(model, &mut newton.tangent, &displacement),
+        };
+        let critical_step = 2.0 / frequency;
+        let mut warnings = Vec::new();
+        if let Some(dof) = form_finding.unstable {
+            warnings.push(format!(
+                "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
+                model.dof_name(dof)
+            ));
+        }
+        let time_step = time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
+        let at_rest = residual <= AT_REST * scale || residual == 0.0;
+        let cable_force = largest;
+        Ok(Self {
+            displacement,
+            force,
+            at_rest,
+            frequency,
+            critical_step,
+            time_step,
+            cable_force,
+            form_finding,
+            warnings,
+            newton,
+        })
+    }
+}
+
+fn not_found(scene: &Scene, model: &Model, failure: &Failure) -> InputError {
+    let what = format!("no static equilibrium under the dead load was found: {}", failure.describe(model));
+    scene.invalid("structure.form_finding", what).try_instead(
+        "support or connect that node, give the cables tension, or write form_finding = \"none\"",
+    )
+}
+
+/// The longest step: as the scene says, else by default.
+fn time_step(
+    scene: &Scene,
+    config: &Config,
+    frequency: f64,
+    critical: f64,
+    warnings: &mut Vec<String>,
+) -> Result<f64, InputError> {
+    let explicit = config.fem.integrator == Integrator::CentralDifference;
+    if !explicit {
+        return Ok(config.fem.time_step.unwrap_or(f64::INFINITY));
+    }
+    let step = config.fem.time_step.unwrap_or(DEFAULT_SHARE * critical);
+    if step > critical * (1.0 + 1e-9) {
+        let what = format!(
+            "the time step {step:.4e} s lies above the critical one, {critical:.4e} s (highest frequency {frequency:.4e} rad/s)"
+        );
+        if !config.fem.allow_unstable {
+            return Err(scene.invalid("fem.time_step", what).try_instead(format!(
+                "at most {:.2e}, an implicit integrator, or allow_unstable = true",
+                CLOSE * critical
+            )));
+        }
+        warnings.push(what);
+    } else if step > CLOSE * critical {
+        warnings.push(format!(
+            "the time step is {:.0} % of the critical one at rest; a cable at 5 % strain is 15 % stiffer, so a loaded net \
+             may become unstable",
+            100.0 * step / critical
+        ));
+    }
+    Ok(step)
+}

@@ -1,0 +1,71 @@
+//! The state of a structure at one instant.
+
+/// Everything that a step starts from. Vectors are component-major over all degrees of freedom.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct State {
+    /// Displacement from the structure as modelled [m].
+    pub displacement: Vec<f64>,
+    /// Velocity [m/s].
+    pub velocity: Vec<f64>,
+    /// Acceleration [m/s2]; implicit schemes only.
+    pub acceleration: Vec<f64>,
+    /// Force of load and elements on each degree of freedom [N]; schemes that balance at the end only.
+    pub force: Vec<f64>,
+    /// Interface force at this instant [N]; schemes that balance at the end only.
+    pub load: Vec<f64>,
+    /// Energy dissipated by damping since t = 0 [J].
+    pub dissipated: f64,
+    /// Work of the interface force since t = 0 [J].
+    pub received: f64,
+    /// Work of moving supports since t = 0 [J].
+    pub support_work: f64,
+    /// At rest in static equilibrium, as it was at t = 0.
+    pub at_rest: bool,
+    /// Largest values so far.
+    pub peaks: Peaks,
+}
+
+/// A largest value and when it occurred.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Peak {
+    /// Value.
+    pub value: f64,
+    /// When [s].
+    pub time: f64,
+}
+
+impl Peak {
+    /// Take `value` at `time` if it is larger.
+    pub fn take(&mut self, value: f64, time: f64) {
+        if value > self.value {
+            *self = Self { value, time };
+        }
+    }
+}
+
+/// Largest values of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Peaks {
+    /// Total support reaction [N].
+    pub reaction: Peak,
+    /// Its mean over any 1 ms [N].
+    pub reaction_1ms: Peak,
+    /// Axial force of a cable [N].
+    pub cable_force: Peak,
+}
+
+impl State {
+    /// Become equal to `other`, in the memory that is there.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.displacement.copy_from_slice(&other.displacement);
+        self.velocity.copy_from_slice(&other.velocity);
+        self.acceleration.copy_from_slice(&other.acceleration);
+        self.force.copy_from_slice(&other.force);
+        self.load.copy_from_slice(&other.load);
+        self.dissipated = other.dissipated;
+        self.received = other.received;
+        self.support_work = other.support_work;
+        self.at_rest = other.at_rest;
+        self.peaks = other.peaks;
+    }
+}
