@@ -1,1 +1,35 @@
-//! dem-solver
+//! Rocks as rigid sphere clusters: contact with a moving wall, rotation, flight.
+//!
+//! The solver knows nothing of who moves the wall. It takes the motion of the interface mesh over a
+//! window and gives the force on it, or runs alone on a scene without one.
+//!
+//! - [`settings`]: the tables of a scene, with units and defaults
+//! - [`rock`]: mass, spheres, motion, rotation
+//! - [`wall`]: the interface mesh as contact partner
+//! - [`search`]: which spheres may touch which elements
+//! - [`contact`]: the law of contact, part by part
+//! - [`critical`]: the largest stable step
+//! - [`solver`]: the contract, and the order of one step
+//! - [`check`](mod@check): what would be built
+
+pub mod check;
+pub mod contact;
+pub mod critical;
+pub mod rock;
+pub mod search;
+pub mod settings;
+pub mod solver;
+pub mod wall;
+
+pub use solver::DemSolver;
+
+use interface_defs::toolkit::program::Program;
+
+/// The program: run a scene alone, check it, serve a coupler.
+pub const PROGRAM: Program = Program {
+    name: "dem-solver",
+    role: "dem",
+    about: "Rocks as rigid sphere clusters: contact, rotation, flight",
+    build: |scene, options| Ok(Box::new(DemSolver::new(scene, options)?)),
+    check: check::check,
+};

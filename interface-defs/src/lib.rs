@@ -20,6 +20,8 @@ pub mod header;
 pub mod ipc;
 pub mod mesh;
 pub mod message;
+#[cfg(test)]
+mod message_golden;
 pub mod participant;
 pub mod solver;
 #[cfg(feature = "toolkit")]

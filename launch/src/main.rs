@@ -1,2 +1,29 @@
-//! Program.
-fn main() {}
+//! `rockfall`: the front door. Reads a scene, starts only the processes that it requires, watches
+//! them, and says how it went.
+//!
+//! It knows which table of a scene belongs to which program, and not what is in it: [`plan`] decides
+//! by presence, [`validate`] asks the programs themselves, [`record`] writes down what will run,
+//! [`supervise`] starts and watches, [`verdict`] makes one message of how it ended, [`estimate`]
+//! reckons steps and cost for `rockfall check`.
+
+mod cli;
+mod command_line;
+mod estimate;
+mod plan;
+mod progress;
+mod record;
+mod run;
+mod stop;
+mod supervise;
+mod validate;
+mod verdict;
+
+use interface_defs::toolkit::alloc::CountingAllocator;
+use interface_defs::toolkit::exit::Exit;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+fn main() -> Exit {
+    cli::main()
+}

@@ -50,6 +50,8 @@ pub struct Sums {
     pub sheared: f64,
     /// Largest overlap over radius.
     pub penetration: f64,
+    /// Largest speed of a listed node past the rock's centre [m/s].
+    pub fastest: f64,
     /// Largest `overlap / v_n` of approaching contacts [s]: how long ago the first one touched.
     pub touched_ago: f64,
 }
@@ -94,23 +96,19 @@ impl Evaluation {
         self.touch.find(scene.rock, scene.list, scene.motion, now, at);
         self.memories.clear();
         self.node_forces.clear();
+        self.node_velocities.clear();
+        let mut sums = Sums { fastest: self.node_motion(scene, now, at), ..Sums::default() };
         if self.touch.contacts.is_empty() {
-            return Sums::default();
+            return sums;
         }
         self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
         let to_own = self.touch.rotation.transpose();
-        self.node_velocities.clear();
-        for &a in &scene.list.nodes {
-            self.node_velocities.push(to_own * scene.motion.velocity(at.segment, a as usize, at.along));
-        }
         let velocity = to_own * now.velocity;
         let spin = (to_own * now.angular_momentum).component_div(&scene.rock.inertia);
-        let slip_limit = scene.law.tangential.is_some();
-        if slip_limit {
-            self.find_heirs(scene, &velocity, h, before);
+        if scene.law.tangential.is_some() {
+            self.find_heirs(scene, sums.fastest * h, before);
         }
         let contacts = self.touch.contacts.len();
-        let mut sums = Sums::default();
         for i in 0..contacts {
             let contact = &self.touch.contacts[i];
             let sphere = &scene.rock.spheres[contact.sphere as usize];
@@ -191,17 +189,29 @@ impl Evaluation {
         })
     }
 
-    fn find_heirs(&mut self, scene: Scene, velocity: &Vector3<f64>, h: f64, before: &[Memory]) {
+    /// Velocities of the listed nodes, in the rock's own frame; their largest speed past its centre.
+    fn node_motion(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
+        let to_own = self.touch.rotation.transpose();
+        let mut fastest = 0.0_f64;
+        for &a in &scene.list.nodes {
+            let velocity = scene.motion.velocity(at.segment, a as usize, at.along);
+            fastest = fastest.max((velocity - now.velocity).norm_squared());
+            self.node_velocities.push(to_own * velocity);
+        }
+        fastest.sqrt()
+    }
+
+    /// Find the memories of the contacts; a node slips past the rock by at most `way` [m] in the step.
+    fn find_heirs(&mut self, scene: Scene, way: f64, before: &[Memory]) {
         if before.is_empty() {
             self.heirs.clear();
             self.heirs.resize(self.touch.contacts.len(), NONE);
             return;
         }
-        let fastest = self.node_velocities.iter().map(|v| (v - velocity).norm()).fold(0.0, f64::max);
         let touch = &self.touch;
         let elements = &scene.wall.elements;
         let neighbours = |a: u32, b: u32| elements[a as usize].shares_a_node(&elements[b as usize]);
-        let view = |contact| View { contact, touch, list: scene.list, way: fastest * h };
+        let view = |contact| View { contact, touch, list: scene.list, way };
         inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
     }
 }

@@ -1,0 +1,162 @@
+//! The largest stable step, and the step that is taken.
+//!
+//! What is assumed of the impact: the rock may fall freely until `end_time` and then lands on a fixed,
+//! rigid wall, flat (every sphere of its largest face touches, each with its share of the mass) or on
+//! one sphere. The overlap is that of such an impact, at most half a radius, where the watch on
+//! penetration warns. A yielding net is softer; with the masses of its nodes, which the contact meets
+//! once rock and net are computed together, the limit is another one, `2 sqrt(m_node / k)`.
+//!
+//! For position Verlet whose velocity-dependent forces see `v + h/2 a` with the acceleration of the
+//! step before, an oscillator of frequency w and damping ratio z is stable up to
+//! `(w h / 2)^2 + 2 z w h = 1`, that is `h = 2/w (sqrt(1 + 4 z^2) - 2 z)`. (With the plain velocity it
+//! would be z instead of 2 z, but of first order in the damping.)
+
+use crate::contact::Law;
+use crate::rock::Rock;
+use crate::settings::{DemSettings, EffectiveMass, Settings};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+
+/// Overlap over radius beyond which contact is no small indentation.
+pub const DEEP: f64 = 0.5;
+
+/// Step of a scene without contact: no force limits it, and the rows are as fine [s].
+const STEP_WITHOUT_CONTACT: f64 = 1e-3;
+
+/// Largest turn in one step without contact [rad].
+const TURN: f64 = 0.02;
+
+/// Largest share of the critical step that is taken where the scene leaves the step open.
+const SHARE: f64 = 0.5;
+
+/// What limits and what sets the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steps {
+    /// The step that is taken [s].
+    pub step: f64,
+    /// Largest stable step [s]; infinite without contact.
+    pub critical: f64,
+    /// Duration of the shortest contact [s]; infinite without contact.
+    pub contact: f64,
+    /// Stiffness of one contact in a flat landing [N/m]; 0 without contact.
+    pub stiffness: f64,
+    /// Speed of the landing that is assumed [m/s].
+    pub speed: f64,
+}
+
+impl Steps {
+    /// For these rocks under this law; a step above the critical one is refused unless allowed.
+    pub fn new(
+        settings: &Settings,
+        rocks: &[Rock],
+        law: Option<&Law>,
+        scene: &Scene,
+    ) -> Result<Self, InputError> {
+        let mut steps = Self {
+            step: STEP_WITHOUT_CONTACT,
+            critical: f64::INFINITY,
+            contact: f64::INFINITY,
+            stiffness: 0.0,
+            speed: 0.0,
+        };
+        for (rock, table) in rocks.iter().zip(&settings.rocks) {
+            let velocity = nalgebra::Vector3::from(table.velocity);
+            let speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
+            steps.speed = steps.speed.max(speed);
+            let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
+            steps.step = steps.step.min(TURN / spin);
+            // A rock that never moves lands nowhere, and may still be touched by a wall.
+            if let Some(law) = law {
+                steps.limit(rock, law, if speed > 0.0 { speed } else { 1.0 });
+            }
+        }
+        let dem = &settings.dem;
+        if let Some(step) = dem.time_step {
+            steps.step = step;
+        } else if law.is_some() {
+            let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
+            steps.step = steps.contact / per_contact;
+            if dem.steps_per_contact.is_none() {
+                steps.step = steps.step.min(SHARE * steps.critical);
+            }
+        }
+        if steps.step > steps.critical && !dem.allow_unstable {
+            let key = if dem.time_step.is_some() { "dem.time_step" } else { "dem.steps_per_contact" };
+            return Err(scene
+                .invalid(
+                    key,
+                    format!(
+                        "a step of {:.3e} s is above the critical step of {:.3e} s (landing at {:.2} m/s, {:.3e} N/m \
+                         in each contact)",
+                        steps.step, steps.critical, steps.speed, steps.stiffness
+                    ),
+                )
+                .try_instead("shorten it, or write allow_unstable = true"));
+        }
+        Ok(steps)
+    }
+
+    fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) {
+        let radius = rock.smallest_radius;
+        let [nx, ny, nz] = rock.counts.map(f64::from);
+        let face = (nx * ny).max(ny * nz).max(nx * nz);
+        let stiffness = |mass: f64| {
+            let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * radius);
+            law.normal.load(radius, overlap).stiffness
+        };
+        let flat = stiffness(rock.mass / face);
+        let single = stiffness(rock.mass);
+        let inertia = rock.inertia.min();
+        // A force with a lever turns the rock too, and so meets less than its mass.
+        let mobility = |lever: f64| 1.0 / rock.mass + lever * lever / inertia;
+        let mut fastest = (face * flat / rock.mass).max(single * mobility(rock.arm));
+        if let Some(tangential) = &law.tangential {
+            let ratio = tangential.stiffness_ratio;
+            let half_edge = rock.highest_corner.max();
+            fastest = fastest.max(ratio * face * flat * mobility(half_edge));
+            fastest = fastest.max(ratio * single * mobility(rock.arm + radius));
+        }
+        let ratio = law.damping.map_or(0.0, |d| match d.mass {
+            EffectiveMass::Local => d.ratio,
+            EffectiveMass::Rock => d.ratio * face.sqrt(),
+        });
+        self.critical = self.critical.min(critical(fastest.sqrt(), ratio));
+        self.contact = self.contact.min(law.normal.duration(radius, rock.mass / face, speed));
+        self.stiffness = self.stiffness.max(flat);
+    }
+}
+
+/// Largest stable step of an oscillator of `frequency` [rad/s] and damping ratio `ratio` [s].
+pub fn critical(frequency: f64, ratio: f64) -> f64 {
+    2.0 / frequency * ((1.0 + 4.0 * ratio * ratio).sqrt() - 2.0 * ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Largest of |x| after many steps of an oscillator of frequency 1 by the solver's scheme.
+    fn swing(ratio: f64, h: f64) -> f64 {
+        let (mut x, mut v, mut a) = (1.0, 0.0, 0.0);
+        let mut last = 0.0;
+        for step in 0..4000 {
+            let middle = x + 0.5 * h * v;
+            a = -middle - 2.0 * ratio * (v + 0.5 * h * a);
+            v += h * a;
+            x = middle + 0.5 * h * v;
+            if step >= 3000 {
+                last = f64::max(last, x.abs());
+            }
+        }
+        last
+    }
+
+    #[test]
+    fn the_limit_is_sharp_with_and_without_damping() {
+        for ratio in [0.0, 0.05, 0.3, 1.13] {
+            let limit = critical(1.0, ratio);
+            assert!(swing(ratio, 0.99 * limit) < 10.0, "stable below, ratio {ratio}");
+            assert!(swing(ratio, 1.01 * limit) > 1e6, "unstable above, ratio {ratio}");
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Flight in closed form, for windows in which no rock can meet the wall.
+//!
+//! Position and velocity are exact at any time. A rock of equal moments turns exactly too; another one
+//! is turned by the same half steps that stepping would take, so that switching this off changes no
+//! more than rounding.
+
+use crate::rock::rotation::{is_spherical, rotate};
+use crate::rock::{Motion, Rock};
+use nalgebra::Vector3;
+
+/// The steps (1 to `steps`) whose ends must be looked at so that smallest and largest values are those
+/// of all steps: every one where a rock turns, else the last and those beside an apex.
+pub fn instants(
+    starts: &[Motion],
+    rocks: &[Rock],
+    gravity: &Vector3<f64>,
+    steps: usize,
+    h: f64,
+    found: &mut Vec<usize>,
+) {
+    found.clear();
+    if starts.iter().zip(rocks).any(|(m, _)| m.angular_momentum != Vector3::zeros()) {
+        found.extend(1..=steps);
+        return;
+    }
+    let mut beside = |apex: f64| {
+        if apex > 0.0 && apex < steps as f64 {
+            found.extend([apex.floor() as usize, apex.ceil() as usize]);
+        }
+    };
+    for start in starts {
+        for axis in 0..3 {
+            beside(-start.velocity[axis] / (gravity[axis] * h));
+        }
+        beside(-start.velocity.dot(gravity) / (gravity.norm_squared() * h));
+    }
+    found.push(steps);
+    found.retain(|s| *s > 0);
+    found.sort_unstable();
+    found.dedup();
+}
+
+/// Motion at `time` [s] after `start`. `before` is the motion `steps` steps of `h` [s] earlier.
+pub fn motion_at(
+    rock: &Rock,
+    start: &Motion,
+    before: &Motion,
+    gravity: &Vector3<f64>,
+    time: f64,
+    h: f64,
+    steps: usize,
+) -> Motion {
+    let momentum = &start.angular_momentum;
+    let orientation = if is_spherical(&rock.inertia) {
+        rotate(&start.orientation, momentum, &rock.inertia, time)
+    } else {
+        let halves = if *momentum == Vector3::zeros() { 0 } else { 2 * steps };
+        (0..halves).fold(before.orientation, |q, _| rotate(&q, momentum, &rock.inertia, 0.5 * h))
+    };
+    Motion {
+        position: start.position + (start.velocity + gravity * (0.5 * time)) * time,
+        velocity: start.velocity + gravity * time,
+        orientation,
+        angular_momentum: *momentum,
+        acceleration: *gravity,
+        torque: Vector3::zeros(),
+    }
+}

@@ -1,0 +1,74 @@
+//! What a window starts from and ends with, all at one instant.
+
+use super::measures::Track;
+use crate::contact::memory::Memory;
+use crate::rock::{Motion, Rock};
+use crate::settings::Settings;
+
+/// State of all rocks at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Time [s].
+    pub time: f64,
+    /// The rocks.
+    pub bodies: Vec<Body>,
+    /// Energy dissipated since t = 0 by dashpots and friction [J].
+    pub dissipated: f64,
+    /// Work received through the wall since t = 0 [J].
+    pub received: f64,
+}
+
+/// State of one rock.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Motion.
+    pub motion: Motion,
+    /// What its contacts remember, by sphere; empty without friction.
+    pub memories: Vec<Memory>,
+    /// Energy of their tangential springs [J].
+    pub sheared: f64,
+    /// Energy of the normal springs [J].
+    pub elastic: f64,
+    /// Number of contacts.
+    pub contacts: usize,
+    /// What the measures are made of.
+    pub track: Track,
+}
+
+impl State {
+    /// At t = 0.
+    pub fn start(settings: &Settings, rocks: &[Rock]) -> Self {
+        let body = |(rock, table): (&Rock, _)| Body {
+            motion: rock.start(table, settings.gravity),
+            memories: Vec::new(),
+            sheared: 0.0,
+            elastic: 0.0,
+            contacts: 0,
+            track: Track::default(),
+        };
+        Self {
+            time: 0.0,
+            bodies: rocks.iter().zip(&settings.rocks).map(body).collect(),
+            dissipated: 0.0,
+            received: 0.0,
+        }
+    }
+
+    /// Become `other`, without allocating while its memories fit.
+    pub fn copy(&mut self, other: &Self) {
+        (self.time, self.dissipated, self.received) = (other.time, other.dissipated, other.received);
+        for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
+            mine.motion = theirs.motion;
+            mine.memories.clone_from(&theirs.memories);
+            (mine.sheared, mine.elastic, mine.contacts) = (theirs.sheared, theirs.elastic, theirs.contacts);
+            mine.track = theirs.track;
+        }
+    }
+}
+
+impl Body {
+    /// Room for the memories of `contacts` contacts.
+    pub fn reserve(&mut self, contacts: usize) {
+        self.memories.reserve(contacts.saturating_sub(self.memories.len()));
+    }
+}

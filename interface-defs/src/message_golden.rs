@@ -1,0 +1,149 @@
+//! Golden bytes of every control message: what a solver in another language must write and read.
+
+use crate::field::{FieldSpec, Place, Sampling};
+use crate::header::{AnswerHeader, RequestHeader};
+use crate::ipc::channel::ControlHeader;
+use crate::mesh::{Group, InterfaceMesh};
+use crate::message::*;
+use serde::{Serialize, de::DeserializeOwned};
+
+/// Bytes as they are put together by hand, from the page that describes them.
+#[derive(Default)]
+struct Bytes(Vec<u8>);
+
+impl Bytes {
+    fn message(variant: u32) -> Self {
+        Self(vec![1]).u32(variant)
+    }
+    fn byte(mut self, x: u8) -> Self {
+        self.0.push(x);
+        self
+    }
+    fn u32(mut self, x: u32) -> Self {
+        self.0.extend(x.to_le_bytes());
+        self
+    }
+    fn u64(mut self, x: u64) -> Self {
+        self.0.extend(x.to_le_bytes());
+        self
+    }
+    fn f64(mut self, x: f64) -> Self {
+        self.0.extend(x.to_le_bytes());
+        self
+    }
+    fn text(self, x: &str) -> Self {
+        let mut bytes = self.u64(x.len() as u64);
+        bytes.0.extend(x.as_bytes());
+        bytes
+    }
+}
+
+fn golden<M: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(message: M, bytes: Bytes) {
+    assert_eq!(encode(&message), bytes.0, "{message:?}");
+    assert_eq!(decode::<M>(&bytes.0).unwrap(), message);
+}
+
+fn force() -> FieldSpec {
+    FieldSpec { name: "force".into(), components: 3, place: Place::Node, sampling: Sampling::Means, samples: 4 }
+}
+
+fn force_bytes(bytes: Bytes) -> Bytes {
+    bytes.text("force").u32(3).u32(0).u32(2).u32(4)
+}
+
+fn mesh() -> InterfaceMesh {
+    InterfaceMesh {
+        coordinates: vec![0.0, 1.0, 2.0],
+        lines: vec![[0, 0]],
+        faces: vec![[0, 0, 0]],
+        line_radius: vec![0.002],
+        masses: vec![0.5],
+        groups: vec![Group { name: "mid".into(), nodes: vec![0] }],
+    }
+}
+
+fn mesh_bytes(bytes: Bytes) -> Bytes {
+    let bytes = bytes.u64(3).f64(0.0).f64(1.0).f64(2.0).u64(1).u32(0).u32(0).u64(1).u32(0).u32(0).u32(0);
+    bytes.u64(1).f64(0.002).u64(1).f64(0.5).u64(1).text("mid").u64(1).u32(0)
+}
+
+#[test]
+fn messages_to_a_solver_are_these_bytes() {
+    golden(ToSolver::Connect, Bytes::message(0));
+    assert_eq!(encode(&ToSolver::Connect), [1, 0, 0, 0, 0]);
+    let plan = Plan { end_time: 1.5, window: 1e-3, takes: vec![force()], gives: vec![], wall: Some(mesh()) };
+    let bytes = force_bytes(Bytes::message(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
+    golden(ToSolver::Prepare(plan), mesh_bytes(bytes));
+    golden(ToSolver::Explain, Bytes::message(2));
+    golden(ToSolver::Finish { commit: true }, Bytes::message(3).byte(1));
+    golden(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::message(4).text("fem was lost"));
+}
+
+#[test]
+fn messages_from_a_solver_are_these_bytes() {
+    let hello = Hello {
+        program: "p 1".into(),
+        capabilities: vec!["repeatable".into()],
+        takes: vec![],
+        gives: vec![force()],
+        largest_window: 0.25,
+    };
+    let bytes = Bytes::message(0).text("p 1").u64(1).text("repeatable").u64(0).u64(1);
+    golden(FromSolver::Hello(hello), force_bytes(bytes).f64(0.25));
+    let progress = Progress { what: "form finding".into(), done: 0.5 };
+    golden(FromSolver::Progress(progress), Bytes::message(1).text("form finding").f64(0.5));
+    let gauge = Gauge { name: "sag".into(), unit: "m".into(), role: Role::Stored, extremes: true };
+    let ready = Ready { mesh: mesh(), gauges: vec![gauge], initial: vec![0.5], warnings: vec!["w".into()] };
+    let bytes = mesh_bytes(Bytes::message(2)).u64(1).text("sag").text("m").u32(3).byte(1);
+    golden(FromSolver::Ready(ready), bytes.u64(1).f64(0.5).u64(1).text("w"));
+    golden(FromSolver::Fault(Fault::window("slack")), Bytes::message(3).u32(1).text("slack"));
+    let measure = |time| Measure { name: "peak".into(), value: 2.0, unit: "N".into(), time };
+    let statistics = Statistics {
+        measures: vec![measure(Some(0.5)), measure(None)],
+        counts: vec![("steps".into(), 7)],
+        warnings: vec![],
+        cpu_seconds: 1.0,
+        solve_seconds: 2.0,
+        peak_memory: 3,
+    };
+    let bytes = Bytes::message(4).u64(2).text("peak").f64(2.0).text("N").byte(1).f64(0.5);
+    let bytes = bytes.text("peak").f64(2.0).text("N").byte(0).u64(1).text("steps").u64(7).u64(0);
+    golden(FromSolver::Statistics(statistics), bytes.f64(1.0).f64(2.0).u64(3));
+}
+
+#[test]
+fn enums_have_the_numbers_of_the_page() {
+    let number = |bytes: Vec<u8>| bytes[1];
+    use Sampling::*;
+    assert_eq!([AtEnds, FromStart, Means, Once].map(|s| number(encode(&s))), [0, 1, 2, 3]);
+    assert_eq!([Place::Node, Place::Line, Place::Face, Place::Whole].map(|p| number(encode(&p))), [0, 1, 2, 3]);
+    let roles =
+        [Role::None, Role::Kinetic, Role::Potential, Role::Stored, Role::Dissipated, Role::Received];
+    assert_eq!(roles.map(|r| number(encode(&r))), [0, 1, 2, 3, 4, 5]);
+    let kinds = [FaultKind::Input, FaultKind::Window, FaultKind::Broken, FaultKind::Interrupted];
+    assert_eq!(kinds.map(|k| number(encode(&k))), [0, 1, 2, 3]);
+}
+
+#[test]
+fn headers_have_the_layout_of_the_page() {
+    use std::mem::{offset_of, size_of};
+    assert_eq!((size_of::<ControlHeader>(), size_of::<RequestHeader>(), size_of::<AnswerHeader>()), (24, 48, 48));
+    assert_eq!((offset_of!(ControlHeader, part), offset_of!(ControlHeader, more)), (8, 16));
+    assert_eq!((offset_of!(RequestHeader, window), offset_of!(RequestHeader, iteration)), (16, 24));
+    assert_eq!((offset_of!(RequestHeader, command), offset_of!(RequestHeader, start)), (28, 32));
+    assert_eq!((offset_of!(AnswerHeader, status), offset_of!(AnswerHeader, length)), (28, 40));
+}
+
+#[test]
+fn what_is_no_message_is_refused_with_the_reason() {
+    let refused = |bytes: &[u8]| decode::<ToSolver>(bytes).unwrap_err();
+    assert_eq!(refused(&[]), DecodeError::Protocol(None));
+    assert_eq!(refused(&[0, 0, 0, 0, 0]), DecodeError::Protocol(Some(0)));
+    assert!(refused(&[0]).to_string().contains("speaks protocol 0, this program speaks protocol 1"));
+    for malformed in [&[1, 9, 0, 0, 0][..], &[1, 0, 0], &[1, 0, 0, 0, 0, 7]] {
+        assert!(matches!(refused(malformed), DecodeError::Malformed(_)), "{malformed:?}");
+    }
+    // A length that no memory holds is not asked for.
+    let huge = Bytes::message(4).u64(u64::MAX).0;
+    assert!(matches!(refused(&huge), DecodeError::Malformed(_)));
+}

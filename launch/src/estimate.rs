@@ -1,0 +1,265 @@
+//! `rockfall check`: what would run, critical steps, windows, cost, from the programs' own numbers.
+
+use crate::plan::{Part, Plan};
+use crate::stop::Stop;
+use crate::validate::validate;
+use interface_defs::Window;
+use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::summary::short;
+use std::fmt::Write;
+use std::path::Path;
+
+/// The answer to `rockfall check`.
+pub fn check(path: &Path, sets: &[String]) -> Result<String, Stop> {
+    let scene = Scene::load(path, sets)?;
+    let plan = Plan::of(&scene)?;
+    let reports = validate(&plan, path, sets)?;
+    let mut text = String::new();
+    let how = match plan.members.len() {
+        1 => "1 process, no shared memory".to_owned(),
+        n => format!("{n} processes over shared memory"),
+    };
+    let _ = writeln!(text, "{}: {how}, {} s", scene.name(), short(scene.end_time()?));
+    for member in &plan.members {
+        let program = member.program.display();
+        let _ = writeln!(text, "\n{}: {program} {}", member.part.name(), member.arguments.join(" "));
+        match reports.iter().find(|(part, _)| *part == member.part) {
+            Some((_, report)) => report.builds.iter().for_each(|line| {
+                let _ = writeln!(text, "  {line}");
+            }),
+            None => text.push_str("  named by the scene: it is not asked, and starts as it is\n"),
+        }
+    }
+    let numbers = Numbers::of(&reports, scene.end_time()?);
+    text.push('\n');
+    text.push_str(&numbers.steps());
+    text.push_str(&numbers.cost());
+    let told = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
+    for warning in told.chain(numbers.warnings()) {
+        let _ = writeln!(text, "warning: {warning}");
+    }
+    Ok(text)
+}
+
+/// What the programs tell of themselves. Absent where there is no such program, or it does not tell.
+#[derive(Debug, Clone, Copy, Default)]
+struct Numbers {
+    end_time: f64,
+    /// Critical step, own step [s], seconds per step.
+    net: Side,
+    contact: Side,
+    /// Highest frequency of the net [rad/s].
+    frequency: Option<f64>,
+    /// Smallest mass that a node shows to a contact [kg].
+    node_mass: Option<f64>,
+    /// Largest stiffness of one contact [N/m].
+    stiffness: Option<f64>,
+    window: Option<f64>,
+    windows: Option<f64>,
+    seconds_per_exchange: Option<f64>,
+    weak: bool,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Side {
+    critical: Option<f64>,
+    step: Option<f64>,
+    seconds: Option<f64>,
+}
+
+impl Numbers {
+    fn of(reports: &[(Part, CheckReport)], end_time: f64) -> Self {
+        let of = |part: Part, name: &str| {
+            reports.iter().find(|(p, _)| *p == part).and_then(|(_, r)| r.numbers.get(name)).copied()
+        };
+        let side = |part| Side {
+            critical: of(part, "critical_step_s"),
+            step: of(part, "time_step_s"),
+            seconds: of(part, "seconds_per_step"),
+        };
+        let weak = reports.iter().filter(|(part, _)| *part == Part::Coupler).any(|(_, report)| {
+            report.resolved.get("coupling").and_then(|c| c.get("scheme")).and_then(|s| s.as_str())
+                == Some("weak")
+        });
+        Self {
+            end_time,
+            net: side(Part::Fem),
+            contact: side(Part::Dem),
+            frequency: of(Part::Fem, "highest_frequency_rad_per_s"),
+            node_mass: of(Part::Fem, "least_interface_mass_kg"),
+            stiffness: of(Part::Dem, "contact_stiffness_n_per_m"),
+            window: of(Part::Coupler, "time_window_s"),
+            windows: of(Part::Coupler, "windows"),
+            seconds_per_exchange: of(Part::Coupler, "seconds_per_exchange"),
+            weak,
+        }
+    }
+
+    /// Critical step of net and contact together [s], `2 / sqrt(w^2 + k / m)`: a stiff contact on the
+    /// lightest node of the net, the rock being heavy against it.
+    ///
+    /// Source: two-mass contact model with both sides explicit, rock mass to infinity.
+    fn together(&self) -> Option<f64> {
+        let (k, m, w) = (self.stiffness?, self.node_mass?, self.frequency?);
+        Some(2.0 / (w * w + k / m).sqrt())
+    }
+
+    /// Longest window of a weak coupling [s]: it fails above `2 sqrt(m / k)`.
+    fn weak_limit(&self) -> Option<f64> {
+        Some(2.0 * (self.node_mass? / self.stiffness?).sqrt())
+    }
+
+    fn steps(&self) -> String {
+        let mut text = String::new();
+        let mut line = |name: &str, critical: Option<f64>, note: String| {
+            if let Some(critical) = critical {
+                let _ = writeln!(text, "{name:<28} {} s{note}", short(critical));
+            }
+        };
+        let own = |side: &Side| {
+            side.step.map_or(String::new(), |step| format!("; its own step is {} s", short(step)))
+        };
+        line("critical step, net", self.net.critical, own(&self.net));
+        line("critical step, contact", self.contact.critical, own(&self.contact));
+        let of =
+            |value: Option<f64>, unit: &str| value.map_or(String::new(), |v| format!("{} {unit}", short(v)));
+        let mass = of(self.node_mass, "kg");
+        let stiffness = of(self.stiffness, "N/m");
+        line(
+            "critical step, together",
+            self.together(),
+            format!("; a contact of {stiffness} on a node of {mass}"),
+        );
+        line("longest weak window", self.weak_limit(), "; above it a weak coupling fails".into());
+        text
+    }
+
+    fn cost(&self) -> String {
+        let steps = |side: &Side, length: f64| {
+            side.step.map_or(1, |step| Window { number: 1, iteration: 1, start: 0.0, length }.steps(step))
+                as f64
+        };
+        let mut text = String::new();
+        let (windows, length) = match (self.windows, self.window) {
+            (Some(windows), Some(length)) => (windows, length),
+            // One solver alone: its steps over the whole time.
+            _ => {
+                let side = if self.net.seconds.is_some() { &self.net } else { &self.contact };
+                if let (Some(seconds), Some(_)) = (side.seconds, side.step) {
+                    let steps = steps(side, self.end_time);
+                    let _ = writeln!(text, "{:<28} {} steps of the solver", "time", short(steps));
+                    let _ = writeln!(
+                        text,
+                        "{:<28} up to {} s of wall time",
+                        "expected cost",
+                        short(steps * seconds)
+                    );
+                }
+                return text;
+            }
+        };
+        let _ = writeln!(text, "{:<28} {} of {} s", "windows", short(windows), short(length));
+        let inside: f64 = [self.net, self.contact]
+            .iter()
+            .map(|side| side.seconds.unwrap_or(0.0) * steps(side, length))
+            .sum();
+        // One request and one answer with each of the two solvers.
+        let pass = 2.0 * self.seconds_per_exchange.unwrap_or(0.0) + inside;
+        let each = format!(
+            "{} steps of the net, {} of the contact per window",
+            short(steps(&self.net, length)),
+            short(steps(&self.contact, length))
+        );
+        let _ = writeln!(text, "{:<28} {each}", "");
+        let what = if self.weak { "of wall time" } else { "of wall time per coupling iteration and window" };
+        let _ = writeln!(text, "{:<28} up to {} s {what}", "expected cost", short(windows * pass));
+        text
+    }
+
+    fn warnings(&self) -> Option<String> {
+        let (window, limit) = (self.window?, self.weak_limit()?);
+        (self.weak && window > limit).then(|| {
+            format!(
+                "weak coupling with a window of {} s fails where a contact becomes as stiff as {} N/m on a node of \
+                 {} kg: the limit there is {} s; shorten coupling.time_window or use scheme = \"strong\"",
+                short(window),
+                short(self.stiffness.unwrap_or(f64::NAN)),
+                short(self.node_mass.unwrap_or(f64::NAN)),
+                short(limit)
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(numbers: &[(&str, f64)]) -> CheckReport {
+        CheckReport {
+            numbers: numbers.iter().map(|(k, v)| (k.to_string(), *v)).collect(),
+            ..Default::default()
+        }
+    }
+
+    fn coupled(window: f64) -> Numbers {
+        let mut coupler =
+            report(&[("time_window_s", window), ("windows", 1000.0), ("seconds_per_exchange", 1e-5)]);
+        coupler.resolved = "[coupling]\nscheme = \"weak\"".parse().expect("TOML");
+        let net = report(&[
+            ("critical_step_s", 1e-4),
+            ("time_step_s", 1e-5),
+            ("seconds_per_step", 1e-6),
+            ("highest_frequency_rad_per_s", 2e4),
+            ("least_interface_mass_kg", 0.03),
+        ]);
+        let contact = report(&[
+            ("critical_step_s", 2e-2),
+            ("time_step_s", 2e-5),
+            ("seconds_per_step", 3e-6),
+            ("contact_stiffness_n_per_m", 1e6),
+        ]);
+        Numbers::of(&[(Part::Coupler, coupler), (Part::Fem, net), (Part::Dem, contact)], 1.0)
+    }
+
+    #[test]
+    fn net_and_contact_together_are_stiffer_than_each() {
+        let numbers = coupled(5e-5);
+        // w^2 = 4e8, k/m = 1e6 / 0.03.
+        let exact = 2.0 / (4e8_f64 + 1e6 / 0.03).sqrt();
+        assert!((numbers.together().expect("known") / exact - 1.0).abs() < 1e-15);
+        assert!((numbers.weak_limit().expect("known") - 2.0 * 3e-8_f64.sqrt()).abs() < 1e-18);
+        assert!(
+            numbers.steps().contains("a contact of 1000000 N/m on a node of 0.03 kg"),
+            "{}",
+            numbers.steps()
+        );
+    }
+
+    #[test]
+    fn the_cost_counts_steps_and_exchanges_of_every_window() {
+        let text = coupled(5e-5).cost();
+        // 1000 windows of 2 exchanges, 5 steps of the net, 3 of the contact: 20 + 5 + 9 us each.
+        assert!(text.contains("up to 0.034 s of wall time"), "{text}");
+        assert!(text.contains("5 steps of the net, 3 of the contact"), "{text}");
+        let alone = report(&[("time_step_s", 1e-3), ("seconds_per_step", 1e-6)]);
+        let text = Numbers::of(&[(Part::Dem, alone)], 1.0).cost();
+        assert!(text.contains("1000 steps") && text.contains("up to 0.001 s"), "{text}");
+    }
+
+    #[test]
+    fn a_weak_window_beyond_the_limit_is_warned_of() {
+        assert_eq!(coupled(5e-5).warnings(), None);
+        assert!(coupled(1e-3).warnings().expect("too long").contains("the limit there is 0.00034641 s"));
+    }
+
+    #[test]
+    fn what_a_program_does_not_tell_is_left_out() {
+        let numbers = Numbers::of(&[], 1.0);
+        assert_eq!(
+            (numbers.steps(), numbers.cost(), numbers.warnings()),
+            (String::new(), String::new(), None)
+        );
+    }
+}

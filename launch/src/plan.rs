@@ -1,0 +1,225 @@
+//! Which programs a scene requires: presence decides.
+
+use crate::command_line::{beside, find, split};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// A part in a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Rocks and contact.
+    Dem,
+    /// The structure.
+    Fem,
+    /// Who couples the two.
+    Coupler,
+}
+
+impl Part {
+    /// Name in the run, in `[processes]` and of its log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dem => "dem",
+            Self::Fem => "fem",
+            Self::Coupler => "coupler",
+        }
+    }
+
+    /// This project's program for it.
+    fn program(self) -> &'static str {
+        match self {
+            Self::Dem => "dem-solver",
+            Self::Fem => "fem-solver",
+            Self::Coupler => "coupler",
+        }
+    }
+}
+
+/// `[processes]`
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Processes {
+    /// Command line in the place of `dem-solver`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dem: Option<String>,
+    /// Command line in the place of `fem-solver`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fem: Option<String>,
+    /// Command line in the place of `coupler`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coupler: Option<String>,
+    /// Deadline for one answer [s]; default 60.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timeout: Option<f64>,
+    /// How to wait; default `yield`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wait: Option<Waiting>,
+}
+
+/// How a solver waits for its next request.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Waiting {
+    /// Sleep until woken.
+    Event,
+    /// Look again for a while first.
+    #[default]
+    Yield,
+}
+
+/// Deadline for one answer where the scene names none [s].
+const TIMEOUT: f64 = 60.0;
+
+impl Processes {
+    /// From a scene, checked.
+    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+        let processes: Self = scene.read("processes")?.unwrap_or_default();
+        match processes.timeout {
+            Some(t) if !(t > 0.0 && t <= 86_400.0) => Err(scene.invalid(
+                "processes.timeout",
+                format!("a deadline of {t} s; it must lie above 0, up to 86400 s"),
+            )),
+            _ => Ok(processes),
+        }
+    }
+
+    fn command(&self, part: Part) -> Option<&str> {
+        match part {
+            Part::Dem => self.dem.as_deref(),
+            Part::Fem => self.fem.as_deref(),
+            Part::Coupler => self.coupler.as_deref(),
+        }
+    }
+
+    /// Deadline for one answer [s].
+    pub fn timeout(&self) -> f64 {
+        self.timeout.unwrap_or(TIMEOUT)
+    }
+
+    /// How to wait, as a command line says it.
+    pub fn waiting(&self) -> &'static str {
+        match self.wait.unwrap_or_default() {
+            Waiting::Event => "event",
+            Waiting::Yield => "yield",
+        }
+    }
+}
+
+/// A program that takes part.
+#[derive(Debug, Clone)]
+pub struct Member {
+    /// Its part.
+    pub part: Part,
+    /// Program file.
+    pub program: PathBuf,
+    /// Arguments that the scene names.
+    pub arguments: Vec<String>,
+    /// Whether the scene names it: then its tables are its own business.
+    pub foreign: bool,
+}
+
+/// Who takes part, the coupler first if there is one.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The programs.
+    pub members: Vec<Member>,
+    /// `[processes]`
+    pub processes: Processes,
+}
+
+impl Plan {
+    /// What `scene` requires. A program that is not there is bad input.
+    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+        let processes = Processes::of(scene)?;
+        let dem = scene.has("rock") || processes.dem.is_some();
+        let fem = scene.has("structure") || processes.fem.is_some();
+        let parts: &[Part] = match (dem, fem) {
+            (true, true) => &[Part::Coupler, Part::Dem, Part::Fem],
+            (true, false) => &[Part::Dem],
+            (false, true) => &[Part::Fem],
+            (false, false) => {
+                let file = scene.path().display().to_string();
+                return Err(InputError::in_file(
+                    file,
+                    "the scene has neither a rock nor a structure: nothing would run",
+                )
+                .try_instead("add [[rock]], [structure] or both"));
+            }
+        };
+        if parts.len() > 1 && !scene.has("coupling") {
+            return Err(scene
+                .invalid("coupling", "the scene has a rock and a structure, and [coupling] is missing")
+                .try_instead(
+                    "add [coupling] with scheme = \"weak\" or \"strong\" and time_window in seconds",
+                ));
+        }
+        let members = parts.iter().map(|part| member(*part, &processes, scene)).collect::<Result<_, _>>()?;
+        Ok(Self { members, processes })
+    }
+
+    /// Whether two solvers are coupled.
+    pub fn is_coupled(&self) -> bool {
+        self.members.len() > 1
+    }
+}
+
+fn member(part: Part, processes: &Processes, scene: &Scene) -> Result<Member, InputError> {
+    let Some(line) = processes.command(part) else {
+        let program = beside(part.program()).map_err(|what| {
+            InputError::new(what).try_instead("build all programs with cargo build --release")
+        })?;
+        return Ok(Member { part, program, arguments: Vec::new(), foreign: false });
+    };
+    let refuse = |what: String| scene.invalid(&format!("processes.{}", part.name()), what);
+    let mut words = split(line).map_err(refuse)?.into_iter();
+    let name = words.next().unwrap_or_default();
+    let base = scene.path().parent().unwrap_or(Path::new(""));
+    // Absolute, so that the command line in the record can be run from anywhere.
+    let program = find(&name, base).and_then(|path| std::path::absolute(path).map_err(|e| e.to_string()));
+    Ok(Member { part, program: program.map_err(refuse)?, arguments: words.collect(), foreign: true })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parts(text: &str) -> Result<Vec<&'static str>, String> {
+        // Own programs need not lie beside the test: name others, which are there.
+        let scene = Scene::from_text("s.toml", text).map_err(|e| e.to_string())?;
+        let plan = Plan::of(&scene).map_err(|e| e.to_string())?;
+        Ok(plan.members.iter().map(|m| m.part.name()).collect())
+    }
+
+    #[test]
+    fn presence_decides_who_takes_part() {
+        assert_eq!(parts("processes.dem = \"sh\""), Ok(vec!["dem"]));
+        assert_eq!(parts("[structure]\n[processes]\nfem = \"sh\""), Ok(vec!["fem"]));
+        let both = "[[rock]]\n[coupling]\n[processes]\ndem = \"sh\"\nfem = \"sh -c 'x y'\"\ncoupler = \"sh\"";
+        assert_eq!(parts(both), Ok(vec!["coupler", "dem", "fem"]));
+        let error = parts("end_time = 1").expect_err("nothing");
+        assert!(error.starts_with("s.toml: the scene has neither a rock nor a structure"), "{error}");
+    }
+
+    #[test]
+    fn two_solvers_need_a_coupling() {
+        let error = parts("[[rock]]\n[processes]\ndem = \"sh\"\nfem = \"sh\"").expect_err("missing");
+        assert!(
+            error.starts_with("s.toml: the scene has a rock and a structure, and [coupling] is missing"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_program_that_is_not_there_is_refused_at_its_line() {
+        let error = parts("[processes]\nfem = \"./no-such --k 3\"").expect_err("missing");
+        assert!(error.starts_with("s.toml:2:7: there is no program ./no-such"), "{error}");
+        let error = parts("[processes]\nfen = \"sh\"").expect_err("unknown");
+        assert!(error.contains("did you mean `fem`?"), "{error}");
+        let error = parts("[processes]\nfem = \"sh\"\ntimeout = 0").expect_err("none");
+        assert!(error.starts_with("s.toml:3:11: a deadline of 0 s"), "{error}");
+        let error = parts("[processes]\nfem = \"sh\"\nwait = \"yeld\"").expect_err("unknown");
+        assert!(error.contains("did you mean `yield`?"), "{error}");
+    }
+}

@@ -1,0 +1,94 @@
+//! The bar on a terminal: simulated time, windows, iterations, residual, expected end.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use interface_defs::toolkit::progress::Line;
+use std::time::{Duration, Instant};
+
+/// Parts of the bar's length.
+const PARTS: u64 = 1000;
+
+/// A bar, or nothing where nobody looks.
+pub struct Bar {
+    bar: Option<ProgressBar>,
+    /// When the simulated time began to move, and from where.
+    moving: Option<(Instant, f64)>,
+}
+
+impl Bar {
+    /// A bar on stderr if `show`.
+    pub fn new(show: bool) -> Self {
+        let bar = show.then(|| {
+            let bar = ProgressBar::new(PARTS);
+            let style = ProgressStyle::with_template("{spinner} {bar:24} {msg}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_message("starting");
+            bar.enable_steady_tick(Duration::from_millis(200));
+            bar
+        });
+        Self { bar, moving: None }
+    }
+
+    /// Show what a process has told.
+    pub fn update(&mut self, line: &Line) {
+        let Some(bar) = &self.bar else { return };
+        if line.t <= 0.0 {
+            bar.set_message(line.what.clone());
+            return;
+        }
+        let (since, from) = *self.moving.get_or_insert_with(|| (Instant::now(), line.t));
+        bar.set_position(((line.t / line.end).clamp(0.0, 1.0) * PARTS as f64) as u64);
+        bar.set_message(describe(line, left(line, since.elapsed(), from)));
+    }
+
+    /// Take it off the screen.
+    pub fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// Seconds that are left, if the rest goes as fast as what was done since `from` [s].
+fn left(line: &Line, elapsed: Duration, from: f64) -> Option<f64> {
+    let done = line.t - from;
+    (done > 0.0).then(|| elapsed.as_secs_f64() * (line.end - line.t).max(0.0) / done)
+}
+
+fn describe(line: &Line, left: Option<f64>) -> String {
+    let mut text = format!("{:.4} of {} s, {} windows", line.t, line.end, line.windows);
+    if line.iterations > 0 {
+        text += &format!(", {} iterations", line.iterations);
+    }
+    if let Some(residual) = line.residual {
+        text += &format!(", residual {residual:.1e}");
+    }
+    if let Some(left) = left {
+        text += &format!(", {left:.0} s left");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bar_tells_time_windows_iterations_residual_and_expected_end() {
+        let line = Line {
+            t: 0.5,
+            end: 2.0,
+            windows: 7,
+            iterations: 21,
+            residual: Some(1.5e-6),
+            what: String::new(),
+        };
+        assert_eq!(left(&line, Duration::from_secs(1), 0.25), Some(6.0));
+        assert_eq!(left(&line, Duration::from_secs(1), 0.5), None);
+        assert_eq!(
+            describe(&line, Some(6.0)),
+            "0.5000 of 2 s, 7 windows, 21 iterations, residual 1.5e-6, 6 s left"
+        );
+        let alone = Line { iterations: 0, residual: None, ..line };
+        assert_eq!(describe(&alone, None), "0.5000 of 2 s, 7 windows");
+    }
+}

@@ -1,0 +1,163 @@
+//! What will run, on disk before it runs: `scene.toml` with every default, `run.json`.
+
+use crate::plan::{Part, Plan};
+use interface_defs::ipc::domain::fnv1a;
+use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::run_dir;
+use interface_defs::toolkit::scene::Scene;
+use serde_json::json;
+use std::io;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// Keys whose text is never the path of an input file.
+const NO_FILES: [&str; 3] = ["title", "processes", "custom"];
+
+/// The scene with every `--set` and every default filled in, which runs again as it is from any
+/// directory: paths of files that are there are absolute in it.
+pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> Result<Table, InputError> {
+    let mut table = scene.document()?;
+    for (_, report) in reports {
+        table.extend(report.resolved.clone());
+    }
+    let fault = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
+    table.insert("output".into(), Table::try_from(Output::of(scene)?).map_err(fault)?.into());
+    let mut processes = Table::try_from(&plan.processes).map_err(fault)?;
+    for member in plan.members.iter().filter(|member| member.foreign) {
+        let words =
+            std::iter::once(member.program.display().to_string()).chain(member.arguments.iter().cloned());
+        processes.insert(member.part.name().into(), quoted(words).into());
+    }
+    if !processes.is_empty() {
+        table.insert("processes".into(), processes.into());
+    }
+    for (_, value) in table.iter_mut().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
+        files(value, &mut |text| {
+            let path = scene.resolve(Path::new(text));
+            if path.is_file()
+                && let Ok(absolute) = std::path::absolute(path)
+            {
+                *text = absolute.display().to_string();
+            }
+        });
+    }
+    Ok(table)
+}
+
+/// A command line that splits into `words` again.
+fn quoted(words: impl Iterator<Item = String>) -> String {
+    let plain = |w: &str| !w.is_empty() && !w.contains(|c: char| c.is_whitespace() || c == '"' || c == '\'');
+    words
+        .map(|w| match w.contains('\'') {
+            _ if plain(&w) => w,
+            false => format!("'{w}'"),
+            true => format!("\"{w}\""),
+        })
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Every text below `value`.
+fn files(value: &mut Value, visit: &mut impl FnMut(&mut String)) {
+    match value {
+        Value::String(text) => visit(text),
+        Value::Array(items) => items.iter_mut().for_each(|item| files(item, visit)),
+        Value::Table(table) => table.iter_mut().for_each(|(_, inner)| files(inner, visit)),
+        _ => {}
+    }
+}
+
+/// Write `scene.toml` to `out`.
+pub fn write_scene(out: &Path, scene: &Scene, table: &Table) -> io::Result<()> {
+    let head = format!(
+        "# {} with every default filled in, by rockfall {}. Runs as it is.\n\n",
+        scene.path().display(),
+        env!("CARGO_PKG_VERSION")
+    );
+    let body = toml::to_string(table).map_err(io::Error::other)?;
+    std::fs::write(out.join(run_dir::SCENE), head + &body)
+}
+
+/// Write `run.json` to `out`: version, run id, command lines, hashes of the input files.
+pub fn write_run(
+    out: &Path,
+    scene: &Scene,
+    table: &Table,
+    run: Option<&str>,
+    commands: &[(&str, Vec<String>)],
+) -> io::Result<()> {
+    let mut inputs: Vec<PathBuf> = vec![scene.path().to_owned()];
+    for (_, value) in table.iter().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
+        files(&mut value.clone(), &mut |text| {
+            let path = Path::new(text.as_str());
+            if path.is_absolute() && path.is_file() {
+                inputs.push(path.to_owned());
+            }
+        });
+    }
+    let mut hashes = serde_json::Map::new();
+    for path in inputs {
+        let hash = format!("fnv1a64:{:016x}", fnv1a(&std::fs::read(&path)?));
+        hashes.insert(path.display().to_string(), hash.into());
+    }
+    let processes: serde_json::Map<_, _> =
+        commands.iter().map(|(name, words)| ((*name).to_owned(), json!(words))).collect();
+    let record = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "command_line": std::env::args().collect::<Vec<_>>(),
+        "run": run,
+        "processes": processes,
+        "inputs": hashes,
+    });
+    let text = serde_json::to_string_pretty(&record).map_err(io::Error::from)?;
+    std::fs::write(out.join(run_dir::RECORD), text + "\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command_line::split;
+
+    fn scene_in(dir: &Path, text: &str) -> Scene {
+        let path = dir.join("s.toml");
+        std::fs::write(&path, text).expect("written");
+        Scene::load(&path, &["title=changed".into()]).expect("valid")
+    }
+
+    #[test]
+    fn the_resolved_scene_runs_again_as_it_is_from_elsewhere() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let dir = temp.path().to_owned();
+        std::fs::write(dir.join("net.msh"), "x").expect("written");
+        let text = "end_time = 2\n[custom]\nfile = \"net.msh\"\n[processes]\nfem = \"sh -c 'a b'\"\ntimeout = 5.0\n\
+                    [structure]\nmesh = \"net.msh\"\n";
+        let scene = scene_in(&dir, text);
+        let plan = Plan::of(&scene).expect("a plan");
+        let mut report = CheckReport::default();
+        report.resolved = "[structure]\nmesh = \"net.msh\"\nsteps = 3\n".parse().expect("TOML");
+        let table = resolved(&scene, &plan, &[(Part::Fem, report)]).expect("resolved");
+        write_scene(&dir, &scene, &table).expect("written");
+        write_run(&dir, &scene, &table, None, &[("fem", vec!["sh".into()])]).expect("written");
+        let again = Scene::load(&dir.join("scene.toml"), &[]).expect("valid");
+        let read = again.document().expect("a table");
+        assert_eq!(read["title"].as_str(), Some("changed"));
+        assert_eq!(read["structure"]["steps"].as_integer(), Some(3));
+        assert_eq!(read["structure"]["mesh"].as_str(), dir.join("net.msh").to_str());
+        assert_eq!(read["custom"]["file"].as_str(), Some("net.msh"));
+        assert_eq!(read["output"]["interval"].as_float(), Some(0.01));
+        let plan_again = Plan::of(&again).expect("a plan");
+        assert_eq!(plan_again.members[0].program, plan.members[0].program);
+        assert_eq!(plan_again.members[0].arguments, ["-c", "a b"]);
+        let record = std::fs::read_to_string(dir.join("run.json")).expect("written");
+        // FNV-1a of one byte: (0xcbf29ce484222325 ^ 0x78) * 0x100000001b3, modulo 2^64.
+        assert!(record.contains("net.msh\": \"fnv1a64:af63f54c86021707\""), "{record}");
+    }
+
+    #[test]
+    fn a_quoted_command_line_splits_into_its_words_again() {
+        let words = ["a", "b c", "", "d'e", "f\"g"].map(String::from);
+        assert_eq!(split(&quoted(words.iter().cloned())).expect("valid"), words);
+    }
+}

@@ -1,0 +1,278 @@
+//! `rockfall run` with shell scripts in the place of the programs: who is started, how it is watched,
+//! how it ends. Every wait has a limit; none asserts a time.
+
+use rustix::process::{Pid, Signal, kill_process, test_kill_process};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// No test lasts longer.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// A script that says who it is and then goes on as `body`.
+struct Bench {
+    dir: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self { dir: tempfile::tempdir().expect("a directory") }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn script(&self, name: &str, body: &str) -> &Self {
+        use std::os::unix::fs::PermissionsExt;
+        let path = self.path(name);
+        std::fs::write(
+            &path,
+            format!("#!/bin/sh\necho \"$0 $*\"\necho $$ > {}.pid\n{body}\n", path.display()),
+        )
+        .expect("written");
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o755)).expect("executable");
+        self
+    }
+
+    fn scene(&self, text: &str) -> &Self {
+        std::fs::write(self.path("s.toml"), text).expect("written");
+        self
+    }
+
+    /// A scene in which all three programs are the scripts `dem`, `fem` and `coupler`.
+    fn coupled(&self, coupler: &str, dem: &str, fem: &str) -> &Self {
+        self.script("coupler", coupler).script("dem", dem).script("fem", fem);
+        self.scene("end_time = 1.0\n[[rock]]\n[coupling]\n[processes]\ndem = \"./dem\"\nfem = \"./fem --k 3\"\ncoupler = \"./coupler\"\n")
+    }
+
+    fn rockfall(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rockfall"));
+        command.current_dir(self.dir.path()).args(arguments).stdin(Stdio::null());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
+    fn run(&self) -> (Option<i32>, String) {
+        told(&self.rockfall(&["run", "s.toml", "--out", "out"]).output().expect("started"))
+    }
+
+    fn log(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(&format!("out/log/{name}.log"))).expect("a log")
+    }
+
+    fn status(&self) -> String {
+        let text = std::fs::read_to_string(self.path("out/summary.json")).expect("a summary");
+        let summary: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        summary["status"].as_str().expect("a status").into()
+    }
+
+    /// Wait until the script has started.
+    fn pid(&self, name: &str) -> Pid {
+        let path = self.path(&format!("{name}.pid"));
+        let pid = until(|| std::fs::read_to_string(&path).ok()?.trim().parse().ok());
+        Pid::from_raw(pid).expect("a process")
+    }
+}
+
+fn told(output: &Output) -> (Option<i32>, String) {
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+fn until<T>(mut ready: impl FnMut() -> Option<T>) -> T {
+    let started = Instant::now();
+    loop {
+        if let Some(value) = ready() {
+            return value;
+        }
+        assert!(started.elapsed() < LIMIT, "waited too long");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// A process that nobody has waited for yet is a zombie: it has ended too.
+fn has_ended(pid: Pid) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", pid.as_raw_nonzero())).unwrap_or_default();
+    test_kill_process(pid).is_err() || stat.contains(") Z ")
+}
+
+fn ended(child: Child) -> (Option<i32>, String) {
+    told(&child.wait_with_output().expect("ended"))
+}
+
+const FOREVER: &str = "while :; do sleep 0.05; done";
+
+#[test]
+fn a_lone_solver_is_started_alone_and_the_record_says_how() {
+    let bench = Bench::new();
+    bench.script("dem", "exit 0").scene("end_time = 1.0\nprocesses.dem = \"./dem --k 3\"\n");
+    let output = bench
+        .rockfall(&["run", "s.toml", "--out", "out", "--set", "title=x y", "--no-shortcuts"])
+        .output()
+        .expect("started");
+    assert_eq!(told(&output), (Some(0), String::new()));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("done"));
+    let log = bench.log("dem");
+    assert!(log.contains("dem --k 3 run s.toml --out out --set title=x y --supervisor "), "{log}");
+    assert!(log.trim_end().ends_with("--no-shortcuts"), "{log}");
+    let record = std::fs::read_to_string(bench.path("out/run.json")).expect("a record");
+    assert!(record.contains("\"s.toml\": \"fnv1a64:") && record.contains("--no-shortcuts"), "{record}");
+    let scene = std::fs::read_to_string(bench.path("out/scene.toml")).expect("a scene");
+    assert!(scene.contains("title = \"x y\"") && scene.contains("interval = 0.005"), "{scene}");
+    assert_eq!(bench.status(), "done");
+}
+
+#[test]
+fn a_coupled_run_starts_three_processes_with_one_run_id() {
+    let bench = Bench::new();
+    bench.coupled("exit 0", "exit 0", "exit 0");
+    assert_eq!(bench.run(), (Some(0), String::new()));
+    let id = |log: &str| log.split("--run ").nth(1).and_then(|r| r.split(' ').next()).map(String::from);
+    let (coupler, dem, fem) = (bench.log("coupler"), bench.log("dem"), bench.log("fem"));
+    assert!(
+        id(&coupler).is_some() && id(&coupler) == id(&dem) && id(&dem) == id(&fem),
+        "{coupler}{dem}{fem}"
+    );
+    assert!(coupler.contains("coupler run s.toml --run "), "{coupler}");
+    assert!(fem.contains("fem --k 3 serve s.toml --run "), "{fem}");
+    assert!(fem.contains(" --as fem --out out --timeout 60 --wait yield --supervisor "), "{fem}");
+}
+
+#[test]
+fn bad_input_starts_nothing_and_leaves_nothing() {
+    let bench = Bench::new();
+    bench.script("dem", "exit 0");
+    for (scene, expected) in [
+        ("[[rok]]\n", "s.toml:1:3: unknown key `rok`"),
+        ("end_time = nan\n", "s.toml:1:12: `nan` is not a finite number"),
+        ("end_time = 1\n", "the scene has neither a rock nor a structure"),
+        ("end_time = 1\nprocesses.dem = \"./dam\"\n", "s.toml:2:17: there is no program ./dam"),
+        ("processes.dem = \"./dem\"\n", "the key `end_time` is missing"),
+        ("end_time = 1\n[[rock]]\n[structure]\n", "[coupling] is missing"),
+        ("end_time = \n", "s.toml:1:"),
+    ] {
+        bench.scene(scene);
+        let (code, message) = bench.run();
+        assert_eq!(code, Some(2), "{scene}: {message}");
+        assert!(message.contains(expected), "{scene}: {message}");
+        assert_eq!(message.matches("error: ").count(), 1, "{message}");
+    }
+    assert!(!bench.path("dem.pid").exists() && !bench.path("out").exists());
+}
+
+#[test]
+fn a_directory_that_holds_a_run_is_refused_unless_forced() {
+    let bench = Bench::new();
+    bench.script("dem", "exit 0").scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    assert_eq!(bench.run().0, Some(0));
+    std::fs::remove_file(bench.path("dem.pid")).expect("removed");
+    let (code, message) = bench.run();
+    assert_eq!(code, Some(2));
+    assert!(message.contains("holds a run already") && message.contains("--force"), "{message}");
+    assert!(!bench.path("dem.pid").exists());
+    let forced = bench.rockfall(&["run", "s.toml", "--out", "out", "--force"]).output().expect("started");
+    assert_eq!(told(&forced).0, Some(0));
+}
+
+#[test]
+fn a_leader_that_is_killed_is_named_and_its_log_quoted() {
+    let bench = Bench::new();
+    bench.script("dem", "echo about to die\nkill -9 $$").scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    let (code, message) = bench.run();
+    assert_eq!(code, Some(1));
+    assert!(
+        message.starts_with("error: dem was lost (killed by signal 9)\nlast lines of out/log/dem.log:\n"),
+        "{message}"
+    );
+    assert!(message.ends_with("  | about to die\n"), "{message}");
+    assert_eq!(bench.status(), "failed");
+}
+
+#[test]
+fn a_coupler_that_names_the_lost_one_is_believed_and_nobody_is_left() {
+    let bench = Bench::new();
+    // The other solver ignores SIGTERM, and has a child that does so too.
+    let stubborn = format!("trap '' TERM\nsleep 1000 &\necho $! > child.pid\n{FOREVER}");
+    bench.coupled(
+        "sleep 0.3\necho 'error: fem was lost: in window 3' >&2\nexit 1",
+        &stubborn,
+        "sleep 0.1\nkill -9 $$",
+    );
+    let (code, message) = bench.run();
+    assert_eq!(code, Some(1), "{message}");
+    assert!(
+        message.starts_with("error: fem was lost: in window 3\nfem ended: killed by signal 9\n"),
+        "{message}"
+    );
+    assert!(has_ended(bench.pid("dem")) && has_ended(bench.pid("child")), "{message}");
+}
+
+#[test]
+fn a_solver_that_ends_before_the_coupler_can_see_it_is_named_from_here() {
+    let bench = Bench::new();
+    bench.coupled(FOREVER, FOREVER, "echo no licence\nexit 3");
+    let (code, message) = bench.run();
+    assert_eq!(code, Some(1), "{message}");
+    assert!(message.starts_with("error: fem was lost (exit code 3)\n"), "{message}");
+    assert!(message.contains("  | no licence"), "{message}");
+    assert!(has_ended(bench.pid("coupler")) && has_ended(bench.pid("dem")));
+}
+
+#[test]
+fn the_first_signal_ends_the_run_in_order_through_the_leader() {
+    for signal in [Signal::INT, Signal::TERM] {
+        let bench = Bench::new();
+        let leader = format!("trap 'echo error: interrupted >&2; touch told; exit 1' TERM\n{FOREVER}");
+        let solver = "while [ ! -e told ]; do sleep 0.05; done";
+        bench.coupled(&leader, solver, solver);
+        let child = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
+        let members = ["coupler", "dem", "fem"].map(|name| bench.pid(name));
+        // The trap is set right after the number is written.
+        std::thread::sleep(Duration::from_millis(200));
+        kill_process(Pid::from_child(&child), signal).expect("sent");
+        let (code, message) = ended(child);
+        assert_eq!((code, message.as_str()), (Some(1), "error: interrupted\n"));
+        assert!(members.into_iter().all(has_ended));
+        assert!(bench.path("told").exists());
+        assert_eq!(bench.status(), "interrupted");
+    }
+}
+
+#[test]
+fn the_second_signal_kills() {
+    let bench = Bench::new();
+    let deaf = format!("trap '' TERM INT\n{FOREVER}");
+    bench.coupled(&deaf, &deaf, &deaf);
+    let child = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
+    let members = ["coupler", "dem", "fem"].map(|name| bench.pid(name));
+    std::thread::sleep(Duration::from_millis(200));
+    for _ in 0..2 {
+        kill_process(Pid::from_child(&child), Signal::INT).expect("sent");
+        // Two signals of one kind at once are one.
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    assert_eq!(ended(child), (Some(1), "error: interrupted\n".into()));
+    assert!(members.into_iter().all(has_ended));
+}
+
+#[test]
+fn clean_says_what_it_removed() {
+    let bench = Bench::new();
+    let output = bench.rockfall(&["clean"]).output().expect("started");
+    assert_eq!(told(&output).0, Some(0));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("remove"));
+}
+
+#[test]
+fn check_starts_nothing_and_names_the_processes() {
+    let bench = Bench::new();
+    bench.coupled("exit 0", "exit 0", "exit 0");
+    let output = bench.rockfall(&["check", "s.toml"]).output().expect("started");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(told(&output).0, Some(0), "{text}");
+    assert!(text.starts_with("s: 3 processes over shared memory, 1 s\n"), "{text}");
+    assert!(text.contains("fem --k 3") && text.contains("named by the scene"), "{text}");
+    let started =
+        ["coupler", "dem", "fem"].iter().any(|name| Path::new(&bench.path(&format!("{name}.pid"))).exists());
+    assert!(!started && !bench.path("out").exists());
+}
