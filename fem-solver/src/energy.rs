@@ -1,7 +1,8 @@
 //! Energies of a structure, from its state.
 
 use crate::explicit::free_masses;
-use crate::kernel::{Kernel, sum_of};
+use crate::kernel::Kernel;
+use crate::lanes::{dot, weighted_square};
 use crate::model::Model;
 use crate::newton::spring_dofs;
 use crate::state::State;
@@ -12,7 +13,6 @@ pub struct Energies {
     springs: Vec<(usize, f64)>,
     /// Mass of each degree of freedom that takes part in the kinetic energy; empty in statics.
     mass: Vec<f64>,
-    products: Vec<f64>,
     moving_supports: bool,
 }
 
@@ -22,7 +22,6 @@ impl Energies {
         Self {
             springs: spring_dofs(model),
             mass: if inertia { free_masses(model) } else { Vec::new() },
-            products: vec![0.0; model.dof_count()],
             moving_supports: !model.moving.is_empty(),
         }
     }
@@ -45,10 +44,10 @@ impl Energies {
 
     /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
     /// supports have given, negated. Potential and stored energy count from the structure as modelled.
-    pub fn of(&mut self, model: &Model, kernel: &mut Kernel, state: &State, to: &mut Vec<f64>) {
+    pub fn of(&self, model: &Model, kernel: &mut Kernel, state: &State, to: &mut Vec<f64>) {
         let u = &state.displacement;
-        let kinetic = 0.5 * self.weighted_square(&state.velocity);
-        let potential = -dot(&mut self.products, &model.dead_load, u);
+        let kinetic = 0.5 * weighted_square(&self.mass, &state.velocity);
+        let potential = -dot(&model.dead_load, u);
         let springs: f64 = self.springs.iter().map(|(dof, k)| 0.5 * k * u[*dof] * u[*dof]).sum();
         to.clear();
         to.extend([kinetic, potential, kernel.energy(u) + springs, state.dissipated, state.received]);
@@ -56,19 +55,4 @@ impl Energies {
             to.push(-state.support_work);
         }
     }
-
-    fn weighted_square(&mut self, v: &[f64]) -> f64 {
-        for ((p, m), v) in self.products.iter_mut().zip(&self.mass).zip(v) {
-            *p = m * (v * v);
-        }
-        sum_of(&self.products[..self.mass.len()])
-    }
-}
-
-/// Product of two vectors, in the order of [`sum_of`].
-pub fn dot(products: &mut [f64], a: &[f64], b: &[f64]) -> f64 {
-    for ((p, a), b) in products.iter_mut().zip(a).zip(b) {
-        *p = a * b;
-    }
-    sum_of(products)
 }

@@ -12,7 +12,8 @@
 //! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
 //! `h < 2 / w`, whatever the damping.
 
-use crate::kernel::{Kernel, sum_of};
+use crate::kernel::Kernel;
+use crate::lanes::{LANES, drift, total, wide};
 use crate::model::Model;
 use crate::newton::spring_dofs;
 use crate::state::State;
@@ -31,8 +32,6 @@ pub struct Explicit {
     /// Force of load and elements on each degree of freedom there [N]; the inertia of held nodes
     /// that move is taken off, so that supports give the opposite.
     pub force: Vec<f64>,
-    /// Power of damping by degree of freedom, apart from its factor.
-    squares: Vec<f64>,
     /// Velocity of the supports that move, at the step's start [m/s].
     support_velocity: Vec<f64>,
 }
@@ -49,7 +48,6 @@ impl Explicit {
             mass,
             middle: vec![0.0; n],
             force: vec![0.0; n],
-            squares: vec![0.0; n],
             support_velocity: vec![0.0; model.moving.len()],
         }
     }
@@ -69,21 +67,18 @@ impl Explicit {
         }
         let damping = 0.5 * model.damping * h;
         let (keep, gain) = ((1.0 - damping) / (1.0 + damping), h / (1.0 + damping));
-        if model.damping > 0.0 {
-            kick_and_weigh(&mut state.velocity, keep, gain, &self.force, &self.inverse_mass, &self.mass, &mut self.squares);
-            state.dissipated += 0.25 * model.damping * h * sum_of(&self.squares);
-        } else {
-            kick(&mut state.velocity, gain, &self.force, &self.inverse_mass);
-        }
+        let kick = Kick { keep, gain, half: 0.5 * h };
+        let (v, u) = (&mut state.velocity, &mut state.displacement);
+        let squares = kick_and_drift(&kick, v, u, &self.middle, &self.force, &self.inverse_mass, &self.mass);
+        state.dissipated += 0.25 * model.damping * h * squares;
         for ((dof, motion), v0) in model.moving.iter().zip(&self.support_velocity) {
-            let (before, after) = (state.displacement[*dof], motion.at(time + h));
+            let (before, after) = (motion.at(time), motion.at(time + h));
             let v1 = (after - before) / h;
             state.support_work -= self.force[*dof] * (after - before);
             let mass = model.mass[dof % model.node_count()];
             self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
             state.velocity[*dof] = v1;
         }
-        drift(&mut state.displacement, &self.middle, &state.velocity, 0.5 * h);
         model.prescribe(time + h, &mut state.displacement);
         largest
     }
@@ -95,32 +90,46 @@ pub fn free_masses(model: &Model) -> Vec<f64> {
     (0..model.dof_count()).map(|dof| if model.held[dof] { 0.0 } else { model.mass[dof % n] }).collect()
 }
 
-fn drift(to: &mut [f64], from: &[f64], velocity: &[f64], time: f64) {
-    for ((t, f), v) in to.iter_mut().zip(from).zip(velocity) {
-        *t = f + time * v;
-    }
-}
-
-fn kick(velocity: &mut [f64], gain: f64, force: &[f64], inverse_mass: &[f64]) {
-    for ((v, f), m) in velocity.iter_mut().zip(force).zip(inverse_mass) {
-        *v += gain * (m * f);
-    }
-}
-
-/// The damped kick, and `m (v_0 + v_1)^2` of each degree of freedom.
-fn kick_and_weigh(
-    velocity: &mut [f64],
+/// Factors of the kick and of the second drift.
+struct Kick {
     keep: f64,
     gain: f64,
-    force: &[f64],
-    inverse_mass: &[f64],
-    mass: &[f64],
-    squares: &mut [f64],
-) {
-    for ((((v, f), i), m), square) in velocity.iter_mut().zip(force).zip(inverse_mass).zip(mass).zip(squares) {
+    half: f64,
+}
+
+wide! {
+    /// New velocity and displacement of every degree of freedom; returns `sum m (v_0 + v_1)^2`.
+    fn kick_and_drift(
+        kick: &Kick,
+        velocity: &mut [f64],
+        displacement: &mut [f64],
+        middle: &[f64],
+        force: &[f64],
+        inverse_mass: &[f64],
+        mass: &[f64],
+    ) -> f64 {
+        let mut lanes = [0.0; LANES];
+        let ((v, v_rest), (u, u_rest)) = (velocity.as_chunks_mut::<LANES>(), displacement.as_chunks_mut::<LANES>());
+        let ((x, x_rest), (f, f_rest)) = (middle.as_chunks::<LANES>(), force.as_chunks::<LANES>());
+        let ((i, i_rest), (m, m_rest)) = (inverse_mass.as_chunks::<LANES>(), mass.as_chunks::<LANES>());
+        for (((((v, u), x), f), i), m) in v.iter_mut().zip(u).zip(x).zip(f).zip(i).zip(m) {
+            for l in 0..LANES {
+                lanes[l] += kick.one(&mut v[l], &mut u[l], x[l], f[l], i[l], m[l]);
+            }
+        }
+        let rest = v_rest.iter_mut().zip(u_rest).zip(x_rest).zip(f_rest).zip(i_rest).zip(m_rest);
+        total(lanes, rest.map(|(((((v, u), x), f), i), m)| kick.one(v, u, *x, *f, *i, *m)))
+    }
+}
+
+impl Kick {
+    #[inline(always)]
+    fn one(&self, v: &mut f64, u: &mut f64, middle: f64, force: f64, inverse_mass: f64, mass: f64) -> f64 {
         let before = *v;
-        *v = keep * before + gain * (i * f);
-        let twice = before + *v;
-        *square = m * (twice * twice);
+        let after = self.keep * before + self.gain * (inverse_mass * force);
+        *v = after;
+        *u = middle + self.half * after;
+        let twice = before + after;
+        mass * (twice * twice)
     }
 }

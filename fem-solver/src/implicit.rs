@@ -13,7 +13,8 @@
 
 use crate::config::{FemConfig, Integrator, NewtonConfig};
 use crate::explicit::free_masses;
-use crate::kernel::{Kernel, sum_of};
+use crate::kernel::Kernel;
+use crate::lanes::sum_of;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, Problem, spring_dofs};
 use crate::state::State;

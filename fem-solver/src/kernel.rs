@@ -1,20 +1,24 @@
 //! All cables at once: forces and energy at given displacements, for the explicit step.
 //!
-//! The formulas are those of [`crate::element::Cable`]. Cables that follow each other and whose
-//! first and second nodes do too form a *run*: its displacements are plain slices, so the loops have
-//! neither indices nor bounds checks, and neither roots nor divisions. The rows of a generated net
-//! are runs; a cable of an irregular structure is a run of its own, right but several times slower.
-//! Sums are taken in one fixed order.
+//! The formulas are those of [`crate::element::Cable`]. Cables whose nodes follow each other form a
+//! *run*: first nodes `a, a + 1, ...`, second nodes `b, b + 1, ...`. Its displacements are plain slices,
+//! so the loops have neither indices nor bounds checks, and neither roots nor divisions. Small gaps
+//! are filled with cables that carry nothing: a generated net is a handful of runs. A cable of an
+//! irregular structure may be a run of its own, right but several times slower. Sums are taken in
+//! one fixed order.
 
 use crate::element::Cable;
+use crate::lanes::{add_to, largest_of, subtract_from, sum_of, wide};
 use std::ops::Range;
 
-/// Partial sums that are kept apart so that a loop can work on several cables at a time.
-const LANES: usize = 4;
+/// Cables in a run, at most: what a run computes in between stays in the nearest cache.
+const LONGEST: usize = 256;
+/// Cables without effect that are put in a row to join two runs; one more run costs as much as some ten.
+const LARGEST_GAP: usize = 8;
 
 #[derive(Debug, Clone)]
 struct Run {
-    /// Its cables.
+    /// Its cables, in the order of the kernel.
     cables: Range<usize>,
     /// First and second nodes of its first cable.
     nodes: [usize; 2],
@@ -23,7 +27,7 @@ struct Run {
 }
 
 /// The cables of a structure, constants apart by kind.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Kernel {
     node_count: usize,
     runs: Vec<Run>,
@@ -46,62 +50,81 @@ pub struct Kernel {
 }
 
 /// One run: the slices that its loops go over, all of one length.
+///
+/// Written out component by component: closures over components keep the compiler from working on
+/// several cables at a time (measured: 34 us in place of 3 us for 1 300 cables).
 struct Slices<'a> {
+    /// Displacements of the first nodes.
     first: [&'a [f64]; 3],
+    /// Displacements of the second nodes.
     second: [&'a [f64]; 3],
     span2: [&'a [f64]; 3],
     q0: &'a [f64],
     slope: &'a [f64],
 }
 
-impl Slices<'_> {
-    /// Relative displacement, and `s` with `l^2 = D . D + s`, of cable number `k`.
-    #[inline(always)]
-    fn stretch(&self, k: usize) -> ([f64; 3], f64) {
-        let w = [0, 1, 2].map(|c: usize| self.second[c][k] - self.first[c][k]);
-        let s = w[0] * (self.span2[0][k] + w[0])
-            + w[1] * (self.span2[1][k] + w[1])
-            + w[2] * (self.span2[2][k] + w[2]);
-        (w, s)
-    }
-
-    /// Pull per length of cable number `k`. Anything not a number stays so, and is found at the end.
-    #[inline(always)]
-    fn pull_per_length(&self, k: usize, s: f64, floor: f64) -> f64 {
-        let q = self.q0[k] + self.slope[k] * s;
-        if q < floor { floor } else { q }
-    }
-}
-
 impl Kernel {
     /// The kernel of `cables` between `node_count` nodes.
     pub fn new(cables: &[Cable], node_count: usize) -> Self {
-        let mut runs: Vec<Run> = Vec::new();
-        for (i, cable) in cables.iter().enumerate() {
-            match runs.last_mut() {
-                Some(run)
-                    if run.floor == cable.floor()
-                        && cable.nodes[0] == run.nodes[0] + run.cables.len()
-                        && cable.nodes[1] == run.nodes[1] + run.cables.len() =>
-                {
-                    run.cables.end += 1;
+        let mut kernel = Self { node_count, ..Self::default() };
+        let mut order: Vec<usize> = (0..cables.len()).collect();
+        let ends = |cable: &Cable| {
+            let [a, b] = cable.nodes;
+            (a.min(b), a.max(b))
+        };
+        order.sort_by_key(|i| {
+            let (a, b) = ends(&cables[*i]);
+            (cables[*i].tension_only, b - a, a, *i)
+        });
+        for cable in order.into_iter().map(|i| &cables[i]) {
+            let (a, b) = ends(cable);
+            let joins = kernel.runs.last().and_then(|run| {
+                let next = run.nodes[0] + run.cables.len();
+                let gap = a.checked_sub(next)?;
+                let fits = run.nodes[1] + run.cables.len() + gap == b && run.floor == cable.floor();
+                (fits && gap <= LARGEST_GAP && run.cables.len() + gap < LONGEST).then_some(gap)
+            });
+            match joins {
+                Some(gap) => (0..gap).for_each(|_| kernel.push_nothing()),
+                None => {
+                    let next = kernel.q0.len();
+                    kernel.runs.push(Run { cables: next..next, nodes: [a, b], floor: cable.floor() });
                 }
-                _ => runs.push(Run { cables: i..i + 1, nodes: cable.nodes, floor: cable.floor() }),
             }
+            kernel.push(cable);
         }
-        let longest = runs.iter().map(|r| r.cables.len()).max().unwrap_or(0);
-        let each = |f: &dyn Fn(&Cable) -> f64| cables.iter().map(f).collect::<Vec<_>>();
-        Self {
-            node_count,
-            runs,
-            span2: [0, 1, 2].map(|c: usize| each(&|cable| 2.0 * cable.span[c])),
-            square: each(&|cable| cable.span.norm_squared()),
-            q0: each(&Cable::initial_pull_per_length),
-            slope: each(&Cable::slope),
-            base: each(&|cable| cable.initial_pull_per_length().max(cable.floor())),
-            inverse: each(&|cable| 1.0 / (4.0 * cable.slope())),
-            pull: [0, 1, 2].map(|_| vec![0.0; longest]),
-            scalar: vec![0.0; longest],
+        let longest = kernel.runs.iter().map(|r| r.cables.len()).max().unwrap_or(0);
+        kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest]);
+        kernel.scalar = vec![0.0; longest];
+        kernel
+    }
+
+    /// Append a cable to the last run.
+    fn push(&mut self, cable: &Cable) {
+        let forward = if cable.nodes[0] < cable.nodes[1] { 2.0 } else { -2.0 };
+        for (c, span) in self.span2.iter_mut().enumerate() {
+            span.push(forward * cable.span[c]);
+        }
+        self.square.push(cable.span.norm_squared());
+        self.q0.push(cable.initial_pull_per_length());
+        self.slope.push(cable.slope());
+        self.base.push(cable.initial_pull_per_length().max(cable.floor()));
+        self.inverse.push(1.0 / (4.0 * cable.slope()));
+        self.lengthen();
+    }
+
+    /// Append a cable that pulls on nothing and stores nothing to the last run.
+    fn push_nothing(&mut self) {
+        self.span2.iter_mut().for_each(|span| span.push(0.0));
+        for constants in [&mut self.square, &mut self.q0, &mut self.slope, &mut self.base, &mut self.inverse] {
+            constants.push(0.0);
+        }
+        self.lengthen();
+    }
+
+    fn lengthen(&mut self) {
+        if let Some(run) = self.runs.last_mut() {
+            run.cables.end += 1;
         }
     }
 
@@ -118,13 +141,13 @@ impl Kernel {
         for run in &self.runs {
             let slices = slices(u, n, run, &self.span2, &self.q0, &self.slope);
             let len = run.cables.len();
-            let [px, py, pz] = self.pull.each_mut().map(|p| &mut p[..len]);
+            let [px, py, pz] = &mut self.pull;
             let squares = &mut self.scalar[..len];
-            pulls(&slices, run.floor, &self.square[run.cables.clone()], [&mut *px, py, pz], squares);
-            for (c, p) in [px, py, pz].into_iter().enumerate() {
+            pulls(&slices, run.floor, &self.square[run.cables.clone()], px, py, pz, squares);
+            for (c, p) in self.pull.iter().enumerate() {
                 let component = &mut force[c * n..(c + 1) * n];
-                add(&mut component[run.nodes[0]..][..len], p);
-                subtract(&mut component[run.nodes[1]..][..len], p);
+                add_to(&mut component[run.nodes[0]..][..len], &p[..len]);
+                subtract_from(&mut component[run.nodes[1]..][..len], &p[..len]);
             }
             largest = largest_of(squares, largest);
         }
@@ -166,81 +189,57 @@ fn slices<'a>(
     }
 }
 
-/// Pulls and squared tensions of one run. A function of its own, so that the compiler knows that
-/// what is written overlaps nothing that is read.
-#[inline(never)]
-fn pulls(run: &Slices, floor: f64, square: &[f64], pull: [&mut [f64]; 3], squared_tension: &mut [f64]) {
-    let len = square.len();
-    let [px, py, pz] = pull;
-    let (px, py, pz, squared) = (&mut px[..len], &mut py[..len], &mut pz[..len], &mut squared_tension[..len]);
-    let run = run.cut(len);
-    for k in 0..len {
-        let (w, s) = run.stretch(k);
-        let q = run.pull_per_length(k, s, floor);
-        px[k] = q * (0.5 * run.span2[0][k] + w[0]);
-        py[k] = q * (0.5 * run.span2[1][k] + w[1]);
-        pz[k] = q * (0.5 * run.span2[2][k] + w[2]);
-        squared[k] = q * q * (square[k] + s);
-    }
-}
-
-/// Energies of the cables of one run.
-#[inline(never)]
-fn store_energies(run: &Slices, floor: f64, base: &[f64], inverse: &[f64], energies: &mut [f64]) {
-    let len = energies.len();
-    let (base, inverse) = (&base[..len], &inverse[..len]);
-    let run = run.cut(len);
-    for k in 0..len {
-        let (_, s) = run.stretch(k);
-        let q = run.pull_per_length(k, s, floor);
-        energies[k] = (q - base[k]) * (q + base[k]) * inverse[k];
-    }
-}
-
-impl<'a> Slices<'a> {
-    /// The same, with all lengths equal to `len` in the compiler's sight.
-    #[inline(always)]
-    fn cut(&self, len: usize) -> Slices<'a> {
-        Slices {
-            first: self.first.map(|s| &s[..len]),
-            second: self.second.map(|s| &s[..len]),
-            span2: self.span2.map(|s| &s[..len]),
-            q0: &self.q0[..len],
-            slope: &self.slope[..len],
+wide! {
+    /// Pulls and squared tensions of one run. A function of its own, so that the compiler knows that
+    /// what is written overlaps nothing that is read.
+    fn pulls(
+        run: &Slices,
+        floor: f64,
+        square: &[f64],
+        px: &mut [f64],
+        py: &mut [f64],
+        pz: &mut [f64],
+        squared: &mut [f64],
+    ) {
+        let len = square.len();
+        let ([x1, y1, z1], [x2, y2, z2], [sx, sy, sz]) = (run.first, run.second, run.span2);
+        let (x1, y1, z1) = (&x1[..len], &y1[..len], &z1[..len]);
+        let (x2, y2, z2) = (&x2[..len], &y2[..len], &z2[..len]);
+        let (sx, sy, sz) = (&sx[..len], &sy[..len], &sz[..len]);
+        let (q0, slope) = (&run.q0[..len], &run.slope[..len]);
+        let (px, py, pz, squared) = (&mut px[..len], &mut py[..len], &mut pz[..len], &mut squared[..len]);
+        for k in 0..len {
+            let (wx, wy, wz) = (x2[k] - x1[k], y2[k] - y1[k], z2[k] - z1[k]);
+            let s = wx * (sx[k] + wx) + wy * (sy[k] + wy) + wz * (sz[k] + wz);
+            // Anything not a number stays so, and is found at the window's end.
+            let elastic = q0[k] + slope[k] * s;
+            let q = if elastic < floor { floor } else { elastic };
+            px[k] = q * (0.5 * sx[k] + wx);
+            py[k] = q * (0.5 * sy[k] + wy);
+            pz[k] = q * (0.5 * sz[k] + wz);
+            squared[k] = q * q * (square[k] + s);
         }
     }
 }
 
-fn add(to: &mut [f64], what: &[f64]) {
-    to.iter_mut().zip(what).for_each(|(t, w)| *t += w);
-}
-
-fn subtract(from: &mut [f64], what: &[f64]) {
-    from.iter_mut().zip(what).for_each(|(f, w)| *f -= w);
-}
-
-/// Sum, in [`LANES`] parts that are added at the end.
-pub fn sum_of(values: &[f64]) -> f64 {
-    let (chunks, rest) = values.as_chunks::<LANES>();
-    let mut lanes = [0.0; LANES];
-    for chunk in chunks {
-        for (lane, value) in lanes.iter_mut().zip(chunk) {
-            *lane += value;
+wide! {
+    /// Energies of the cables of one run.
+    fn store_energies(run: &Slices, floor: f64, base: &[f64], inverse: &[f64], energies: &mut [f64]) {
+        let len = energies.len();
+        let ([x1, y1, z1], [x2, y2, z2], [sx, sy, sz]) = (run.first, run.second, run.span2);
+        let (x1, y1, z1) = (&x1[..len], &y1[..len], &z1[..len]);
+        let (x2, y2, z2) = (&x2[..len], &y2[..len], &z2[..len]);
+        let (sx, sy, sz) = (&sx[..len], &sy[..len], &sz[..len]);
+        let (q0, slope) = (&run.q0[..len], &run.slope[..len]);
+        let (base, inverse) = (&base[..len], &inverse[..len]);
+        for k in 0..len {
+            let (wx, wy, wz) = (x2[k] - x1[k], y2[k] - y1[k], z2[k] - z1[k]);
+            let s = wx * (sx[k] + wx) + wy * (sy[k] + wy) + wz * (sz[k] + wz);
+            let elastic = q0[k] + slope[k] * s;
+            let q = if elastic < floor { floor } else { elastic };
+            energies[k] = (q - base[k]) * (q + base[k]) * inverse[k];
         }
     }
-    lanes.iter().sum::<f64>() + rest.iter().sum::<f64>()
-}
-
-/// Largest of `values` and `at_least`.
-fn largest_of(values: &[f64], at_least: f64) -> f64 {
-    let (chunks, rest) = values.as_chunks::<LANES>();
-    let mut lanes = [at_least; LANES];
-    for chunk in chunks {
-        for (lane, value) in lanes.iter_mut().zip(chunk) {
-            *lane = if *value > *lane { *value } else { *lane };
-        }
-    }
-    lanes.iter().chain(rest).fold(at_least, |a, b| if *b > a { *b } else { a })
 }
 
 #[cfg(test)]
@@ -261,7 +260,10 @@ mod tests {
         for j in 0..side {
             for (count, step) in [(side - 1, 1), (if j + 1 < side { side } else { 0 }, side)] {
                 for i in 0..count {
-                    let nodes = [j * side + i, j * side + i + step];
+                    let mut nodes = [j * side + i, j * side + i + step];
+                    if i % 3 == 0 {
+                        nodes.reverse();
+                    }
                     cables.push(Cable {
                         nodes,
                         span: position(nodes[1]) - position(nodes[0]),
@@ -270,7 +272,7 @@ mod tests {
                         area: 1e-3,
                         density: 1.0,
                         prestress: 1e6 * random(),
-                        tension_only: j % 2 == 0,
+                        tension_only: j < 3,
                         radius: 0.0,
                     });
                 }
@@ -285,7 +287,7 @@ mod tests {
     fn it_answers_as_the_elements_do_one_by_one() {
         let (cables, n, u) = case();
         let mut kernel = Kernel::new(&cables, n);
-        assert!(kernel.run_count() < cables.len() / 4);
+        assert!(kernel.run_count() <= 4, "two directions, cables and bars: {}", kernel.run_count());
         let mut force = vec![0.0; 3 * n];
         let largest = kernel.pull(&u, &mut force).sqrt();
         let (mut expected, mut energy, mut tension) = (vec![0.0; 3 * n], 0.0, 0.0_f64);
@@ -313,13 +315,5 @@ mod tests {
         let (cables, n, mut u) = case();
         u[3] = f64::NAN;
         assert!(Kernel::new(&cables, n).energy(&u).is_nan());
-    }
-
-    #[test]
-    fn sums_and_maxima_take_every_value() {
-        let values: Vec<f64> = (1..=11).map(f64::from).collect();
-        assert_eq!(sum_of(&values), 66.0);
-        assert_eq!(largest_of(&values, 3.0), 11.0);
-        assert_eq!(largest_of(&values[..2], 3.0), 3.0);
     }
 }

@@ -5,7 +5,7 @@
 //! - [`config`]: the tables `[structure]`, `[fem]`, `[[gauge]]`
 //! - [`model`]: nodes, elements, supports, loads, lumped masses; the generator of nets
 //! - [`element`]: cable, grounded spring, point mass, each with energy, force and tangent
-//! - [`kernel`]: all cables at once, fast
+//! - [`kernel`], [`lanes`]: all cables at once, fast; loops over long vectors
 //! - [`tangent`], [`linear_solver`], [`newton`]: the sparse tangent, its Cholesky factor, Newton's iteration
 //! - [`form_finding`], [`critical_step`], [`start`]: the state at t = 0 and the longest step
 //! - [`explicit`], [`implicit`]: one step in time
@@ -26,6 +26,7 @@ pub mod fields;
 pub mod form_finding;
 pub mod implicit;
 pub mod kernel;
+pub mod lanes;
 pub mod linear_solver;
 pub mod loads;
 pub mod march;

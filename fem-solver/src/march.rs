@@ -4,7 +4,7 @@ use crate::config::Config;
 use crate::energy::Energies;
 use crate::explicit::Explicit;
 use crate::implicit::{Implicit, Scheme};
-use crate::kernel::sum_of;
+use crate::lanes::{add, work};
 use crate::loads::{Loads, difference_to_node_major, to_node_major};
 use crate::model::Model;
 use crate::record::{Recorder, Step};
@@ -57,7 +57,6 @@ pub struct March {
     energy_now: Vec<f64>,
     part_start: Vec<f64>,
     base_load: Vec<f64>,
-    products: Vec<f64>,
     /// What was done so far.
     pub counts: Counts,
 }
@@ -134,7 +133,6 @@ impl March {
             energy_now: Vec::with_capacity(6),
             part_start: vec![0.0; n],
             base_load: vec![0.0; n],
-            products: vec![0.0; n],
             counts: Counts {
                 newton: done.iterations,
                 factorisations: done.factorisations,
@@ -211,7 +209,9 @@ impl March {
             if step % per_load == 0 {
                 self.loads.begin_part(input, step / per_load, &self.trial.load);
                 if matches!(self.engine, Engine::Explicit(_)) {
-                    self.part_start.copy_from_slice(&self.trial.displacement);
+                    if step > 0 {
+                        self.part_start.copy_from_slice(&self.trial.displacement);
+                    }
                     add(&mut self.base_load, &model.dead_load, self.loads.mean());
                 }
             }
@@ -224,7 +224,7 @@ impl March {
                 ))
             })?;
             if (step + 1) % per_load == 0 && matches!(self.engine, Engine::Explicit(_)) {
-                self.book_mean_work();
+                self.book_mean_work(step < per_load);
             }
             self.record(model, window.start + (step + 1) as f64 * h, h, tension);
             self.answer(step + 1, steps, output);
@@ -250,11 +250,11 @@ impl March {
                 self.counts.factorisations += info.factorisations;
                 let (after, before) = (&self.trial.displacement, &self.part_start);
                 if scheme.takes_mean_only() {
-                    self.trial.received += work(&mut self.products, load.balance, after, before);
+                    self.trial.received += work(load.balance, after, before);
                 } else if !self.trial.load.is_empty() {
                     // The mean of both ends, as the trapezoidal rule does its work.
                     add(&mut self.base_load, &self.trial.load, load.end);
-                    self.trial.received += 0.5 * work(&mut self.products, &self.base_load, after, before);
+                    self.trial.received += 0.5 * work(&self.base_load, after, before);
                     self.trial.load.copy_from_slice(load.end);
                 }
                 Ok(largest.sqrt())
@@ -263,9 +263,9 @@ impl March {
     }
 
     /// Work of the mean force over the part of the window that has just ended: exactly `F . du`.
-    fn book_mean_work(&mut self) {
-        self.trial.received +=
-            work(&mut self.products, self.loads.mean(), &self.trial.displacement, &self.part_start);
+    fn book_mean_work(&mut self, first_part: bool) {
+        let before = if first_part { &self.committed.displacement } else { &self.part_start };
+        self.trial.received += work(self.loads.mean(), &self.trial.displacement, before);
     }
 
     fn record(&mut self, model: &Model, end: f64, h: f64, tension: f64) {
@@ -324,24 +324,6 @@ impl March {
         self.recorder.commit();
         self.counts.skipped += u64::from(self.skipped);
     }
-}
-
-/// `to = a + b`.
-fn add(to: &mut [f64], a: &[f64], b: &[f64]) {
-    for ((t, a), b) in to.iter_mut().zip(a).zip(b) {
-        *t = a + b;
-    }
-}
-
-/// `force . (after - before)`.
-fn work(products: &mut [f64], force: &[f64], after: &[f64], before: &[f64]) -> f64 {
-    for ((p, a), b) in products.iter_mut().zip(after).zip(before) {
-        *p = a - b;
-    }
-    for (p, f) in products.iter_mut().zip(force) {
-        *p *= f;
-    }
-    sum_of(products)
 }
 
 fn least_common_multiple(a: usize, b: usize) -> usize {

@@ -257,6 +257,8 @@ impl fmt::Display for DecodeError {
     }
 }
 
+impl std::error::Error for DecodeError {}
+
 /// Encode a message: version byte, then bincode.
 pub fn encode<M: Serialize>(message: &M) -> Vec<u8> {
     let mut bytes = vec![PROTOCOL];

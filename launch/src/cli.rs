@@ -29,7 +29,7 @@ enum Command {
     Run {
         #[command(flatten)]
         input: Input,
-        /// Directory of the results [default: out/<scene name>]
+        /// Directory of the results [default: out/NAME for the scene NAME.toml]
         #[arg(long, value_name = "DIR", help_heading = "Results")]
         out: Option<PathBuf>,
         /// Overwrite the run that the directory holds

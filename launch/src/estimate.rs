@@ -68,6 +68,13 @@ struct Side {
     seconds: Option<f64>,
 }
 
+impl Side {
+    /// Own steps in a window of `length` [s]; `None` if it does not tell its step.
+    fn steps(&self, length: f64) -> Option<f64> {
+        Some(Window { number: 1, iteration: 1, start: 0.0, length }.steps(self.step?) as f64)
+    }
+}
+
 impl Numbers {
     fn of(reports: &[(Part, CheckReport)], end_time: f64) -> Self {
         let of = |part: Part, name: &str| {
@@ -136,44 +143,40 @@ impl Numbers {
     }
 
     fn cost(&self) -> String {
-        let steps = |side: &Side, length: f64| {
-            side.step.map_or(1, |step| Window { number: 1, iteration: 1, start: 0.0, length }.steps(step))
-                as f64
-        };
         let mut text = String::new();
-        let (windows, length) = match (self.windows, self.window) {
-            (Some(windows), Some(length)) => (windows, length),
-            // One solver alone: its steps over the whole time.
-            _ => {
-                let side = if self.net.seconds.is_some() { &self.net } else { &self.contact };
-                if let (Some(seconds), Some(_)) = (side.seconds, side.step) {
-                    let steps = steps(side, self.end_time);
-                    let _ = writeln!(text, "{:<28} {} steps of the solver", "time", short(steps));
-                    let _ = writeln!(
-                        text,
-                        "{:<28} up to {} s of wall time",
-                        "expected cost",
-                        short(steps * seconds)
-                    );
-                }
-                return text;
-            }
+        let mut line = |name: &str, what: String| {
+            let _ = writeln!(text, "{name:<28} {what}");
         };
-        let _ = writeln!(text, "{:<28} {} of {} s", "windows", short(windows), short(length));
-        let inside: f64 = [self.net, self.contact]
-            .iter()
-            .map(|side| side.seconds.unwrap_or(0.0) * steps(side, length))
-            .sum();
-        // One request and one answer with each of the two solvers.
-        let pass = 2.0 * self.seconds_per_exchange.unwrap_or(0.0) + inside;
-        let each = format!(
-            "{} steps of the net, {} of the contact per window",
-            short(steps(&self.net, length)),
-            short(steps(&self.contact, length))
-        );
-        let _ = writeln!(text, "{:<28} {each}", "");
-        let what = if self.weak { "of wall time" } else { "of wall time per coupling iteration and window" };
-        let _ = writeln!(text, "{:<28} up to {} s {what}", "expected cost", short(windows * pass));
+        let (Some(windows), Some(length)) = (self.windows, self.window) else {
+            // One solver alone: its steps over the whole time.
+            for side in [&self.net, &self.contact] {
+                if let (Some(steps), Some(seconds)) = (side.steps(self.end_time), side.seconds) {
+                    line("steps", short(steps));
+                    line("expected cost", format!("up to {} s of wall time", short(steps * seconds)));
+                }
+            }
+            return text;
+        };
+        line("windows", format!("{} of {} s", short(windows), short(length)));
+        // One request and one answer with each of the two solvers, and their steps.
+        let mut pass = 2.0 * self.seconds_per_exchange.unwrap_or(0.0);
+        let mut untold = Vec::new();
+        for (name, side) in [("net", &self.net), ("contact", &self.contact)] {
+            match side.steps(length) {
+                Some(steps) => {
+                    line(&format!("steps per window, {name}"), short(steps));
+                    pass += steps * side.seconds.unwrap_or(0.0);
+                }
+                None => untold.push(name),
+            }
+        }
+        let per = if self.weak { "" } else { " for one coupling iteration per window" };
+        let without = if untold.is_empty() {
+            String::new()
+        } else {
+            format!(" and the steps of the {}, which are not told", untold.join(" and the "))
+        };
+        line("expected cost", format!("up to {} s of wall time{per}{without}", short(windows * pass)));
         text
     }
 
@@ -242,10 +245,13 @@ mod tests {
         let text = coupled(5e-5).cost();
         // 1000 windows of 2 exchanges, 5 steps of the net, 3 of the contact: 20 + 5 + 9 us each.
         assert!(text.contains("up to 0.034 s of wall time"), "{text}");
-        assert!(text.contains("5 steps of the net, 3 of the contact"), "{text}");
+        assert!(
+            text.contains("steps per window, net        5\n") && text.contains("contact    3\n"),
+            "{text}"
+        );
         let alone = report(&[("time_step_s", 1e-3), ("seconds_per_step", 1e-6)]);
         let text = Numbers::of(&[(Part::Dem, alone)], 1.0).cost();
-        assert!(text.contains("1000 steps") && text.contains("up to 0.001 s"), "{text}");
+        assert!(text.contains(" 1000\n") && text.contains("up to 0.001 s"), "{text}");
     }
 
     #[test]

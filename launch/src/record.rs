@@ -24,7 +24,10 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     }
     let fault = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
     table.insert("output".into(), Table::try_from(Output::of(scene)?).map_err(fault)?.into());
-    let mut processes = Table::try_from(&plan.processes).map_err(fault)?;
+    // The coupler has filled in its defaults; the command lines are known best here.
+    let mut processes =
+        table.remove("processes").and_then(|p| p.try_into::<Table>().ok()).unwrap_or_default();
+    processes.extend(Table::try_from(&plan.processes).map_err(fault)?);
     for member in plan.members.iter().filter(|member| member.foreign) {
         let words =
             std::iter::once(member.program.display().to_string()).chain(member.arguments.iter().cloned());
@@ -135,8 +138,8 @@ mod tests {
                     [structure]\nmesh = \"net.msh\"\n";
         let scene = scene_in(&dir, text);
         let plan = Plan::of(&scene).expect("a plan");
-        let mut report = CheckReport::default();
-        report.resolved = "[structure]\nmesh = \"net.msh\"\nsteps = 3\n".parse().expect("TOML");
+        let structure = "[structure]\nmesh = \"net.msh\"\nsteps = 3\n".parse().expect("TOML");
+        let report = CheckReport { resolved: structure, ..CheckReport::default() };
         let table = resolved(&scene, &plan, &[(Part::Fem, report)]).expect("resolved");
         write_scene(&dir, &scene, &table).expect("written");
         write_run(&dir, &scene, &table, None, &[("fem", vec!["sh".into()])]).expect("written");

@@ -41,6 +41,6 @@ mod tests {
         let rock = Damping { ratio: 0.5, mass: EffectiveMass::Rock };
         assert!((local.coefficient(180.0, 4, 0.0) - 45.0_f64.sqrt()).abs() < 1e-14);
         assert!((local.coefficient(1e12, 1, 1.0 / 0.03) - 0.03_f64.sqrt()).abs() < 1e-10);
-        assert_eq!(rock.coefficient(180.0, 4, 1.0 / 0.03), 180.0_f64.sqrt());
+        assert!((rock.coefficient(180.0, 4, 1.0 / 0.03) - 180.0_f64.sqrt()).abs() < 1e-14);
     }
 }

@@ -20,7 +20,8 @@ pub fn linear_restitution(g: f64) -> f64 {
         g / w * (2.0 * g * w).atan2((2.0 * g * g) - 1.0)
     } else if g > 1.0 {
         let w = ((g - 1.0) * (g + 1.0)).sqrt();
-        g / w * ((g + w) / (g - w)).ln()
+        // ln((g + w) / (g - w)) = 2 asinh(w), without the cancellation.
+        2.0 * g / w * w.asinh()
     } else {
         2.0
     };

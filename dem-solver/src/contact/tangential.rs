@@ -144,7 +144,7 @@ mod tests {
         let normal = Vector3::new(1.0, 2.0, -0.5).normalize();
         let flat = into_plane(&Vector3::new(3.0, 0.1, 0.2), &normal);
         assert!(flat.dot(&normal).abs() < 1e-15);
-        assert!((flat.norm() - Vector3::new(3.0, 0.1, 0.2).norm()).abs() < 1e-15);
+        assert!((flat.norm() - Vector3::new(3.0_f64, 0.1, 0.2).norm()).abs() < 1e-15);
         assert_eq!(into_plane(&Vector3::zeros(), &normal), Vector3::zeros());
         assert!(into_plane(&(normal * 5.0), &normal).norm() < 1e-14);
     }

@@ -176,7 +176,9 @@ impl Solver for DemSolver {
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         check_plan(&self.hello(), plan)?;
         let mut warnings = self.notices.clone();
-        progress(Progress { what: "making the wall of the structure's mesh".into(), done: f64::NAN })?;
+        if plan.wall.is_some() {
+            progress(Progress { what: "making the wall of the structure's mesh".into(), done: f64::NAN })?;
+        }
         let wall = self.wall(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks);
         let mut run = Run::new(&self.model, wall, plan);

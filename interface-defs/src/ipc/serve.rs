@@ -285,11 +285,12 @@ impl Session<'_> {
         let outcome = participant::answer(solver, &header, input, output);
         let status = if outcome.is_ok() { Status::Done } else { Status::Failed };
         self.fault = outcome.err();
+        // Before the answer goes: what follows is exchange.
+        self.solving += started.elapsed();
         *response.user_header_mut() = AnswerHeader::echo(&header, status);
         // SAFETY: as above.
         unsafe { response.assume_init() }.send().map_err(transport(failed))?;
         self.bell.ring();
-        self.solving += started.elapsed();
         Ok(())
     }
 

@@ -19,6 +19,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
+/// Makes the solver of a scene.
+pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, InputError>;
+
 /// What a solver's program is made of.
 pub struct Program {
     /// Its name: `dem-solver`.
@@ -28,7 +31,7 @@ pub struct Program {
     /// What it is, in one line.
     pub about: &'static str,
     /// Make the solver of a scene.
-    pub build: fn(&Scene, &Options) -> Result<Box<dyn Solver>, InputError>,
+    pub build: Build,
     /// Say what it would build.
     pub check: fn(&Scene) -> Result<CheckReport, InputError>,
 }
@@ -57,7 +60,7 @@ enum Command {
     Run {
         #[command(flatten)]
         input: Input,
-        /// Directory of the results [default: out/<scene name>]
+        /// Directory of the results [default: out/NAME for the scene NAME.toml]
         #[arg(long, value_name = "DIR", help_heading = "Results")]
         out: Option<PathBuf>,
         /// Overwrite the run that the directory holds
@@ -87,7 +90,7 @@ enum Command {
     Serve {
         #[command(flatten)]
         input: Input,
-        /// Directory of the results [default: out/<scene name>]
+        /// Directory of the results [default: out/NAME for the scene NAME.toml]
         #[arg(long, value_name = "DIR", help_heading = "Results")]
         out: Option<PathBuf>,
         #[command(flatten)]

@@ -1,0 +1,16 @@
+//! The solver through its contract: scenes with exact or published answers, invariances, repeatability.
+
+mod bench;
+mod clusters;
+mod energy;
+mod impact;
+mod input;
+mod oblique;
+mod repeat;
+mod rolling;
+mod wires;
+
+use interface_defs::toolkit::alloc::CountingAllocator;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;

@@ -1,0 +1,136 @@
+//! A structure that breaks the contract, written from `PROTOCOL.md` on bare iceoryx2.
+//!
+//! For tests of the coupler: `liar LIE serve SCENE --run ID --as fem`, where `LIE` is `none`, `run`,
+//! `sequence`, `window`, `iteration`, `length`, `short` (payload), `nan`, `infinite-gauge`, `protocol`,
+//! `garbage`, `silent`, `status`, `mute` (never joins), `unrepeatable` or `small-window`.
+//! As a structure it is one node that does not move.
+use iceoryx2::config::Config;
+use iceoryx2::prelude::{EventId, FileName, NodeBuilder, NodeName, Path, SemanticString, ServiceName, ipc};
+use interface_defs::ipc::channel::ControlHeader;
+use interface_defs::ipc::domain::fnv1a;
+use interface_defs::message::{FromSolver, ToSolver, capability, decode, encode};
+use interface_defs::{
+    AnswerHeader, Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Ready, RequestHeader, Sampling, Statistics, Status, name,
+};
+use std::time::Duration;
+
+type Failure = Box<dyn std::error::Error>;
+
+fn hello(lie: &str) -> Hello {
+    let repeatable = if lie == "unrepeatable" { vec![] } else { vec![capability::REPEATABLE.to_string()] };
+    Hello {
+        program: format!("liar ({lie})"),
+        capabilities: repeatable,
+        takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)],
+        gives: vec![
+            FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::AtEnds),
+            FieldSpec::nodal(name::VELOCITY, 3, Sampling::AtEnds),
+        ],
+        largest_window: if lie == "small-window" { 1e-9 } else { f64::INFINITY },
+    }
+}
+
+fn ready() -> Ready {
+    let mesh = InterfaceMesh { coordinates: vec![0.0; 3], masses: vec![1.0], ..Default::default() };
+    Ready { mesh, gauges: vec![Gauge::new("truth", "1")], initial: vec![0.0; 9], warnings: vec![] }
+}
+
+fn main() -> Result<(), Failure> {
+    let args: Vec<String> = std::env::args().collect();
+    let option = |key: &str| args.iter().position(|a| a == key).and_then(|i| args.get(i + 1)).cloned();
+    let lie = args.get(1).map_or("none", String::as_str);
+    let (id, part) = (option("--run").ok_or("--run ID")?, option("--as").ok_or("--as NAME")?);
+    if lie == "mute" {
+        std::thread::sleep(Duration::from_secs(60));
+        return Ok(());
+    }
+    let mut config = Config::default();
+    config.global.prefix = FileName::new(format!("rf_{id}_").as_bytes())?;
+    let uid = std::os::unix::fs::MetadataExt::uid(&std::fs::metadata("/proc/self")?);
+    config.global.set_root_path(&Path::new(format!("/tmp/rockfall-{uid}/{id}").as_bytes())?);
+    let node = NodeBuilder::new().name(&NodeName::new(&part)?).config(&config).create::<ipc::Service>()?;
+    let patient = |mut open: Box<dyn FnMut() -> Result<(), Failure>>| {
+        (0..2000).any(|_| open().is_ok() || {
+            std::thread::sleep(Duration::from_millis(5));
+            false
+        })
+    };
+    let control_name = ServiceName::new(&format!("{part}/control"))?;
+    let field_name = ServiceName::new(&format!("{part}/field"))?;
+    let wake_name = ServiceName::new("coupler/wake")?;
+    patient(Box::new(|| Ok(node.service_builder(&wake_name).event().open().map(drop)?)));
+    let control = node
+        .service_builder(&control_name)
+        .request_response::<[u8], [u8]>()
+        .request_user_header::<ControlHeader>()
+        .response_user_header::<ControlHeader>()
+        .open()?;
+    let field = node
+        .service_builder(&field_name)
+        .request_response::<[f64], [f64]>()
+        .request_user_header::<RequestHeader>()
+        .response_user_header::<AnswerHeader>()
+        .open()?;
+    let wake = node.service_builder(&wake_name).event().open()?;
+    let bell = wake.notifier_builder().default_event_id(EventId::new(1)).create()?;
+    let control = control.server_builder().initial_max_slice_len(65_536).create()?;
+    let windows = field.server_builder().initial_max_slice_len(9).create()?;
+    let mut fields: Vec<FieldSpec> = Vec::new();
+    loop {
+        std::thread::sleep(Duration::from_micros(200));
+        if let Some(request) = control.receive()? {
+            // Messages of these tests fit one frame.
+            let answer = match decode::<ToSolver>(request.payload())? {
+                ToSolver::Connect => FromSolver::Hello(hello(lie)),
+                ToSolver::Prepare(plan) => {
+                    fields = plan.gives;
+                    FromSolver::Ready(ready())
+                }
+                ToSolver::Explain => FromSolver::Fault(Fault::window("no reason")),
+                ToSolver::Finish { .. } | ToSolver::Abort { .. } => FromSolver::Statistics(Statistics::default()),
+            };
+            let over = matches!(answer, FromSolver::Statistics(_));
+            let mut bytes = encode(&answer);
+            match lie {
+                "protocol" => bytes[0] = 0,
+                "garbage" => bytes.truncate(bytes.len() / 2),
+                _ => {}
+            }
+            let mut response = request.loan_slice_uninit(bytes.len())?;
+            *response.user_header_mut() =
+                ControlHeader { run: fnv1a(id.as_bytes()), part: 1, parts: 1, more: 0, reserved: 0 };
+            response.write_from_slice(&bytes).send()?;
+            bell.notify()?;
+            if over {
+                std::thread::sleep(Duration::from_millis(100));
+                return Ok(());
+            }
+        }
+        if let Some(request) = windows.receive()? {
+            assert_eq!(fields.len(), 2, "the plan comes before the first window");
+            let asked = *request.user_header();
+            let mut header = AnswerHeader::echo(&asked, Status::Done);
+            let mut payload = vec![0.0; 9];
+            // The truth for three windows, so that there are rows to keep.
+            if asked.window > 3 {
+                match lie {
+                    "run" => header.run += 1,
+                    "sequence" => header.sequence += 1,
+                    "window" => header.window += 1,
+                    "iteration" => header.iteration += 1,
+                    "length" => header.length *= 2.0,
+                    "status" => header.status = 7,
+                    "short" => payload.truncate(4),
+                    "nan" => payload[4] = f64::NAN,
+                    "infinite-gauge" => payload[6] = f64::INFINITY,
+                    "silent" => continue,
+                    _ => {}
+                }
+            }
+            let mut response = request.loan_slice_uninit(payload.len())?;
+            *response.user_header_mut() = header;
+            response.write_from_slice(&payload).send()?;
+            bell.notify()?;
+        }
+    }
+}
