@@ -1,5 +1,12 @@
-//! The program `dem-solver`.
+//! The program `dem-solver`: run, check and serve its part of a scene.
 
-fn main() -> std::process::ExitCode {
-    interface_defs::toolkit::program::main(&dem_solver::PROGRAM)
+use interface_defs::toolkit::alloc::CountingAllocator;
+use interface_defs::toolkit::program;
+use std::process::ExitCode;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+fn main() -> ExitCode {
+    program::main(&dem_solver::PROGRAM)
 }

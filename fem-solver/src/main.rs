@@ -1,7 +1,12 @@
-//! The program `fem-solver`: run, check and serve the structure of a scene.
+//! The program `fem-solver`: run, check and serve its part of a scene.
 
+use interface_defs::toolkit::alloc::CountingAllocator;
+use interface_defs::toolkit::program;
 use std::process::ExitCode;
 
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
 fn main() -> ExitCode {
-    interface_defs::toolkit::program::main(&fem_solver::PROGRAM)
+    program::main(&fem_solver::PROGRAM)
 }

@@ -7,7 +7,7 @@
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{EventId, FileName, NodeBuilder, NodeName, Path, SemanticString, ServiceName, ipc};
 use interface_defs::ipc::channel::ControlHeader;
-use interface_defs::ipc::domain::fnv1a;
+use interface_defs::ipc::domain::{Domain, fnv1a};
 use interface_defs::message::{FromSolver, ToSolver, capability, decode, encode};
 use interface_defs::{
     AnswerHeader, Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Ready, RequestHeader, Sampling, Statistics, Status, name,
@@ -44,21 +44,23 @@ fn main() -> Result<(), Failure> {
         std::thread::sleep(Duration::from_secs(60));
         return Ok(());
     }
+    let domain = Domain::new(&id.parse()?)?;
+    while !domain.is_owned() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
     let mut config = Config::default();
     config.global.prefix = FileName::new(format!("rf_{id}_").as_bytes())?;
     let uid = std::os::unix::fs::MetadataExt::uid(&std::fs::metadata("/proc/self")?);
     config.global.set_root_path(&Path::new(format!("/tmp/rockfall-{uid}/{id}").as_bytes())?);
     let node = NodeBuilder::new().name(&NodeName::new(&part)?).config(&config).create::<ipc::Service>()?;
-    let patient = |mut open: Box<dyn FnMut() -> Result<(), Failure>>| {
-        (0..2000).any(|_| open().is_ok() || {
-            std::thread::sleep(Duration::from_millis(5));
-            false
-        })
-    };
     let control_name = ServiceName::new(&format!("{part}/control"))?;
     let field_name = ServiceName::new(&format!("{part}/field"))?;
     let wake_name = ServiceName::new("coupler/wake")?;
-    patient(Box::new(|| Ok(node.service_builder(&wake_name).event().open().map(drop)?)));
+    // The coupler creates the wake-up of `fem` last of all: from then on everything is there.
+    let last = ServiceName::new("fem/wake")?;
+    while node.service_builder(&last).event().open().is_err() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
     let control = node
         .service_builder(&control_name)
         .request_response::<[u8], [u8]>()

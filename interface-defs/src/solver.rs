@@ -56,6 +56,24 @@ pub trait Solver {
     fn finish(&mut self) -> Result<Statistics, Fault>;
 }
 
+impl<S: Solver + ?Sized> Solver for Box<S> {
+    fn hello(&self) -> Hello {
+        (**self).hello()
+    }
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
+        (**self).prepare(plan, progress)
+    }
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        (**self).solve(window, input, output)
+    }
+    fn commit(&mut self) -> Result<(), Fault> {
+        (**self).commit()
+    }
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        (**self).finish()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,6 +7,7 @@ use clap::{Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::log::{self, LogFormat};
+use interface_defs::toolkit::screen::{complain, tell};
 use std::path::PathBuf;
 
 /// Rocks on nets: co-simulation of a contact solver and a structure's solver
@@ -71,7 +72,7 @@ pub fn main() -> Exit {
             if json {
                 tracing::error!("{}", stop.message);
             } else {
-                eprintln!("error: {}", stop.message);
+                complain(&stop.message);
             }
             stop.exit
         }
@@ -90,16 +91,16 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             bar: !quiet && !json,
         }),
         Command::Check { input } => {
-            print!("{}", estimate::check(&input.scene, &input.sets)?);
+            tell(&estimate::check(&input.scene, &input.sets)?);
             Ok(Exit::Done)
         }
         Command::Clean => {
             let removed = ipc::clean();
             if removed.is_empty() {
-                println!("nothing to remove: no dead run has left anything behind");
+                tell("nothing to remove: no dead run has left anything behind\n");
             }
             for id in removed {
-                println!("removed what run {id} left behind");
+                tell(&format!("removed what run {id} left behind\n"));
             }
             Ok(Exit::Done)
         }

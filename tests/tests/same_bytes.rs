@@ -23,8 +23,8 @@ fn in_process(path: &Path, sets: &[&str], out: &Path) {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     let scene = Scene::load(path, &sets).unwrap();
     let options = Options { out: None, shortcuts: true };
-    let dem = dem_solver::build(&scene, &options).unwrap();
-    let fem = fem_solver::build(&scene, &options).unwrap();
+    let dem = (dem_solver::PROGRAM.build)(&scene, &options).unwrap();
+    let fem = (fem_solver::PROGRAM.build)(&scene, &options).unwrap();
     let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
     let settings = coupler::settings::Coupling::of(&scene).unwrap();
     let end = scene.end_time().unwrap();

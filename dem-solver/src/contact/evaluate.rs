@@ -174,8 +174,17 @@ impl Evaluation {
         sums
     }
 
-    /// The first contact whose wall has been pushed past the sphere's centre within the last `h` [s].
+    /// The first contact whose wall has been pushed past the centres of the outer spheres: into the box
+    /// that they span, or through the centre of its own sphere within the last `h` [s].
     pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64) -> Option<&Contact> {
+        let rock = scene.rock;
+        let radius = rock.smallest_radius;
+        let (lowest, highest) = (rock.lowest_corner.add_scalar(radius), rock.highest_corner.add_scalar(-radius));
+        let inside = |contact: &Contact| {
+            let centre = &rock.spheres[contact.sphere as usize].centre;
+            let point = centre + contact.normal * contact.distance;
+            (0..3).all(|axis| point[axis] > lowest[axis] && point[axis] < highest[axis])
+        };
         let to_own = self.touch.rotation.transpose();
         let velocity = to_own * now.velocity;
         let spin = (to_own * now.angular_momentum).component_div(&scene.rock.inertia);
@@ -185,7 +194,7 @@ impl Evaluation {
             let wall = element.nodes.iter().zip(contact.weights).map(|(n, w)| self.node_velocities[*n as usize] * w);
             let relative = velocity + spin.cross(&sphere.centre) - wall.sum::<Vector3<f64>>();
             // A step ago the point lay on the other side.
-            contact.distance + h * relative.dot(&contact.normal) < 0.0
+            inside(contact) || contact.distance + h * relative.dot(&contact.normal) < 0.0
         })
     }
 

@@ -1,9 +1,9 @@
 //! Which spheres of a rock touch the wall, and where. All geometry is done in the rock's own frame,
 //! in which the spheres stand still: some ten nodes are turned instead of hundreds of spheres.
 
-use crate::rock::{Motion, Rock};
+use crate::rock::{Motion, Rock, Sphere};
 use crate::search::near::inverse_square;
-use crate::search::pairs::{Instant, PairElement, PairList};
+use crate::search::pairs::{Instant, Pair, PairList};
 use crate::wall::Kind;
 use crate::wall::closest::{Feature, on_face, on_line};
 use crate::wall::hierarchy::{Candidate, keep_contacts};
@@ -43,26 +43,32 @@ impl Candidate for Contact {
     }
 }
 
+/// A line of the pair list as the rock sees it; a point is one without length.
+#[derive(Debug, Clone, Copy)]
+struct Segment {
+    start: Vector3<f64>,
+    edge: Vector3<f64>,
+    inverse_square: f64,
+    radius: f64,
+}
+
 /// The wall as the rock sees it at one instant, and the contacts with it.
 #[derive(Debug, Clone, Default)]
 pub struct Touch {
     /// From the rock's own frame to space.
     pub rotation: Matrix3<f64>,
-    /// Nodes of the pair list, from the rock's centre of mass in its own frame [m].
-    pub nodes: Vec<Vector3<f64>>,
     /// The contacts, by sphere, in the order of the hierarchy.
     pub contacts: Vec<Contact>,
-    edges: Vec<(Vector3<f64>, f64)>,
-    candidates: Vec<Contact>,
+    nodes: Vec<Vector3<f64>>,
+    segments: Vec<Segment>,
 }
 
 impl Touch {
     /// Room for the pairs of a rock.
     pub fn reserve(&mut self, nodes: usize, elements: usize, contacts: usize) {
         self.nodes.reserve(nodes);
-        self.edges.reserve(elements);
+        self.segments.reserve(elements);
         self.contacts.reserve(contacts);
-        self.candidates.reserve(64);
     }
 
     /// Find the contacts of `rock` at `now`.
@@ -71,60 +77,65 @@ impl Touch {
         if list.pairs.is_empty() {
             return;
         }
+        self.see(list, motion, now, at);
+        let mut rest = &list.pairs[..];
+        while let Some(&Pair { sphere: number, .. }) = rest.first() {
+            let sphere = &rock.spheres[number as usize];
+            let first = self.contacts.len();
+            while let Some((&pair, others)) = rest.split_first()
+                && pair.sphere == number
+            {
+                rest = others;
+                self.try_pair(sphere, pair, list);
+            }
+            if self.contacts.len() > first + 1 {
+                let kept = keep_contacts(&mut self.contacts[first..]);
+                self.contacts.truncate(first + kept);
+            }
+        }
+    }
+
+    /// Turn the wall into the rock's own frame.
+    fn see(&mut self, list: &PairList, motion: &NodeMotion, now: &Motion, at: Instant) {
         self.rotation = now.rotation();
         let to_own = self.rotation.transpose();
         self.nodes.clear();
         for &a in &list.nodes {
             self.nodes.push(to_own * (motion.position(at.segment, a as usize, at.along) - now.position));
         }
-        self.edges.clear();
+        self.segments.clear();
         for element in &list.elements {
-            let [a, b, _] = element.nodes.map(|n| self.nodes[n as usize]);
-            let edge = b - a;
-            self.edges.push((edge, inverse_square(&edge)));
-        }
-        let mut rest = &list.pairs[..];
-        while let Some(first) = rest.first() {
-            let sphere = &rock.spheres[first.sphere as usize];
-            self.candidates.clear();
-            while let Some(pair) = rest.first().filter(|p| p.sphere == first.sphere) {
-                rest = &rest[1..];
-                let element = &list.elements[pair.element as usize];
-                let reach = sphere.radius + element.radius;
-                let closest = self.closest(&sphere.centre, element, pair.element);
-                let square = closest.to_point.norm_squared();
-                if square < reach * reach {
-                    let distance = square.sqrt();
-                    self.candidates.push(Contact {
-                        normal: closest.to_point / distance,
-                        distance,
-                        overlap: reach - distance,
-                        weights: closest.weights,
-                        sphere: pair.sphere,
-                        element: pair.element,
-                        feature: closest.feature,
-                    });
-                }
-            }
-            keep_contacts(&mut self.candidates);
-            self.contacts.extend_from_slice(&self.candidates);
+            let [start, end, _] = element.nodes.map(|n| self.nodes[n as usize]);
+            let edge = end - start;
+            let inverse_square = inverse_square(&edge);
+            self.segments.push(Segment { start, edge, inverse_square, radius: element.radius });
         }
     }
 
+    /// Add the pair to the contacts if it touches.
     #[inline]
-    fn closest(
-        &self,
-        centre: &Vector3<f64>,
-        element: &PairElement,
-        place: u32,
-    ) -> crate::wall::closest::Closest {
-        let [a, b, c] = element.nodes.map(|n| &self.nodes[n as usize]);
-        match element.kind {
-            Kind::Face => on_face(centre, [a, b, c]),
+    fn try_pair(&mut self, sphere: &Sphere, pair: Pair, list: &PairList) {
+        let segment = &self.segments[pair.element as usize];
+        let reach = sphere.radius + segment.radius;
+        let element = &list.elements[pair.element as usize];
+        let closest = match element.kind {
             Kind::Line | Kind::Point => {
-                let (edge, inverse) = &self.edges[place as usize];
-                on_line(centre, a, edge, *inverse)
+                on_line(&sphere.centre, &segment.start, &segment.edge, segment.inverse_square)
             }
+            Kind::Face => on_face(&sphere.centre, element.nodes.map(|n| &self.nodes[n as usize])),
+        };
+        let square = closest.to_point.norm_squared();
+        if square < reach * reach {
+            let distance = square.sqrt();
+            self.contacts.push(Contact {
+                normal: closest.to_point / distance,
+                distance,
+                overlap: reach - distance,
+                weights: closest.weights,
+                sphere: pair.sphere,
+                element: pair.element,
+                feature: closest.feature,
+            });
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::wall::{Kind, Wall};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Skin as a share of the smallest radius. Wider: fewer searches, more pairs that do not touch.
-const SKIN: f64 = 0.4;
+const SKIN: f64 = 0.3;
 
 /// A sphere and an element that may touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -9,7 +9,7 @@ use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
 
 /// The steps (1 to `steps`) whose ends must be looked at so that smallest and largest values are those
-/// of all steps: every one where a rock turns, else the last and those beside an apex.
+/// of all steps: every one where a rock turns, else the first, the last and those beside an apex.
 pub fn instants(
     starts: &[Motion],
     rocks: &[Rock],
@@ -34,7 +34,7 @@ pub fn instants(
         }
         beside(-start.velocity.dot(gravity) / (gravity.norm_squared() * h));
     }
-    found.push(steps);
+    found.extend([1, steps]);
     found.retain(|s| *s > 0);
     found.sort_unstable();
     found.dedup();

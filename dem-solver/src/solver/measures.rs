@@ -9,6 +9,7 @@ use crate::critical::DEEP;
 use crate::rock::{Motion, Rock};
 use crate::settings::Settings;
 use interface_defs::message::Measure;
+use nalgebra::Vector3;
 
 /// One step, or a stretch of free flight.
 pub struct Passage<'a> {
@@ -68,16 +69,21 @@ impl Track {
         let sinks = passage.after.velocity.dot(&down) > 0.0;
         self.sinking = sinks;
         if self.touch.is_none() {
-            if let Some(ago) = passage.touched {
-                let since = (0.5 * passage.length - ago).clamp(0.0, passage.length);
-                self.touch = Some(impact(rock, passage, since));
-            }
+            // Until the touch the rock flies.
+            let gravity = &settings.gravity;
+            let ago = passage.touched.map(|ago| (0.5 * passage.length - ago).clamp(0.0, passage.length));
+            self.touch = ago.map(|since| impact(rock, passage, gravity, since));
             let from = rock.depth(passage.before, &down) - level;
             if from < 0.0 && depth >= 0.0 {
-                let since = crossing(from, depth, passage, down.dot(&passage.after.velocity), down.dot(&passage.before.velocity));
-                let passed = impact(rock, passage, since);
-                if self.touch.is_none_or(|t| passed.time <= t.time) {
-                    self.passing = Some(passed);
+                let bend = gravity.dot(&down);
+                let rate = match ago {
+                    None => (depth - from) / passage.length - 0.5 * bend * passage.length,
+                    Some(_) => passage.before.velocity.dot(&down),
+                };
+                let since = crossing(from, rate, bend).clamp(0.0, passage.length);
+                // Both at once, as on a flat wall, is a passing: the date of a touch is of second order.
+                if ago.is_none_or(|touch| since <= touch + 1e-3 * passage.length) {
+                    self.passing = Some(impact(rock, passage, gravity, since));
                 }
             }
         }
@@ -101,21 +107,16 @@ impl Track {
     }
 }
 
-/// Time within the passage at which the depth is zero [s]: it goes from `from` to `to` with the
-/// curvature that the change of velocity gives.
-fn crossing(from: f64, to: f64, passage: &Passage, fast: f64, slow: f64) -> f64 {
-    let h = passage.length;
-    let bend = (fast - slow) / h;
-    let rate = (to - from) / h - 0.5 * bend * h;
-    // from + rate t + bend t^2 / 2 = 0, in the form that does not cancel.
+/// First root of `from + rate t + bend t^2 / 2` for `from` < 0, in the form that does not cancel.
+fn crossing(from: f64, rate: f64, bend: f64) -> f64 {
     let root = (rate * rate - 2.0 * bend * from).max(0.0).sqrt();
-    (-2.0 * from / (rate + root)).clamp(0.0, h)
+    -2.0 * from / (rate + root)
 }
 
-fn impact(rock: &Rock, passage: &Passage, since: f64) -> Impact {
-    let share = since / passage.length;
+/// The moment `since` [s] after the start of a passage that begins in free flight.
+fn impact(rock: &Rock, passage: &Passage, gravity: &Vector3<f64>, since: f64) -> Impact {
     let mut motion = *passage.before;
-    motion.velocity += (passage.after.velocity - passage.before.velocity) * share;
+    motion.velocity += gravity * since;
     Impact {
         time: passage.start + since,
         speed: motion.velocity.norm(),

@@ -12,7 +12,6 @@ use super::measures::Passage;
 use super::state::State;
 use super::zone::{View, Zone};
 use super::{Counts, Model, flight, name_of, rocks_that_met};
-use crate::critical::DEEP;
 use crate::rock::Motion;
 use crate::rock::rotation::rotate;
 use crate::search::pairs::Instant;
@@ -20,6 +19,10 @@ use crate::wall::Wall;
 use crate::wall::motion::MotionFields;
 use interface_defs::{Fault, InterfaceMesh, Layout, Plan, Sampling, Window, name};
 use nalgebra::Vector3;
+
+/// Overlap over radius from which on it is looked whether the wall is behind a centre: two spheres
+/// 1.25 radii apart cover the line between their centres with 0.375 each.
+const PASSING: f64 = 0.2;
 
 /// Largest way of the wall past a rock in one step, as a share of its spheres' radius.
 const LARGEST_STRIDE: f64 = 0.5;
@@ -420,7 +423,7 @@ fn watch(
             it.name, it.smallest_radius
         )));
     }
-    if sums.penetration > DEEP
+    if sums.penetration > PASSING
         && let Some(contact) = evaluation.passed_centre(scene, now, h)
     {
         let element = scene.list.elements[contact.element as usize].number;

@@ -41,15 +41,12 @@ pub fn on_line(
     inverse_square: f64,
 ) -> Closest {
     let from_centre = start - centre;
-    let eta = -from_centre.dot(edge) * inverse_square;
-    if eta <= 0.0 {
-        Closest { to_point: from_centre, weights: [1.0, 0.0, 0.0], feature: Feature::Node }
-    } else if eta >= 1.0 {
-        Closest { to_point: from_centre + edge, weights: [0.0, 1.0, 0.0], feature: Feature::Node }
-    } else {
-        let to_point = from_centre + edge * eta;
-        Closest { to_point, weights: [1.0 - eta, eta, 0.0], feature: Feature::Edge }
-    }
+    let foot = -from_centre.dot(edge) * inverse_square;
+    // Without a branch that would be guessed wrong half of the time.
+    let foot = if foot > 0.0 { foot } else { 0.0 };
+    let eta = if foot < 1.0 { foot } else { 1.0 };
+    let feature = if eta > 0.0 && eta < 1.0 { Feature::Edge } else { Feature::Node };
+    Closest { to_point: from_centre + edge * eta, weights: [1.0 - eta, eta, 0.0], feature }
 }
 
 /// Closest point of the triangle `corners` to `centre`.

@@ -32,13 +32,11 @@ pub trait Candidate {
     fn element(&self) -> u32;
 }
 
-/// Keep those of one sphere's candidates that are contacts, in the order of the hierarchy.
-pub fn keep_contacts<C: Candidate>(candidates: &mut Vec<C>) {
-    if candidates.len() < 2 {
-        return;
-    }
+/// Move those of one sphere's candidates that are contacts to the front, in the order of the
+/// hierarchy, and say how many they are.
+pub fn keep_contacts<C: Candidate>(candidates: &mut [C]) -> usize {
     candidates.sort_unstable_by(order);
-    let mut kept = 1;
+    let mut kept = candidates.len().min(1);
     for next in 1..candidates.len() {
         let (b, nearer) = (&candidates[next], &candidates[..kept]);
         let behind =
@@ -48,7 +46,7 @@ pub fn keep_contacts<C: Candidate>(candidates: &mut Vec<C>) {
             kept += 1;
         }
     }
-    candidates.truncate(kept);
+    kept
 }
 
 fn order<C: Candidate>(a: &C, b: &C) -> Ordering {
@@ -94,7 +92,8 @@ mod tests {
 
     fn survivors(points: &[Point]) -> Vec<u32> {
         let mut points = points.to_vec();
-        keep_contacts(&mut points);
+        let kept = keep_contacts(&mut points);
+        points.truncate(kept);
         points.iter().map(|p| p.element).collect()
     }
 

@@ -38,6 +38,11 @@ impl MotionFields {
         self.displacement.get(sample).map_or_else(Vector3::zeros, |range| of_node(&input[range.clone()], node))
     }
 
+    /// Displacement of all nodes at both ends of segment `s`.
+    fn ends<'a>(&self, input: &'a [f64], s: usize) -> Option<(&'a [f64], &'a [f64])> {
+        Some((&input[self.displacement.get(s)?.clone()], &input[self.displacement.get(s + 1)?.clone()]))
+    }
+
     fn velocity(&self, input: &[f64], sample: usize, node: u32) -> Vector3<f64> {
         // The velocity may come in fewer samples than the displacement.
         let (have, all) = (self.velocity.len(), self.segments() + 1);
@@ -103,14 +108,18 @@ impl NodeMotion {
         self.increment.clear();
         self.transmitted.clear();
         for s in 0..segments {
+            let Some((start, end)) = fields.ends(input, s) else {
+                self.origin.extend(nodes.iter().map(|n| rest[*n as usize]));
+                self.increment.resize(nodes.len(), Vector3::zeros());
+                break;
+            };
             for &node in nodes {
-                let start = fields.displacement(input, s, node);
-                let end = fields.displacement(input, s + 1, node);
-                if !(start.sum() + end.sum()).is_finite() {
+                let (from, to) = (of_node(start, node), of_node(end, node));
+                if !(from.sum() + to.sum()).is_finite() {
                     return Err(node);
                 }
-                self.origin.push(rest[node as usize] + start);
-                self.increment.push(end - start);
+                self.origin.push(rest[node as usize] + from);
+                self.increment.push(to - from);
             }
         }
         self.read_transmitted(fields, input, nodes);
@@ -118,12 +127,10 @@ impl NodeMotion {
     }
 
     fn read_transmitted(&mut self, fields: &MotionFields, input: &[f64], nodes: &[u32]) {
-        let held = |a: usize, this: &Self| this.increment[a..].iter().step_by(this.count).all(|d| *d == Vector3::zeros());
-        let moving = |a: usize, this: &Self| {
-            held(a, this)
-                && (0..=fields.segments()).any(|s| fields.velocity(input, s, nodes[a]) != Vector3::zeros())
-        };
-        if fields.velocity.is_empty() || !(0..self.count).any(|a| moving(a, self)) {
+        let zero = Vector3::zeros();
+        let held = |a: usize, this: &Self| this.increment[a..].iter().step_by(this.count).all(|d| *d == zero);
+        let moving = |a: usize| (0..=fields.segments()).any(|s| fields.velocity(input, s, nodes[a]) != zero);
+        if fields.velocity.is_empty() || !(0..self.count).any(|a| held(a, self) && moving(a)) {
             return;
         }
         for s in 0..fields.segments() {

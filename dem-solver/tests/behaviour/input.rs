@@ -1,1 +1,168 @@
-//! To come.
+//! Bad input, and runs that must stop: what is wrong, where, the numbers.
+
+use crate::bench::{Bench, Setup, cube, fixed_plane, net, sphere};
+use dem_solver::{DemSolver, check::check};
+use interface_defs::message::FaultKind;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::{FieldSpec, Plan, Sampling, Solver, name};
+use nalgebra::Vector3;
+
+const ROCK: &str = "position = [0.0, 0.0, 1.0]";
+const CONTACT: &str = "[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.2\nrestitution = 0.9\n";
+
+fn scene(text: &str) -> Scene {
+    Scene::from_text("test.toml", text).expect("a scene")
+}
+
+fn refused(text: &str) -> String {
+    let options = Options::default();
+    match DemSolver::new(&scene(text), &options) {
+        Ok(_) => panic!("not refused: {text}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_with_its_place() {
+    let rock = cube(64, ROCK);
+    let with = |rock: &str, contact: &str| format!("end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n{rock}\n{contact}");
+    let cases = [
+        (with("", ""), "no rock"),
+        (with(&rock.replace("mass = 180.0", ""), ""), "neither mass nor density"),
+        (with(&rock.replace("mass = 180.0", "mass = 1.0\ndensity = 2.0"), ""), "one thing twice"),
+        (with(&rock.replace("mass = 180.0", "mass = -1.0"), ""), "test.toml:4:8: a mass of -1 kg"),
+        (with(&rock.replace("mass = 180.0", "masss = 1.0"), ""), "did you mean `mass`"),
+        (with(&rock.replace("= 64", "= 27001"), ""), "1 to 27000"),
+        (with(&rock.replace("\"box\"", "\"bax\""), ""), "unknown value `bax`"),
+        (with(&rock.replace("0.41]", "0.0]"), ""), "an edge of 0 m"),
+        (with(&format!("{rock}\norientation = [0, 0, 0, 0]"), ""), "no orientation"),
+        (with(&format!("{rock}\nname = \"a b\""), ""), "cannot begin a column"),
+        (with(&format!("{rock}\n{}", cube(1, "position = [5.0, 0.0, 0.0]\nname = \"rock\"")), ""), "two rocks are named"),
+        (with(&sphere(0.1, 1.0, "position = [0.0, 0.0, 0.0]\ncluster.spheres = 8"), ""), "a sphere is one sphere"),
+        (with(&rock, &format!("{CONTACT}{CONTACT}")), "2 tables [[contact]]"),
+        (with(&rock, &CONTACT.replace("young = 1e8", "")), "needs `young`"),
+        (with(&rock, &CONTACT.replace("young = 1e8", "young = 1e8\nstiffness = 1.0")), "follows from `young`"),
+        (with(&rock, &CONTACT.replace("poisson = 0.2", "")), "Poisson's ratio is needed"),
+        (with(&rock, &CONTACT.replace("poisson = 0.2", "poisson = 0.6")), "0 to 0.5"),
+        (with(&rock, &CONTACT.replace("restitution = 0.9", "restitution = 0.0")), "above 0 up to 1"),
+        (with(&rock, &CONTACT.replace("restitution = 0.9", "")), "neither restitution nor damping_ratio"),
+        (with(&rock, &CONTACT.replace("\"hertz_mindlin\"", "\"hertz\"")), "unknown value `hertz`"),
+        (with(&rock, &format!("{CONTACT}friction = -0.1")), "0 or more"),
+        (with(&rock, &format!("{CONTACT}[dem]\ntime_step = 0.1")), "above the critical step"),
+        (with(&rock, &format!("{CONTACT}[dem]\ntime_step = 1e-5\nsteps_per_contact = 50")), "one thing twice"),
+        (with(&format!("{rock}\n{}", cube(1, "position = [0.3, 0.0, 1.0]")), ""), "overlap at the start"),
+    ];
+    for (text, expected) in cases {
+        let message = refused(&text);
+        assert!(message.contains(expected), "{expected:?} is not in:\n{message}\n{text}");
+        assert!(message.starts_with("test.toml"), "{message}");
+    }
+}
+
+#[test]
+fn a_step_above_the_critical_one_is_taken_where_the_scene_allows_it() {
+    let text = format!(
+        "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n{}{CONTACT}[dem]\ntime_step = 0.1\nallow_unstable = true\n",
+        cube(64, ROCK)
+    );
+    let report = check(&scene(&text)).expect("allowed");
+    assert!(report.warnings[0].contains("above the critical step"), "{:?}", report.warnings);
+}
+
+/// The resolved scene runs again as it is, and resolves to itself.
+#[test]
+fn the_resolved_tables_read_back_to_the_same_check() {
+    let text = format!("end_time = 1.0\n{}{CONTACT}", cube(60, "position = [0, 0, 1]\nangular_velocity = [0.1, 0, 0]"));
+    let first = check(&scene(&text)).expect("checked");
+    let again = format!("end_time = 1.0\n{}", first.resolved);
+    let second = check(&scene(&again)).expect("checked");
+    assert_eq!(first, second);
+    assert_eq!(first.numbers["spheres"], 64.0);
+    assert_eq!(first.numbers["mass_kg"], 180.0);
+    assert!(first.numbers["time_step_s"] < first.numbers["critical_step_s"]);
+}
+
+#[test]
+fn a_wall_without_a_contact_law_is_refused() {
+    let mut solver = DemSolver::new(&scene(&format!("end_time = 1.0\n{}", cube(1, ROCK))), &Options::default())
+        .unwrap_or_else(|e| panic!("{e}"));
+    let plan = Plan { end_time: 1.0, window: 1e-3, wall: Some(fixed_plane(1.0, 1)), ..Plan::default() };
+    let fault = solver.prepare(&plan, &mut |_| Ok(())).expect_err("no law");
+    assert_eq!(fault.kind, FaultKind::Input);
+    assert!(fault.message.contains("[[contact]]"));
+}
+
+#[test]
+fn a_plan_that_asks_for_what_was_not_offered_is_refused() {
+    let text = format!("end_time = 1.0\n{}{CONTACT}", cube(1, ROCK));
+    let try_plan = |field: FieldSpec| {
+        let mut solver = DemSolver::new(&scene(&text), &Options::default()).unwrap_or_else(|e| panic!("{e}"));
+        let wall = Some(fixed_plane(1.0, 1));
+        let plan = Plan { end_time: 1.0, window: 1e-3, wall, gives: vec![field], ..Plan::default() };
+        solver.prepare(&plan, &mut |_| Ok(())).expect_err("not offered").message
+    };
+    assert!(try_plan(FieldSpec::nodal(name::CONTACT_TANGENT, 9, Sampling::Once)).contains("contact_tangent"));
+    let many = FieldSpec { samples: 65, ..FieldSpec::nodal(name::FORCE, 3, Sampling::Means) };
+    assert!(try_plan(many).contains("1 to 64"));
+}
+
+fn falling(velocity: f64, young: &str, step: f64) -> Bench {
+    let text = format!(
+        "end_time = 1.0\n{}{}[dem]\ntime_step = {step:e}\nallow_unstable = true\n",
+        cube(4096, &format!("position = [0.0, 0.0, 0.2051]\nvelocity = [0.0, 0.0, -{velocity:?}]")),
+        CONTACT.replace("1e8", young)
+    );
+    let mut wall = net(8, 0.15, 0.0);
+    wall.masses = vec![f64::INFINITY; wall.node_count()];
+    Setup::new(text, wall).build()
+}
+
+fn fault_of(bench: &mut Bench, length: f64) -> String {
+    for _ in 0..10_000 {
+        match bench.solve(length) {
+            Ok(()) => bench.commit(length),
+            Err(fault) => {
+                assert_eq!(fault.kind, FaultKind::Window, "{fault}");
+                return fault.message;
+            }
+        }
+    }
+    panic!("no fault");
+}
+
+#[test]
+fn a_wall_that_is_pushed_through_the_spheres_fails_the_window() {
+    let message = fault_of(&mut falling(6.0, "1e4", 2e-5), 1e-3);
+    assert!(message.contains("past the centre of sphere"), "{message}");
+}
+
+#[test]
+fn a_step_in_which_the_wall_could_pass_unseen_fails_the_window() {
+    let message = fault_of(&mut falling(30.0, "1e9", 1e-3), 1e-3);
+    assert!(message.contains("might pass through unseen"), "{message}");
+}
+
+#[test]
+fn a_displacement_that_is_not_finite_fails_the_window_and_names_the_node() {
+    let mut bench = falling(6.0, "1e8", 2e-5);
+    bench.displace(1, |node, _| Vector3::repeat(if node == 40 { f64::NAN } else { 0.0 }));
+    let message = bench.solve(1e-4).expect_err("NaN").message;
+    assert!(message.contains("node 40"), "{message}");
+    bench.input.fill(0.0);
+    bench.solve(1e-4).expect("the state is as before");
+}
+
+#[test]
+fn rocks_that_meet_end_the_run() {
+    let text = format!(
+        "end_time = 1.0\n{}{}{CONTACT}",
+        cube(8, "name = \"a\"\nposition = [0.0, 0.0, 0.0]\nvelocity = [1.0, 0.0, 0.0]"),
+        cube(8, "name = \"b\"\nposition = [0.5, 0.0, 0.0]")
+    );
+    let mut bench = Setup { wall: None, ..Setup::new(text, net(1, 1.0, 0.0)) }.build();
+    bench.advance(0.05);
+    let fault = bench.solve(0.05).expect_err("they meet");
+    assert_eq!(fault.kind, FaultKind::Broken);
+    assert!(fault.message.contains("`a` and rock `b`") || fault.message.contains("`b` and rock `a`"), "{fault}");
+}

@@ -8,6 +8,7 @@ mod input;
 mod oblique;
 mod repeat;
 mod rolling;
+mod scratch;
 mod wires;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

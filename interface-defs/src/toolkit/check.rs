@@ -1,6 +1,7 @@
 //! What a program answers to `check`: what it would build, from which numbers, at what cost.
 
 use super::input_error::InputError;
+use super::screen::tell;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -61,8 +62,8 @@ impl CheckReport {
     /// Print it on stdout.
     pub fn print(&self, format: Format) {
         match format {
-            Format::Text => print!("{}", self.to_text()),
-            Format::Json => println!("{}", self.to_json()),
+            Format::Text => tell(&self.to_text()),
+            Format::Json => tell(&(self.to_json() + "\n")),
         }
     }
 }

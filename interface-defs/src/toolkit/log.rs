@@ -22,7 +22,11 @@ pub fn init(format: LogFormat, tell: bool) {
         Ok(text) => EnvFilter::from_str(&text).unwrap_or_else(|_| EnvFilter::new(default)),
         Err(_) => EnvFilter::new(default),
     };
-    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let builder = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        // Said on stderr, which is what has failed: it would end the program.
+        .log_internal_errors(false);
     // A second call (two tests in one process) keeps the first.
     let _ = match format {
         LogFormat::Json => builder.json().try_init(),

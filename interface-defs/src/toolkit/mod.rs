@@ -9,10 +9,11 @@
 //! - [`history`], [`summary`], [`vtu`]: result files
 //! - [`run_dir`]: the directory of a run
 //! - [`energy`]: the balance of energy, from gauges by role
-//! - [`exit`], [`log`], [`alloc`]: exit codes, logs, counted allocations
+//! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
 
 pub mod alloc;
 pub mod check;
+pub mod counted;
 pub mod energy;
 pub mod exit;
 mod explain;
@@ -25,6 +26,7 @@ pub mod program;
 pub mod progress;
 pub mod run_dir;
 pub mod scene;
+pub mod screen;
 mod solo;
 pub mod summary;
 pub mod vtu;

@@ -2,12 +2,14 @@
 
 pub use super::check::CheckReport;
 use super::check::Format;
+use super::counted::Counted;
 use super::exit::Exit;
 use super::input_error::InputError;
 use super::log::{self, LogFormat};
 use super::progress::{self, Reporter};
 use super::run_dir;
 use super::scene::Scene;
+use super::screen::complain;
 use super::solo::{self, Stage};
 use super::summary::Status;
 use crate::ipc::serve::Connection;
@@ -158,7 +160,7 @@ pub fn main(program: &Program) -> ExitCode {
     match outcome {
         Ok(Ok(exit)) => exit.into(),
         Ok(Err(error)) => {
-            eprintln!("error: {error}");
+            complain(&error.to_string());
             Exit::BadInput.into()
         }
         Err(_) => Exit::Failed.into(),
@@ -187,7 +189,7 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             match summary.status {
                 Status::Done => Ok(Exit::Done),
                 Status::Failed | Status::Interrupted => {
-                    eprintln!("error: {}", summary.message.as_deref().unwrap_or("the run failed"));
+                    complain(summary.message.as_deref().unwrap_or("the run failed"));
                     Ok(Exit::Failed)
                 }
             }
@@ -196,7 +198,7 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             let scene = input.load()?;
             let out = run_dir::location(out.as_deref(), &scene);
             let options = Options { out: Some(out), shortcuts: !savings.no_shortcuts };
-            let mut solver = (program.build)(&scene, &options)?;
+            let mut solver = Counted::new((program.build)(&scene, &options)?);
             interrupt::install();
             let connection = Connection {
                 run: run.clone(),
@@ -205,7 +207,7 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
                 wait: *wait,
                 supervisor: *supervisor,
             };
-            Ok(ended(crate::ipc::serve::serve(solver.as_mut(), &connection)))
+            Ok(ended(crate::ipc::serve::serve(&mut solver, &connection)))
         }
     }
 }
@@ -215,7 +217,7 @@ fn ended(outcome: Result<(), Failure>) -> Exit {
     match outcome {
         Ok(()) => Exit::Done,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            complain(&failure.to_string());
             if failure.is_input() { Exit::BadInput } else { Exit::Failed }
         }
     }

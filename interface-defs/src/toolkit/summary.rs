@@ -135,7 +135,7 @@ impl Summary {
 
     /// Print the short table on stdout.
     pub fn print_table(&self) {
-        print!("{}", self.table());
+        super::screen::tell(&self.table());
     }
 }
 

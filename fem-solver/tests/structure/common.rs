@@ -1,5 +1,4 @@
 //! A structure driven window by window, as a coupler would.
-#![allow(dead_code)]
 
 use fem_solver::FemSolver;
 use interface_defs::field::{FieldSpec, Layout, Sampling, name};

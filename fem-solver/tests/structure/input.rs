@@ -1,0 +1,128 @@
+//! Bad input: refused with a place, a number and a way out.
+
+use crate::common::{WALENSTADT, scene};
+use fem_solver::FemSolver;
+use fem_solver::check::check;
+use interface_defs::toolkit::program::Options;
+
+/// The message with which a scene is refused.
+fn refused(text: &str) -> String {
+    let scene = scene(text);
+    match FemSolver::new(&scene, &Options::default()) {
+        Err(error) => error.to_string(),
+        Ok(_) => check(&scene).expect_err("must be refused").to_string(),
+    }
+}
+
+const PAIR: &str = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
+cables = [{ nodes = [0, 1] }, { nodes = [1, 2] }]
+supports = [{ nodes = [0, 2] }]
+cable = { young = 1e9, area = 1e-4, density = 7850.0 }
+"#;
+
+#[test]
+fn the_pair_itself_is_fine() {
+    let report = check(&scene(PAIR)).unwrap();
+    assert_eq!(report.numbers["nodes"], 3.0);
+}
+
+#[test]
+fn each_fault_is_named_with_its_place_and_numbers() {
+    for (from, to, place, words) in [
+        ("young = 1e9", "yuong = 1e9", "test.toml:8:", "young"),
+        ("area = 1e-4", "area = -1e-4", "test.toml:8:", "-0.0001 m2, it must lie above 0"),
+        ("density = 7850.0", "density = -1.0", "test.toml:8:", "must not lie below 0"),
+        ("[2.0, 0.0, 0.0]]", "[2.0, 0.0, 0.0], [3.0, 1.0, 0.0]]", "test.toml:5:", "node 3 at (3, 1, 0) is held by no element"),
+        ("{ nodes = [1, 2] }]", "{ nodes = [1, 7] }]", "test.toml:6:", "no node 7; nodes are 0 to 2"),
+        ("{ nodes = [1, 2] }]", "{ nodes = [1, 1] }]", "test.toml:6:", "has no length"),
+        ("{ nodes = [0, 2] }", "{ nodes = [0, 2], directions = \"xq\" }", "test.toml:7:", "letters of xyz"),
+        ("{ nodes = [0, 2] }", "{ group = \"edge\" }", "test.toml:7:", "no group `edge`"),
+        ("{ nodes = [0, 2] }", "{ at = [0.0, 9.0, 0.0] }", "test.toml:7:", "no node of the structure stands at"),
+        ("{ nodes = [0, 2] }", "{ nodes = [0], group = \"x\" }", "test.toml:7:", "exactly one of"),
+        ("density = 7850.0", "density = 0.0", "test.toml:5:", "node 1 at (1, 0, 0) is free to move and has no mass"),
+        ("end_time = 1.0", "end_time = 1.0\nfem = { time_step = 1.0 }", "test.toml:3:", "lies above the critical one"),
+        ("end_time = 1.0", "end_time = 1.0\nfem = { integrator = \"newmrk\" }", "test.toml:3:", "newmark"),
+        ("end_time = 1.0", "end_time = 1.0\ngauge = [{ name = \"a\", at = [1.0, 0.0, 0.0], quantity = \"force\" }]", "test.toml:3:", "no node of the gauge `a` is held"),
+        ("end_time = 1.0", "end_time = 1.0\ngauge = [{ name = \"a\", quantity = \"force\" }]", "test.toml:3:", "write one of at, group"),
+        ("supports = [{ nodes = [0, 2] }]", "form_finding = \"static\"", "test.toml:7:", "no static equilibrium"),
+    ] {
+        assert!(PAIR.contains(from), "{from}");
+        let message = refused(&PAIR.replace(from, to));
+        assert!(message.starts_with(place), "{to}: {message}");
+        assert!(message.contains(words), "{to}: {message}");
+    }
+}
+
+#[test]
+fn a_generator_is_checked_too() {
+    for (from, to, words) in [
+        ("spacing = 0.15", "spacing = 0.0", "must lie above 0"),
+        ("cells = [26, 26]", "cells = [26, 0]", "is none"),
+        ("spacing = 0.15", "spacing = 0.15, origin = [0.0, 0.0, 0.0], center = [0.0, 0.0, 0.0]", "either origin or center"),
+        ("damping = 15.0", "damping = -1.0", "must not lie below 0"),
+        ("damping = 15.0", "nodes = [[0.0, 0.0, 0.0]]", "takes no further nodes"),
+    ] {
+        assert!(WALENSTADT.contains(from), "{from}");
+        let message = refused(&WALENSTADT.replace(from, to));
+        assert!(message.contains(words), "{message}");
+    }
+    let without = WALENSTADT.split("[structure.cable]").next().unwrap();
+    assert!(refused(without).contains("no table [structure.cable]"));
+}
+
+#[test]
+fn a_scene_without_a_structure_is_refused() {
+    assert!(refused("end_time = 1.0\n").contains("no table [structure]"));
+}
+
+#[test]
+fn check_tells_the_numbers_of_the_reference_nets() {
+    let walenstadt = check(&scene(WALENSTADT)).unwrap();
+    let number = |name: &str| walenstadt.numbers[name];
+    assert_eq!((number("nodes"), number("elements")), (729.0, 1300.0));
+    assert!((number("sag_m") - 0.05).abs() < 5e-7);
+    // Four half cables of 7850 kg/m3.
+    assert!((number("least_interface_mass_kg") - 2.0 * 7850.0 * 1.256637061e-5 * 0.15).abs() < 1e-12);
+    // 1-D bound of the handbook, w^2 <= 4 (E_t + S) A / (L m), m = 2 rho A L: h = L sqrt(2 rho / E); the
+    // net without stiffness across sits within the next mode of it.
+    let bound = 0.15 * (2.0 * 7850.0 / 8.227864894e9_f64).sqrt();
+    assert!((number("critical_step_s") / bound - 1.0).abs() < 5e-3, "{} {bound}", number("critical_step_s"));
+    assert_eq!(number("time_step_s"), 0.5 * number("critical_step_s"));
+
+    let cable_net = check(&scene(
+        r#"
+end_time = 1.0
+gravity = [0.0, -6.378103166302658, -6.378103166302658]
+[structure]
+generator = { type = "rectangular_net", cells = [20, 20], spacing = 0.15 }
+cable = { young = 7e5, area = 1.256637061e-5, density = 7850.0, prestress = 1e9, tension_only = false }
+damping = 20.0
+dead_load = false
+"#,
+    ))
+    .unwrap();
+    // All cables at N0: w^2 = 4 q/m (sin^2 + sin^2) with the highest mode k = 19 pi / 40 each way.
+    let q = 1e9 * 1.256637061e-5 / 0.15;
+    let m = cable_net.numbers["least_interface_mass_kg"];
+    let sine = (19.0 * std::f64::consts::PI / 40.0).sin();
+    let exact = 2.0 / (8.0 * q / m * sine * sine).sqrt();
+    let critical = cable_net.numbers["critical_step_s"];
+    // The axial stiffness E A / L = 58.6 N/m beside q = 83776 N/m shortens it by 3e-4 at most.
+    assert!((critical / exact - 1.0).abs() < 4e-4, "{critical} {exact}");
+    assert!((critical - 4.2e-4).abs() < 0.05e-4);
+}
+
+#[test]
+fn the_resolved_scene_builds_the_same_structure() {
+    let report = check(&scene(WALENSTADT)).unwrap();
+    let mut resolved = report.resolved.clone();
+    resolved.insert("end_time".into(), 1.0.into());
+    resolved.insert("gravity".into(), toml::Value::try_from([0.0, 0.0, -9.81]).unwrap());
+    let again = check(&scene(&toml::to_string(&resolved).unwrap())).unwrap();
+    assert_eq!(again.resolved, report.resolved);
+    assert_eq!(again.numbers["critical_step_s"], report.numbers["critical_step_s"]);
+}

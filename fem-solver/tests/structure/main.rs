@@ -1,0 +1,13 @@
+//! The structure as a whole, in one test binary: linking is what takes the time.
+
+mod allocation;
+mod common;
+mod contract;
+mod dynamics;
+mod input;
+mod statics;
+
+use interface_defs::toolkit::alloc::CountingAllocator;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;

@@ -1,0 +1,156 @@
+//! Prints the tables of the README: runs the scenes and says what came out, one line per run.
+//!
+//! `cargo run --release -p tests --example figures -- cable-net|drop-test|cost`
+
+use tests::{Bench, Ended, scene};
+
+fn main() {
+    match std::env::args().nth(1).as_deref() {
+        Some("cable-net") => cable_net(),
+        Some("drop-test") => drop_test(),
+        Some("cost") => cost(),
+        _ => eprintln!("usage: figures cable-net | drop-test | cost"),
+    }
+}
+
+fn run(name: &str, sets: &[&str]) -> Ended {
+    let bench = Bench::new();
+    let words: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let ended = bench.run(&scene(name), "out", &words);
+    if ended.code != Some(0) {
+        println!("FAILED {sets:?}: {}", ended.stderr.lines().last().unwrap_or_default());
+    }
+    // The directory goes with the bench: keep what is looked at.
+    let kept = std::env::temp_dir().join(format!("rockfall-figures-{}", std::process::id()));
+    let _ = std::fs::create_dir_all(&kept);
+    let _ = std::fs::copy(ended.out.join("summary.json"), kept.join("summary.json"));
+    Ended { out: kept, ..ended }
+}
+
+fn number(value: &serde_json::Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+/// V-C6, with both masses in the dashpot: windows, peak, halved share, solver calls per simulated millisecond.
+fn cable_net() {
+    println!("mass scheme window_s samples peak_m time_s halved_share unconverged calls_per_ms energy_error");
+    for mass in ["rock", "local"] {
+        let mass_set = format!("contact.0.effective_mass={mass}");
+        let weak = ["1e-5", "2e-5", "5e-5", "1e-4"].map(|window| ("weak", window, "1"));
+        let strong = ["2e-4", "5e-4", "1e-3"].map(|window| ("strong", window, "1"));
+        let finer = [("strong", "1e-3", "4")];
+        for (scheme, window, samples) in weak.into_iter().chain(strong).chain(finer) {
+            let step = if scheme == "weak" { window } else { "2e-5" };
+            let sets = [
+                mass_set.clone(),
+                format!("coupling.scheme={scheme}"),
+                format!("coupling.time_window={window}"),
+                format!("coupling.samples={samples}"),
+                format!("dem.time_step={step}"),
+            ];
+            let ended = run("cable-net", &sets.each_ref().map(String::as_str));
+            let summary = ended.summary();
+            let coupling = &summary["coupling"];
+            let windows = number(&coupling["windows"]) + number(&coupling["windows_halved"]);
+            println!(
+                "{mass} {scheme} {window} {samples} {:.6} {:.5} {:.3} {} {:.1} {:.2e}",
+                ended.measure("centre_uz_min"),
+                number(&summary["measures"]["centre_uz_min"]["time_s"]),
+                number(&coupling["windows_halved"]) / windows,
+                coupling["windows_unconverged"],
+                2.0 * number(&coupling["iterations"]) / 200.0,
+                ended.measure("energy_error"),
+            );
+        }
+    }
+}
+
+/// The drop test over clusters and schemes, each beside its own run at half the window.
+fn drop_test() {
+    println!("case spheres scheme window_s max_deflection_m max_reaction_1ms_N raw_N impact_speed sag_m energy_error iterations_per_window");
+    let exp2 = ["structure.cable.prestress=-1.35898e7", "rock.0.position=[0.0, 0.0, 2.105]"];
+    for (case, extra) in [("exp_1", &[][..]), ("exp_2", &exp2)] {
+        let counts: &[u32] = if case == "exp_1" { &[1, 64, 512, 4_096, 21_952] } else { &[64] };
+        for spheres in counts {
+            let all = [
+                ("weak", "5e-5", "central_difference", "5e-5"),
+                ("weak", "2.5e-5", "central_difference", "2.5e-5"),
+                ("strong", "2e-4", "central_difference", "5e-5"),
+                ("strong", "1e-4", "central_difference", "5e-5"),
+                ("strong", "2e-4", "generalized_alpha", "2e-4"),
+                ("strong", "1e-4", "generalized_alpha", "1e-4"),
+            ];
+            for (scheme, window, integrator, step) in all {
+                let implicit = integrator != "central_difference";
+                if implicit && !(*spheres == 64 || *spheres == 1) {
+                    continue;
+                }
+                let owned = [
+                    format!("rock.0.cluster.spheres={spheres}"),
+                    format!("coupling.scheme={scheme}"),
+                    format!("coupling.time_window={window}"),
+                    format!("fem.integrator={integrator}"),
+                    format!("fem.time_step={step}"),
+                    "end_time=0.78".to_string(),
+                ];
+                let sets: Vec<&str> = owned.iter().map(String::as_str).chain(extra.iter().copied()).collect();
+                let ended = run("walenstadt-compare", &sets);
+                let name = if implicit { format!("{scheme}-implicit") } else { scheme.to_string() };
+                println!(
+                    "{case} {spheres} {name} {window} {:.5} {:.0} {:.0} {:.4} {:.5} {:.1e} {:.2}",
+                    ended.measure("max_deflection"),
+                    ended.measure("max_reaction_1ms"),
+                    ended.measure("max_reaction"),
+                    ended.measure("impact_speed"),
+                    ended.measure("sag"),
+                    ended.measure("energy_error"),
+                    number(&ended.summary()["coupling"]["iterations_per_window"]),
+                );
+            }
+        }
+    }
+}
+
+/// Wall time of the loop for 0.5 s after contact: medians of five, interleaved.
+fn cost() {
+    let cases: [(&str, &[&str]); 5] = [
+        ("64 spheres, weak 1e-4 s, contact step 1e-4 s", &["rock.0.cluster.spheres=64", "coupling.time_window=1e-4", "dem.time_step=1e-4", "fem.time_step=1e-4"]),
+        ("64 spheres, weak 5e-5 s, contact step 5e-5 s", &["rock.0.cluster.spheres=64", "dem.time_step=5e-5"]),
+        ("64 spheres, weak 5e-5 s, contact step 1e-5 s", &["rock.0.cluster.spheres=64"]),
+        ("21952 spheres, weak 5e-5 s, contact step 5e-5 s", &["rock.0.cluster.spheres=21952", "dem.time_step=5e-5"]),
+        ("64 spheres, weak 5e-5 s, events only", &["rock.0.cluster.spheres=64", "dem.time_step=5e-5", "processes.wait=event"]),
+    ];
+    // The fall is left out: the rock starts at the net with the speed it would have there.
+    let common = ["end_time=0.5", "rock.0.position=[0.0, 0.0, 0.155]", "rock.0.velocity=[0.0, 0.0, -6.26418391]"];
+    let mut loops = vec![Vec::new(); cases.len()];
+    let mut last = Vec::new();
+    for _ in 0..5 {
+        last.clear();
+        for (times, (_, sets)) in loops.iter_mut().zip(&cases) {
+            let sets: Vec<&str> = sets.iter().chain(&common).copied().collect();
+            let ended = run("walenstadt-compare", &sets);
+            times.push(number(&ended.summary()["cost"]["loop_s"]));
+            last.push((ended.summary(), ended.measure("max_deflection")));
+        }
+    }
+    println!("case: loop_s median (min max), deflection, exchanges, us each, start s, cpu coupler dem fem, solve dem fem");
+    for (((name, _), times), (summary, deflection)) in cases.iter().zip(&mut loops).zip(&last) {
+        times.sort_by(f64::total_cmp);
+        let cost = &summary["cost"];
+        let process = |name: &str, key: &str| number(&cost["processes"][name][key]);
+        println!(
+            "{name}: {:.3} ({:.3} {:.3}), {deflection:.5} m, {}, {:.1}, {:.3}, {:.2} {:.2} {:.2}, {:.3} {:.3}",
+            times[2],
+            times[0],
+            times[4],
+            cost["exchanges"],
+            number(&cost["exchange_microseconds"]),
+            number(&cost["stages"]["prepare_s"]),
+            process("coupler", "cpu_s"),
+            process("dem", "cpu_s"),
+            process("fem", "cpu_s"),
+            process("dem", "solve_s"),
+            process("fem", "solve_s"),
+        );
+    }
+}
