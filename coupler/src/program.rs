@@ -12,8 +12,10 @@ use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::screen::complain;
 use interface_defs::toolkit::summary::{Status, Summary};
 use interface_defs::{Failure, Participant, Progress, Statistics};
 use serde_json::json;
@@ -61,7 +63,7 @@ struct Input {
 struct RunArgs {
     #[command(flatten)]
     input: Input,
-    /// Directory of the results [default: out/<scene name>]
+    /// Directory of the results [default: out/NAME for the scene NAME.toml]
     #[arg(long, value_name = "DIR", help_heading = "Results")]
     out: Option<PathBuf>,
     /// Overwrite the run that the directory holds
@@ -72,18 +74,13 @@ struct RunArgs {
     quiet: bool,
     /// Print progress on stdout, five times a second
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Results")]
-    progress: Option<ProgressForm>,
+    progress: Option<Form>,
     /// Name of the run, the same for all its programs: 1 to 16 letters, digits, dashes
     #[arg(long, value_name = "ID", help_heading = "Connection")]
     run: RunId,
     /// Process whose end ends this one
     #[arg(long, value_name = "PID", help_heading = "Connection")]
     supervisor: Option<u32>,
-}
-
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum ProgressForm {
-    Json,
 }
 
 /// The whole program.
@@ -101,7 +98,7 @@ pub fn main() -> Exit {
         }
     };
     outcome.unwrap_or_else(|error| {
-        eprintln!("error: {error}");
+        complain(&error.to_string());
         Exit::BadInput
     })
 }
@@ -130,15 +127,17 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     let (host, mut remotes) = match Host::create(options, &SOLVERS) {
         Ok(created) => created,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            complain(&failure.to_string());
             return Ok(Exit::Failed);
         }
     };
     let [dem, fem] = &mut remotes[..] else { unreachable!("as many as names") };
-    let mut records = Records::new(&out, end_time, output.iterations, args.progress.is_some());
+    let mut records = Records::new(&out, end_time, output.iterations, args.progress);
     let mut coupling = Coupling::new(settings, end_time, dem, fem);
+    let mut reporter = Reporter::new(args.progress);
     let mut preparing = |progress: Progress| {
-        tracing::info!("{}", progress.what);
+        tracing::debug!("{}", progress.what);
+        reporter.report(|| Line { end: end_time, what: progress.what, ..Line::default() });
         Ok(())
     };
     let mut outcome = coupling.run(&mut records, &mut preparing);
@@ -179,7 +178,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     drop(remotes);
     host.close();
     if let Err(e) = summary.write(&out) {
-        eprintln!("error: cannot write {}: {e}", out.join(run_dir::SUMMARY).display());
+        complain(&format!("cannot write {}: {e}", out.join(run_dir::SUMMARY).display()));
         return Ok(Exit::Failed);
     }
     if !args.quiet {
@@ -188,7 +187,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     Ok(match outcome {
         Ok(()) => Exit::Done,
         Err(error) => {
-            eprintln!("error: {error}");
+            complain(&error.to_string());
             match error {
                 CouplingError::Failed(failure) if failure.is_input() => Exit::BadInput,
                 _ => Exit::Failed,

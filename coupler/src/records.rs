@@ -4,23 +4,20 @@ use crate::coupling::{Committed, Coupling, Iteration, Observer};
 use crate::handshake::Side;
 use interface_defs::toolkit::alloc::allocations;
 use interface_defs::toolkit::history::{History, gauge_column};
+use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::summary::Summary;
 use interface_defs::{Gauge, Measure, Statistics};
 use serde_json::json;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
-
-/// How often a line of progress is printed.
-const REPORT: Duration = Duration::from_millis(200);
+use std::time::Instant;
 
 /// Writes the rows of a run.
 pub struct Records {
     dir: PathBuf,
     end_time: f64,
     iterations_wanted: bool,
-    progress: bool,
+    progress: Reporter,
     history: Option<History>,
     iterations: Option<History>,
     row: Vec<f64>,
@@ -30,7 +27,6 @@ pub struct Records {
     counts: (u64, u64),
     prepared_at: Option<Instant>,
     window_started: Instant,
-    reported_at: Instant,
     allocations: Option<u64>,
 }
 
@@ -42,14 +38,14 @@ struct Tracked {
 }
 
 impl Records {
-    /// Records of a run to `end_time` [s] in `dir`; with `progress`, lines of JSON on stdout.
-    pub fn new(dir: &Path, end_time: f64, iterations: bool, progress: bool) -> Self {
+    /// Records of a run to `end_time` [s] in `dir`; with `progress`, lines on stdout.
+    pub fn new(dir: &Path, end_time: f64, iterations: bool, progress: Option<Form>) -> Self {
         let now = Instant::now();
         Self {
             dir: dir.into(),
             end_time,
             iterations_wanted: iterations,
-            progress,
+            progress: Reporter::new(progress),
             history: None,
             iterations: None,
             row: Vec::new(),
@@ -59,7 +55,6 @@ impl Records {
             counts: (0, 0),
             prepared_at: None,
             window_started: now,
-            reported_at: now,
             allocations: None,
         }
     }
@@ -89,22 +84,6 @@ impl Records {
         };
         let seen = self.gauges.iter().filter(|t| t.gauge.extremes && t.smallest.0.is_finite());
         seen.flat_map(|t| [measure(&t.gauge, "min", t.smallest), measure(&t.gauge, "max", t.largest)]).collect()
-    }
-
-    /// A line of progress, if one is due.
-    pub fn report(&mut self, time: f64, residual: f64, what: &str) {
-        if !self.progress || self.reported_at.elapsed() < REPORT {
-            return;
-        }
-        self.reported_at = Instant::now();
-        let (windows, iterations) = self.counts;
-        let line = json!({
-            "t": time, "end": self.end_time, "windows": windows, "iterations": iterations,
-            "residual": residual, "what": what,
-        });
-        let mut out = std::io::stdout().lock();
-        // Whoever reads progress may have gone; the run goes on.
-        let _ = writeln!(out, "{line}").and_then(|()| out.flush());
     }
 
     fn create(&self, name: &str, columns: &[String]) -> Result<History, String> {
@@ -192,7 +171,10 @@ impl Observer for Records {
         self.row.extend([c.balance.imbalance, defect, c.iterations.into(), c.residual.displacement]);
         let history = self.history.as_mut().expect("created when both were prepared");
         history.row(&self.row).map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY))?;
-        self.report(time, c.residual.displacement, "");
+        let (windows, iterations) = self.counts;
+        let residual = Some(c.residual.displacement);
+        let end = self.end_time;
+        self.progress.report(|| Line { t: time, end, windows, iterations, residual, what: String::new() });
         // The first window may grow what later ones use again.
         if self.allocations.is_none() {
             self.allocations = Some(allocations());

@@ -1,6 +1,6 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
-use crate::settings::{ContactSettings, DemSettings, RockSettings, Settings};
+use crate::settings::{ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings};
 use crate::solver::DemSolver;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
@@ -73,6 +73,13 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         ("mass_kg", mass),
     ];
     report.numbers = numbers.map(|(name, value)| (name.to_owned(), value)).into();
+    if let Some(damping) = model.law.as_ref().and_then(|law| law.damping.as_ref()) {
+        report.numbers.insert("dashpot_ratio".into(), damping.ratio);
+        if damping.mass == EffectiveMass::Rock {
+            let heaviest = model.rocks.iter().map(|rock| rock.mass).fold(0.0, f64::max);
+            report.numbers.insert("dashpot_mass_kg".into(), heaviest);
+        }
+    }
     report.resolved = resolved(&model.settings);
     Ok(report)
 }

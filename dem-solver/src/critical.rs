@@ -23,7 +23,7 @@ pub const DEEP: f64 = 0.5;
 /// Step of a scene without contact: no force limits it, and the rows are as fine [s].
 const STEP_WITHOUT_CONTACT: f64 = 1e-3;
 
-/// Largest turn in one step without contact [rad].
+/// Largest turn in one step that the scene leaves open [rad].
 const TURN: f64 = 0.02;
 
 /// Largest share of the critical step that is taken where the scene leaves the step open.
@@ -75,9 +75,10 @@ impl Steps {
             steps.step = step;
         } else if law.is_some() {
             let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
+            let turning = steps.step;
             steps.step = steps.contact / per_contact;
             if dem.steps_per_contact.is_none() {
-                steps.step = steps.step.min(SHARE * steps.critical);
+                steps.step = steps.step.min(SHARE * steps.critical).min(turning);
             }
         }
         if steps.step > steps.critical && !dem.allow_unstable {

@@ -62,7 +62,7 @@ fn loaded(
     for step in 1..=steps {
         let part = f64::from(step) / f64::from(steps);
         let load: Vec<f64> = model.dead_load.iter().map(|p| part * p).collect();
-        let problem = Problem { load: &load, start: &zero, inertia: 0.0, share: 1.0 };
+        let problem = Problem { load: &load, start: &zero, inertia: 0.0, share: 1.0, mean_stress: false };
         let mut before = done.iterations;
         let info = newton.solve(model, &problem, &SETTINGS, u, &mut |_, residual| {
             before += 1;

@@ -6,7 +6,8 @@
 //! ```
 //!
 //! With `af = am = 1/2` this is the implicit midpoint rule: the force of the step is its mean over
-//! it, and its work is exactly `f . du`. With `af = 0` forces balance at the end of the step. Between
+//! it, and its work is exactly `f . du`. Cables pull with their mean stress of the step there, and so
+//! keep the energy exactly however far they turn ([`Kernel::pull_between`]). With `af = 0` forces balance at the end of the step. Between
 //! the two, the load is the straight line that has the given mean and the given end.
 //!
 //! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
@@ -14,7 +15,7 @@
 use crate::config::{FemConfig, Integrator, NewtonConfig};
 use crate::explicit::free_masses;
 use crate::kernel::Kernel;
-use crate::lanes::sum_of;
+use crate::lanes::{add, sum_of};
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, Problem, spring_dofs};
 use crate::state::State;
@@ -150,8 +151,13 @@ impl Implicit {
         } else {
             0.0
         };
-        let problem =
-            Problem { load: &self.load, start: &self.before, inertia: factor, share: 1.0 - alpha_f };
+        let problem = Problem {
+            load: &self.load,
+            start: &self.before,
+            inertia: factor,
+            share: 1.0 - alpha_f,
+            mean_stress: self.scheme.takes_mean_only(),
+        };
         let info =
             self.newton.solve(model, &problem, &self.settings, &mut state.displacement, &mut |_, _| Ok(()))?;
         self.advance_rates(damping, state, h);
@@ -206,16 +212,19 @@ impl Implicit {
         for ((m, u0), u1) in self.middle.iter_mut().zip(&self.before).zip(&state.displacement) {
             *m = 0.5 * (u0 + u1);
         }
-        let midpoint = self.scheme.takes_mean_only();
-        let (at, outer) = if midpoint { (&self.middle, load.balance) } else { (&state.displacement, load.end) };
-        let largest =
-            net_force(model, &mut self.kernel, &self.springs, at, outer, &mut self.force);
-        if !midpoint {
-            for (mean, end) in self.force.iter_mut().zip(&mut state.force) {
-                let now = *mean;
-                *mean = 0.5 * (*end + now);
-                *end = now;
-            }
+        if self.scheme.takes_mean_only() {
+            add(&mut self.force, &model.dead_load, load.balance);
+            let largest = self.kernel.pull_between(&self.before, &state.displacement, &mut self.force);
+            pull_springs(&self.springs, &self.middle, &mut self.force);
+            return largest;
+        }
+        add(&mut self.force, &model.dead_load, load.end);
+        let largest = self.kernel.pull(&state.displacement, &mut self.force);
+        pull_springs(&self.springs, &state.displacement, &mut self.force);
+        for (mean, end) in self.force.iter_mut().zip(&mut state.force) {
+            let now = *mean;
+            *mean = 0.5 * (*end + now);
+            *end = now;
         }
         largest
     }
@@ -241,22 +250,8 @@ struct Known {
     acceleration: f64,
 }
 
-/// Force of dead load, `outer` load and elements on every degree of freedom at `u`; returns the
-/// largest tension, squared.
-pub fn net_force(
-    model: &Model,
-    kernel: &mut Kernel,
-    springs: &[(usize, f64)],
-    u: &[f64],
-    outer: &[f64],
-    force: &mut [f64],
-) -> f64 {
-    for ((f, dead), outer) in force.iter_mut().zip(&model.dead_load).zip(outer) {
-        *f = dead + outer;
-    }
-    let largest = kernel.pull(u, force);
+fn pull_springs(springs: &[(usize, f64)], u: &[f64], force: &mut [f64]) {
     for (dof, k) in springs {
         force[*dof] -= k * u[*dof];
     }
-    largest
 }

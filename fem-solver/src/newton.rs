@@ -1,8 +1,10 @@
 //! Newton iteration with line search: one for statics and for every implicit step.
 //!
 //! Solves `r(u) = p - k_M M (u - u_0) - f_int(u_0 + s (u - u_0)) = 0` for the free degrees of
-//! freedom, where `p` is load less what is known of inertia and damping, `k_M` the inertia of the
-//! scheme (0 in statics) and `s = 1 - alpha_f` the share of the step at which forces balance.
+//! freedom. Here `p` is load less what is known of inertia and damping, `k_M` the inertia of the scheme
+//! (0 in statics) and `s = 1 - alpha_f` the share of the step at which forces balance. The midpoint
+//! rule takes the mean stress of the step in place of the stress in its middle, so that it stores
+//! exactly the work that it does ([`Kernel::pull_between`]); the tangent stays that of the middle.
 
 use crate::config::NewtonConfig;
 use crate::kernel::Kernel;
@@ -17,6 +19,8 @@ const SLACK_SHARE: f64 = 1e-6;
 const ENOUGH: f64 = 0.8;
 /// Most evaluations of a line search.
 const MOST_SEARCHES: usize = 60;
+/// Rounding never counts for more than this of the forces: what flies off is not in balance.
+const COARSEST: f64 = 1e-7;
 /// Largest shift of a tangent that is not positive, relative to its largest diagonal entry.
 const LARGEST_SHIFT: f64 = 1e2;
 
@@ -30,6 +34,8 @@ pub struct Problem<'a> {
     pub inertia: f64,
     /// `s`, above 0 and at most 1.
     pub share: f64,
+    /// Whether cables pull with their mean stress between `u_0` and `u`.
+    pub mean_stress: bool,
 }
 
 /// What an iteration did.
@@ -171,7 +177,7 @@ impl Newton {
             let step = self.step(problem, u, before, settings.line_search, &mut sizes);
             // Rounding of u alone, and of the tensions that cancel at a node.
             let noise = f64::EPSILON * (stiffness * largest(u) + sizes.tension);
-            rounding = 8.0 * noise * (self.tangent.len() as f64).sqrt();
+            rounding = (2.0 * noise * (self.tangent.len() as f64).sqrt()).min(COARSEST * sizes.scale);
             let travel = u.iter().zip(problem.start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             settled = step * length <= 1e-6 * travel;
             info.iterations += 1;
@@ -185,7 +191,12 @@ impl Newton {
             *at = u0 + problem.share * (u1 - u0);
         }
         self.residual.fill(0.0);
-        let tension = self.kernel.pull(&self.balance_at, &mut self.residual).sqrt();
+        let squared = if problem.mean_stress {
+            self.kernel.pull_between(problem.start, u, &mut self.residual)
+        } else {
+            self.kernel.pull(&self.balance_at, &mut self.residual)
+        };
+        let tension = squared.sqrt();
         for (dof, k) in &self.springs {
             self.residual[*dof] -= k * self.balance_at[*dof];
         }

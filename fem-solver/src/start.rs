@@ -4,7 +4,6 @@ use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::critical_step::highest_frequency;
 use crate::form_finding::find_form;
-use crate::implicit::net_force;
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, spring_dofs};
@@ -13,7 +12,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
 /// Residual, relative to the largest of load and internal force, below which a structure is at rest.
-const AT_REST: f64 = 1e-11;
+const AT_REST: f64 = 1e-10;
 /// Share of the critical step that is taken by default.
 const DEFAULT_SHARE: f64 = 0.5;
 /// Share of the critical step above which the user hears that nets stiffen as they are stretched.
@@ -90,11 +89,12 @@ impl Start {
                 })?
             }
         };
-        let mut force = vec![0.0; model.dof_count()];
+        let mut force = model.dead_load.clone();
         let mut kernel = Kernel::new(&model.cables, model.node_count());
-        let zero = vec![0.0; model.dof_count()];
-        let largest =
-            net_force(model, &mut kernel, &spring_dofs(model), &displacement, &zero, &mut force).sqrt();
+        let cable_force = kernel.pull(&displacement, &mut force).sqrt();
+        for (dof, k) in spring_dofs(model) {
+            force[dof] -= k * displacement[dof];
+        }
         let residual = newton.tangent.dofs().iter().map(|dof| force[*dof].powi(2)).sum::<f64>().sqrt();
         let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
         let frequency = match config.fem.integrator {
@@ -112,7 +112,6 @@ impl Start {
         }
         let time_step = time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
         let at_rest = residual <= AT_REST * scale || residual == 0.0;
-        let cable_force = largest;
         Ok(Self {
             displacement,
             force,

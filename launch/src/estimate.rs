@@ -55,6 +55,10 @@ struct Numbers {
     node_mass: Option<f64>,
     /// Largest stiffness of one contact [N/m].
     stiffness: Option<f64>,
+    /// Damping ratio of the contact's dashpot.
+    dashpot: Option<f64>,
+    /// Mass that scales the dashpot [kg], where it is not the node's own.
+    dashpot_mass: Option<f64>,
     window: Option<f64>,
     windows: Option<f64>,
     seconds_per_exchange: Option<f64>,
@@ -96,6 +100,8 @@ impl Numbers {
             frequency: of(Part::Fem, "highest_frequency_rad_per_s"),
             node_mass: of(Part::Fem, "least_interface_mass_kg"),
             stiffness: of(Part::Dem, "contact_stiffness_n_per_m"),
+            dashpot: of(Part::Dem, "dashpot_ratio"),
+            dashpot_mass: of(Part::Dem, "dashpot_mass_kg"),
             window: of(Part::Coupler, "time_window_s"),
             windows: of(Part::Coupler, "windows"),
             seconds_per_exchange: of(Part::Coupler, "seconds_per_exchange"),
@@ -112,9 +118,18 @@ impl Numbers {
         Some(2.0 / (w * w + k / m).sqrt())
     }
 
-    /// Longest window of a weak coupling [s]: it fails above `2 sqrt(m / k)`.
-    fn weak_limit(&self) -> Option<f64> {
-        Some(2.0 * (self.node_mass? / self.stiffness?).sqrt())
+    /// Longest window of a weak coupling [s], and what sets it: the contact's spring `2 sqrt(m / k)`, or
+    /// its dashpot `2 m / c` with `c = 2 ratio sqrt(m* k)`.
+    ///
+    /// Source: two-mass contact model, one pass.
+    fn weak_limit(&self) -> Option<(f64, &'static str)> {
+        let (m, k) = (self.node_mass?, self.stiffness?);
+        let spring = (2.0 * (m / k).sqrt(), "spring");
+        let dashpot = self.dashpot.map(|ratio| {
+            let c = 2.0 * ratio * (self.dashpot_mass.unwrap_or(m) * k).sqrt();
+            (2.0 * m / c, "dashpot")
+        });
+        Some(dashpot.filter(|limit| limit.0 < spring.0).unwrap_or(spring))
     }
 
     fn steps(&self) -> String {
@@ -138,7 +153,9 @@ impl Numbers {
             self.together(),
             format!("; a contact of {stiffness} on a node of {mass}"),
         );
-        line("longest weak window", self.weak_limit(), "; above it a weak coupling fails".into());
+        if let Some((limit, part)) = self.weak_limit() {
+            line("longest weak window", Some(limit), format!("; above it the contact's {part} grows from pass to pass"));
+        }
         text
     }
 
@@ -181,11 +198,11 @@ impl Numbers {
     }
 
     fn warnings(&self) -> Option<String> {
-        let (window, limit) = (self.window?, self.weak_limit()?);
+        let (window, (limit, part)) = (self.window?, self.weak_limit()?);
         (self.weak && window > limit).then(|| {
             format!(
                 "weak coupling with a window of {} s fails where a contact becomes as stiff as {} N/m on a node of \
-                 {} kg: the limit there is {} s; shorten coupling.time_window or use scheme = \"strong\"",
+                 {} kg: its {part} sets the limit there, {} s; shorten coupling.time_window or use scheme = \"strong\"",
                 short(window),
                 short(self.stiffness.unwrap_or(f64::NAN)),
                 short(self.node_mass.unwrap_or(f64::NAN)),
@@ -232,7 +249,7 @@ mod tests {
         // w^2 = 4e8, k/m = 1e6 / 0.03.
         let exact = 2.0 / (4e8_f64 + 1e6 / 0.03).sqrt();
         assert!((numbers.together().expect("known") / exact - 1.0).abs() < 1e-15);
-        assert!((numbers.weak_limit().expect("known") - 2.0 * 3e-8_f64.sqrt()).abs() < 1e-18);
+        assert!((numbers.weak_limit().expect("known").0 - 2.0 * 3e-8_f64.sqrt()).abs() < 1e-18);
         assert!(
             numbers.steps().contains("a contact of 1000000 N/m on a node of 0.03 kg"),
             "{}",
@@ -257,7 +274,24 @@ mod tests {
     #[test]
     fn a_weak_window_beyond_the_limit_is_warned_of() {
         assert_eq!(coupled(5e-5).warnings(), None);
-        assert!(coupled(1e-3).warnings().expect("too long").contains("the limit there is 0.00034641 s"));
+        assert!(coupled(1e-3).warnings().expect("too long").contains("its spring sets the limit there, 0.00034641 s"));
+    }
+
+    /// The regression case of the reference: 97.5 kg in a dashpot that acts on a node of 0.03 kg.
+    #[test]
+    fn a_dashpot_of_the_rocks_mass_on_a_light_node_sets_the_limit() {
+        let numbers = Numbers {
+            node_mass: Some(0.0296),
+            stiffness: Some(31e3),
+            dashpot: Some(0.667),
+            dashpot_mass: Some(97.5),
+            ..Numbers::default()
+        };
+        let exact = 0.0296 / (0.667 * (97.5_f64 * 31e3).sqrt());
+        let (limit, part) = numbers.weak_limit().expect("known");
+        assert!((limit / exact - 1.0).abs() < 1e-12 && part == "dashpot", "{limit} {part}");
+        let local = Numbers { dashpot_mass: None, ..numbers };
+        assert!(local.weak_limit().expect("known").0 > 50.0 * limit);
     }
 
     #[test]

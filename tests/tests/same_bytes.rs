@@ -29,7 +29,7 @@ fn in_process(path: &Path, sets: &[&str], out: &Path) {
     let settings = coupler::settings::Coupling::of(&scene).unwrap();
     let end = scene.end_time().unwrap();
     std::fs::create_dir_all(out).unwrap();
-    let mut records = Records::new(out, end, false, false);
+    let mut records = Records::new(out, end, false, None);
     let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);
     coupling.run(&mut records, &mut |_| Ok(())).unwrap();
     coupling.finish().unwrap();

@@ -45,6 +45,11 @@ impl NearList {
         (centre - self.centre).norm() + moved + need <= self.coverage
     }
 
+    /// The list is no longer good.
+    pub fn invalidate(&mut self) {
+        self.coverage = f64::NEG_INFINITY;
+    }
+
     /// List the elements within `coverage` [m] of `centre`; `at` gives each node's position [m].
     pub fn build(
         &mut self,

@@ -43,8 +43,6 @@ pub struct Counts {
     pub flight_windows: u64,
     /// Evaluations of a contact.
     pub contact_evaluations: u64,
-    /// Searches for the elements near a rock.
-    pub near_refreshes: u64,
 }
 
 /// What does not change in a run.

@@ -33,6 +33,8 @@ pub struct Run {
     zones: Vec<Zone>,
     fields: MotionFields,
     answer: Answer,
+    /// Numbers of a request and of its answer.
+    lengths: (usize, usize),
     gauges: Gauges,
     counts: Counts,
     most_contacts: usize,
@@ -107,6 +109,7 @@ impl Run {
             zones,
             fields,
             answer,
+            lengths: (takes.len(), gives.len()),
             gauges: Gauges::new(&model.settings),
             counts: Counts::default(),
             most_contacts: (0..model.rocks.len()).map(contacts).max().unwrap_or(0),
@@ -145,20 +148,16 @@ impl Run {
     /// The answer as it would stand at t = 0, with the wall at rest; also fills in what the state
     /// knows of its contacts.
     pub fn initial(&mut self, model: &Model, state: &mut State, plan: &Plan) -> Result<Vec<f64>, Fault> {
-        let empty = InterfaceMesh::default();
-        let mesh = plan.wall.as_ref().unwrap_or(&empty);
-        let input = vec![0.0; Layout::new(&plan.takes, mesh, 0).len()];
-        let mut output = vec![0.0; self.answer.gauges + 3 * Gauges::count(&model.rocks)];
+        let input = vec![0.0; self.lengths.0];
+        let mut output = vec![0.0; self.lengths.1];
         // A window of no length would have no steps; reach looks as far as the plan's window.
         let length = if plan.window > 0.0 && plan.window.is_finite() { plan.window } else { model.steps.step };
         self.begin(model, state, length, &input, &mut output)?;
-        let cut = Cut { steps: self.fields.segments(), h: 0.0, segments: self.fields.segments() };
         let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
         self.at_end(model, state, &input, length, start, None)?;
         for sample in self.answer.means.clone().into_iter().chain(self.answer.ends.clone()) {
             self.at_end(model, state, &input, length, start, Some((&mut output, sample)))?;
         }
-        debug_assert_eq!(cut.segments, self.fields.segments());
         self.gauges.first(model, state, &mut output[self.answer.gauges..]);
         Ok(output)
     }
@@ -172,6 +171,7 @@ impl Run {
         input: &[f64],
         output: &mut [f64],
     ) -> Result<(), Fault> {
+        self.check_request(window, input, output)?;
         output.fill(0.0);
         let flies = self.begin(model, state, window.length, input, output)?;
         let cut = self.cut(model, window);
@@ -189,6 +189,22 @@ impl Run {
                 name_of(model, a),
                 name_of(model, b),
                 state.time
+            )));
+        }
+        Ok(())
+    }
+
+    /// Refuse a request that is not of the plan.
+    fn check_request(&self, window: &Window, input: &[f64], output: &[f64]) -> Result<(), Fault> {
+        if !(window.length > 0.0 && window.length.is_finite()) {
+            return Err(Fault::broken(format!("a window of {} s cannot be solved", window.length)));
+        }
+        let (takes, gives) = self.lengths;
+        if (input.len(), output.len()) != (takes, gives) {
+            return Err(Fault::broken(format!(
+                "the request has {} numbers and room for {}, by the plan they are {takes} and {gives}",
+                input.len(),
+                output.len()
             )));
         }
         Ok(())

@@ -120,7 +120,10 @@ impl Zone {
     }
 
     fn read(&mut self, view: View) -> Result<(), Fault> {
-        self.motion.read(view.fields, view.input, &view.wall.nodes, &self.near.nodes, view.length).map_err(|node| {
+        let read = self.motion.read(view.fields, view.input, &view.wall.nodes, &self.near.nodes, view.length);
+        read.map_err(|node| {
+            // The list may have been made of such numbers.
+            self.near.invalidate();
             Fault::window(format!("the displacement of wall node {node} is not finite; the structure has diverged"))
         })
     }

@@ -153,6 +153,78 @@ fn a_displacement_that_is_not_finite_fails_the_window_and_names_the_node() {
     bench.solve(1e-4).expect("the state is as before");
 }
 
+/// A structure that was not moved: its nodes stand still and have a velocity, which the dashpot sees.
+#[test]
+fn a_wall_held_still_by_the_predictor_damps_with_its_transmitted_velocity() {
+    let force = |velocity: f64| {
+        let text = format!(
+            "end_time = 1.0\n{}[[contact]]\nlaw = \"linear\"\nstiffness = 1e6\ndamping_ratio = 0.1\n[dem]\ntime_step = 1e-6\n",
+            sphere(0.1, 2500.0, "position = [0.0, 0.0, 0.099]")
+        );
+        let mut bench = Setup::new(text, fixed_plane(1.0, 1)).build();
+        for sample in 0..2 {
+            let range = bench.takes.sample(name::VELOCITY, Sampling::FromStart, sample).expect("planned");
+            for v in bench.input[range].chunks_exact_mut(3) {
+                v[2] = velocity;
+            }
+        }
+        bench.advance(1e-6);
+        (-bench.total_force(Sampling::Means).z, bench.value("energy_received_dem"))
+    };
+    // c = 2 g sqrt(m k) with the one contact's whole mass, 10.472 kg; the wall comes at 1 m/s.
+    let dashpot = 0.2 * (4.0 / 3.0 * std::f64::consts::PI * 2.5e6_f64).sqrt() * 1e-3_f64.sqrt() * 1e3;
+    let ((still, _), (moving, received)) = (force(0.0), force(1.0));
+    assert!(((moving - still) / dashpot - 1.0).abs() < 1e-9, "{still} {moving} {dashpot}");
+    assert_eq!(received, 0.0, "what does not move does no work");
+}
+
+#[test]
+fn a_request_that_is_not_of_the_plan_is_refused() {
+    let mut bench = falling(6.0, "1e8", 2e-5);
+    assert!(bench.solve(0.0).expect_err("no length").message.contains("window of 0 s"));
+    bench.input.pop();
+    assert!(bench.solve(1e-3).expect_err("short").message.contains("by the plan they are"));
+}
+
+#[test]
+fn several_rocks_have_their_own_gauges_and_fall_alike() {
+    let text = format!(
+        "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n{}{}{CONTACT}",
+        cube(8, "position = [0.0, 0.0, 1.0]"),
+        sphere(0.2, 2500.0, "position = [2.0, 0.0, 1.0]")
+    );
+    let mut bench = Setup::new(text, fixed_plane(8.0, 1)).build();
+    bench.advance(0.1);
+    assert_eq!(bench.value("rock_z"), bench.value("rock_2_z"));
+    assert_eq!(bench.value("rock_2_lowest"), bench.value("rock_2_z") - 0.2);
+    for _ in 0..500 {
+        bench.advance(1e-3);
+    }
+    let measures = bench.solver.finish().expect("finished").measures;
+    for name in ["rock_impact_speed", "rock_2_impact_speed"] {
+        assert!(measures.iter().any(|m| m.name == name), "{measures:?}");
+    }
+}
+
+#[test]
+fn field_files_are_written_at_each_interval_and_at_the_start() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let text = format!("end_time = 1.0\n{}[output]\nfields = 0.1\n", cube(8, "position = [0.0, 0.0, 1.0]"));
+    let options = Options { out: Some(dir.path().to_owned()), shortcuts: true };
+    let mut solver = DemSolver::new(&scene(&text), &options).unwrap_or_else(|e| panic!("{e}"));
+    let plan = Plan { end_time: 1.0, window: 0.05, ..Plan::default() };
+    let mut output = solver.prepare(&plan, &mut |_| Ok(())).expect("prepared").initial;
+    for number in 0..20 {
+        let window = interface_defs::Window { number: number + 1, iteration: 1, start: 0.05 * number as f64, length: 0.05 };
+        solver.solve(&window, &[], &mut output).expect("solved");
+        solver.commit().expect("committed");
+    }
+    for series in ["rocks", "rock_surface"] {
+        let pvd = std::fs::read_to_string(dir.path().join(format!("fields/{series}.pvd"))).expect("a series");
+        assert_eq!(pvd.matches("<DataSet").count(), 11, "{pvd}");
+    }
+}
+
 #[test]
 fn rocks_that_meet_end_the_run() {
     let text = format!(

@@ -8,7 +8,6 @@ mod input;
 mod oblique;
 mod repeat;
 mod rolling;
-mod scratch;
 mod wires;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

@@ -68,14 +68,16 @@ pub fn tangled(spheres: u32, samples: u32) -> Setup {
     Setup { samples, ..Setup::new(scene, net(12, 0.15, 0.0)) }
 }
 
-/// A wall that goes down with the rock and waves; continuous from window to window.
+/// A wall that goes down with the rock and waves, every node out of step with the others; from rest,
+/// and continuous from window to window.
 pub fn wave(bench: &mut Bench, samples: u32, length: f64) {
+    let place = |node: usize, x: &Vector3<f64>, t: f64| {
+        let phase = 300.0 * t + 5.0 * x.x + 3.0 * x.y + node as f64;
+        Vector3::new(1e-3 * phase.sin(), 1e-3 * phase.cos(), -2.0 * t + 5e-4 * (phase * 1.3).sin())
+    };
     for s in 0..=samples {
         let t = bench.time + length * f64::from(s) / f64::from(samples);
-        bench.displace(s as usize, |node, x| {
-            let phase = 300.0 * t + 5.0 * x.x + 3.0 * x.y + node as f64;
-            Vector3::new(1e-3 * phase.sin(), 1e-3 * phase.cos(), -2.0 * t + 5e-4 * (phase * 1.3).sin())
-        });
+        bench.displace(s as usize, |node, x| place(node, &x, t) - place(node, &x, 0.0));
     }
 }
 

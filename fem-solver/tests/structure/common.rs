@@ -40,6 +40,7 @@ pub struct Run {
     pub output: Vec<f64>,
     pub layout: Layout,
     pub force_len: usize,
+    nothing: Vec<f64>,
     pub time: f64,
     pub number: u64,
 }
@@ -64,7 +65,8 @@ impl Run {
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
         let force_len = Layout::new(&plan.takes, &ready.mesh, 0).len();
         let output = ready.initial.clone();
-        Self { solver, ready, output, layout, force_len, time: 0.0, number: 0 }
+        let nothing = vec![0.0; force_len];
+        Self { solver, ready, output, layout, force_len, nothing, time: 0.0, number: 0 }
     }
 
     /// Solve a window of `length` without force, or with, and accept it.
@@ -75,8 +77,7 @@ impl Run {
 
     pub fn solve(&mut self, length: f64, force: &[f64]) -> Result<(), Fault> {
         let window = Window { number: self.number + 1, iteration: 1, start: self.time, length };
-        let nothing = vec![0.0; self.force_len];
-        let force = if force.is_empty() { &nothing } else { force };
+        let force = if force.is_empty() { &self.nothing } else { force };
         self.solver.solve(&window, force, &mut self.output)
     }
 

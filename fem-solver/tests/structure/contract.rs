@@ -273,3 +273,20 @@ fn form_finding_reports_and_can_be_stopped() {
     let fault = solver(WALENSTADT).prepare(&Plan::default(), &mut |_| Err(stop.clone())).unwrap_err();
     assert_eq!(fault.kind, FaultKind::Interrupted);
 }
+
+#[test]
+fn field_files_are_written_at_multiples_of_their_interval() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = format!("{}\n[output]\nfields = 2e-4\n", net("time_step = 2e-5"));
+    let options = Options { out: Some(dir.path().to_owned()), shortcuts: true };
+    let structure = FemSolver::new(&scene(&text), &options).unwrap();
+    let mut run = Run::of(structure, coupled_plan(5e-5, Sampling::Means, 1, 1));
+    (0..20).for_each(|_| run.step(5e-5, &[]));
+    let pvd = std::fs::read_to_string(dir.path().join("fields/structure.pvd")).unwrap();
+    // t = 0, 0.2, ... 1 ms.
+    assert_eq!(pvd.matches("<DataSet").count(), 6, "{pvd}");
+    let file = std::fs::read_to_string(dir.path().join("fields/structure_000006.vtu")).unwrap();
+    for field in ["displacement", "velocity", "tension"] {
+        assert!(file.contains(&format!("Name=\"{field}\"")), "{field}");
+    }
+}

@@ -63,18 +63,15 @@ fn service_name(participant: &str, what: &str) -> Result<ServiceName, Failure> {
     ServiceName::new(&format!("{participant}/{what}")).map_err(transport("name of a channel"))
 }
 
-fn control_builder(
-    node: &Node<Ipc>,
-    name: &str,
-) -> Result<Builder<[u8], ControlHeader, [u8], ControlHeader, Ipc>, Failure> {
+type ControlBuilder = Builder<[u8], ControlHeader, [u8], ControlHeader, Ipc>;
+type FieldBuilder = Builder<[f64], RequestHeader, [f64], AnswerHeader, Ipc>;
+
+fn control_builder(node: &Node<Ipc>, name: &str) -> Result<ControlBuilder, Failure> {
     let builder = node.service_builder(&service_name(name, "control")?).request_response::<[u8], [u8]>();
     Ok(lock_step!(builder.request_user_header::<ControlHeader>().response_user_header::<ControlHeader>()))
 }
 
-fn field_builder(
-    node: &Node<Ipc>,
-    name: &str,
-) -> Result<Builder<[f64], RequestHeader, [f64], AnswerHeader, Ipc>, Failure> {
+fn field_builder(node: &Node<Ipc>, name: &str) -> Result<FieldBuilder, Failure> {
     let builder = node.service_builder(&service_name(name, "field")?).request_response::<[f64], [f64]>();
     Ok(lock_step!(builder.request_user_header::<RequestHeader>().response_user_header::<AnswerHeader>()))
 }

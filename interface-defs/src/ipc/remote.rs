@@ -3,7 +3,7 @@
 use super::channel::{self, Channels, HEARTBEAT};
 use super::control::{Caller, FRAME};
 use super::domain::{Domain, RunId, check_space};
-use super::wait::{Patience, Wait};
+use super::wait::{self, Patience, Wait};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Hello, Plan, Ready, Statistics, ToSolver};
@@ -24,6 +24,9 @@ use std::time::{Duration, Instant};
 type FieldClient = Client<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
 type FieldPending = PendingResponse<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
 type FieldResponse = Response<ipc::Service, [f64], AnswerHeader>;
+
+/// Exchanges between two looks after the launcher.
+const LOOK_AFTER: u64 = 256;
 
 /// How long a survivor is given to hear why the run ends.
 const FAREWELL: Duration = Duration::from_millis(700);
@@ -288,6 +291,13 @@ impl Participant for Remote {
     fn send(&mut self, header: RequestHeader, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
         self.response = None;
         self.sequence += 1;
+        // Answers that come at once leave the wait no time to look after the launcher: look here, too.
+        if self.sequence.is_multiple_of(LOOK_AFTER)
+            && let Some(pid) = self.shared.options.supervisor
+            && wait::is_orphan(pid)
+        {
+            return Err(wait::launcher_lost(format!("before exchange {}", self.sequence)));
+        }
         self.asked = RequestHeader { run: self.caller.run, sequence: self.sequence, ..header };
         let failed = || format!("cannot send a window to {}", self.name);
         let client = self.client.as_ref().expect("prepared before the first window");

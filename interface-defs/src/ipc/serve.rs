@@ -73,6 +73,19 @@ impl Connection {
 /// Returns `Ok` when the run is done, and else the failure that ended it. Processor time and memory
 /// of this process are added to the solver's statistics where it does not tell them.
 pub fn serve(solver: &mut dyn Solver, connection: &Connection) -> Result<(), Failure> {
+    join(connection, |session| session.run(solver))
+}
+
+/// Join a run only to say that this solver cannot take part (its input is bad, say): the coupler then
+/// ends the run with that message instead of waiting for a solver that never comes.
+pub fn refuse(fault: &Fault, connection: &Connection) -> Result<(), Failure> {
+    join(connection, |session| session.refuse(fault))
+}
+
+fn join(
+    connection: &Connection,
+    work: impl FnOnce(&mut Session) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let domain = Domain::new(&connection.run)?;
     wait_for_coupler(&domain, connection)?;
     let node = domain.node(&connection.name)?;
@@ -98,7 +111,7 @@ pub fn serve(solver: &mut dyn Solver, connection: &Connection) -> Result<(), Fai
         fault: None,
         solving: Duration::ZERO,
     };
-    session.run(solver)
+    work(&mut session)
 }
 
 fn wait_for_coupler(domain: &Domain, connection: &Connection) -> Result<(), Failure> {
@@ -130,9 +143,12 @@ fn wait_for_coupler(domain: &Domain, connection: &Connection) -> Result<(), Fail
     Ok(())
 }
 
+type WindowRequest =
+    iceoryx2::active_request::ActiveRequest<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
+
 enum Work {
     Message(ToSolver),
-    Window(iceoryx2::active_request::ActiveRequest<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>),
+    Window(WindowRequest),
 }
 
 struct Session<'a> {
@@ -171,6 +187,15 @@ impl Session<'_> {
                     let _ = self.send(&FromSolver::Statistics(Statistics::default()));
                     return Err(Failure::Aborted(reason));
                 }
+            }
+        }
+    }
+
+    fn refuse(&mut self, fault: &Fault) -> Result<(), Failure> {
+        loop {
+            if let Work::Message(_) = self.wait()? {
+                self.send(&FromSolver::Fault(fault.clone()))?;
+                return self.linger();
             }
         }
     }
@@ -248,13 +273,7 @@ impl Session<'_> {
     fn window(
         &mut self,
         solver: &mut dyn Solver,
-        request: &iceoryx2::active_request::ActiveRequest<
-            ipc::Service,
-            [f64],
-            RequestHeader,
-            [f64],
-            AnswerHeader,
-        >,
+        request: &WindowRequest,
     ) -> Result<(), Failure> {
         let started = Instant::now();
         let header = *request.user_header();

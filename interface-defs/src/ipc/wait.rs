@@ -52,6 +52,16 @@ impl fmt::Display for Wait {
     }
 }
 
+/// Whether the process `supervisor` is not this one's parent any more.
+pub(crate) fn is_orphan(supervisor: u32) -> bool {
+    std::os::unix::process::parent_id() != supervisor
+}
+
+/// The launcher is gone, and with it whoever wanted this run.
+pub(crate) fn launcher_lost(during: String) -> Failure {
+    Failure::Lost { solver: "the launcher".into(), during }
+}
+
 /// What ends a wait that is not answered.
 pub(crate) struct Patience<'a> {
     pub domain: &'a Domain,
@@ -108,10 +118,8 @@ impl Patience<'_> {
             if interrupt::requested() && now - *interrupted_at.get_or_insert(now) > GRACE {
                 return Err(Failure::Interrupted);
             }
-            if self.supervisor.is_some_and(|pid| {
-                rustix::process::getppid().is_none_or(|p| p.as_raw_nonzero().get() as u32 != pid)
-            }) {
-                return Err(self.lost("the launcher"));
+            if self.supervisor.is_some_and(is_orphan) {
+                return Err(launcher_lost((self.during)()));
             }
             if self.must_live && !self.domain.is_alive(self.partner) {
                 // It may have answered and left between two looks: then the answer counts.

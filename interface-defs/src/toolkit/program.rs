@@ -12,7 +12,7 @@ use super::scene::Scene;
 use super::screen::complain;
 use super::solo::{self, Stage};
 use super::summary::Status;
-use crate::ipc::serve::Connection;
+use crate::ipc::serve::{self, Connection};
 use crate::ipc::{RunId, Wait, interrupt};
 use crate::participant::Failure;
 use crate::solver::Solver;
@@ -195,10 +195,6 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             }
         }
         Command::Serve { input, out, savings, run, part, timeout, wait, supervisor } => {
-            let scene = input.load()?;
-            let out = run_dir::location(out.as_deref(), &scene);
-            let options = Options { out: Some(out), shortcuts: !savings.no_shortcuts };
-            let mut solver = Counted::new((program.build)(&scene, &options)?);
             interrupt::install();
             let connection = Connection {
                 run: run.clone(),
@@ -207,7 +203,19 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
                 wait: *wait,
                 supervisor: *supervisor,
             };
-            Ok(ended(crate::ipc::serve::serve(&mut solver, &connection)))
+            let built = input.load().and_then(|scene| {
+                let out = run_dir::location(out.as_deref(), &scene);
+                (program.build)(&scene, &Options { out: Some(out), shortcuts: !savings.no_shortcuts })
+            });
+            match built {
+                Ok(solver) => Ok(ended(serve::serve(&mut Counted::new(solver), &connection))),
+                Err(error) => {
+                    complain(&error.to_string());
+                    // The coupler would wait for a solver that never comes: tell it why.
+                    let _ = serve::refuse(&error.into(), &connection);
+                    Ok(Exit::BadInput)
+                }
+            }
         }
     }
 }
