@@ -34,7 +34,13 @@ impl Residual {
     }
 
     /// Take in one node: residuals and increments of its three components.
-    pub fn take(&mut self, displacement: [f64; 3], increment: [f64; 3], velocity: [f64; 3], change: [f64; 3]) {
+    pub fn take(
+        &mut self,
+        displacement: [f64; 3],
+        increment: [f64; 3],
+        velocity: [f64; 3],
+        change: [f64; 3],
+    ) {
         self.displacement = self.displacement.max(norm(displacement));
         self.displacement_increment = self.displacement_increment.max(norm(increment));
         self.velocity = self.velocity.max(norm(velocity));

@@ -8,7 +8,9 @@ use crate::schedule::{Schedule, Span};
 use crate::settings::{Coupling as Settings, OnNoConvergence, Scheme};
 use interface_defs::message::FaultKind;
 use interface_defs::solver::OnProgress;
-use interface_defs::{Command, Failure, Layout, Participant, RequestHeader, Statistics, Status, ipc::interrupt};
+use interface_defs::{
+    Command, Failure, Layout, Participant, RequestHeader, Statistics, Status, ipc::interrupt,
+};
 use std::fmt;
 
 /// Why the run ended before its time.
@@ -163,9 +165,12 @@ impl<'a> Coupling<'a> {
 
     /// Prepare both solvers and run to the end. Committed windows are with the observer, whatever comes.
     pub fn run(&mut self, observer: &mut dyn Observer, progress: OnProgress) -> Result<(), CouplingError> {
-        let mut agreement = agree(&self.settings, self.end_time, self.dem.participant, self.fem.participant, progress)?;
+        let mut agreement =
+            agree(&self.settings, self.end_time, self.dem.participant, self.fem.participant, progress)?;
         self.has_balance = agreement.dem.account.complete && agreement.fem.account.complete;
-        observer.prepared(&agreement.dem, &agreement.fem, &agreement.warnings).map_err(CouplingError::Output)?;
+        observer
+            .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
+            .map_err(CouplingError::Output)?;
         let mut schedule =
             Schedule::new(self.settings.time_window, self.end_time, self.settings.shortest_window());
         let mut gauges = Gauges::default();
@@ -332,12 +337,7 @@ impl Seat<'_> {
     }
 
     /// Ask for a window. The acceptance of the window before travels with the first request.
-    fn send(
-        &mut self,
-        span: Span,
-        iteration: u32,
-        fill: &mut dyn FnMut(&mut [f64]),
-    ) -> Result<(), Failure> {
+    fn send(&mut self, span: Span, iteration: u32, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
         let commits = std::mem::take(&mut self.commit_due);
         let command = if commits { Command::CommitAndSolve } else { Command::Solve };
         let header = RequestHeader {

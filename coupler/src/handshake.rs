@@ -86,8 +86,7 @@ pub fn agree(
     let to_dem = Layout::new(&dem_plan.takes, &dem_ready.mesh, 0);
     let to_fem = Layout::new(&fem_plan.takes, &structure_mesh, 0);
     let (dem_side, fem_side) = (Side::new(&dem_plan, dem_ready), Side::new(&fem_plan, fem_ready));
-    let places =
-        Places::new(&to_dem, &dem_side.layout, &to_fem, &fem_side.layout, settings.samples as usize);
+    let places = Places::new(&to_dem, &dem_side.layout, &to_fem, &fem_side.layout, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]

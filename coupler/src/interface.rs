@@ -34,7 +34,13 @@ pub struct Places {
 
 impl Places {
     /// From the layouts of the four payloads, with `samples` parts per window.
-    pub fn new(to_wall: &Layout, from_wall: &Layout, to_fem: &Layout, from_fem: &Layout, samples: usize) -> Self {
+    pub fn new(
+        to_wall: &Layout,
+        from_wall: &Layout,
+        to_fem: &Layout,
+        from_fem: &Layout,
+        samples: usize,
+    ) -> Self {
         let all = |layout: &Layout, name: &str, sampling: Sampling, count: usize| -> Vec<Range<usize>> {
             (0..count).filter_map(|i| layout.sample(name, sampling, i)).collect()
         };
@@ -126,13 +132,19 @@ impl Interface {
 
     /// The iterate, mapped into the request to the contact solver.
     pub fn write_motion(&self, payload: &mut [f64]) {
-        let starts = [(&self.places.wall_displacement, &self.committed_u), (&self.places.wall_velocity, &self.committed_v)];
+        let starts = [
+            (&self.places.wall_displacement, &self.committed_u),
+            (&self.places.wall_velocity, &self.committed_v),
+        ];
         for (places, start) in starts {
             if let Some(place) = places.first() {
                 self.mapping.consistent(start, &mut payload[place.clone()]);
             }
         }
-        let ends = [(&self.places.wall_displacement, &self.iterate.u), (&self.places.wall_velocity, &self.iterate.v)];
+        let ends = [
+            (&self.places.wall_displacement, &self.iterate.u),
+            (&self.places.wall_velocity, &self.iterate.v),
+        ];
         for (places, samples) in ends {
             for (place, sample) in places.iter().skip(1).zip(samples) {
                 self.mapping.consistent(sample, &mut payload[place.clone()]);

@@ -83,7 +83,8 @@ impl Records {
             time: Some(time),
         };
         let seen = self.gauges.iter().filter(|t| t.gauge.extremes && t.smallest.0.is_finite());
-        seen.flat_map(|t| [measure(&t.gauge, "min", t.smallest), measure(&t.gauge, "max", t.largest)]).collect()
+        seen.flat_map(|t| [measure(&t.gauge, "min", t.smallest), measure(&t.gauge, "max", t.largest)])
+            .collect()
     }
 
     fn create(&self, name: &str, columns: &[String]) -> Result<History, String> {
@@ -200,7 +201,9 @@ pub fn describe(
         summary.warnings.extend(told.warnings.iter().cloned());
     }
     if statistics.is_none() {
-        summary.warnings.push("the solvers' measures are absent: the run ended before they could tell".into());
+        summary
+            .warnings
+            .push("the solvers' measures are absent: the run ended before they could tell".into());
     }
     summary.measures.extend(records.extremes());
     describe_energy(summary, coupling);

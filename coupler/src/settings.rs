@@ -3,8 +3,8 @@
 use crate::acceleration::AnyAcceleration;
 use crate::convergence::Tolerance;
 use crate::mapping::AnyMapper;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Weak or strong.
@@ -107,7 +107,10 @@ impl Coupling {
     /// From a scene, checked.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
         let coupling: Self = scene.read("coupling")?.ok_or_else(|| {
-            scene.invalid("coupling", "the scene has rocks and a structure: add [coupling] with scheme and time_window")
+            scene.invalid(
+                "coupling",
+                "the scene has rocks and a structure: add [coupling] with scheme and time_window",
+            )
         })?;
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
         Ok(coupling)
@@ -115,7 +118,11 @@ impl Coupling {
 
     fn check(&self) -> Result<(), (String, String)> {
         let positive = |key: &str, value: f64, unit: &str| {
-            if value > 0.0 { Ok(()) } else { Err((key.to_string(), format!("{key} must be positive, it is {value}{unit}"))) }
+            if value > 0.0 {
+                Ok(())
+            } else {
+                Err((key.to_string(), format!("{key} must be positive, it is {value}{unit}")))
+            }
         };
         positive("time_window", self.time_window, " s")?;
         positive("max_iterations", self.max_iterations.into(), "")?;
@@ -131,7 +138,10 @@ impl Coupling {
         if self.predictor > 1 {
             return Err((
                 "predictor".into(),
-                format!("predictor {} does not exist; 0 keeps the wall where it is, 1 lets it go on", self.predictor),
+                format!(
+                    "predictor {} does not exist; 0 keeps the wall where it is, 1 lets it go on",
+                    self.predictor
+                ),
             ));
         }
         if let Some(min) = self.min_window {

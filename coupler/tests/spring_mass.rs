@@ -62,7 +62,12 @@ fn weak(window: f64, predictor: u32) -> Settings {
 }
 
 fn strong(window: f64) -> Settings {
-    Settings { tolerance: 1e-13, absolute_tolerance: 1e-14, max_iterations: 50, ..Settings::new(Scheme::Strong, window) }
+    Settings {
+        tolerance: 1e-13,
+        absolute_tolerance: 1e-14,
+        max_iterations: 50,
+        ..Settings::new(Scheme::Strong, window)
+    }
 }
 
 /// Speed ratio of a free mass after its contact with a fixed spring, k = m = 1, at `omega` = w dt.
@@ -130,8 +135,10 @@ fn growth(settings: Settings, load: Load, omega: f64, mass: f64, steps: u32) -> 
 /// V-C2, columns "lagged" and "linear predictor", m1 = 1e6 m2 (the motion of the heavy sphere shows at 1e-6).
 #[test]
 fn weak_schemes_grow_as_v_c2_says() {
-    let lagged = [(0.05, 1.00124766), (0.1, 1.00496302), (0.2, 1.01943179), (0.5, 1.10740295), (1.0, 1.3294835)];
-    let linear = [(0.1, 1.00001256), (0.2, 1.00020396), (0.5, 1.00867899), (1.0, 1.13846242), (1.5, 1.45350772)];
+    let lagged =
+        [(0.05, 1.00124766), (0.1, 1.00496302), (0.2, 1.01943179), (0.5, 1.10740295), (1.0, 1.3294835)];
+    let linear =
+        [(0.1, 1.00001256), (0.2, 1.00020396), (0.5, 1.00867899), (1.0, 1.13846242), (1.5, 1.45350772)];
     for (predictor, table) in [(0, lagged), (1, linear)] {
         for (omega, expected) in table {
             let a = growth(weak(omega, predictor), Load::End, omega, 1e6, 20);
@@ -208,8 +215,14 @@ fn iterations_converge_where_the_compliance_says() {
 /// The booked difference of the two sides is mean force times residual; both are known here.
 #[test]
 fn work_is_booked_on_both_sides_and_solvers_agree_with_it() {
-    let settings = Settings { absolute_tolerance: 5e-2, tolerance: 0.0, ..Settings::new(Scheme::Strong, 0.3) };
-    let run = run(settings, 6.0, Sphere::new(50.0, 4.0, false, 8, 0.1, -0.5), Node::new(1.0, 0.3, Load::Mean, 0.0, 0.2));
+    let settings =
+        Settings { absolute_tolerance: 5e-2, tolerance: 0.0, ..Settings::new(Scheme::Strong, 0.3) };
+    let run = run(
+        settings,
+        6.0,
+        Sphere::new(50.0, 4.0, false, 8, 0.1, -0.5),
+        Node::new(1.0, 0.3, Load::Mean, 0.0, 0.2),
+    );
     run.outcome.unwrap();
     let (structure, wall) = *run.record.defects.last().unwrap();
     assert!((structure - wall).abs() > 1e-6, "a loose tolerance leaves a defect");
@@ -247,7 +260,12 @@ fn halving_ends_at_the_smallest_window_with_the_reason() {
 fn more_samples_per_window_cost_no_second_contract() {
     // Declared samples are the most a solver can do: these can do one.
     let settings = Settings { samples: 4, ..weak(0.1, 1) };
-    let run = run(settings, 0.2, Sphere::new(1.0, 1.0, false, 1, 10.0, 0.0), Node::new(1.0, 1.0, Load::Mean, 0.0, 1.0));
+    let run = run(
+        settings,
+        0.2,
+        Sphere::new(1.0, 1.0, false, 1, 10.0, 0.0),
+        Node::new(1.0, 1.0, Load::Mean, 0.0, 1.0),
+    );
     let message = run.outcome.unwrap_err().to_string();
     assert!(message.contains("4 per window"), "{message}");
 }

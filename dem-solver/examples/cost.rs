@@ -1,7 +1,7 @@
 //! Cost of the contact search and the forces: the rock of the drop test, pressed into its net, in
 //! windows of one step that end with one more evaluation.
 //!
-//! `cargo run --release -p dem-solver --example cost`
+//! `cargo run --release -p dem-solver --example cost [SPHERES] [--counts]`
 
 use dem_solver::DemSolver;
 use interface_defs::toolkit::program::Options;
@@ -11,6 +11,8 @@ use std::time::Instant;
 
 const STEP: f64 = 5e-5;
 const WINDOWS: usize = 40_000;
+/// Solves of each window before it is committed, as in strong coupling.
+const REPEATS: usize = 64;
 
 /// 26 x 26 cells of 0.15 m, sagging by `sag` [m] in the middle.
 fn net(radius: f64, sag: f64) -> InterfaceMesh {
@@ -63,22 +65,22 @@ fn measure(spheres: u32, contact: &str, radius: f64, ends: bool) {
     let mut contacts = 0.0;
     for number in 0..WINDOWS {
         // A window of contact, again and again from a state that commits move on slowly.
-        let sunk = -3.0 * STEP * (number / 8) as f64;
+        let sunk = -3.0 * STEP * (number / REPEATS) as f64;
         for (range, depth) in [(&first, sunk), (&last, sunk - 3.0 * STEP)] {
             for z in input[range.clone()].iter_mut().skip(2).step_by(3) {
                 *z = depth;
             }
         }
-        let start = STEP * (number / 8) as f64;
+        let start = STEP * (number / REPEATS) as f64;
         let window = Window { number: number as u64 + 1, iteration: 1, start, length: STEP };
         let begun = Instant::now();
         solver.solve(&window, &input, &mut output).unwrap_or_else(|f| panic!("{f}"));
         times.push(begun.elapsed().as_secs_f64());
-        if number % 8 == 7 {
+        if number % REPEATS == REPEATS - 1 {
             solver.commit().expect("committed");
         }
         contacts += output[output.len() - 3];
-        if output[output.len() - 3] == 0.0 && number > 8 {
+        if output[output.len() - 3] == 0.0 && number > REPEATS {
             times.truncate(number);
             break;
         }
@@ -102,7 +104,8 @@ fn measure(spheres: u32, contact: &str, radius: f64, ends: bool) {
 }
 
 fn main() {
-    for spheres in [64, 512, 21_952] {
+    let asked = std::env::args().find_map(|a| a.parse().ok());
+    for spheres in [64, 512, 21_952].into_iter().filter(|s| asked.is_none_or(|a: u32| a == *s)) {
         measure(spheres, "restitution = 1.0", 0.0, false);
         measure(spheres, "restitution = 1.0", 0.0, true);
         measure(spheres, "restitution = 0.9\nfriction = 0.4", 0.002, false);

@@ -9,9 +9,9 @@ use interface_defs::toolkit::scene::Scene;
 use serde::Serialize;
 
 /// Seconds per step and rock without contacts, as measured on one core of 2.5 GHz.
-const SECONDS_PER_STEP: f64 = 1e-6;
+const SECONDS_PER_STEP: f64 = 2e-6;
 /// Seconds per touching pair and step, likewise.
-const SECONDS_PER_PAIR: f64 = 4e-8;
+const SECONDS_PER_PAIR: f64 = 5e-8;
 
 #[derive(Serialize)]
 struct Resolved<'a> {

@@ -20,10 +20,11 @@ const ROUNDS: usize = 5;
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let config = Config::of(scene)?;
     let mut solver = FemSolver::new(scene, &Options::default())?;
-    let start = Start::new(scene, &config, solver.model(), &mut |_| Ok(())).map_err(|reason| match reason {
-        NoStart::Input(error) => error,
-        NoStart::Stopped(fault) => InputError::new(fault.message),
-    })?;
+    let start =
+        Start::new(scene, &config, solver.model(), &mut |_| Ok(())).map_err(|reason| match reason {
+            NoStart::Input(error) => error,
+            NoStart::Stopped(fault) => InputError::new(fault.message),
+        })?;
     let model = solver.model();
     let masses = model.interface_mesh(&start.displacement).masses;
     let least = masses.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min);
@@ -101,9 +102,7 @@ fn seconds_per_step(
     let explicit = config.fem.integrator == Integrator::CentralDifference;
     let step = if start.time_step.is_finite() { start.time_step } else { 0.01 * scene.end_time()? };
     let plan = Plan { end_time: step, window: step, ..Plan::default() };
-    let ready = solver
-        .prepare(&plan, &mut |_| Ok(()))
-        .map_err(|fault| InputError::new(fault.message))?;
+    let ready = solver.prepare(&plan, &mut |_| Ok(())).map_err(|fault| InputError::new(fault.message))?;
     let mut output = ready.initial;
     let window = Window { number: 1, iteration: 1, start: 0.0, length: step };
     let repeats = if explicit { 50 } else { 1 };

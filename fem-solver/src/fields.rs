@@ -3,8 +3,8 @@
 use crate::loads::{difference_to_node_major, to_node_major};
 use crate::model::Model;
 use crate::state::State;
-use interface_defs::message::Fault;
 use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::Fault;
 use interface_defs::toolkit::vtu::{Cells, Series, Vtu};
 use std::path::Path;
 

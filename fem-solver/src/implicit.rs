@@ -158,8 +158,13 @@ impl Implicit {
             share: 1.0 - alpha_f,
             mean_stress: self.scheme.takes_mean_only(),
         };
-        let info =
-            self.newton.solve(model, &problem, &self.settings, &mut state.displacement, &mut |_, _| Ok(()))?;
+        let info = self.newton.solve(
+            model,
+            &problem,
+            &self.settings,
+            &mut state.displacement,
+            &mut |_, _| Ok(()),
+        )?;
         self.advance_rates(damping, state, h);
         let largest = self.balance(model, state, load);
         self.book_supports(model, state, h);
@@ -180,7 +185,8 @@ impl Implicit {
         let velocity_jump = h * (1.0 - 0.5 * gamma / beta);
         Known {
             velocity: -(1.0 - alpha_m) / (beta * h) + damping * ((1.0 - alpha_f) * velocity_rate + alpha_f),
-            acceleration: alpha_m - (1.0 - alpha_m) * (0.5 / beta - 1.0) + damping * (1.0 - alpha_f) * velocity_jump,
+            acceleration: alpha_m - (1.0 - alpha_m) * (0.5 / beta - 1.0)
+                + damping * (1.0 - alpha_f) * velocity_jump,
         }
     }
 

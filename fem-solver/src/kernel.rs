@@ -116,7 +116,8 @@ impl Kernel {
     /// Append a cable that pulls on nothing and stores nothing to the last run.
     fn push_nothing(&mut self) {
         self.span2.iter_mut().for_each(|span| span.push(0.0));
-        for constants in [&mut self.square, &mut self.q0, &mut self.slope, &mut self.base, &mut self.inverse] {
+        for constants in [&mut self.square, &mut self.q0, &mut self.slope, &mut self.base, &mut self.inverse]
+        {
             constants.push(0.0);
         }
         self.lengthen();

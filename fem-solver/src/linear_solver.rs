@@ -6,11 +6,11 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltError;
-use faer::sparse::linalg::SymbolicSupernodalParams;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
+use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par, Side};
 
@@ -37,16 +37,17 @@ impl Cholesky {
         let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
         let parameters = CholeskySymbolicParams {
             amd_params: Default::default(),
-            supernodal_flop_ratio_threshold: Default::default(),
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             supernodal_params: SymbolicSupernodalParams::default(),
         };
         let symbolic =
             factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, SymmetricOrdering::Amd, parameters)
                 .expect("indices and memory suffice for a pattern that exists already");
         let factor = vec![0.0; symbolic.len_val()];
-        let need = symbolic
-            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default())
-            .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        let need =
+            symbolic
+                .factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default())
+                .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
         Self { pattern, symbolic, factor, memory: MemBuffer::new(need), factorised: false }
     }
 
@@ -144,7 +145,9 @@ mod tests {
             let rows = (0..n).flat_map(|j| j..n).collect();
             let mut dense = Cholesky::new(n, starts, rows);
             let numbers: Vec<f64> = (0..n)
-                .flat_map(|j| (j..n).map(move |i| if i == j { if j == bad { -1.0 } else { 2.0 } } else { 1e-3 }))
+                .flat_map(|j| {
+                    (j..n).map(move |i| if i == j { if j == bad { -1.0 } else { 2.0 } } else { 1e-3 })
+                })
                 .collect();
             assert_eq!(dense.factorise(&numbers), Err(NotPositive { unknown: bad }));
         }

@@ -2,8 +2,8 @@
 
 use crate::implicit::{Scheme, StepLoad};
 use interface_defs::field::{FieldSpec, Layout, Sampling, name};
-use interface_defs::message::{Fault, Plan};
 use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::{Fault, Plan};
 use std::ops::Range;
 
 /// Most samples of a field in a window.
@@ -29,7 +29,8 @@ impl Needs {
 
     /// The fields that a solver with these needs takes.
     pub fn fields(self) -> Vec<FieldSpec> {
-        let field = |sampling| FieldSpec { samples: MOST_SAMPLES, ..FieldSpec::nodal(name::FORCE, 3, sampling) };
+        let field =
+            |sampling| FieldSpec { samples: MOST_SAMPLES, ..FieldSpec::nodal(name::FORCE, 3, sampling) };
         let mean = self.mean.then(|| field(Sampling::Means));
         mean.into_iter().chain(self.end.then(|| field(Sampling::AtEnds))).collect()
     }
@@ -74,7 +75,11 @@ impl Loads {
             (None, None) => None,
         };
         let mean = if needs.mean {
-            choose(&means, &ends, "the force at a window's end stands in for its mean: impulse and work are not exact")
+            choose(
+                &means,
+                &ends,
+                "the force at a window's end stands in for its mean: impulse and work are not exact",
+            )
         } else {
             None
         };
@@ -225,7 +230,8 @@ mod tests {
         let plan = Plan { takes: Needs::of(Some(scheme(0.5))).fields(), ..Default::default() };
         let mut plan = plan;
         plan.takes.iter_mut().for_each(|f| f.samples = 1);
-        let (mut loads, warnings) = Loads::new(Needs::of(Some(scheme(0.5))), &plan, &mesh()).expect("is fine");
+        let (mut loads, warnings) =
+            Loads::new(Needs::of(Some(scheme(0.5))), &plan, &mesh()).expect("is fine");
         assert!(warnings.is_empty());
         loads.begin_part(&[4.0, 0.0, 0.0, 8.0, 0.0, 0.0], 0, &[0.0; 3]);
         for step in 0..4 {
@@ -252,8 +258,10 @@ mod tests {
 
     #[test]
     fn the_wrong_kind_of_force_is_taken_with_a_warning() {
-        let plan = Plan { takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)], ..Default::default() };
-        let (mut loads, warnings) = Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh()).expect("is fine");
+        let plan =
+            Plan { takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)], ..Default::default() };
+        let (mut loads, warnings) =
+            Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh()).expect("is fine");
         assert!(warnings[0].contains("lag of half a window"), "{warnings:?}");
         loads.begin_part(&[5.0, 0.0, 0.0], 0, &[0.0; 3]);
         assert_eq!(loads.of_step(&scheme(0.0), 0, 1).end[0], 5.0);

@@ -11,8 +11,8 @@ use crate::record::{Recorder, Step};
 use crate::start::Start;
 use crate::state::{Peak, Peaks, State};
 use interface_defs::field::{Layout, Sampling, name};
-use interface_defs::message::{Fault, Plan};
 use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::{Fault, Plan};
 use interface_defs::solver::Window;
 use std::ops::Range;
 
@@ -113,9 +113,12 @@ impl March {
             energies: Energies::new(model, scheme.is_none_or(|s| s.inertia)),
             engine: match scheme {
                 None => Engine::Explicit(Box::new(Explicit::new(model))),
-                Some(scheme) => {
-                    Engine::Implicit(Box::new(Implicit::new(model, scheme, config.fem.newton.clone(), start.newton)))
-                }
+                Some(scheme) => Engine::Implicit(Box::new(Implicit::new(
+                    model,
+                    scheme,
+                    config.fem.newton.clone(),
+                    start.newton,
+                ))),
             },
             recorder,
             loads,
@@ -181,13 +184,8 @@ impl March {
     /// Nothing happens for a time of `length` until `end`.
     fn rest(&mut self, model: &Model, end: f64, length: f64) {
         self.recorder.begin();
-        let step = Step {
-            end,
-            length,
-            force: &self.rest_force,
-            middle: &self.trial.displacement,
-            tension: 0.0,
-        };
+        let step =
+            Step { end, length, force: &self.rest_force, middle: &self.trial.displacement, tension: 0.0 };
         let mut peaks = self.trial.peaks;
         self.recorder.step(model, &self.trial, &step, &mut peaks);
     }

@@ -266,7 +266,14 @@ impl Newton {
     /// The energy is least where the work of the residual along the direction, `g(s)`, is 0; it starts
     /// above. Below 0 lies too far. Between the two, regula falsi with Illinois' halving; far
     /// apart in size, first by decades.
-    fn step(&mut self, problem: &Problem, u: &mut [f64], before: f64, search: bool, sizes: &mut Sizes) -> f64 {
+    fn step(
+        &mut self,
+        problem: &Problem,
+        u: &mut [f64],
+        before: f64,
+        search: bool,
+        sizes: &mut Sizes,
+    ) -> f64 {
         let (mut s, mut near, mut far) = (1.0, (0.0, before), (f64::INFINITY, 0.0));
         for _ in 0..MOST_SEARCHES {
             for ((u, a), d) in u.iter_mut().zip(&self.accepted).zip(&self.direction) {

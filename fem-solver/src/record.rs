@@ -1,7 +1,7 @@
 //! What is recorded at every step: support reactions, scene gauges, largest values.
 
-use crate::config::{GaugeConfig, Quantity};
 use crate::config::structure::Where;
+use crate::config::{GaugeConfig, Quantity};
 use crate::element::Cable;
 use crate::model::Model;
 use crate::moving_mean::MovingMean;
@@ -26,9 +26,8 @@ impl Supports {
             held: [0, 1, 2].map(|c| {
                 (0..n).filter(|i| nodes(*i)).map(|i| model.dof(i, c)).filter(|dof| model.held[*dof]).collect()
             }),
-            springs: [0, 1, 2].map(|c| {
-                springs.iter().copied().filter(|(dof, _)| dof / n == c && nodes(dof % n)).collect()
-            }),
+            springs: [0, 1, 2]
+                .map(|c| springs.iter().copied().filter(|(dof, _)| dof / n == c && nodes(dof % n)).collect()),
         }
     }
 
@@ -98,13 +97,17 @@ impl Recorder {
         let mut probes = Vec::new();
         for (i, gauge) in gauges.iter().enumerate() {
             let key = format!("gauge.{i}");
-            if gauge.name.is_empty() || gauges[..i].iter().any(|g| g.name == gauge.name && g.quantity == gauge.quantity) {
+            if gauge.name.is_empty()
+                || gauges[..i].iter().any(|g| g.name == gauge.name && g.quantity == gauge.quantity)
+            {
                 let what = format!("the gauge `{}` needs a name of its own", gauge.name);
                 return Err(scene.invalid(&format!("{key}.name"), what));
             }
             let place = Where { nodes: None, group: gauge.group.as_deref(), at: gauge.at };
             if gauge.group.is_none() == gauge.at.is_none() {
-                return Err(scene.invalid(&key, "a gauge stands at a point or for a group: write one of at, group"));
+                return Err(
+                    scene.invalid(&key, "a gauge stands at a point or for a group: write one of at, group")
+                );
             }
             let nodes = model.place(scene, &key, place)?;
             if nodes.is_empty() {
@@ -116,7 +119,10 @@ impl Recorder {
                 Quantity::Force => {
                     let supports = Supports::of(model, |node| nodes.contains(&node));
                     if supports.is_empty() {
-                        let what = format!("no node of the gauge `{}` is held: there is no support force", gauge.name);
+                        let what = format!(
+                            "no node of the gauge `{}` is held: there is no support force",
+                            gauge.name
+                        );
                         return Err(scene.invalid(&key, what));
                     }
                     (Probe::Force(supports), vec!["fx", "fy", "fz"], "N")
@@ -127,7 +133,8 @@ impl Recorder {
                         let ends = cable.nodes.map(|n| nodes.contains(&n));
                         if single { ends[0] || ends[1] } else { ends[0] && ends[1] }
                     };
-                    let cables: Vec<usize> = (0..model.cables.len()).filter(|c| belongs(&model.cables[*c])).collect();
+                    let cables: Vec<usize> =
+                        (0..model.cables.len()).filter(|c| belongs(&model.cables[*c])).collect();
                     if cables.is_empty() {
                         let what = format!("there is no cable at the gauge `{}`", gauge.name);
                         return Err(scene.invalid(&key, what));
@@ -136,7 +143,9 @@ impl Recorder {
                 }
             };
             declared.extend(
-                names.iter().map(|n| Gauge { extremes: true, ..Gauge::new(format!("{}_{n}", gauge.name), unit) }),
+                names
+                    .iter()
+                    .map(|n| Gauge { extremes: true, ..Gauge::new(format!("{}_{n}", gauge.name), unit) }),
             );
             probes.push(probe);
         }

@@ -121,17 +121,23 @@ impl Solver for FemSolver {
         let mut told = |what| progress(Progress { what, done: f64::NAN });
         let start = Start::new(&self.scene, &self.config, &self.model, &mut told)?;
         let mesh = self.model.interface_mesh(&start.displacement);
-        let (loads, load_warnings) =
-            Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh)?;
+        let (loads, load_warnings) = Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh)?;
         let shortest = start.time_step.min(plan.window) / HALVINGS;
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
-        let recorder =
-            Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
+        let recorder = Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
         let mut warnings = start.warnings.clone();
         warnings.extend(load_warnings);
         let sag = self.model.sag(&start.displacement);
-        let mut march =
-            March::new(&self.model, &self.config, start, recorder, loads, plan, &mesh, self.options.shortcuts);
+        let mut march = March::new(
+            &self.model,
+            &self.config,
+            start,
+            recorder,
+            loads,
+            plan,
+            &mesh,
+            self.options.shortcuts,
+        );
         let (_, answer) = interface_defs::participant::payload_lengths(
             plan,
             &Ready { mesh: mesh.clone(), gauges: self.gauges.clone(), ..Ready::default() },
@@ -190,11 +196,18 @@ impl Solver for FemSolver {
         if model.cables.is_empty() {
             warnings.push("max_cable_force is absent: the structure has no cables".into());
         } else {
-            measures.push(measure("max_cable_force", peaks.cable_force.value, "N", Some(peaks.cable_force.time)));
+            measures.push(measure(
+                "max_cable_force",
+                peaks.cable_force.value,
+                "N",
+                Some(peaks.cable_force.time),
+            ));
         }
         match prepared.sag {
             Some(sag) => measures.push(measure("sag", sag, "m", None)),
-            None => warnings.push("sag is absent: no weight acts on the structure, or nothing is held".into()),
+            None => {
+                warnings.push("sag is absent: no weight acts on the structure, or nothing is held".into())
+            }
         }
         let counts = prepared.march.counts;
         let counts = [

@@ -81,7 +81,9 @@ impl Start {
             }
             FormFinding::Static => {
                 let mut told = |iteration, residual| {
-                    on_progress(format!("form finding: iteration {iteration}, residual {residual:.1e} of its limit"))
+                    on_progress(format!(
+                        "form finding: iteration {iteration}, residual {residual:.1e} of its limit"
+                    ))
                 };
                 find_form(model, &mut newton, &mut told).map_err(|failure| match failure {
                     Failure::Stopped(fault) => NoStart::Stopped(fault),
@@ -110,7 +112,8 @@ impl Start {
                 model.dof_name(dof)
             ));
         }
-        let time_step = time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
+        let time_step =
+            time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
         let at_rest = residual <= AT_REST * scale || residual == 0.0;
         Ok(Self {
             displacement,

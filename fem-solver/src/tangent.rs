@@ -161,6 +161,11 @@ impl Tangent {
         self.cholesky.solve(x);
     }
 
+    /// Numbers in the Cholesky factor.
+    pub fn factor_len(&self) -> usize {
+        self.cholesky.factor_len()
+    }
+
     /// `y = K x` over the free degrees of freedom.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         y.fill(0.0);

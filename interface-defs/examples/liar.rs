@@ -10,7 +10,8 @@ use interface_defs::ipc::channel::ControlHeader;
 use interface_defs::ipc::domain::{Domain, fnv1a};
 use interface_defs::message::{FromSolver, ToSolver, capability, decode, encode};
 use interface_defs::{
-    AnswerHeader, Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Ready, RequestHeader, Sampling, Statistics, Status, name,
+    AnswerHeader, Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Ready, RequestHeader, Sampling, Statistics,
+    Status, name,
 };
 use std::time::Duration;
 
@@ -89,7 +90,9 @@ fn main() -> Result<(), Failure> {
                     FromSolver::Ready(ready())
                 }
                 ToSolver::Explain => FromSolver::Fault(Fault::window("no reason")),
-                ToSolver::Finish { .. } | ToSolver::Abort { .. } => FromSolver::Statistics(Statistics::default()),
+                ToSolver::Finish { .. } | ToSolver::Abort { .. } => {
+                    FromSolver::Statistics(Statistics::default())
+                }
             };
             let over = matches!(answer, FromSolver::Statistics(_));
             let mut bytes = encode(&answer);

@@ -60,8 +60,12 @@ impl Solver for Sleeper {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args: Vec<String> = std::env::args().collect();
     let number = |i: usize| args[i].parse::<f64>();
-    let mut solver =
-        Sleeper { mark: args[1].clone(), prepare: number(2)?, window: number(3)? as u64, seconds: number(4)? };
+    let mut solver = Sleeper {
+        mark: args[1].clone(),
+        prepare: number(2)?,
+        window: number(3)? as u64,
+        seconds: number(4)?,
+    };
     ipc::interrupt::install();
     Ok(serve(&mut solver, &Connection::from_args(args.into_iter())?)?)
 }

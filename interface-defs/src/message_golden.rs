@@ -44,7 +44,13 @@ fn golden<M: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(message
 }
 
 fn force() -> FieldSpec {
-    FieldSpec { name: "force".into(), components: 3, place: Place::Node, sampling: Sampling::Means, samples: 4 }
+    FieldSpec {
+        name: "force".into(),
+        components: 3,
+        place: Place::Node,
+        sampling: Sampling::Means,
+        samples: 4,
+    }
 }
 
 fn force_bytes(bytes: Bytes) -> Bytes {
@@ -116,9 +122,11 @@ fn enums_have_the_numbers_of_the_page() {
     let number = |bytes: Vec<u8>| bytes[1];
     use Sampling::*;
     assert_eq!([AtEnds, FromStart, Means, Once].map(|s| number(encode(&s))), [0, 1, 2, 3]);
-    assert_eq!([Place::Node, Place::Line, Place::Face, Place::Whole].map(|p| number(encode(&p))), [0, 1, 2, 3]);
-    let roles =
-        [Role::None, Role::Kinetic, Role::Potential, Role::Stored, Role::Dissipated, Role::Received];
+    assert_eq!(
+        [Place::Node, Place::Line, Place::Face, Place::Whole].map(|p| number(encode(&p))),
+        [0, 1, 2, 3]
+    );
+    let roles = [Role::None, Role::Kinetic, Role::Potential, Role::Stored, Role::Dissipated, Role::Received];
     assert_eq!(roles.map(|r| number(encode(&r))), [0, 1, 2, 3, 4, 5]);
     let kinds = [FaultKind::Input, FaultKind::Window, FaultKind::Broken, FaultKind::Interrupted];
     assert_eq!(kinds.map(|k| number(encode(&k))), [0, 1, 2, 3]);
@@ -127,7 +135,10 @@ fn enums_have_the_numbers_of_the_page() {
 #[test]
 fn headers_have_the_layout_of_the_page() {
     use std::mem::{offset_of, size_of};
-    assert_eq!((size_of::<ControlHeader>(), size_of::<RequestHeader>(), size_of::<AnswerHeader>()), (24, 48, 48));
+    assert_eq!(
+        (size_of::<ControlHeader>(), size_of::<RequestHeader>(), size_of::<AnswerHeader>()),
+        (24, 48, 48)
+    );
     assert_eq!((offset_of!(ControlHeader, part), offset_of!(ControlHeader, more)), (8, 16));
     assert_eq!((offset_of!(RequestHeader, window), offset_of!(RequestHeader, iteration)), (16, 24));
     assert_eq!((offset_of!(RequestHeader, command), offset_of!(RequestHeader, start)), (28, 32));

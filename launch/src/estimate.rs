@@ -154,7 +154,11 @@ impl Numbers {
             format!("; a contact of {stiffness} on a node of {mass}"),
         );
         if let Some((limit, part)) = self.weak_limit() {
-            line("longest weak window", Some(limit), format!("; above it the contact's {part} grows from pass to pass"));
+            line(
+                "longest weak window",
+                Some(limit),
+                format!("; above it the contact's {part} grows from pass to pass"),
+            );
         }
         text
     }
@@ -274,7 +278,12 @@ mod tests {
     #[test]
     fn a_weak_window_beyond_the_limit_is_warned_of() {
         assert_eq!(coupled(5e-5).warnings(), None);
-        assert!(coupled(1e-3).warnings().expect("too long").contains("its spring sets the limit there, 0.00034641 s"));
+        assert!(
+            coupled(1e-3)
+                .warnings()
+                .expect("too long")
+                .contains("its spring sets the limit there, 0.00034641 s")
+        );
     }
 
     /// The regression case of the reference: 97.5 kg in a dashpot that acts on a node of 0.03 kg.

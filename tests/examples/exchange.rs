@@ -74,7 +74,8 @@ fn measure(doubles: usize, wait: Wait) -> Result<(f64, f64, usize), Box<dyn std:
     let mut children = names.map(start).into_iter().collect::<Result<Vec<_>, _>>()?;
     let field = FieldSpec::nodal("numbers", 3, Sampling::Once);
     let mesh = InterfaceMesh { coordinates: vec![0.0; doubles], ..Default::default() };
-    let plan = Plan { takes: vec![field.clone()], gives: vec![field], wall: Some(mesh), ..Default::default() };
+    let plan =
+        Plan { takes: vec![field.clone()], gives: vec![field], wall: Some(mesh), ..Default::default() };
     for remote in &mut remotes {
         remote.hello()?;
         remote.prepare(&plan, &mut |_| Ok(()))?;

@@ -67,7 +67,9 @@ fn cable_net() {
 
 /// The drop test over clusters and schemes, each beside its own run at half the window.
 fn drop_test() {
-    println!("case spheres scheme window_s max_deflection_m max_reaction_1ms_N raw_N impact_speed sag_m energy_error iterations_per_window");
+    println!(
+        "case spheres scheme window_s max_deflection_m max_reaction_1ms_N raw_N impact_speed sag_m energy_error iterations_per_window"
+    );
     let exp2 = ["structure.cable.prestress=-1.35898e7", "rock.0.position=[0.0, 0.0, 2.105]"];
     for (case, extra) in [("exp_1", &[][..]), ("exp_2", &exp2)] {
         let counts: &[u32] = if case == "exp_1" { &[1, 64, 512, 4_096, 21_952] } else { &[64] };
@@ -114,14 +116,32 @@ fn drop_test() {
 /// Wall time of the loop for 0.5 s after contact: medians of five, interleaved.
 fn cost() {
     let cases: [(&str, &[&str]); 5] = [
-        ("64 spheres, weak 1e-4 s, contact step 1e-4 s", &["rock.0.cluster.spheres=64", "coupling.time_window=1e-4", "dem.time_step=1e-4", "fem.time_step=1e-4"]),
-        ("64 spheres, weak 5e-5 s, contact step 5e-5 s", &["rock.0.cluster.spheres=64", "dem.time_step=5e-5"]),
+        (
+            "64 spheres, weak 1e-4 s, contact step 1e-4 s",
+            &[
+                "rock.0.cluster.spheres=64",
+                "coupling.time_window=1e-4",
+                "dem.time_step=1e-4",
+                "fem.time_step=1e-4",
+            ],
+        ),
+        (
+            "64 spheres, weak 5e-5 s, contact step 5e-5 s",
+            &["rock.0.cluster.spheres=64", "dem.time_step=5e-5"],
+        ),
         ("64 spheres, weak 5e-5 s, contact step 1e-5 s", &["rock.0.cluster.spheres=64"]),
-        ("21952 spheres, weak 5e-5 s, contact step 5e-5 s", &["rock.0.cluster.spheres=21952", "dem.time_step=5e-5"]),
-        ("64 spheres, weak 5e-5 s, events only", &["rock.0.cluster.spheres=64", "dem.time_step=5e-5", "processes.wait=event"]),
+        (
+            "21952 spheres, weak 5e-5 s, contact step 5e-5 s",
+            &["rock.0.cluster.spheres=21952", "dem.time_step=5e-5"],
+        ),
+        (
+            "64 spheres, weak 5e-5 s, events only",
+            &["rock.0.cluster.spheres=64", "dem.time_step=5e-5", "processes.wait=event"],
+        ),
     ];
     // The fall is left out: the rock starts at the net with the speed it would have there.
-    let common = ["end_time=0.5", "rock.0.position=[0.0, 0.0, 0.155]", "rock.0.velocity=[0.0, 0.0, -6.26418391]"];
+    let common =
+        ["end_time=0.5", "rock.0.position=[0.0, 0.0, 0.155]", "rock.0.velocity=[0.0, 0.0, -6.26418391]"];
     let mut loops = vec![Vec::new(); cases.len()];
     let mut last = Vec::new();
     for _ in 0..5 {
@@ -133,7 +153,9 @@ fn cost() {
             last.push((ended.summary(), ended.measure("max_deflection")));
         }
     }
-    println!("case: loop_s median (min max), deflection, exchanges, us each, start s, cpu coupler dem fem, solve dem fem");
+    println!(
+        "case: loop_s median (min max), deflection, exchanges, us each, start s, cpu coupler dem fem, solve dem fem"
+    );
     for (((name, _), times), (summary, deflection)) in cases.iter().zip(&mut loops).zip(&last) {
         times.sort_by(f64::total_cmp);
         let cost = &summary["cost"];

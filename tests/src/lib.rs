@@ -25,7 +25,11 @@ pub fn example(name: &str) -> PathBuf {
 }
 
 fn built(path: PathBuf) -> PathBuf {
-    assert!(path.exists(), "{} is missing: build with `cargo build --release --workspace --examples --bins`", path.display());
+    assert!(
+        path.exists(),
+        "{} is missing: build with `cargo build --release --workspace --examples --bins`",
+        path.display()
+    );
     path
 }
 
@@ -72,7 +76,11 @@ impl Bench {
     pub fn rockfall(&self, scene: &Path, out: &str, arguments: &[&str]) -> Command {
         let mut command = Command::new(program("rockfall"));
         command.arg("run").arg(scene).arg("--out").arg(self.path(out)).args(arguments);
-        command.current_dir(self.dir.path()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+            .current_dir(self.dir.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
         command
     }
 
@@ -135,7 +143,10 @@ impl Ended {
         let text = self.history();
         let mut lines = text.lines();
         let header = lines.next().expect("a header");
-        let at = header.split(',').position(|c| c == name).unwrap_or_else(|| panic!("no column {name} in {header}"));
+        let at = header
+            .split(',')
+            .position(|c| c == name)
+            .unwrap_or_else(|| panic!("no column {name} in {header}"));
         lines.map(|line| line.split(',').nth(at).expect("a field").parse().expect("a number")).collect()
     }
 
@@ -174,7 +185,9 @@ pub fn processes_with(word: &str) -> Vec<(u32, String)> {
     let entries = std::fs::read_dir("/proc").expect("a process table").flatten();
     let mut found = Vec::new();
     for entry in entries {
-        let Some(pid) = entry.file_name().to_str().and_then(|name| name.parse::<u32>().ok()) else { continue };
+        let Some(pid) = entry.file_name().to_str().and_then(|name| name.parse::<u32>().ok()) else {
+            continue;
+        };
         let line = std::fs::read(entry.path().join("cmdline")).unwrap_or_default();
         let line = String::from_utf8_lossy(&line).replace('\0', " ");
         let state = std::fs::read_to_string(entry.path().join("stat")).unwrap_or_default();

@@ -12,7 +12,10 @@ fn refused(name: &str, change: impl Fn(String) -> String, sets: &[&str], words: 
         assert!(ended.stderr.contains(word), "\"{word}\" is not in: {}", ended.stderr);
     }
     assert_eq!(ended.stderr.matches("error:").count(), 1, "one message: {}", ended.stderr);
-    assert!(!ended.out.join("history.csv").exists() && !ended.out.join("summary.json").exists(), "nothing started");
+    assert!(
+        !ended.out.join("history.csv").exists() && !ended.out.join("summary.json").exists(),
+        "nothing started"
+    );
 }
 
 fn replaced(from: &'static str, to: &'static str) -> impl Fn(String) -> String {
@@ -51,9 +54,12 @@ fn wrong_types_missing_files_and_senseless_numbers_are_refused_where_they_stand(
 #[test]
 fn a_node_that_nothing_holds_and_a_step_above_the_critical_one_are_refused_with_the_numbers() {
     let lonely = replaced("nodes = [[-1.0, 0.0, 0.0],", "nodes = [[5.0, 5.0, 5.0], [-1.0, 0.0, 0.0],");
-    let lonely = move |text: String| lonely(text).replace("[0, 1] }, { nodes = [1, 2]", "[1, 2] }, { nodes = [2, 3]");
+    let lonely =
+        move |text: String| lonely(text).replace("[0, 1] }, { nodes = [1, 2]", "[1, 2] }, { nodes = [2, 3]");
     let lonely = move |text: String| {
-        lonely(text).replace("nodes = [1], mass", "nodes = [2], mass").replace("nodes = [0, 2] }]", "nodes = [1, 3] }]")
+        lonely(text)
+            .replace("nodes = [1], mass", "nodes = [2], mass")
+            .replace("nodes = [0, 2] }]", "nodes = [1, 3] }]")
     };
     refused("sphere-on-cable", lonely, &[], &["node 0", "no element"]);
     let words = ["fem.time_step", "0.0002", "critical"];

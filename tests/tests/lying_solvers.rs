@@ -73,7 +73,10 @@ fn another_protocol_and_garbage_are_told_apart() {
 
 #[test]
 fn who_does_not_answer_is_named_at_the_deadline() {
-    refused_after_three_rows("silent", &["no answer from fem in window 4", "of 2.0 s", "its process is alive"]);
+    refused_after_three_rows(
+        "silent",
+        &["no answer from fem in window 4", "of 2.0 s", "its process is alive"],
+    );
     refused("mute", 1, &["no answer from fem at the start of the run", "of 2.0 s"]);
 }
 

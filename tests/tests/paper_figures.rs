@@ -17,7 +17,8 @@ fn close(what: &str, value: f64, expected: f64, relative: f64) {
 const STRONG: [&str; 2] = ["coupling.scheme=strong", "coupling.time_window=2e-4"];
 
 /// The rows of `walenstadt.md` for the comparison contact: spheres, deflection [m], 1 ms reaction [N].
-const ROWS: [(u32, f64, f64); 3] = [(1, 0.55300, 32_110.0), (64, 0.49514, 33_830.0), (512, 0.48435, 33_760.0)];
+const ROWS: [(u32, f64, f64); 3] =
+    [(1, 0.55300, 32_110.0), (64, 0.49514, 33_830.0), (512, 0.48435, 33_760.0)];
 
 /// The reference's digits hold under halving; deflection to 0.1 %, reaction to 1 %, as the issue asks.
 #[test]
@@ -53,7 +54,12 @@ fn the_second_experiment_meets_its_figures() {
 fn the_energy_error_falls_as_the_steps_are_halved() {
     let error = |step: &str| {
         let step = format!("dem.time_step={step}");
-        let mut sets = vec![step.as_str(), "end_time=0.72", "coupling.tolerance=1e-8", "coupling.absolute_tolerance=1e-10"];
+        let mut sets = vec![
+            step.as_str(),
+            "end_time=0.72",
+            "coupling.tolerance=1e-8",
+            "coupling.absolute_tolerance=1e-10",
+        ];
         sets.extend(["coupling.scheme=strong", "coupling.time_window=1e-4"]);
         let (_bench, ended) = run("walenstadt-compare", &sets);
         ended.measure("energy_error")

@@ -12,7 +12,15 @@ use tests::{Bench, scene};
 const SCENES: [(&str, &[&str]); 3] = [
     ("walenstadt-exp1", &["end_time=0.68", "dem.time_step=2e-5"]),
     ("walenstadt-exp1", &["end_time=0.66", "coupling.scheme=strong", "coupling.time_window=2e-4"]),
-    ("cable-net", &["end_time=0.05", "coupling.scheme=strong", "coupling.time_window=5e-4", "coupling.max_iterations=8"]),
+    (
+        "cable-net",
+        &[
+            "end_time=0.05",
+            "coupling.scheme=strong",
+            "coupling.time_window=5e-4",
+            "coupling.max_iterations=8",
+        ],
+    ),
 ];
 
 fn arguments<'a>(sets: &[&'a str]) -> Vec<&'a str> {

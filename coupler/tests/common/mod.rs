@@ -67,9 +67,15 @@ impl Node {
 
 pub fn energies(who: &str) -> Vec<Gauge> {
     use Role::*;
-    [("kinetic", Kinetic), ("potential", Potential), ("stored", Stored), ("dissipated", Dissipated), ("received", Received)]
-        .map(|(name, role)| Gauge { role, ..Gauge::new(format!("energy_{name}_{who}"), "J") })
-        .to_vec()
+    [
+        ("kinetic", Kinetic),
+        ("potential", Potential),
+        ("stored", Stored),
+        ("dissipated", Dissipated),
+        ("received", Received),
+    ]
+    .map(|(name, role)| Gauge { role, ..Gauge::new(format!("energy_{name}_{who}"), "J") })
+    .to_vec()
 }
 
 impl Solver for Node {

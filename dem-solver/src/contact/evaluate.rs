@@ -13,7 +13,7 @@ use super::memory::{Heir, Memory, NONE, inherit};
 use super::tangential::into_plane;
 use super::touch::{Contact, Touch};
 use crate::rock::{Motion, Rock};
-use crate::search::pairs::{Instant, PairList};
+use crate::search::pairs::{Instant, PairElement, PairList};
 use crate::wall::Wall;
 use crate::wall::motion::NodeMotion;
 use nalgebra::Vector3;
@@ -52,8 +52,6 @@ pub struct Sums {
     pub penetration: f64,
     /// Largest speed of a listed node past the rock's centre [m/s].
     pub fastest: f64,
-    /// Largest `overlap / v_n` of approaching contacts [s]: how long ago the first one touched.
-    pub touched_ago: f64,
 }
 
 /// What evaluates contacts: buffers that are used again and again.
@@ -102,12 +100,11 @@ impl Evaluation {
             return sums;
         }
         self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
-        let to_own = self.touch.rotation.transpose();
-        let velocity = to_own * now.velocity;
-        let spin = (to_own * now.angular_momentum).component_div(&scene.rock.inertia);
+        let motion = self.own_motion(scene.rock, now);
         if scene.law.tangential.is_some() {
             self.find_heirs(scene, sums.fastest * h, before);
         }
+        let needs_rates = scene.law.damping.is_some() || scene.law.tangential.is_some();
         let contacts = self.touch.contacts.len();
         for i in 0..contacts {
             let contact = &self.touch.contacts[i];
@@ -117,21 +114,17 @@ impl Evaluation {
             let load = scene.law.normal.load(sphere.radius, contact.overlap);
             let [a, b, c] = element.nodes.map(|n| n as usize);
             let [na, nb, nc] = contact.weights;
-            let v = &self.node_velocities;
-            let wall_velocity = v[a] * na + v[b] * nb + v[c] * nc;
-            let relative = velocity + spin.cross(&arm) - wall_velocity;
+            let relative = if needs_rates {
+                self.relative_velocity(&motion, contact, element, &arm)
+            } else {
+                Vector3::zeros()
+            };
             let approach = relative.dot(&contact.normal);
             let mut pressed = load.force;
             let mut dashpot = 0.0;
             if let Some(damping) = &scene.law.damping {
-                let inertia = match &scene.wall.inverse_mass {
-                    Some(inverse) => {
-                        let [a, b, c] = element.nodes.map(|n| inverse[scene.list.numbers[n as usize] as usize]);
-                        na * na * a + nb * nb * b + nc * nc * c
-                    }
-                    None => 0.0,
-                };
-                dashpot = damping.coefficient(scene.rock.mass, contacts, inertia);
+                let wall = inverse_mass(scene, element, contact.weights);
+                dashpot = damping.coefficient(scene.rock.mass, contacts, wall);
                 let viscous = dashpot * load.stiffness.sqrt() * approach;
                 // Rocks do not stick.
                 pressed = (load.force + viscous).max(0.0);
@@ -156,9 +149,6 @@ impl Evaluation {
             }
             sums.elastic += load.energy;
             sums.penetration = sums.penetration.max(contact.overlap / sphere.radius);
-            if approach > 0.0 {
-                sums.touched_ago = sums.touched_ago.max(contact.overlap / approach);
-            }
             sums.force += force;
             sums.torque += arm.cross(&force);
             let f = &mut self.node_forces;
@@ -179,23 +169,57 @@ impl Evaluation {
     pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64) -> Option<&Contact> {
         let rock = scene.rock;
         let radius = rock.smallest_radius;
-        let (lowest, highest) = (rock.lowest_corner.add_scalar(radius), rock.highest_corner.add_scalar(-radius));
+        let (lowest, highest) =
+            (rock.lowest_corner.add_scalar(radius), rock.highest_corner.add_scalar(-radius));
         let inside = |contact: &Contact| {
             let centre = &rock.spheres[contact.sphere as usize].centre;
             let point = centre + contact.normal * contact.distance;
             (0..3).all(|axis| point[axis] > lowest[axis] && point[axis] < highest[axis])
         };
-        let to_own = self.touch.rotation.transpose();
-        let velocity = to_own * now.velocity;
-        let spin = (to_own * now.angular_momentum).component_div(&scene.rock.inertia);
+        let motion = self.own_motion(rock, now);
         self.touch.contacts.iter().find(|contact| {
-            let sphere = &scene.rock.spheres[contact.sphere as usize];
             let element = &scene.list.elements[contact.element as usize];
-            let wall = element.nodes.iter().zip(contact.weights).map(|(n, w)| self.node_velocities[*n as usize] * w);
-            let relative = velocity + spin.cross(&sphere.centre) - wall.sum::<Vector3<f64>>();
+            let centre = &rock.spheres[contact.sphere as usize].centre;
             // A step ago the point lay on the other side.
-            inside(contact) || contact.distance + h * relative.dot(&contact.normal) < 0.0
+            let crossed = || {
+                let relative = self.relative_velocity(&motion, contact, element, centre);
+                contact.distance + h * relative.dot(&contact.normal) < 0.0
+            };
+            inside(contact) || crossed()
         })
+    }
+
+    /// How long ago the first of the contacts touched, by overlaps and their rates [s].
+    pub fn touched_ago(&self, scene: Scene, now: &Motion) -> f64 {
+        let motion = self.own_motion(scene.rock, now);
+        let ago = self.touch.contacts.iter().map(|contact| {
+            let element = &scene.list.elements[contact.element as usize];
+            let centre = &scene.rock.spheres[contact.sphere as usize].centre;
+            let arm = centre + contact.normal * (contact.distance - element.radius);
+            let approach = self.relative_velocity(&motion, contact, element, &arm).dot(&contact.normal);
+            if approach > 0.0 { contact.overlap / approach } else { 0.0 }
+        });
+        ago.fold(0.0, f64::max)
+    }
+
+    /// Velocity [m/s] and angular velocity [rad/s] of the rock in its own frame.
+    fn own_motion(&self, rock: &Rock, now: &Motion) -> [Vector3<f64>; 2] {
+        let spin = self.touch.rotation.tr_mul(&now.angular_momentum).component_div(&rock.inertia);
+        [self.touch.rotation.tr_mul(&now.velocity), spin]
+    }
+
+    /// Velocity of the rock at `arm` past the wall's point, in the rock's own frame [m/s].
+    #[inline]
+    fn relative_velocity(
+        &self,
+        [velocity, spin]: &[Vector3<f64>; 2],
+        contact: &Contact,
+        element: &PairElement,
+        arm: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let [a, b, c] = element.nodes.map(|n| &self.node_velocities[n as usize]);
+        let [na, nb, nc] = contact.weights;
+        velocity + spin.cross(arm) - (a * na + b * nb + c * nc)
     }
 
     /// Velocities of the listed nodes, in the rock's own frame; their largest speed past its centre.
@@ -223,6 +247,14 @@ impl Evaluation {
         let view = |contact| View { contact, touch, list: scene.list, way };
         inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
     }
+}
+
+/// `sum N_a^2 / m_a` of the wall's point [1/kg]; 0 where the wall does not tell its masses.
+#[inline]
+fn inverse_mass(scene: Scene, element: &PairElement, [na, nb, nc]: [f64; 3]) -> f64 {
+    let Some(inverse) = &scene.wall.inverse_mass else { return 0.0 };
+    let [a, b, c] = element.nodes.map(|n| inverse[scene.list.numbers[n as usize] as usize]);
+    na * na * a + nb * nb * b + nc * nc * c
 }
 
 /// Spring that a contact has from before, in the rock's own frame.

@@ -40,8 +40,9 @@ impl Law {
             None => settings.damping_ratio.unwrap_or(0.0),
         };
         let damping = (ratio > 0.0).then_some(Damping { ratio, mass: settings.effective_mass });
-        let tangential = (settings.friction > 0.0)
-            .then(|| Tangential::new(settings.friction, settings.poisson.expect("checked: friction needs it")));
+        let tangential = (settings.friction > 0.0).then(|| {
+            Tangential::new(settings.friction, settings.poisson.expect("checked: friction needs it"))
+        });
         Self { normal, damping, tangential }
     }
 
@@ -57,14 +58,16 @@ impl Law {
     pub fn describe(&self) -> String {
         let mut text = self.normal.describe();
         match &self.damping {
-            Some(d) => text += &format!(
-                ", damping ratio {:.6} scaled with {} mass",
-                d.ratio,
-                match d.mass {
-                    EffectiveMass::Local => "the local",
-                    EffectiveMass::Rock => "the rock's whole",
-                }
-            ),
+            Some(d) => {
+                text += &format!(
+                    ", damping ratio {:.6} scaled with {} mass",
+                    d.ratio,
+                    match d.mass {
+                        EffectiveMass::Local => "the local",
+                        EffectiveMass::Rock => "the rock's whole",
+                    }
+                )
+            }
             None => text += ", no dashpot",
         }
         match &self.tangential {

@@ -66,7 +66,9 @@ impl Lattice {
     pub fn spheres(&self) -> Vec<Sphere> {
         let [nx, ny, nz] = self.counts;
         // From the middle outwards, so that the cluster is symmetric to the last bit.
-        let at = |axis: usize, i: u32| (f64::from(i) - 0.5 * f64::from(self.counts[axis] - 1)) * self.spacing[axis];
+        let at = |axis: usize, i: u32| {
+            (f64::from(i) - 0.5 * f64::from(self.counts[axis] - 1)) * self.spacing[axis]
+        };
         let mut spheres = Vec::with_capacity(self.total() as usize);
         for k in 0..nz {
             for j in 0..ny {
@@ -99,7 +101,9 @@ mod tests {
 
     #[test]
     fn a_cube_takes_the_nearest_cube_number() {
-        for (asked, along) in [(1, 1), (4, 1), (5, 2), (64, 4), (100, 5), (21_952, 28), (22_232, 28), (27_000, 30)] {
+        for (asked, along) in
+            [(1, 1), (4, 1), (5, 2), (64, 4), (100, 5), (21_952, 28), (22_232, 28), (27_000, 30)]
+        {
             let lattice = Lattice::nearest([0.41; 3], asked);
             assert_eq!(lattice.counts, [along; 3], "{asked}");
             let s = 0.41 / (f64::from(along) + 0.6);

@@ -62,9 +62,7 @@ impl Rock {
         let mass =
             settings.mass.unwrap_or_else(|| settings.density.expect("mass or density, checked") * volume);
         let (spheres, counts, notice) = match settings.shape {
-            Shape::Sphere { radius } => {
-                (vec![Sphere { centre: Vector3::zeros(), radius }], [1, 1, 1], None)
-            }
+            Shape::Sphere { radius } => (vec![Sphere { centre: Vector3::zeros(), radius }], [1, 1, 1], None),
             Shape::Box { size } => {
                 let asked = settings.cluster.unwrap_or_default().spheres;
                 let lattice = cluster::Lattice::nearest(size, asked);
@@ -225,7 +223,10 @@ mod tests {
         let (rock, _) = Rock::new(&settings);
         let motion = rock.start(&settings, Vector3::zeros());
         let down = Vector3::new(0.2, -0.5, -0.7).normalize();
-        let every = rock.spheres.iter().map(|s| (motion.position + motion.orientation * s.centre).dot(&down) + s.radius);
+        let every = rock
+            .spheres
+            .iter()
+            .map(|s| (motion.position + motion.orientation * s.centre).dot(&down) + s.radius);
         let furthest = every.fold(f64::NEG_INFINITY, f64::max);
         assert!((rock.depth(&motion, &down) - furthest).abs() < 1e-14);
     }

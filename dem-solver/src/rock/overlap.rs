@@ -50,7 +50,8 @@ mod tests {
         };
         let (a, at) = place([0.0; 3]);
         let tree = SphereTree::new(&a.spheres);
-        for (position, expected) in [([0.999, 0.0, 0.0], true), ([1.001, 0.0, 0.0], false), ([0.0; 3], true)] {
+        for (position, expected) in [([0.999, 0.0, 0.0], true), ([1.001, 0.0, 0.0], false), ([0.0; 3], true)]
+        {
             let (b, bt) = place(position);
             assert_eq!(met(&b, &bt, &a, &at, &tree), expected, "{position:?}");
         }

@@ -15,7 +15,7 @@ pub struct NearElement {
     pub nodes: [u32; 3],
 }
 
-/// Elements that were within [`NearList::coverage`] of a rock's centre when the list was made.
+/// Elements that were within some distance of a rock's centre when the list was made.
 #[derive(Debug, Clone, Default)]
 pub struct NearList {
     /// The elements, in the wall's order.

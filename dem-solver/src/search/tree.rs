@@ -52,9 +52,9 @@ mod tests {
             let mut found = Vec::new();
             tree.near(&lowest, &highest, |k| found.push(k));
             found.sort_unstable();
-            let meets = |s: &Sphere| (0..3).all(|a| {
-                s.centre[a] + s.radius >= lowest[a] && s.centre[a] - s.radius <= highest[a]
-            });
+            let meets = |s: &Sphere| {
+                (0..3).all(|a| s.centre[a] + s.radius >= lowest[a] && s.centre[a] - s.radius <= highest[a])
+            };
             let every: Vec<u32> = (0..count).filter(|k| meets(&spheres[*k as usize])).collect();
             assert_eq!(found, every);
         }

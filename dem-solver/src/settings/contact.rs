@@ -63,8 +63,11 @@ impl ContactSettings {
         let invalid = |key: &str, what: String| scene.invalid(&format!("contact.0.{key}"), what);
         match (self.law, self.young, self.stiffness) {
             (LawName::HertzMindlin, _, Some(_)) => {
-                return Err(invalid("stiffness", "the stiffness of `hertz_mindlin` follows from `young`".into())
-                    .try_instead("leave it out, or write law = \"linear\""));
+                return Err(invalid(
+                    "stiffness",
+                    "the stiffness of `hertz_mindlin` follows from `young`".into(),
+                )
+                .try_instead("leave it out, or write law = \"linear\""));
             }
             (LawName::HertzMindlin, None, None) => {
                 return Err(invalid("young", "`hertz_mindlin` needs `young` [Pa]".into()));
@@ -88,30 +91,48 @@ impl ContactSettings {
                 return Err(invalid("poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")));
             }
             None if self.young.is_some() || self.friction > 0.0 => {
-                return Err(invalid("poisson", "Poisson's ratio is needed with `young` and with friction".into())
-                    .try_instead("write poisson = 0.2 for rock"));
+                return Err(invalid(
+                    "poisson",
+                    "Poisson's ratio is needed with `young` and with friction".into(),
+                )
+                .try_instead("write poisson = 0.2 for rock"));
             }
             _ => {}
         }
         match (self.restitution, self.damping_ratio) {
             (Some(_), Some(_)) => {
-                return Err(invalid("damping_ratio", "restitution and damping_ratio say one thing twice".into())
-                    .try_instead("keep one of them"));
+                return Err(invalid(
+                    "damping_ratio",
+                    "restitution and damping_ratio say one thing twice".into(),
+                )
+                .try_instead("keep one of them"));
             }
             (None, None) => {
-                return Err(invalid("restitution", "the contact has neither restitution nor damping_ratio".into())
-                    .try_instead("restitution = 1 is a contact without a dashpot"));
+                return Err(invalid(
+                    "restitution",
+                    "the contact has neither restitution nor damping_ratio".into(),
+                )
+                .try_instead("restitution = 1 is a contact without a dashpot"));
             }
             (Some(e), None) if !(e > 0.0 && e <= 1.0) => {
-                return Err(invalid("restitution", format!("a restitution of {e}: above 0 up to 1 is possible")));
+                return Err(invalid(
+                    "restitution",
+                    format!("a restitution of {e}: above 0 up to 1 is possible"),
+                ));
             }
             (None, Some(g)) if g < 0.0 => {
-                return Err(invalid("damping_ratio", format!("a damping ratio of {g}: it must be 0 or more")));
+                return Err(invalid(
+                    "damping_ratio",
+                    format!("a damping ratio of {g}: it must be 0 or more"),
+                ));
             }
             _ => {}
         }
         if self.friction < 0.0 {
-            return Err(invalid("friction", format!("a friction of {}: it must be 0 or more", self.friction)));
+            return Err(invalid(
+                "friction",
+                format!("a friction of {}: it must be 0 or more", self.friction),
+            ));
         }
         Ok(())
     }

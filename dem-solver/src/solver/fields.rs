@@ -68,7 +68,11 @@ impl Fields {
         let spheres = Vtu {
             points: &centres,
             cells: Cells::Vertices,
-            point_data: vec![("radius", 1, &self.radius), ("rock", 1, &self.rock), ("velocity", 3, &velocities)],
+            point_data: vec![
+                ("radius", 1, &self.radius),
+                ("rock", 1, &self.rock),
+                ("velocity", 3, &velocities),
+            ],
             cell_data: vec![],
         };
         self.spheres.add(state.time, &spheres)?;

@@ -53,9 +53,15 @@ impl Gauges {
     pub fn declared(rocks: &[Rock]) -> Vec<Gauge> {
         let mut gauges = Vec::with_capacity(Self::count(rocks));
         for rock in rocks {
-            for (name, unit) in
-                [("x", "m"), ("y", "m"), ("z", "m"), ("vx", "m/s"), ("vy", "m/s"), ("vz", "m/s"), ("lowest", "m")]
-            {
+            for (name, unit) in [
+                ("x", "m"),
+                ("y", "m"),
+                ("z", "m"),
+                ("vx", "m/s"),
+                ("vy", "m/s"),
+                ("vz", "m/s"),
+                ("lowest", "m"),
+            ] {
                 gauges.push(Gauge::new(format!("{}_{name}", rock.name), unit));
             }
         }

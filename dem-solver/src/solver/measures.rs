@@ -139,7 +139,13 @@ pub fn results(rocks: &[Rock], state: &State, wall: bool) -> (Vec<Measure>, Vec<
     (measures, warnings)
 }
 
-fn one_rock(rock: &Rock, track: &Track, prefix: &str, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
+fn one_rock(
+    rock: &Rock,
+    track: &Track,
+    prefix: &str,
+    measures: &mut Vec<Measure>,
+    warnings: &mut Vec<String>,
+) {
     let mut tell = |name: &str, value: f64, unit: &str, time: Option<f64>| {
         measures.push(Measure { name: format!("{prefix}{name}"), value, unit: unit.into(), time });
     };
@@ -161,12 +167,18 @@ fn one_rock(rock: &Rock, track: &Track, prefix: &str, measures: &mut Vec<Measure
         Some((depth, time)) if depth > 0.0 => {
             tell("max_deflection", depth, "m", Some(time));
             if track.sinking && !track.over {
-                absent("braking_time", "it was still on its way down at the end; max_deflection is that reached by then");
+                absent(
+                    "braking_time",
+                    "it was still on its way down at the end; max_deflection is that reached by then",
+                );
             } else {
                 tell("braking_time", time - touch.time, "s", Some(time));
             }
         }
-        _ => absent("max_deflection, braking_time", "its lowest point never lay below the wall's lowest node at rest"),
+        _ => absent(
+            "max_deflection, braking_time",
+            "its lowest point never lay below the wall's lowest node at rest",
+        ),
     }
     match track.rebound {
         Some((speed, time)) => tell("rebound_speed", speed, "m/s", Some(time)),

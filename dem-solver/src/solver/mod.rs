@@ -2,14 +2,16 @@
 //!
 //! - [`state`]: what is committed and what is tried
 //! - [`zone`]: a rock's surroundings in a window
-//! - [`window`]: the steps of a window, and [`flight`] where there is nothing to meet
+//! - [`window`]: the steps of a window ([`cut`], [`watch`](mod@watch)), and [`flight`] where there is nothing to meet
 //! - [`gauges`], [`measures`], [`fields`]: what is told of it
 
+pub mod cut;
 pub mod fields;
 pub mod flight;
 pub mod gauges;
 pub mod measures;
 pub mod state;
+pub mod watch;
 pub mod window;
 pub mod zone;
 
@@ -83,7 +85,11 @@ impl DemSolver {
         let state = State::start(&settings, &rocks);
         let model = Model { settings, rocks, trees, law, steps, shortcuts: options.shortcuts };
         if let Some((a, b)) = rocks_that_met(&model, &state) {
-            let what = format!("rock `{}` and rock `{}` overlap at the start", name_of(&model, a), name_of(&model, b));
+            let what = format!(
+                "rock `{}` and rock `{}` overlap at the start",
+                name_of(&model, a),
+                name_of(&model, b)
+            );
             return Err(scene
                 .invalid(&format!("rock.{a}.position"), what)
                 .try_instead("contact between rocks is not part of this version: move them apart"));
@@ -231,7 +237,8 @@ fn check_plan(hello: &Hello, plan: &Plan) -> Result<(), Fault> {
     for (asked, offered) in [(&plan.takes, &hello.takes), (&plan.gives, &hello.gives)] {
         for field in asked {
             let fits = |o: &FieldSpec| {
-                (&o.name, o.components, o.place, o.sampling) == (&field.name, field.components, field.place, field.sampling)
+                (&o.name, o.components, o.place, o.sampling)
+                    == (&field.name, field.components, field.place, field.sampling)
             };
             let known = offered.iter().find(|o| fits(o)).ok_or_else(|| {
                 Fault::broken(format!("the plan has the field {field:?}, which dem-solver has not offered"))

@@ -7,9 +7,11 @@
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.
 
+use super::cut::Cut;
 use super::gauges::{Gauges, Moment};
 use super::measures::Passage;
 use super::state::State;
+use super::watch::watch;
 use super::zone::{View, Zone};
 use super::{Counts, Model, flight, name_of, rocks_that_met};
 use crate::rock::Motion;
@@ -19,13 +21,6 @@ use crate::wall::Wall;
 use crate::wall::motion::MotionFields;
 use interface_defs::{Fault, InterfaceMesh, Layout, Plan, Sampling, Window, name};
 use nalgebra::Vector3;
-
-/// Overlap over radius from which on it is looked whether the wall is behind a centre: two spheres
-/// 1.25 radii apart cover the line between their centres with 0.375 each.
-const PASSING: f64 = 0.2;
-
-/// Largest way of the wall past a rock in one step, as a share of its spheres' radius.
-const LARGEST_STRIDE: f64 = 0.5;
 
 /// A prepared run.
 pub struct Run {
@@ -51,34 +46,6 @@ struct Answer {
     ends: Vec<usize>,
     reach: Option<std::ops::Range<usize>>,
     gauges: usize,
-}
-
-/// How a window is cut.
-#[derive(Debug, Clone, Copy)]
-struct Cut {
-    steps: usize,
-    h: f64,
-    segments: usize,
-}
-
-impl Cut {
-    fn per_segment(&self) -> usize {
-        self.steps / self.segments
-    }
-
-    /// The middle of step `step`.
-    fn middle(&self, step: usize) -> Instant {
-        let per = self.per_segment();
-        let along = ((step % per) as f64 + 0.5) / per as f64;
-        Instant { segment: step / per, along, elapsed: (step as f64 + 0.5) * self.h }
-    }
-
-    /// The end of step `step`.
-    fn end(&self, step: usize) -> Instant {
-        let per = self.per_segment();
-        let along = ((step % per) as f64 + 1.0) / per as f64;
-        Instant { segment: step / per, along, elapsed: (step as f64 + 1.0) * self.h }
-    }
 }
 
 impl Run {
@@ -151,7 +118,8 @@ impl Run {
         let input = vec![0.0; self.lengths.0];
         let mut output = vec![0.0; self.lengths.1];
         // A window of no length would have no steps; reach looks as far as the plan's window.
-        let length = if plan.window > 0.0 && plan.window.is_finite() { plan.window } else { model.steps.step };
+        let length =
+            if plan.window > 0.0 && plan.window.is_finite() { plan.window } else { model.steps.step };
         self.begin(model, state, length, &input, &mut output)?;
         let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
         self.at_end(model, state, &input, length, start, None)?;
@@ -211,12 +179,8 @@ impl Run {
     }
 
     fn cut(&self, model: &Model, window: &Window) -> Cut {
-        let segments = self.fields.segments();
-        // No step reaches over a sample, so that its work and its mean are exact.
-        let parts = [segments, self.answer.means.len(), self.answer.ends.len()];
-        let unit = parts.into_iter().filter(|p| *p > 0).fold(1, lcm);
-        let steps = window.steps(model.steps.step).div_ceil(unit) * unit;
-        Cut { steps, h: window.length / steps as f64, segments }
+        let samples = [self.answer.means.len(), self.answer.ends.len()];
+        Cut::new(window, model.steps.step, self.fields.segments(), &samples)
     }
 
     /// Look around; true if no rock can meet the wall within the window.
@@ -258,7 +222,8 @@ impl Run {
             for (r, body) in state.bodies.iter_mut().enumerate() {
                 let rock = &model.rocks[r];
                 let before = body.motion;
-                body.motion = flight::motion_at(rock, &self.starts[r], &before, &gravity, time(to), cut.h, to - from);
+                body.motion =
+                    flight::motion_at(rock, &self.starts[r], &before, &gravity, time(to), cut.h, to - from);
                 let passage = Passage {
                     start: window.start + time(from),
                     length: time(to) - time(from),
@@ -340,16 +305,20 @@ impl Run {
             zone.update(view, &now, at)?;
             let (evaluation, scene) = zone.parts(view);
             let sums = evaluation.forces(scene, &now, at, h, &body.memories);
-            watch(model, rock, evaluation, scene, &now, &sums, h, passage.start)?;
+            watch(evaluation, scene, &now, &sums, h, passage.start)?;
             (force, torque, elastic) = (sums.force, sums.torque, sums.elastic);
+            let contacts = evaluation.touch.contacts.len();
+            if contacts > 0 {
+                // Its date is asked for once.
+                let first = body.track.touch.is_none();
+                passage.touched = Some(if first { evaluation.touched_ago(scene, &now) } else { 0.0 });
+                passage.penetration = sums.penetration;
+            }
             std::mem::swap(&mut body.memories, &mut evaluation.memories);
             state.dissipated += (sums.damped + sums.rubbed) * h - (sums.sheared - body.sheared);
             body.sheared = sums.sheared;
-            let contacts = evaluation.touch.contacts.len();
             self.counts.contact_evaluations += contacts as u64;
             if contacts > 0 {
-                passage.touched = Some(sums.touched_ago);
-                passage.penetration = sums.penetration;
                 let share = cut.segments as f64 / cut.steps as f64;
                 let pairs = zone.evaluation.node_forces.iter().zip(zone.increments(at.segment));
                 state.received -= pairs.map(|(f, du)| f.dot(du)).sum::<f64>() * share;
@@ -415,66 +384,5 @@ fn add_forces(zone: &Zone, output: &mut [f64], field: usize, share: f64) {
         for (o, f) in output[at..at + 3].iter_mut().zip(force.iter()) {
             *o += f * share;
         }
-    }
-}
-
-/// Stop where the answer would be wrong and look calm.
-fn watch(
-    model: &Model,
-    rock: usize,
-    evaluation: &crate::contact::evaluate::Evaluation,
-    scene: crate::contact::evaluate::Scene,
-    now: &Motion,
-    sums: &crate::contact::evaluate::Sums,
-    h: f64,
-    time: f64,
-) -> Result<(), Fault> {
-    let it = &model.rocks[rock];
-    let spin = now.angular_momentum.norm() / it.inertia.min() * it.arm;
-    let stride = (sums.fastest + spin) * h;
-    if !scene.list.pairs.is_empty() && stride > LARGEST_STRIDE * it.smallest_radius {
-        return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: the wall moves {stride:.3e} m past it in one step of {h:.3e} s, more than \
-             half the radius {:.3e} m of its spheres, and might pass through unseen; shorten dem.time_step",
-            it.name, it.smallest_radius
-        )));
-    }
-    if sums.penetration > PASSING
-        && let Some(contact) = evaluation.passed_centre(scene, now, h)
-    {
-        let element = scene.list.elements[contact.element as usize].number;
-        return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: wall element {element} has been pushed past the centre of sphere {} (radius \
-             {:.3e} m); the contact is too soft, raise contact.young, or shorten dem.time_step",
-            it.name, contact.sphere, it.spheres[contact.sphere as usize].radius
-        )));
-    }
-    Ok(())
-}
-
-fn lcm(a: usize, b: usize) -> usize {
-    let (mut x, mut y) = (a, b);
-    while y != 0 {
-        (x, y) = (y, x % y);
-    }
-    a / x * b
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn middles_and_ends_of_steps_lie_where_the_wall_is_at_that_time() {
-        let cut = Cut { steps: 6, h: 0.5, segments: 2 };
-        let at = cut.middle(4);
-        assert_eq!((at.segment, at.along, at.elapsed), (1, 0.5, 2.25));
-        let at = cut.end(2);
-        assert_eq!((at.segment, at.along, at.elapsed), (0, 1.0, 1.5));
-    }
-
-    #[test]
-    fn the_least_common_multiple_is_one() {
-        assert_eq!([lcm(1, 1), lcm(4, 6), lcm(64, 8), lcm(3, 5)], [1, 12, 64, 15]);
     }
 }

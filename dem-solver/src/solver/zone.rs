@@ -124,7 +124,9 @@ impl Zone {
         read.map_err(|node| {
             // The list may have been made of such numbers.
             self.near.invalidate();
-            Fault::window(format!("the displacement of wall node {node} is not finite; the structure has diverged"))
+            Fault::window(format!(
+                "the displacement of wall node {node} is not finite; the structure has diverged"
+            ))
         })
     }
 

@@ -39,8 +39,7 @@ pub fn keep_contacts<C: Candidate>(candidates: &mut [C]) -> usize {
     let mut kept = candidates.len().min(1);
     for next in 1..candidates.len() {
         let (b, nearer) = (&candidates[next], &candidates[..kept]);
-        let behind =
-            |a: &C| a.normal().dot(b.normal()) * b.distance() >= a.distance() * (1.0 - LEVEL);
+        let behind = |a: &C| a.normal().dot(b.normal()) * b.distance() >= a.distance() * (1.0 - LEVEL);
         if !nearer.iter().any(behind) {
             candidates.swap(kept, next);
             kept += 1;

@@ -35,7 +35,9 @@ impl MotionFields {
 
     /// Displacement of `node` in sample `sample` [m].
     pub fn displacement(&self, input: &[f64], sample: usize, node: u32) -> Vector3<f64> {
-        self.displacement.get(sample).map_or_else(Vector3::zeros, |range| of_node(&input[range.clone()], node))
+        self.displacement
+            .get(sample)
+            .map_or_else(Vector3::zeros, |range| of_node(&input[range.clone()], node))
     }
 
     /// Displacement of all nodes at both ends of segment `s`.
@@ -241,7 +243,10 @@ mod tests {
         let mut motion = NodeMotion::default();
         let fields = MotionFields::default();
         motion.read(&fields, &[], &[Vector3::y()], &[0], 0.1).expect("finite");
-        assert_eq!((motion.position(0, 0, 0.7), motion.velocity(0, 0, 0.7)), (Vector3::y(), Vector3::zeros()));
+        assert_eq!(
+            (motion.position(0, 0, 0.7), motion.velocity(0, 0, 0.7)),
+            (Vector3::y(), Vector3::zeros())
+        );
     }
 
     #[test]

@@ -44,7 +44,8 @@ impl Setup {
     }
 
     pub fn plan(&self) -> Plan {
-        let field = |name, sampling| FieldSpec { samples: self.samples, ..FieldSpec::nodal(name, 3, sampling) };
+        let field =
+            |name, sampling| FieldSpec { samples: self.samples, ..FieldSpec::nodal(name, 3, sampling) };
         let mut plan = Plan { end_time: 1.0, window: 1e-3, wall: self.wall.clone(), ..Plan::default() };
         if self.wall.is_some() {
             plan.takes.push(field(name::DISPLACEMENT, Sampling::FromStart));

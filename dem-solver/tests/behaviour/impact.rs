@@ -18,7 +18,11 @@ fn drop(case: &Case, law: &str, steps: f64) -> Bench {
     let scene = format!(
         "end_time = 1.0\n{}[[contact]]\nlaw = \"{law}\"\nyoung = {young:?}\npoisson = {poisson:?}\n{extra}\n\
          [dem]\nsteps_per_contact = {steps:?}\n",
-        sphere(*radius, *density, &format!("position = [0.0, 0.0, {start:?}]\nvelocity = [0.0, 0.0, -{speed:?}]"))
+        sphere(
+            *radius,
+            *density,
+            &format!("position = [0.0, 0.0, {start:?}]\nvelocity = [0.0, 0.0, -{speed:?}]")
+        )
     );
     Setup::new(scene, fixed_plane(4.0 * radius, 1)).build()
 }
@@ -74,7 +78,14 @@ fn the_rebound_of_an_elastic_impact_converges_with_second_order() {
     for law in ["hertz_mindlin", "linear"] {
         let error = |steps: f64| {
             let errors = (0..8).map(|phase| {
-                let case = Case { young: 40e9, poisson: 0.35, radius: 0.1, density: 1800.0, speed: 0.2, extra: "restitution = 1.0" };
+                let case = Case {
+                    young: 40e9,
+                    poisson: 0.35,
+                    radius: 0.1,
+                    density: 1800.0,
+                    speed: 0.2,
+                    extra: "restitution = 1.0",
+                };
                 let mut bench = drop(&case, law, steps);
                 let h = bench.solver.model().steps.step;
                 bench.advance(h * f64::from(phase) / 8.0 + 1e-12);
@@ -129,7 +140,14 @@ fn the_rebound_of_a_damped_impact_converges_with_second_order_but_for_the_root_a
     for (law, expected) in [("hertz_mindlin", 1.25), ("linear", 1.8)] {
         let error = |steps: f64| {
             let back = (0..8).map(|phase| {
-                let case = Case { young: 380e9, poisson: 0.23, radius: 2.5e-3, density: 4000.0, speed: 3.9, extra: "restitution = 0.5" };
+                let case = Case {
+                    young: 380e9,
+                    poisson: 0.23,
+                    radius: 2.5e-3,
+                    density: 4000.0,
+                    speed: 3.9,
+                    extra: "restitution = 0.5",
+                };
                 let mut bench = drop(&case, law, steps);
                 let h = bench.solver.model().steps.step;
                 bench.input.fill(0.0);
@@ -150,9 +168,14 @@ fn the_rebound_of_a_damped_impact_converges_with_second_order_but_for_the_root_a
 fn restitution_does_not_depend_on_speed_size_or_stiffness() {
     for law in ["hertz_mindlin", "linear"] {
         let reference = restitution(law, "restitution = 0.6", 200.0, 1.0, 2.5e-3, 380e9);
-        for (speed, radius, young) in [(0.01, 2.5e-3, 380e9), (100.0, 2.5e-3, 380e12), (1.0, 0.3, 1e9), (3.0, 0.02, 5e9)] {
+        for (speed, radius, young) in
+            [(0.01, 2.5e-3, 380e9), (100.0, 2.5e-3, 380e12), (1.0, 0.3, 1e9), (3.0, 0.02, 5e9)]
+        {
             let seen = restitution(law, "restitution = 0.6", 200.0, speed, radius, young);
-            assert!((seen - reference).abs() < 1e-6, "{law}: {seen} {reference} at {speed} m/s, R {radius}, E {young}");
+            assert!(
+                (seen - reference).abs() < 1e-6,
+                "{law}: {seen} {reference} at {speed} m/s, R {radius}, E {young}"
+            );
         }
     }
 }

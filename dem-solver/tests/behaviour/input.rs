@@ -26,7 +26,8 @@ fn refused(text: &str) -> String {
 #[test]
 fn what_makes_no_sense_is_refused_with_its_place() {
     let rock = cube(64, ROCK);
-    let with = |rock: &str, contact: &str| format!("end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n{rock}\n{contact}");
+    let with =
+        |rock: &str, contact: &str| format!("end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n{rock}\n{contact}");
     let cases = [
         (with("", ""), "no rock"),
         (with(&rock.replace("mass = 180.0", ""), ""), "neither mass nor density"),
@@ -38,11 +39,20 @@ fn what_makes_no_sense_is_refused_with_its_place() {
         (with(&rock.replace("0.41]", "0.0]"), ""), "an edge of 0 m"),
         (with(&format!("{rock}\norientation = [0, 0, 0, 0]"), ""), "no orientation"),
         (with(&format!("{rock}\nname = \"a b\""), ""), "cannot begin a column"),
-        (with(&format!("{rock}\n{}", cube(1, "position = [5.0, 0.0, 0.0]\nname = \"rock\"")), ""), "two rocks are named"),
-        (with(&sphere(0.1, 1.0, "position = [0.0, 0.0, 0.0]\ncluster.spheres = 8"), ""), "a sphere is one sphere"),
+        (
+            with(&format!("{rock}\n{}", cube(1, "position = [5.0, 0.0, 0.0]\nname = \"rock\"")), ""),
+            "two rocks are named",
+        ),
+        (
+            with(&sphere(0.1, 1.0, "position = [0.0, 0.0, 0.0]\ncluster.spheres = 8"), ""),
+            "a sphere is one sphere",
+        ),
         (with(&rock, &format!("{CONTACT}{CONTACT}")), "2 tables [[contact]]"),
         (with(&rock, &CONTACT.replace("young = 1e8", "")), "needs `young`"),
-        (with(&rock, &CONTACT.replace("young = 1e8", "young = 1e8\nstiffness = 1.0")), "follows from `young`"),
+        (
+            with(&rock, &CONTACT.replace("young = 1e8", "young = 1e8\nstiffness = 1.0")),
+            "follows from `young`",
+        ),
         (with(&rock, &CONTACT.replace("poisson = 0.2", "")), "Poisson's ratio is needed"),
         (with(&rock, &CONTACT.replace("poisson = 0.2", "poisson = 0.6")), "0 to 0.5"),
         (with(&rock, &CONTACT.replace("restitution = 0.9", "restitution = 0.0")), "above 0 up to 1"),
@@ -50,7 +60,10 @@ fn what_makes_no_sense_is_refused_with_its_place() {
         (with(&rock, &CONTACT.replace("\"hertz_mindlin\"", "\"hertz\"")), "unknown value `hertz`"),
         (with(&rock, &format!("{CONTACT}friction = -0.1")), "0 or more"),
         (with(&rock, &format!("{CONTACT}[dem]\ntime_step = 0.1")), "above the critical step"),
-        (with(&rock, &format!("{CONTACT}[dem]\ntime_step = 1e-5\nsteps_per_contact = 50")), "one thing twice"),
+        (
+            with(&rock, &format!("{CONTACT}[dem]\ntime_step = 1e-5\nsteps_per_contact = 50")),
+            "one thing twice",
+        ),
         (with(&format!("{rock}\n{}", cube(1, "position = [0.3, 0.0, 1.0]")), ""), "overlap at the start"),
     ];
     for (text, expected) in cases {
@@ -73,7 +86,10 @@ fn a_step_above_the_critical_one_is_taken_where_the_scene_allows_it() {
 /// The resolved scene runs again as it is, and resolves to itself.
 #[test]
 fn the_resolved_tables_read_back_to_the_same_check() {
-    let text = format!("end_time = 1.0\n{}{CONTACT}", cube(60, "position = [0, 0, 1]\nangular_velocity = [0.1, 0, 0]"));
+    let text = format!(
+        "end_time = 1.0\n{}{CONTACT}",
+        cube(60, "position = [0, 0, 1]\nangular_velocity = [0.1, 0, 0]")
+    );
     let first = check(&scene(&text)).expect("checked");
     let again = format!("end_time = 1.0\n{}", first.resolved);
     let second = check(&scene(&again)).expect("checked");
@@ -85,8 +101,9 @@ fn the_resolved_tables_read_back_to_the_same_check() {
 
 #[test]
 fn a_wall_without_a_contact_law_is_refused() {
-    let mut solver = DemSolver::new(&scene(&format!("end_time = 1.0\n{}", cube(1, ROCK))), &Options::default())
-        .unwrap_or_else(|e| panic!("{e}"));
+    let mut solver =
+        DemSolver::new(&scene(&format!("end_time = 1.0\n{}", cube(1, ROCK))), &Options::default())
+            .unwrap_or_else(|e| panic!("{e}"));
     let plan = Plan { end_time: 1.0, window: 1e-3, wall: Some(fixed_plane(1.0, 1)), ..Plan::default() };
     let fault = solver.prepare(&plan, &mut |_| Ok(())).expect_err("no law");
     assert_eq!(fault.kind, FaultKind::Input);
@@ -172,7 +189,8 @@ fn a_wall_held_still_by_the_predictor_damps_with_its_transmitted_velocity() {
         (-bench.total_force(Sampling::Means).z, bench.value("energy_received_dem"))
     };
     // c = 2 g sqrt(m k) with the one contact's whole mass, 10.472 kg; the wall comes at 1 m/s.
-    let dashpot = 0.2 * (4.0 / 3.0 * std::f64::consts::PI * 2.5e6_f64).sqrt() * 1e-3_f64.sqrt() * 1e3;
+    let mass = 4.0 / 3.0 * std::f64::consts::PI * 2.5_f64;
+    let dashpot = 0.2 * (mass * 1e6).sqrt();
     let ((still, _), (moving, received)) = (force(0.0), force(1.0));
     assert!(((moving - still) / dashpot - 1.0).abs() < 1e-9, "{still} {moving} {dashpot}");
     assert_eq!(received, 0.0, "what does not move does no work");
@@ -215,7 +233,12 @@ fn field_files_are_written_at_each_interval_and_at_the_start() {
     let plan = Plan { end_time: 1.0, window: 0.05, ..Plan::default() };
     let mut output = solver.prepare(&plan, &mut |_| Ok(())).expect("prepared").initial;
     for number in 0..20 {
-        let window = interface_defs::Window { number: number + 1, iteration: 1, start: 0.05 * number as f64, length: 0.05 };
+        let window = interface_defs::Window {
+            number: number + 1,
+            iteration: 1,
+            start: 0.05 * number as f64,
+            length: 0.05,
+        };
         solver.solve(&window, &[], &mut output).expect("solved");
         solver.commit().expect("committed");
     }
@@ -236,5 +259,8 @@ fn rocks_that_meet_end_the_run() {
     bench.advance(0.05);
     let fault = bench.solve(0.05).expect_err("they meet");
     assert_eq!(fault.kind, FaultKind::Broken);
-    assert!(fault.message.contains("`a` and rock `b`") || fault.message.contains("`b` and rock `a`"), "{fault}");
+    assert!(
+        fault.message.contains("`a` and rock `b`") || fault.message.contains("`b` and rock `a`"),
+        "{fault}"
+    );
 }

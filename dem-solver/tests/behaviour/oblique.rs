@@ -100,8 +100,15 @@ fn a_sphere_that_sticks_rebounds_as_the_unloading_spring_has_it() {
 /// four digits; converged to that at 4000 steps but for the first row, a contact in slow full stick.
 #[test]
 fn the_contact_point_rebounds_as_the_dimensionless_table_has_it() {
-    let table =
-        [(1.0, 0.4150), (2.0, -0.1908), (3.0, -0.9886), (4.0, -1.3980), (5.0, -1.4356), (6.0, -0.9814), (10.0, 3.0)];
+    let table = [
+        (1.0, 0.4150),
+        (2.0, -0.1908),
+        (3.0, -0.9886),
+        (4.0, -1.3980),
+        (5.0, -1.4356),
+        (6.0, -0.9814),
+        (10.0, 3.0),
+    ];
     for (psi1, psi2) in table {
         let (radius, normal, friction) = (1e-5, 5.0, 0.3);
         let it = Impact {

@@ -3,7 +3,7 @@
 use crate::bench::{Bench, Setup, cube, fixed_plane, net};
 use crate::wires::{tangled, wave};
 use interface_defs::toolkit::alloc::allocations;
-use interface_defs::{Solver, Window, name, Sampling};
+use interface_defs::{Sampling, Solver, Window, name};
 use nalgebra::Vector3;
 
 fn bits(numbers: &[f64]) -> Vec<u64> {
@@ -132,12 +132,21 @@ fn reach_names_the_nodes_that_may_be_touched() {
     for _ in 0..300 {
         wave(&mut bench, 1, 1e-4);
         bench.advance(1e-4);
-        let reach = bench.output[bench.gives.sample(name::REACH, Sampling::Once, 0).expect("planned")].to_vec();
+        let reach =
+            bench.output[bench.gives.sample(name::REACH, Sampling::Once, 0).expect("planned")].to_vec();
         let forces = bench.force(Sampling::Means, 0);
         for (node, force) in forces.iter().enumerate() {
-            assert!(*force == Vector3::zeros() || reach[node] == 1.0, "node {node} is loaded and not in reach");
+            assert!(
+                *force == Vector3::zeros() || reach[node] == 1.0,
+                "node {node} is loaded and not in reach"
+            );
         }
-        assert!(reach.iter().sum::<f64>() < 60.0, "{} of {} nodes in reach", reach.iter().sum::<f64>(), reach.len());
+        assert!(
+            reach.iter().sum::<f64>() < 60.0,
+            "{} of {} nodes in reach",
+            reach.iter().sum::<f64>(),
+            reach.len()
+        );
     }
 }
 

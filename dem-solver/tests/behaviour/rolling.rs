@@ -71,7 +71,9 @@ fn a_ball_launched_without_spin_slides_until_it_rolls() {
 
 #[test]
 fn a_ball_rolls_down_a_slope_that_holds_it_and_slips_down_one_that_does_not() {
-    for (slope, friction, x2, w2) in [(30.0, 0.5, 7.00714286, 35.0357143), (20.0, 0.3, 2.396584 * 2.0, 2.396584 * 10.0)] {
+    for (slope, friction, x2, w2) in
+        [(30.0, 0.5, 7.00714286, 35.0357143), (20.0, 0.3, 2.396584 * 2.0, 2.396584 * 10.0)]
+    {
         let (x, v, w, r) = roll(slope, friction, 0.0, 2.0);
         let a = G * f64::to_radians(slope).sin() / (1.0 + 0.4 * (0.2 / r).powi(2));
         assert!((v / (2.0 * a) - 1.0).abs() < 2e-5, "{v} {}", 2.0 * a);
@@ -154,7 +156,12 @@ fn strip(parts: u32) -> InterfaceMesh {
         mesh.coordinates.extend([-1.0, y, 0.0, 0.0, y, 0.0, 0.0, y, -1.0]);
         if i > 0 {
             let a = 3 * (i - 1);
-            mesh.faces.extend([[a, a + 1, a + 4], [a, a + 4, a + 3], [a + 1, a + 2, a + 5], [a + 1, a + 5, a + 4]]);
+            mesh.faces.extend([
+                [a, a + 1, a + 4],
+                [a, a + 4, a + 3],
+                [a + 1, a + 2, a + 5],
+                [a + 1, a + 5, a + 4],
+            ]);
         }
     }
     mesh.masses = vec![f64::INFINITY; mesh.node_count()];

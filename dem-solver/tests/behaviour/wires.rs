@@ -108,7 +108,10 @@ fn received_work_is_mean_force_times_displacement() {
             received = bench.value("energy_received_dem");
         }
         assert!(received.abs() > 10.0, "there was work: {received} J");
-        assert!((received + worked).abs() < 1e-13 * most.max(received.abs()), "{samples} {steps}: {received} {worked}");
+        assert!(
+            (received + worked).abs() < 1e-13 * most.max(received.abs()),
+            "{samples} {steps}: {received} {worked}"
+        );
     }
 }
 
@@ -140,7 +143,10 @@ fn force_and_moment_on_the_wall_balance_momentum_and_angular_momentum_of_the_roc
             moment += (node - middle).cross(f);
         }
         let turned = after.angular_momentum - before.angular_momentum;
-        assert!((turned + moment * h).norm() < 1e-13 * (before.angular_momentum.norm() + on_wall.norm() * h), "{turned} {moment}");
+        assert!(
+            (turned + moment * h).norm() < 1e-13 * (before.angular_momentum.norm() + on_wall.norm() * h),
+            "{turned} {moment}"
+        );
         touched |= on_wall.norm() > 1e3;
     }
     assert!(touched);
@@ -164,6 +170,9 @@ fn a_wire_between_two_rows_of_spheres_is_held() {
         mesh.masses = vec![f64::INFINITY; 2];
         let mut bench = Setup::new(scene, mesh).build();
         bench.advance(1e-3);
-        assert!(bench.value("contacts") > 0.0 && bench.total_force(Sampling::Means).z < -100.0, "{spheres} spheres");
+        assert!(
+            bench.value("contacts") > 0.0 && bench.total_force(Sampling::Means).z < -100.0,
+            "{spheres} spheres"
+        );
     }
 }

@@ -78,7 +78,9 @@ impl FemConfig {
         }
         positive(scene, "fem.newton.tolerance", self.newton.tolerance, "")?;
         if self.newton.max_iterations == 0 {
-            return Err(scene.invalid("fem.newton.max_iterations", "no Newton iteration is allowed; write 1 or more"));
+            return Err(
+                scene.invalid("fem.newton.max_iterations", "no Newton iteration is allowed; write 1 or more")
+            );
         }
         let gamma = self.gamma.unwrap_or(0.5);
         self.parameter(scene, "rho_inf", self.rho_inf, Integrator::GeneralizedAlpha, 0.0..=1.0)?;
@@ -98,11 +100,13 @@ impl FemConfig {
         let Some(value) = value else { return Ok(()) };
         let key = format!("fem.{name}");
         if self.integrator != of {
-            let what = format!("{name} belongs to the integrator {}, not to {}", of.name(), self.integrator.name());
+            let what =
+                format!("{name} belongs to the integrator {}, not to {}", of.name(), self.integrator.name());
             return Err(scene.invalid(&key, what));
         }
         if !range.contains(&value) {
-            let what = format!("{name} is {value}, it must lie between {} and {}", range.start(), range.end());
+            let what =
+                format!("{name} is {value}, it must lie between {} and {}", range.start(), range.end());
             return Err(scene.invalid(&key, what));
         }
         Ok(())

@@ -1,8 +1,8 @@
 //! From the table `[structure]` to a [`Model`], with every input error located.
 
+use super::Model;
 use super::generator::{Generated, rectangular_net};
 use super::support::Motion;
-use super::Model;
 use crate::config::structure::{CableConfig, CableEntry, StructureConfig, Where};
 use crate::config::{Config, not_negative, positive};
 use crate::element::{Cable, PointMass, Spring};
@@ -101,7 +101,10 @@ impl Model {
             check_cable(scene, &key, &own)?;
             let built = cable(&self.nodes, entry.nodes, &own, entry.length);
             if built.length == 0.0 || entry.nodes[0] == entry.nodes[1] {
-                let what = format!("the cable between nodes {} and {} has no length", entry.nodes[0], entry.nodes[1]);
+                let what = format!(
+                    "the cable between nodes {} and {} has no length",
+                    entry.nodes[0], entry.nodes[1]
+                );
                 return Err(scene.invalid(&format!("{key}.nodes"), what));
             }
             self.cables.push(built);
@@ -321,7 +324,8 @@ fn properties(
     common: Option<&CableConfig>,
 ) -> Result<CableConfig, InputError> {
     let missing = |name: &str| {
-        let what = format!("this cable has no {name}, and there is no [structure.cable] that states it for all");
+        let what =
+            format!("this cable has no {name}, and there is no [structure.cable] that states it for all");
         scene.invalid(key, what)
     };
     Ok(CableConfig {

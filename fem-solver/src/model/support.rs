@@ -11,7 +11,10 @@ impl Motion {
     /// From rows `(time [s], displacement [m])`. Refuses times that do not increase.
     pub fn new(rows: &[(f64, f64)]) -> Result<Self, String> {
         if let Some(pair) = rows.windows(2).find(|pair| pair[1].0 <= pair[0].0) {
-            return Err(format!("the times of a motion must increase, {} s follows {} s", pair[1].0, pair[0].0));
+            return Err(format!(
+                "the times of a motion must increase, {} s follows {} s",
+                pair[1].0, pair[0].0
+            ));
         }
         let (times, values) = rows.iter().copied().unzip();
         Ok(Self { times, values })

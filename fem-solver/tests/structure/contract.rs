@@ -260,7 +260,11 @@ fn a_plan_that_asks_for_the_unknown_is_refused() {
 #[test]
 fn a_mean_force_for_a_scheme_of_end_forces_is_a_warning() {
     let run = Run::with(&net("integrator = \"newmark\""), coupled_plan(1e-4, Sampling::Means, 1, 1));
-    assert!(run.ready.warnings.iter().any(|w| w.contains("lag of half a window")), "{:?}", run.ready.warnings);
+    assert!(
+        run.ready.warnings.iter().any(|w| w.contains("lag of half a window")),
+        "{:?}",
+        run.ready.warnings
+    );
 }
 
 #[test]

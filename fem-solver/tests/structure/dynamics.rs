@@ -60,7 +60,10 @@ fn the_period_of_a_linear_oscillator_is_off_by_what_its_scheme_is_known_for() {
                 // tolerance of 1e-10 adds up as does its error of velocity.
                 let allowed = 400.0 * wh * 1e-9 + 400.0 * 1e-10;
                 let u = run.value("mass_uz");
-                assert!((u - exact).abs() < allowed, "{scheme} at w h = {wh}: {u} is not {exact} after {n} steps");
+                assert!(
+                    (u - exact).abs() < allowed,
+                    "{scheme} at w h = {wh}: {u} is not {exact} after {n} steps"
+                );
             }
         }
     }
@@ -112,8 +115,11 @@ time_step = {step:?}
     Run::alone(&text, step)
 }
 
-const PERIODS: [(f64, f64, f64); 3] =
-    [(0.05, 0.424885916295, 0.728868986856), (0.2, 0.283147441685, 4.0), (0.5, 0.140404421438, 19.0394327647)];
+const PERIODS: [(f64, f64, f64); 3] = [
+    (0.05, 0.424885916295, 0.728868986856),
+    (0.2, 0.283147441685, 4.0),
+    (0.5, 0.140404421438, 19.0394327647),
+];
 
 #[test]
 fn every_scheme_is_of_second_order_on_a_nonlinear_oscillator() {

@@ -36,19 +36,54 @@ fn each_fault_is_named_with_its_place_and_numbers() {
         ("young = 1e9", "yuong = 1e9", "test.toml:8:", "young"),
         ("area = 1e-4", "area = -1e-4", "test.toml:8:", "-0.0001 m2, it must lie above 0"),
         ("density = 7850.0", "density = -1.0", "test.toml:8:", "must not lie below 0"),
-        ("[2.0, 0.0, 0.0]]", "[2.0, 0.0, 0.0], [3.0, 1.0, 0.0]]", "test.toml:5:", "node 3 at (3, 1, 0) is held by no element"),
+        (
+            "[2.0, 0.0, 0.0]]",
+            "[2.0, 0.0, 0.0], [3.0, 1.0, 0.0]]",
+            "test.toml:5:",
+            "node 3 at (3, 1, 0) is held by no element",
+        ),
         ("{ nodes = [1, 2] }]", "{ nodes = [1, 7] }]", "test.toml:6:", "no node 7; nodes are 0 to 2"),
         ("{ nodes = [1, 2] }]", "{ nodes = [1, 1] }]", "test.toml:6:", "has no length"),
         ("{ nodes = [0, 2] }", "{ nodes = [0, 2], directions = \"xq\" }", "test.toml:7:", "letters of xyz"),
         ("{ nodes = [0, 2] }", "{ group = \"edge\" }", "test.toml:7:", "no group `edge`"),
-        ("{ nodes = [0, 2] }", "{ at = [0.0, 9.0, 0.0] }", "test.toml:7:", "no node of the structure stands at"),
+        (
+            "{ nodes = [0, 2] }",
+            "{ at = [0.0, 9.0, 0.0] }",
+            "test.toml:7:",
+            "no node of the structure stands at",
+        ),
         ("{ nodes = [0, 2] }", "{ nodes = [0], group = \"x\" }", "test.toml:7:", "exactly one of"),
-        ("density = 7850.0", "density = 0.0", "test.toml:5:", "node 1 at (1, 0, 0) is free to move and has no mass"),
-        ("end_time = 1.0", "end_time = 1.0\nfem = { time_step = 1.0 }", "test.toml:3:", "lies above the critical one"),
+        (
+            "density = 7850.0",
+            "density = 0.0",
+            "test.toml:5:",
+            "node 1 at (1, 0, 0) is free to move and has no mass",
+        ),
+        (
+            "end_time = 1.0",
+            "end_time = 1.0\nfem = { time_step = 1.0 }",
+            "test.toml:3:",
+            "lies above the critical one",
+        ),
         ("end_time = 1.0", "end_time = 1.0\nfem = { integrator = \"newmrk\" }", "test.toml:3:", "newmark"),
-        ("end_time = 1.0", "end_time = 1.0\ngauge = [{ name = \"a\", at = [1.0, 0.0, 0.0], quantity = \"force\" }]", "test.toml:3:", "no node of the gauge `a` is held"),
-        ("end_time = 1.0", "end_time = 1.0\ngauge = [{ name = \"a\", quantity = \"force\" }]", "test.toml:3:", "write one of at, group"),
-        ("supports = [{ nodes = [0, 2] }]", "form_finding = \"static\"", "test.toml:7:", "no static equilibrium"),
+        (
+            "end_time = 1.0",
+            "end_time = 1.0\ngauge = [{ name = \"a\", at = [1.0, 0.0, 0.0], quantity = \"force\" }]",
+            "test.toml:3:",
+            "no node of the gauge `a` is held",
+        ),
+        (
+            "end_time = 1.0",
+            "end_time = 1.0\ngauge = [{ name = \"a\", quantity = \"force\" }]",
+            "test.toml:3:",
+            "write one of at, group",
+        ),
+        (
+            "supports = [{ nodes = [0, 2] }]",
+            "form_finding = \"static\"",
+            "test.toml:7:",
+            "no static equilibrium",
+        ),
     ] {
         assert!(PAIR.contains(from), "{from}");
         let message = refused(&PAIR.replace(from, to));
@@ -62,7 +97,11 @@ fn a_generator_is_checked_too() {
     for (from, to, words) in [
         ("spacing = 0.15", "spacing = 0.0", "must lie above 0"),
         ("cells = [26, 26]", "cells = [26, 0]", "is none"),
-        ("spacing = 0.15", "spacing = 0.15, origin = [0.0, 0.0, 0.0], center = [0.0, 0.0, 0.0]", "either origin or center"),
+        (
+            "spacing = 0.15",
+            "spacing = 0.15, origin = [0.0, 0.0, 0.0], center = [0.0, 0.0, 0.0]",
+            "either origin or center",
+        ),
         ("damping = 15.0", "damping = -1.0", "must not lie below 0"),
         ("damping = 15.0", "nodes = [[0.0, 0.0, 0.0]]", "takes no further nodes"),
     ] {

@@ -51,8 +51,10 @@ fn a_shallow_truss_follows_its_snap_through_curve_under_prescribed_displacement(
 #[test]
 fn a_shallow_truss_carries_the_loads_of_its_curve() {
     for (load, w) in [(86285.615307, 0.05), (115047.487076, 0.10)] {
-        let supports = "[[structure.supports]]\nnodes = [0, 2]\n[[structure.supports]]\nnodes = [1]\ndirections = \"y\"";
-        let text = truss(&format!("{supports}\n[[structure.loads]]\nnodes = [1]\nforce = [0.0, 0.0, {}]", -load));
+        let supports =
+            "[[structure.supports]]\nnodes = [0, 2]\n[[structure.supports]]\nnodes = [1]\ndirections = \"y\"";
+        let text =
+            truss(&format!("{supports}\n[[structure.loads]]\nnodes = [1]\nforce = [0.0, 0.0, {}]", -load));
         let mut run = Run::alone(&text, 0.1);
         let mesh = &run.ready.mesh;
         let down = 0.25 - mesh.coordinates[5];
@@ -68,8 +70,10 @@ fn a_shallow_truss_carries_the_loads_of_its_curve() {
 fn the_limit_load_is_the_last_one_with_an_equilibrium_near_by() {
     let limit = 115317.183391;
     let with_load = |load: f64| {
-        let supports = "[[structure.supports]]\nnodes = [0, 2]\n[[structure.supports]]\nnodes = [1]\ndirections = \"y\"";
-        let text = truss(&format!("{supports}\n[[structure.loads]]\nnodes = [1]\nforce = [0.0, 0.0, {}]", -load));
+        let supports =
+            "[[structure.supports]]\nnodes = [0, 2]\n[[structure.supports]]\nnodes = [1]\ndirections = \"y\"";
+        let text =
+            truss(&format!("{supports}\n[[structure.loads]]\nnodes = [1]\nforce = [0.0, 0.0, {}]", -load));
         let mut solver = crate::common::solver(&text);
         use interface_defs::solver::Solver;
         let ready = solver.prepare(&Default::default(), &mut |_| Ok(()));

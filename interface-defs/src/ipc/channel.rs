@@ -181,6 +181,6 @@ impl Patience<'_> {
         listener: &Listener<Ipc>,
         poll: impl FnMut() -> Result<Option<T>, Failure>,
     ) -> Result<T, Failure> {
-        self.until(listener, poll, |id| id == HEARTBEAT, || {})
+        self.until(listener, poll, |id| id == HEARTBEAT, || Ok(()))
     }
 }

@@ -17,6 +17,7 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{EventId, ipc};
 use iceoryx2::response::Response;
 use iceoryx2::service::port_factory::PortFactory;
+use std::cell::RefCell;
 use std::fs::File;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -53,6 +54,8 @@ struct Shared {
     options: HostOptions,
     listener: Listener<ipc::Service>,
     heartbeats: Vec<Notifier<ipc::Service>>,
+    /// Solvers that have joined, and must live from then on.
+    joined: RefCell<Vec<String>>,
     domain: Domain,
     // Dropped last: ports, then node, then the run's lock.
     _node: Node<ipc::Service>,
@@ -73,7 +76,15 @@ impl Host {
             names.iter().map(|name| Channels::create(&node, name)).collect::<Result<_, _>>()?;
         let heartbeats =
             channels.iter().map(|c| channel::notifier(&c.wake)).collect::<Result<Vec<_>, _>>()?;
-        let shared = Rc::new(Shared { options, listener, heartbeats, domain, _node: node, _lock: lock });
+        let shared = Rc::new(Shared {
+            options,
+            listener,
+            heartbeats,
+            joined: RefCell::default(),
+            domain,
+            _node: node,
+            _lock: lock,
+        });
         let remotes = names
             .iter()
             .zip(channels)
@@ -161,12 +172,7 @@ impl Remote {
         let words = || during.to_string();
         let mut wait = |poll: &mut super::control::PollFrame| {
             self.channels_ring();
-            self.patience(true, &words).until(
-                &self.shared.listener,
-                poll,
-                |_| false,
-                || self.shared.heartbeat(),
-            )
+            self.patience(true, &words).until(&self.shared.listener, poll, |_| false, || self.tick())
         };
         let (mut answer, mut more) = self.caller.call(message, &mut wait)?;
         while more {
@@ -183,6 +189,19 @@ impl Remote {
                 Err(Failure::Fault { solver: self.name.clone(), fault })
             }
             other => Ok(other),
+        }
+    }
+
+    /// Give every solver a sign of life, and see that the others still live.
+    fn tick(&self) -> Result<(), Failure> {
+        self.shared.heartbeat();
+        let joined = self.shared.joined.borrow();
+        match joined.iter().find(|name| **name != self.name && !self.shared.domain.is_alive(name)) {
+            Some(solver) => Err(Failure::Lost {
+                solver: solver.clone(),
+                during: format!("while {} was at work", self.name),
+            }),
+            None => Ok(()),
         }
     }
 
@@ -249,14 +268,12 @@ impl Participant for Remote {
     fn hello(&mut self) -> Result<Hello, Failure> {
         let during = || "at the start of the run: it has not joined".to_string();
         let there = || Ok((self.channels.control.dynamic_config().number_of_servers() > 0).then_some(()));
-        self.patience(false, &during).until(
-            &self.shared.listener,
-            there,
-            |_| false,
-            || self.shared.heartbeat(),
-        )?;
+        self.patience(false, &during).until(&self.shared.listener, there, |_| false, || self.tick())?;
         match self.call(&ToSolver::Connect, "in the handshake", &mut silent)? {
-            FromSolver::Hello(hello) => Ok(hello),
+            FromSolver::Hello(hello) => {
+                self.shared.joined.borrow_mut().push(self.name.clone());
+                Ok(hello)
+            }
             other => Err(self.unexpected("Connect", &other)),
         }
     }
@@ -299,9 +316,10 @@ impl Participant for Remote {
             return Err(wait::launcher_lost(format!("before exchange {}", self.sequence)));
         }
         self.asked = RequestHeader { run: self.caller.run, sequence: self.sequence, ..header };
+        // Words are put together only where they are needed: the field path allocates nothing.
         let failed = || format!("cannot send a window to {}", self.name);
         let client = self.client.as_ref().expect("prepared before the first window");
-        let mut request = client.loan_slice_uninit(self.lengths.0).map_err(transport(failed()))?;
+        let mut request = client.loan_slice_uninit(self.lengths.0).map_err(|e| transport(failed())(e))?;
         *request.user_header_mut() = self.asked;
         let payload = request.payload_mut();
         // SAFETY: the chunk is mapped shared memory, so its bytes are initialised (zero, or an
@@ -311,7 +329,7 @@ impl Participant for Remote {
         fill(payload);
         // SAFETY: as above.
         let request = unsafe { request.assume_init() };
-        self.pending = Some(request.send().map_err(transport(failed()))?);
+        self.pending = Some(request.send().map_err(|e| transport(failed())(e))?);
         self.channels_ring();
         Ok(())
     }
@@ -319,20 +337,17 @@ impl Participant for Remote {
     fn receive(&mut self) -> Result<Status, Failure> {
         let started = Instant::now();
         let pending = self.pending.take().expect("receive follows send");
-        let (asked, failed) = (self.asked, format!("cannot read the answer of {}", self.name));
+        let asked = self.asked;
+        let failed = || format!("cannot read the answer of {}", self.name);
         let during = || {
             format!(
                 "in window {} at t = {} s, iteration {}, exchange {}",
                 asked.window, asked.start, asked.iteration, asked.sequence
             )
         };
-        let poll = || pending.receive().map_err(transport(&failed));
-        let response = self.patience(true, &during).until(
-            &self.shared.listener,
-            poll,
-            |_| false,
-            || self.shared.heartbeat(),
-        )?;
+        let poll = || pending.receive().map_err(|e| transport(failed())(e));
+        let response =
+            self.patience(true, &during).until(&self.shared.listener, poll, |_| false, || self.tick())?;
         self.waited += started.elapsed().as_secs_f64();
         let header = *response.user_header();
         if let Some(what) = header.mismatch(&asked) {
@@ -363,6 +378,8 @@ impl Participant for Remote {
 
     fn finish(&mut self, commit: bool) -> Result<Statistics, Failure> {
         self.response = None;
+        // From here on it may go.
+        self.shared.joined.borrow_mut().retain(|name| *name != self.name);
         match self.call(&ToSolver::Finish { commit }, "at the end of the run", &mut silent)? {
             FromSolver::Statistics(statistics) => Ok(statistics),
             other => Err(self.unexpected("Finish", &other)),

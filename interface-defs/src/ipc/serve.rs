@@ -3,7 +3,7 @@
 use super::channel::{self, Bell, Channels};
 use super::control::{FRAME, Listener};
 use super::domain::{Domain, RunId, check_space};
-use super::wait::{Patience, Wait};
+use super::wait::{Patience, Wait, is_orphan};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FaultKind, FromSolver, Statistics, ToSolver};
@@ -88,6 +88,7 @@ fn join(
 ) -> Result<(), Failure> {
     let domain = Domain::new(&connection.run)?;
     wait_for_coupler(&domain, connection)?;
+    watch(&domain, connection);
     let node = domain.node(&connection.name)?;
     let channels = Channels::open(&node, &connection.name, connection.timeout)?;
     let coupler_wake = channel::open_wake(&node, "coupler", connection.timeout)?;
@@ -113,6 +114,40 @@ fn join(
     };
     work(&mut session)
 }
+
+/// From now on this process ends with its run, whatever it is at work on: a solver that computes for
+/// minutes looks at nothing else meanwhile. One that waits notices by itself, sooner, and ends in order.
+fn watch(domain: &Domain, connection: &Connection) {
+    let (domain, supervisor) = (domain.clone(), connection.supervisor);
+    std::thread::spawn(move || {
+        let mut since: Option<(Instant, &str)> = None;
+        loop {
+            std::thread::sleep(LOOK);
+            let over = if supervisor.is_some_and(is_orphan) {
+                Some("the launcher was lost")
+            } else if !domain.is_owned() {
+                Some("the coupler was lost")
+            } else if interrupt::requested() {
+                Some("interrupted")
+            } else {
+                None
+            };
+            since = over.map(|why| since.unwrap_or((Instant::now(), why)));
+            if let Some((started, why)) = since
+                && started.elapsed() > LAST_WORDS
+            {
+                eprintln!("error: {why} while this solver was at work");
+                std::process::exit(1);
+            }
+        }
+    });
+}
+
+/// How often a solver at work is watched.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// What it is given to end by itself.
+const LAST_WORDS: Duration = Duration::from_millis(800);
 
 fn wait_for_coupler(domain: &Domain, connection: &Connection) -> Result<(), Failure> {
     let started = Instant::now();
@@ -270,11 +305,7 @@ impl Session<'_> {
         self.send(&answer)
     }
 
-    fn window(
-        &mut self,
-        solver: &mut dyn Solver,
-        request: &WindowRequest,
-    ) -> Result<(), Failure> {
+    fn window(&mut self, solver: &mut dyn Solver, request: &WindowRequest) -> Result<(), Failure> {
         let started = Instant::now();
         let header = *request.user_header();
         let coupler = |what| Failure::Contract { solver: "the coupler".into(), what };

@@ -77,13 +77,14 @@ pub(crate) struct Patience<'a> {
 
 impl Patience<'_> {
     /// Poll until there is an answer. `on_event` sees each event's number and says whether it is a
-    /// sign of life (the deadline starts anew); `on_tick` is called some ten times a second.
+    /// sign of life (the deadline starts anew); `on_tick` is called some ten times a
+    /// second; its failure ends the wait.
     pub fn until<T>(
         &self,
         listener: &Listener<ipc::Service>,
         mut poll: impl FnMut() -> Result<Option<T>, Failure>,
         mut on_event: impl FnMut(usize) -> bool,
-        mut on_tick: impl FnMut(),
+        mut on_tick: impl FnMut() -> Result<(), Failure>,
     ) -> Result<T, Failure> {
         let started = Instant::now();
         if self.wait == Wait::Yield {
@@ -114,7 +115,7 @@ impl Patience<'_> {
                 continue;
             }
             ticked_at = now;
-            on_tick();
+            on_tick()?;
             if interrupt::requested() && now - *interrupted_at.get_or_insert(now) > GRACE {
                 return Err(Failure::Interrupted);
             }

@@ -1,0 +1,45 @@
+//! Watches on a step: stop where the answer would be wrong and look calm.
+
+use crate::contact::evaluate::{Evaluation, Scene, Sums};
+use crate::rock::Motion;
+use interface_defs::Fault;
+
+/// Overlap over radius from which on it is looked whether the wall is behind a centre: two spheres
+/// 1.25 radii apart cover the line between their centres with 0.375 each.
+const PASSING: f64 = 0.2;
+
+/// Largest way of the wall past a rock in one step, as a share of its spheres' radius.
+const LARGEST_STRIDE: f64 = 0.5;
+
+/// Fail the window if, in the step of `h` [s] that began at `time` [s], the wall has passed a rock too
+/// fast to be met, or has been pushed past the centres of its outer spheres.
+pub fn watch(
+    evaluation: &Evaluation,
+    scene: Scene,
+    now: &Motion,
+    sums: &Sums,
+    h: f64,
+    time: f64,
+) -> Result<(), Fault> {
+    let it = scene.rock;
+    let spin = now.angular_momentum.norm() / it.inertia.min() * it.arm;
+    let stride = (sums.fastest + spin) * h;
+    if !scene.list.pairs.is_empty() && stride > LARGEST_STRIDE * it.smallest_radius {
+        return Err(Fault::window(format!(
+            "rock `{}` at {time:.6} s: the wall moves {stride:.3e} m past it in one step of {h:.3e} s, more than \
+             half the radius {:.3e} m of its spheres, and might pass through unseen; shorten dem.time_step",
+            it.name, it.smallest_radius
+        )));
+    }
+    if sums.penetration > PASSING
+        && let Some(contact) = evaluation.passed_centre(scene, now, h)
+    {
+        let element = scene.list.elements[contact.element as usize].number;
+        return Err(Fault::window(format!(
+            "rock `{}` at {time:.6} s: wall element {element} has been pushed past the centre of sphere {} (radius \
+             {:.3e} m); the contact is too soft, raise contact.young, or shorten dem.time_step",
+            it.name, contact.sphere, it.spheres[contact.sphere as usize].radius
+        )));
+    }
+    Ok(())
+}
