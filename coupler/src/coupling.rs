@@ -384,14 +384,14 @@ impl Seat<'_> {
     }
 }
 
-/// Whether all numbers are finite: `x - x` is 0 for these alone. Eight sums, so that they run side by side.
+/// Whether all numbers are finite: `0 x` is 0 for these alone. Eight sums, so that they run side by side.
 fn is_finite(payload: &[f64]) -> bool {
     let mut sums = [0.0; 8];
     let chunks = payload.chunks_exact(8);
     let rest = chunks.remainder().iter().all(|x| x.is_finite());
     for chunk in chunks {
         for (sum, x) in sums.iter_mut().zip(chunk) {
-            *sum += x - x;
+            *sum += x * 0.0;
         }
     }
     rest && sums.iter().all(|sum| *sum == 0.0)

@@ -175,8 +175,8 @@ impl Kernel {
                 let q = mean_above(q0, q1, run.floor);
                 let middle = [0, 1, 2].map(|c: usize| 0.5 * (start.span2[c][k] + w0[c] + w1[c]));
                 let turn: f64 = (0..3).map(|c| (w1[c] - w0[c]) * (w1[c] - w0[c])).sum();
-                for c in 0..3 {
-                    self.pull[c][k] = q * middle[c];
+                for (pull, middle) in self.pull.iter_mut().zip(middle) {
+                    pull[k] = q * middle;
                 }
                 let square = self.square[run.cables.start + k] + 0.5 * (s0 + s1) - 0.25 * turn;
                 largest = f64::max(largest, q * q * square);

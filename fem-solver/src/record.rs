@@ -220,9 +220,11 @@ impl Recorder {
                 Probe::Force(supports) => {
                     let reaction = supports.reaction(step.force, step.middle);
                     add(&mut self.impulses[force], reaction.map(|r| r * step.length));
-                    for c in 0..3 {
-                        widen(&mut self.values[at + c], reaction[c]);
-                        self.values[at + c][0] = self.impulses[force][c] / self.elapsed;
+                    let impulse = self.impulses[force];
+                    let components = reaction.iter().zip(impulse.iter());
+                    for (value, (reaction, impulse)) in self.values[at..].iter_mut().zip(components) {
+                        widen(value, *reaction);
+                        value[0] = impulse / self.elapsed;
                     }
                     force += 1;
                     at += 3;

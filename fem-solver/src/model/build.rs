@@ -202,7 +202,8 @@ impl Model {
         let ends = self.cables.iter().flat_map(|c| c.nodes);
         let others = self.springs.iter().map(|s| s.node).chain(self.point_masses.iter().map(|m| m.node));
         ends.chain(others).for_each(|node| used[node] = true);
-        for node in (0..self.nodes.len()).filter(|n| !used[*n] && !(generated && self.fully_held(*n))) {
+        let lonely = |node: &usize| !(used[*node] || generated && self.fully_held(*node));
+        if let Some(node) = (0..self.nodes.len()).find(lonely) {
             let what = format!("node {} is held by no element", self.node_name(node));
             return Err(scene
                 .invalid(&format!("structure.nodes.{node}"), what)
