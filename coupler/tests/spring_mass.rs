@@ -128,8 +128,7 @@ fn growth(settings: Settings, load: Load, omega: f64, mass: f64, steps: u32) -> 
     let d: Vec<f64> = u.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]).collect();
     let [a, b, c, e] = d[d.len() - 4..] else { unreachable!() };
     // d[n+1] = p d[n] - q d[n-1] from two equations; |A| = sqrt(q).
-    let q = (b * e - c * c) / (b * b - a * c) * -1.0;
-    (-q).abs().sqrt()
+    ((b * e - c * c) / (b * b - a * c)).abs().sqrt()
 }
 
 /// V-C2, columns "lagged" and "linear predictor", m1 = 1e6 m2 (the motion of the heavy sphere shows at 1e-6).
