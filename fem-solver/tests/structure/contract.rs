@@ -271,7 +271,11 @@ fn a_mean_force_for_a_scheme_of_end_forces_is_a_warning() {
 fn form_finding_reports_and_can_be_stopped() {
     let mut structure = solver(WALENSTADT);
     let mut told = Vec::new();
-    structure.prepare(&Plan::default(), &mut |p| Ok(told.push(p.what))).unwrap();
+    let mut listen = |p: interface_defs::message::Progress| {
+        told.push(p.what);
+        Ok(())
+    };
+    structure.prepare(&Plan::default(), &mut listen).unwrap();
     assert!(told.iter().any(|t| t.contains("form finding: iteration")), "{told:?}");
     let stop = interface_defs::message::Fault { kind: FaultKind::Interrupted, message: "stop".into() };
     let fault = solver(WALENSTADT).prepare(&Plan::default(), &mut |_| Err(stop.clone())).unwrap_err();
