@@ -13,7 +13,7 @@
 //! `h < 2 / w`, whatever the damping.
 
 use crate::kernel::Kernel;
-use crate::lanes::{LANES, drift, total, wide};
+use crate::lanes::{LANES, add, drift, total, wide};
 use crate::model::Model;
 use crate::newton::spring_dofs;
 use crate::state::State;
@@ -52,12 +52,12 @@ impl Explicit {
         }
     }
 
-    /// Advance `state` from `time` by `h` [s] under the constant `load` [N] (weight included).
+    /// Advance `state` from `time` by `h` [s] under the dead load and the constant force `outer` [N].
     /// Returns the largest tension in the middle of the step, squared [N2].
-    pub fn step(&mut self, model: &Model, state: &mut State, load: &[f64], time: f64, h: f64) -> f64 {
+    pub fn step(&mut self, model: &Model, state: &mut State, outer: &[f64], time: f64, h: f64) -> f64 {
         drift(&mut self.middle, &state.displacement, &state.velocity, 0.5 * h);
         model.prescribe(time + 0.5 * h, &mut self.middle);
-        self.force.copy_from_slice(load);
+        add(&mut self.force, &model.dead_load, outer);
         let largest = self.kernel.pull(&self.middle, &mut self.force);
         for (dof, k) in &self.springs {
             self.force[*dof] -= k * self.middle[*dof];

@@ -52,7 +52,7 @@ pub struct Kernel {
 /// One run: the slices that its loops go over, all of one length.
 ///
 /// Written out component by component: closures over components keep the compiler from working on
-/// several cables at a time (measured: 34 us in place of 3 us for 1 300 cables).
+/// several cables at a time (measured for 1 300 cables: 34 us in place of 10 us, and 5.5 us with AVX2).
 struct Slices<'a> {
     /// Displacements of the first nodes.
     first: [&'a [f64]; 3],

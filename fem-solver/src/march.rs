@@ -56,7 +56,7 @@ pub struct March {
     parts: usize,
     energy_now: Vec<f64>,
     part_start: Vec<f64>,
-    base_load: Vec<f64>,
+    end_loads: Vec<f64>,
     /// What was done so far.
     pub counts: Counts,
 }
@@ -135,7 +135,7 @@ impl March {
             velocity_samples,
             energy_now: Vec::with_capacity(6),
             part_start: vec![0.0; n],
-            base_load: vec![0.0; n],
+            end_loads: vec![0.0; n],
             counts: Counts {
                 newton: done.iterations,
                 factorisations: done.factorisations,
@@ -206,11 +206,8 @@ impl March {
             let time = window.start + step as f64 * h;
             if step % per_load == 0 {
                 self.loads.begin_part(input, step / per_load, &self.trial.load);
-                if matches!(self.engine, Engine::Explicit(_)) {
-                    if step > 0 {
-                        self.part_start.copy_from_slice(&self.trial.displacement);
-                    }
-                    add(&mut self.base_load, &model.dead_load, self.loads.mean());
+                if step > 0 && matches!(self.engine, Engine::Explicit(_)) {
+                    self.part_start.copy_from_slice(&self.trial.displacement);
                 }
             }
             let tension = self.step(model, time, h, step % per_load, per_load).map_err(|what| {
@@ -235,7 +232,7 @@ impl March {
     fn step(&mut self, model: &Model, time: f64, h: f64, step: usize, steps: usize) -> Result<f64, String> {
         match &mut self.engine {
             Engine::Explicit(explicit) => {
-                Ok(explicit.step(model, &mut self.trial, &self.base_load, time, h).sqrt())
+                Ok(explicit.step(model, &mut self.trial, self.loads.mean(), time, h).sqrt())
             }
             Engine::Implicit(implicit) => {
                 self.part_start.copy_from_slice(&self.trial.displacement);
@@ -251,8 +248,8 @@ impl March {
                     self.trial.received += work(load.balance, after, before);
                 } else if !self.trial.load.is_empty() {
                     // The mean of both ends, as the trapezoidal rule does its work.
-                    add(&mut self.base_load, &self.trial.load, load.end);
-                    self.trial.received += 0.5 * work(&self.base_load, after, before);
+                    add(&mut self.end_loads, &self.trial.load, load.end);
+                    self.trial.received += 0.5 * work(&self.end_loads, after, before);
                     self.trial.load.copy_from_slice(load.end);
                 }
                 Ok(largest.sqrt())

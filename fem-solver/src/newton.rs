@@ -8,6 +8,7 @@
 
 use crate::config::NewtonConfig;
 use crate::kernel::Kernel;
+use crate::linear_solver::NotPositive;
 use crate::model::Model;
 use crate::tangent::{Slack, Tangent};
 use interface_defs::message::Fault;
@@ -21,6 +22,9 @@ const ENOUGH: f64 = 0.8;
 const MOST_SEARCHES: usize = 60;
 /// Rounding never counts for more than this of the forces: what flies off is not in balance.
 const COARSEST: f64 = 1e-7;
+/// An implicit step keeps its factorisation as long as an iteration takes the residual below this share:
+/// inertia rules the tangent there, and another solution costs a fifth of a new factorisation.
+const GOOD_ENOUGH: f64 = 0.1;
 /// Largest shift of a tangent that is not positive, relative to its largest diagonal entry.
 const LARGEST_SHIFT: f64 = 1e2;
 
@@ -45,8 +49,8 @@ pub struct Info {
     pub iterations: u64,
     /// Factorisations, those that failed included.
     pub factorisations: u64,
-    /// Degree of freedom whose last pivot was not positive, if the last tangent was none.
-    pub unstable: Option<usize>,
+    /// Whether the last tangent was not positive and had to be shifted.
+    pub unstable: bool,
 }
 
 /// Why there is no solution.
@@ -144,6 +148,12 @@ impl Newton {
         }
     }
 
+    /// The degree of freedom that the structure does not hold in the static equilibrium `u`, if any.
+    pub fn not_held(&mut self, model: &Model, u: &[f64]) -> Option<usize> {
+        self.tangent.assemble(model, u, 1.0, Slack::Regularised(SLACK_SHARE));
+        self.tangent.first_not_positive()
+    }
+
     /// Solve, starting from the guess in `u`, whose held degrees of freedom stay as they are.
     pub fn solve(
         &mut self,
@@ -157,6 +167,7 @@ impl Newton {
         let mut info = Info::default();
         let mut sizes = self.evaluate(problem, u);
         let (mut rounding, mut settled, mut shift) = (0.0, true, 0.0);
+        let mut last_residual = 0.0;
         loop {
             let limit = settings.tolerance * sizes.scale;
             if sizes.residual <= rounding || (sizes.residual <= limit && settled) {
@@ -170,7 +181,12 @@ impl Newton {
                     worst: self.worst(),
                 });
             }
-            self.direct(model, problem, slack, &mut shift, &mut info)?;
+            let keep = problem.inertia > 0.0 && sizes.residual < GOOD_ENOUGH * last_residual;
+            if !keep {
+                self.factorise(model, problem, slack, &mut shift, &mut info)?;
+            }
+            last_residual = sizes.residual;
+            self.aim();
             let stiffness = self.tangent.largest_diagonal();
             let (length, before) = (largest(&self.direction), self.work());
             self.accepted.copy_from_slice(u);
@@ -212,8 +228,8 @@ impl Newton {
         Sizes { residual, scale: internal.max(inertia.sqrt()).max(load.sqrt()), tension }
     }
 
-    /// Newton's direction at the last evaluation; a tangent that is not positive is shifted.
-    fn direct(
+    /// Factorise the tangent at the last evaluation; one that is not positive is shifted.
+    fn factorise(
         &mut self,
         model: &Model,
         problem: &Problem,
@@ -235,16 +251,24 @@ impl Newton {
             info.factorisations += 1;
             match self.tangent.factorise() {
                 Ok(()) => break,
-                Err(e) if *shift >= LARGEST_SHIFT => return Err(Failure::Unstable { dof: e.unknown }),
-                Err(e) => {
-                    info.unstable = Some(e.unknown);
+                Err(NotPositive) if *shift >= LARGEST_SHIFT => {
+                    let dof = self.tangent.first_not_positive().unwrap_or_default();
+                    return Err(Failure::Unstable { dof });
+                }
+                Err(NotPositive) => {
+                    info.unstable = true;
                     *shift = (10.0 * *shift).max(1e-8);
                 }
             }
         }
         if *shift == 0.0 {
-            info.unstable = None;
+            info.unstable = false;
         }
+        Ok(())
+    }
+
+    /// Newton's direction at the last evaluation, by the last factorisation.
+    fn aim(&mut self) {
         for (x, dof) in self.free.iter_mut().zip(self.tangent.dofs()) {
             *x = self.residual[*dof];
         }
@@ -253,7 +277,6 @@ impl Newton {
         for (x, dof) in self.free.iter().zip(self.tangent.dofs()) {
             self.direction[*dof] = *x;
         }
-        Ok(())
     }
 
     /// Work of the residual along the direction.

@@ -80,6 +80,43 @@ impl FemSolver {
         }
     }
 
+    /// Make ready for windows from `start`, under a plan that has been checked.
+    pub(crate) fn begin(&mut self, start: Start, plan: &Plan) -> Result<Ready, Fault> {
+        let mesh = self.model.interface_mesh(&start.displacement);
+        let (loads, load_warnings) = Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh)?;
+        let shortest = start.time_step.min(plan.window) / HALVINGS;
+        let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
+        let recorder = Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
+        let mut warnings = start.warnings.clone();
+        warnings.extend(load_warnings);
+        let sag = self.model.sag(&start.displacement);
+        let mut march = March::new(
+            &self.model,
+            &self.config,
+            start,
+            recorder,
+            loads,
+            plan,
+            &mesh,
+            self.options.shortcuts,
+        );
+        let (_, answer) = interface_defs::participant::payload_lengths(
+            plan,
+            &Ready { mesh: mesh.clone(), gauges: self.gauges.clone(), ..Ready::default() },
+        );
+        let mut initial = vec![0.0; answer];
+        march.initial(&self.model, &mut initial);
+        let mut fields = match (&self.options.out, self.field_interval) {
+            (Some(out), Some(interval)) => Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh)?),
+            _ => None,
+        };
+        if let Some(fields) = &mut fields {
+            fields.offer(&self.model, &mesh, &march.origin, &march.committed, 0.0)?;
+        }
+        self.prepared = Some(Prepared { march, mesh: mesh.clone(), fields, sag, time: 0.0 });
+        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
+    }
+
     /// Refuse a plan that asks for what this solver has not declared.
     fn check_plan(&self, plan: &Plan) -> Result<(), Fault> {
         let known = |fields: &[FieldSpec], asked: &FieldSpec, force: bool| {
@@ -120,39 +157,7 @@ impl Solver for FemSolver {
         self.check_plan(plan)?;
         let mut told = |what| progress(Progress { what, done: f64::NAN });
         let start = Start::new(&self.scene, &self.config, &self.model, &mut told)?;
-        let mesh = self.model.interface_mesh(&start.displacement);
-        let (loads, load_warnings) = Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh)?;
-        let shortest = start.time_step.min(plan.window) / HALVINGS;
-        let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
-        let recorder = Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
-        let mut warnings = start.warnings.clone();
-        warnings.extend(load_warnings);
-        let sag = self.model.sag(&start.displacement);
-        let mut march = March::new(
-            &self.model,
-            &self.config,
-            start,
-            recorder,
-            loads,
-            plan,
-            &mesh,
-            self.options.shortcuts,
-        );
-        let (_, answer) = interface_defs::participant::payload_lengths(
-            plan,
-            &Ready { mesh: mesh.clone(), gauges: self.gauges.clone(), ..Ready::default() },
-        );
-        let mut initial = vec![0.0; answer];
-        march.initial(&self.model, &mut initial);
-        let mut fields = match (&self.options.out, self.field_interval) {
-            (Some(out), Some(interval)) => Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh)?),
-            _ => None,
-        };
-        if let Some(fields) = &mut fields {
-            fields.offer(&self.model, &mesh, &march.origin, &march.committed, 0.0)?;
-        }
-        self.prepared = Some(Prepared { march, mesh: mesh.clone(), fields, sag, time: 0.0 });
-        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
+        self.begin(start, plan)
     }
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {

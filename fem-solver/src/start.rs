@@ -10,9 +10,12 @@ use crate::newton::{Failure, Info, Newton, spring_dofs};
 use interface_defs::message::Fault;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use std::time::{Duration, Instant};
 
 /// Residual, relative to the largest of load and internal force, below which a structure is at rest.
 const AT_REST: f64 = 1e-10;
+/// Time between two reports of form finding.
+const BETWEEN_REPORTS: Duration = Duration::from_millis(500);
 /// Share of the critical step that is taken by default.
 const DEFAULT_SHARE: f64 = 0.5;
 /// Share of the critical step above which the user hears that nets stiffen as they are stretched.
@@ -80,7 +83,12 @@ impl Start {
                 (u, Info::default())
             }
             FormFinding::Static => {
+                let mut last: Option<Instant> = None;
                 let mut told = |iteration, residual| {
+                    if last.is_some_and(|at| at.elapsed() < BETWEEN_REPORTS) {
+                        return Ok(());
+                    }
+                    last = Some(Instant::now());
                     on_progress(format!(
                         "form finding: iteration {iteration}, residual {residual:.1e} of its limit"
                     ))
@@ -106,7 +114,9 @@ impl Start {
         };
         let critical_step = 2.0 / frequency;
         let mut warnings = Vec::new();
-        if let Some(dof) = form_finding.unstable {
+        if form_finding.unstable
+            && let Some(dof) = newton.not_held(model, &displacement)
+        {
             warnings.push(format!(
                 "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
                 model.dof_name(dof)

@@ -150,10 +150,14 @@ impl Tangent {
         self.diagonal.iter().map(|at| self.values[*at]).fold(0.0, f64::max)
     }
 
-    /// Factorise what was assembled. The unknown of the error is a degree of freedom of the structure.
+    /// Factorise what was assembled.
     pub fn factorise(&mut self) -> Result<(), NotPositive> {
-        let numbers = &self.values[..self.rows.len()];
-        self.cholesky.factorise(numbers).map_err(|e| NotPositive { unknown: self.dofs[e.unknown] })
+        self.cholesky.factorise(&self.values[..self.rows.len()])
+    }
+
+    /// The degree of freedom of the structure whose pivot is the first that is not positive. Slow.
+    pub fn first_not_positive(&self) -> Option<usize> {
+        self.cholesky.first_not_positive(&self.values[..self.rows.len()]).map(|free| self.dofs[free])
     }
 
     /// Solve in place for the free degrees of freedom.
