@@ -33,7 +33,8 @@ impl Residual {
         one(self.displacement, self.displacement_increment) && one(self.velocity, self.velocity_increment)
     }
 
-    /// Take in one node: residuals and increments of its three components.
+    /// Take in one node: residuals and increments of its three components. Squares are collected, for
+    /// the sake of thousands of roots; [`Residual::rooted`] ends it.
     pub fn take(
         &mut self,
         displacement: [f64; 3],
@@ -41,15 +42,26 @@ impl Residual {
         velocity: [f64; 3],
         change: [f64; 3],
     ) {
-        self.displacement = self.displacement.max(norm(displacement));
-        self.displacement_increment = self.displacement_increment.max(norm(increment));
-        self.velocity = self.velocity.max(norm(velocity));
-        self.velocity_increment = self.velocity_increment.max(norm(change));
+        self.displacement = self.displacement.max(square(displacement));
+        self.displacement_increment = self.displacement_increment.max(square(increment));
+        self.velocity = self.velocity.max(square(velocity));
+        self.velocity_increment = self.velocity_increment.max(square(change));
+    }
+
+    /// The residual whose squares were collected.
+    #[must_use]
+    pub fn rooted(self) -> Self {
+        Self {
+            displacement: self.displacement.sqrt(),
+            displacement_increment: self.displacement_increment.sqrt(),
+            velocity: self.velocity.sqrt(),
+            velocity_increment: self.velocity_increment.sqrt(),
+        }
     }
 }
 
-fn norm(x: [f64; 3]) -> f64 {
-    (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt()
+fn square(x: [f64; 3]) -> f64 {
+    x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
 }
 
 #[cfg(test)]

@@ -198,7 +198,7 @@ impl Interface {
                 );
             }
         }
-        residual
+        residual.rooted()
     }
 
     /// The next iterate: judged nodes by `acceleration`, displacement and velocity by one factor; the
