@@ -30,7 +30,7 @@ type FieldResponse = Response<ipc::Service, [f64], AnswerHeader>;
 const LOOK_AFTER: u64 = 256;
 
 /// How long a survivor is given to hear why the run ends.
-const FAREWELL: Duration = Duration::from_millis(700);
+const FAREWELL: Duration = Duration::from_millis(400);
 
 /// How the coupler waits.
 #[derive(Debug, Clone)]

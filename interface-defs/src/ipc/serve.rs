@@ -147,7 +147,7 @@ fn watch(domain: &Domain, connection: &Connection) {
 const LOOK: Duration = Duration::from_millis(100);
 
 /// What it is given to end by itself.
-const LAST_WORDS: Duration = Duration::from_millis(800);
+const LAST_WORDS: Duration = Duration::from_millis(400);
 
 fn wait_for_coupler(domain: &Domain, connection: &Connection) -> Result<(), Failure> {
     let started = Instant::now();

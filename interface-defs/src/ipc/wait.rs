@@ -115,12 +115,13 @@ impl Patience<'_> {
                 continue;
             }
             ticked_at = now;
+            // First of all: without its launcher the others leave, too, and are not the ones to be named.
+            if self.supervisor.is_some_and(is_orphan) {
+                return Err(launcher_lost((self.during)()));
+            }
             on_tick()?;
             if interrupt::requested() && now - *interrupted_at.get_or_insert(now) > GRACE {
                 return Err(Failure::Interrupted);
-            }
-            if self.supervisor.is_some_and(is_orphan) {
-                return Err(launcher_lost((self.during)()));
             }
             if self.must_live && !self.domain.is_alive(self.partner) {
                 // It may have answered and left between two looks: then the answer counts.
