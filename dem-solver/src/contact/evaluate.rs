@@ -164,13 +164,11 @@ impl Evaluation {
         sums
     }
 
-    /// The first contact whose wall has been pushed past the outer spheres: half a radius into the box
-    /// that their centres span, or through the centre of its own sphere within the last `h` [s].
-    pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64) -> Option<&Contact> {
+    /// The first contact whose wall has been pushed past the centres of the outer spheres: further than
+    /// `depth` radii into the box that they span, or through the centre of its own sphere within the last `h` [s].
+    pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64, depth: f64) -> Option<&Contact> {
         let rock = scene.rock;
-        // At a rim a loaded wire lies in the gap between two spheres, up to the line of their centres and a
-        // little beyond (21 952 spheres in the drop test); half a radius further no layer holds it.
-        let radius = 1.5 * rock.smallest_radius;
+        let radius = (1.0 + depth) * rock.smallest_radius;
         let (lowest, highest) =
             (rock.lowest_corner.add_scalar(radius), rock.highest_corner.add_scalar(-radius));
         let inside = |contact: &Contact| {

@@ -25,6 +25,8 @@ pub struct Passage<'a> {
     pub touched: Option<f64>,
     /// Largest overlap over radius.
     pub penetration: f64,
+    /// Whether the wall lies behind the centres of the outer spheres, in a gap between them.
+    pub behind: bool,
 }
 
 /// A moment of an impact.
@@ -51,6 +53,8 @@ pub struct Track {
     pub rebound: Option<(f64, f64)>,
     /// Largest overlap over radius, and when.
     pub penetration: Option<(f64, f64)>,
+    /// When the wall first lay behind the centres of the outer spheres [s].
+    pub behind: Option<f64>,
     /// Whether it still moves down at the end.
     pub sinking: bool,
     /// Whether it touches.
@@ -92,6 +96,9 @@ impl Track {
         }
         if passage.penetration > self.penetration.map_or(0.0, |(most, _)| most) {
             self.penetration = Some((passage.penetration, passage.start + 0.5 * passage.length));
+        }
+        if passage.behind && self.behind.is_none() {
+            self.behind = Some(passage.start + 0.5 * passage.length);
         }
         let touches = passage.touched.is_some();
         if self.touching && !touches && !sinks && !self.over {
@@ -193,5 +200,13 @@ fn one_rock(
                 rock.name
             ));
         }
+    }
+    if let Some(time) = track.behind {
+        warnings.push(format!(
+            "rock `{}`: from {time:.4} s on the wall lay behind the centres of its outer spheres, in gaps between \
+             them, where the contact is weaker than its law; forces are less sure than deflections; raise \
+             contact.young",
+            rock.name
+        ));
     }
 }

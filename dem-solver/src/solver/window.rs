@@ -231,6 +231,7 @@ impl Run {
                     after: &body.motion,
                     touched: None,
                     penetration: 0.0,
+                    behind: false,
                 };
                 body.track.follow(rock, &model.settings, self.level, &passage);
             }
@@ -296,6 +297,7 @@ impl Run {
             after: &before,
             touched: None,
             penetration: 0.0,
+            behind: false,
         };
         let mut elastic = 0.0;
         if let Some(wall) = &self.wall {
@@ -305,7 +307,7 @@ impl Run {
             zone.update(view, &now, at)?;
             let (evaluation, scene) = zone.parts(view);
             let sums = evaluation.forces(scene, &now, at, h, &body.memories);
-            watch(evaluation, scene, &now, &sums, h, passage.start)?;
+            passage.behind = watch(evaluation, scene, &now, &sums, h, passage.start)?;
             (force, torque, elastic) = (sums.force, sums.torque, sums.elastic);
             let contacts = evaluation.touch.contacts.len();
             if contacts > 0 {
