@@ -1,5 +1,7 @@
 //! When a window is accepted: displacement and velocity each relative or absolute.
 
+use std::ops::Range;
+
 /// Tolerances of `[coupling]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Tolerance {
@@ -32,37 +34,38 @@ impl Residual {
         };
         one(self.displacement, self.displacement_increment) && one(self.velocity, self.velocity_increment)
     }
+}
 
-    /// Take in one node: residuals and increments of its three components. Squares are collected, for
-    /// the sake of thousands of roots; [`Residual::rooted`] ends it.
-    pub fn take(
-        &mut self,
-        displacement: [f64; 3],
-        increment: [f64; 3],
-        velocity: [f64; 3],
-        change: [f64; 3],
-    ) {
-        self.displacement = self.displacement.max(square(displacement));
-        self.displacement_increment = self.displacement_increment.max(square(increment));
-        self.velocity = self.velocity.max(square(velocity));
-        self.velocity_increment = self.velocity_increment.max(square(change));
-    }
-
-    /// The residual whose squares were collected.
-    #[must_use]
-    pub fn rooted(self) -> Self {
-        Self {
-            displacement: self.displacement.sqrt(),
-            displacement_increment: self.displacement_increment.sqrt(),
-            velocity: self.velocity.sqrt(),
-            velocity_increment: self.velocity_increment.sqrt(),
+/// Largest distance of `a` and `b` (three components per node) over the ranges of nodes `nodes`.
+///
+/// Squares of several nodes side by side and one root at the end: thousands of nodes in a microsecond.
+pub fn largest_distance(a: &[f64], b: &[f64], nodes: &[Range<usize>]) -> f64 {
+    let mut lanes = [0.0_f64; NODES];
+    for range in nodes {
+        let range = 3 * range.start..3 * range.end;
+        let (a, b) = (&a[range.clone()], &b[range]);
+        let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<{ 3 * NODES }>(), b.as_chunks::<{ 3 * NODES }>());
+        for (a, b) in a.iter().zip(b) {
+            let squares: [f64; 3 * NODES] = std::array::from_fn(|i| (a[i] - b[i]) * (a[i] - b[i]));
+            for (n, lane) in lanes.iter_mut().enumerate() {
+                *lane = larger(*lane, squares[3 * n] + squares[3 * n + 1] + squares[3 * n + 2]);
+            }
+        }
+        for (a, b) in a_rest.as_chunks::<3>().0.iter().zip(b_rest.as_chunks::<3>().0) {
+            let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+            lanes[0] = larger(lanes[0], d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
         }
     }
+    lanes.into_iter().fold(0.0, larger).sqrt()
 }
 
-fn square(x: [f64; 3]) -> f64 {
-    x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
+/// Without the care of [`f64::max`] for NaN, which costs more than all the rest: answers are finite.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
+
+/// Nodes that are worked on side by side.
+const NODES: usize = 8;
 
 #[cfg(test)]
 mod tests {
@@ -86,5 +89,17 @@ mod tests {
     #[test]
     fn a_window_in_which_nothing_moves_passes() {
         assert!(Residual::default().passes(&Tolerance { relative: 0.0, absolute: 0.0 }));
+    }
+
+    #[test]
+    fn the_largest_distance_is_that_of_the_worst_node_in_the_ranges() {
+        let a: Vec<f64> = (0..60).map(|i| f64::from(i) * 0.1).collect();
+        let mut b = a.clone();
+        b[3 * 17] += 3.0;
+        b[3 * 17 + 2] -= 4.0;
+        b[3 * 2 + 1] += 1.0;
+        assert_eq!(largest_distance(&a, &b, &[0..20]), 5.0);
+        assert_eq!(largest_distance(&a, &b, &[0..9, 10..17, 18..20]), 1.0);
+        assert_eq!(largest_distance(&a, &b, &[]), 0.0);
     }
 }

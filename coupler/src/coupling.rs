@@ -93,7 +93,7 @@ pub trait Observer {
     fn iteration(&mut self, _iteration: &Iteration) -> Result<(), String> {
         Ok(())
     }
-    /// One window is committed.
+    /// One window is committed. Called while the contact solver is at work on the next.
     fn committed(&mut self, committed: &Committed) -> Result<(), String>;
 }
 
@@ -128,6 +128,9 @@ pub struct Coupling<'a> {
     pub balance: Balance,
     /// Whether both solvers tell all energies, so that there is an `energy_error`.
     pub has_balance: bool,
+    gauges: Gauges,
+    /// The committed window that the observer has not been told yet.
+    untold: Option<Accepted>,
 }
 
 /// The answers' gauges, kept from one solve to the commit.
@@ -139,8 +142,17 @@ struct Gauges {
     kinetic: f64,
 }
 
+/// A window that was accepted.
+#[derive(Clone, Copy)]
+struct Accepted {
+    span: Span,
+    iterations: u32,
+    residual: Residual,
+    converged: bool,
+}
+
 enum Outcome {
-    Accepted { iterations: u32, residual: Residual, converged: bool },
+    Accepted(Accepted),
     Rejected(String),
 }
 
@@ -160,6 +172,8 @@ impl<'a> Coupling<'a> {
             counts: Counts::default(),
             balance: Balance::default(),
             has_balance: false,
+            gauges: Gauges::default(),
+            untold: None,
         }
     }
 
@@ -171,26 +185,44 @@ impl<'a> Coupling<'a> {
         observer
             .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
             .map_err(CouplingError::Output)?;
+        let outcome = self.windows(&mut agreement, observer);
+        // Whatever has come: what is committed is told.
+        let told = self.tell(observer);
+        outcome.and(told)
+    }
+
+    fn windows(
+        &mut self,
+        agreement: &mut Agreement,
+        observer: &mut dyn Observer,
+    ) -> Result<(), CouplingError> {
         let mut schedule =
             Schedule::new(self.settings.time_window, self.end_time, self.settings.shortest_window());
-        let mut gauges = Gauges::default();
         while let Some(span) = schedule.next() {
             if interrupt::requested() {
                 return Err(Failure::Interrupted.into());
             }
-            match self.window(span, &mut agreement, &mut gauges, observer)? {
-                Outcome::Accepted { iterations, residual, converged } => {
-                    self.book(span, iterations, (residual, converged), &agreement.interface, &gauges);
+            match self.window(span, agreement, observer)? {
+                Outcome::Accepted(accepted) => {
+                    self.book(accepted, &agreement.interface);
                     agreement.interface.commit();
                     schedule.accept();
-                    let (dem, fem, balance) = (&gauges.dem[..], &gauges.fem[..], &self.balance);
-                    let committed = Committed { span, iterations, residual, converged, dem, fem, balance };
-                    observer.committed(&committed).map_err(CouplingError::Output)?;
                 }
                 Outcome::Rejected(reason) => self.reject(span, reason, &mut schedule)?,
             }
         }
         Ok(())
+    }
+
+    /// Tell the observer of the last committed window, once.
+    fn tell(&mut self, observer: &mut dyn Observer) -> Result<(), CouplingError> {
+        let Some(Accepted { span, iterations, residual, converged }) = self.untold.take() else {
+            return Ok(());
+        };
+        let Gauges { dem, fem, .. } = &self.gauges;
+        let committed =
+            Committed { span, iterations, residual, converged, dem, fem, balance: &self.balance };
+        observer.committed(&committed).map_err(CouplingError::Output)
     }
 
     /// Whether no solver is at work on a request.
@@ -208,7 +240,6 @@ impl<'a> Coupling<'a> {
         &mut self,
         span: Span,
         agreement: &mut Agreement,
-        gauges: &mut Gauges,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, CouplingError> {
         let most = self.settings.iterations();
@@ -217,7 +248,7 @@ impl<'a> Coupling<'a> {
         agreement.interface.predict(self.settings.predictor, span.length);
         self.settings.acceleration.start_window();
         for iteration in 1..=most {
-            if let Some(reason) = self.pass(span, iteration, agreement, gauges)? {
+            if let Some(reason) = self.pass(span, iteration, agreement, observer)? {
                 return Ok(Outcome::Rejected(reason));
             }
             residual = agreement.interface.residual(span.length);
@@ -226,14 +257,14 @@ impl<'a> Coupling<'a> {
                 .iteration(&Iteration { span, iteration, residual, factor })
                 .map_err(CouplingError::Output)?;
             if self.settings.scheme == Scheme::Weak || residual.passes(&tolerance) {
-                return Ok(Outcome::Accepted { iterations: iteration, residual, converged: true });
+                return Ok(Outcome::Accepted(Accepted { span, iterations: iteration, residual, converged: true }));
             }
             if iteration < most {
                 agreement.interface.accelerate(&mut *self.settings.acceleration, span.length);
             }
         }
         if self.settings.on_no_convergence == OnNoConvergence::Accept {
-            return Ok(Outcome::Accepted { iterations: most, residual, converged: false });
+            return Ok(Outcome::Accepted(Accepted { span, iterations: most, residual, converged: false }));
         }
         Ok(Outcome::Rejected(format!(
             "not converged after {most} iterations: displacement residual {:.2e} m (increment {:.2e} m), velocity \
@@ -252,16 +283,19 @@ impl<'a> Coupling<'a> {
         span: Span,
         iteration: u32,
         agreement: &mut Agreement,
-        gauges: &mut Gauges,
+        observer: &mut dyn Observer,
     ) -> Result<Option<String>, CouplingError> {
         self.counts.iterations += 1;
         let Agreement { interface, dem, fem, .. } = agreement;
         self.dem.send(span, iteration, &mut |payload| interface.write_motion(payload))?;
+        // Files are written while the contact solver is at work.
+        self.tell(observer)?;
         if let Some(reason) = self.dem.receive(span, dem)? {
             return Ok(Some(reason));
         }
         let force = self.dem.participant.answer();
         self.fem.send(span, iteration, &mut |payload| interface.write_force(force, payload))?;
+        let gauges = &mut self.gauges;
         keep(&mut gauges.dem, &dem.layout, force);
         gauges.energy = dem.account.gain(force);
         gauges.kinetic = dem.account.kinetic(force);
@@ -277,14 +311,8 @@ impl<'a> Coupling<'a> {
     }
 
     /// Count and book an accepted window.
-    fn book(
-        &mut self,
-        span: Span,
-        iterations: u32,
-        (residual, converged): (Residual, bool),
-        interface: &Interface,
-        gauges: &Gauges,
-    ) {
+    fn book(&mut self, accepted: Accepted, interface: &Interface) {
+        let Accepted { span, iterations, residual, converged } = accepted;
         self.dem.commit_due = true;
         self.fem.commit_due = true;
         self.counts.windows += 1;
@@ -292,7 +320,8 @@ impl<'a> Coupling<'a> {
         self.counts.unconverged += u64::from(!converged);
         self.counts.most_iterations = self.counts.most_iterations.max(iterations);
         self.counts.largest_residual = self.counts.largest_residual.max(residual.displacement);
-        self.balance.book(span.end(), gauges.energy, gauges.kinetic, interface.work());
+        self.balance.book(span.end(), self.gauges.energy, self.gauges.kinetic, interface.work());
+        self.untold = Some(accepted);
     }
 
     /// A window failed: its first half is next, or the run ends.

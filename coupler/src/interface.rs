@@ -4,7 +4,7 @@
 //! sample i is the motion at the end of the i-th of S equal parts.
 
 use crate::acceleration::Acceleration;
-use crate::convergence::Residual;
+use crate::convergence::{Residual, largest_distance};
 use crate::mapping::Matrix;
 use crate::predictor::predict;
 use interface_defs::{Layout, Sampling, name};
@@ -96,6 +96,8 @@ pub struct Interface {
     force: Vec<Vec<f64>>,
     /// Nodes that the contact solver may touch in this window.
     judged: Vec<bool>,
+    /// The same, as ranges.
+    in_reach: Vec<Range<usize>>,
     /// Iterate and residual of the judged nodes, packed: displacement, then velocity times the window.
     packed: Vec<f64>,
     packed_residual: Vec<f64>,
@@ -113,6 +115,11 @@ impl Interface {
             answer: motion,
             force: vec![vec![0.0; u.len()]; samples],
             judged: vec![true; u.len() / 3],
+            in_reach: {
+                let mut all = Vec::with_capacity(u.len() / 6 + 1);
+                all.push(0..u.len() / 3);
+                all
+            },
             packed: Vec::with_capacity(2 * samples * u.len()),
             packed_residual: Vec::with_capacity(2 * samples * u.len()),
             mapping,
@@ -170,6 +177,8 @@ impl Interface {
         }
         if let Some(reach) = &self.places.reach {
             self.mapping.mark(&from_wall[reach.clone()], &mut self.judged);
+            self.in_reach.clear();
+            self.in_reach.extend(ranges(&self.judged));
         }
     }
 
@@ -186,19 +195,17 @@ impl Interface {
     /// Residual `answer - iterate` over the judged nodes, for a window of `length` [s].
     pub fn residual(&self, length: f64) -> Residual {
         let mut residual = Residual::default();
-        let scaled = |x: [f64; 3]| x.map(|x| x * length);
-        for node in self.judged_nodes() {
-            for sample in 0..self.iterate.u.len() {
-                let (u, v) = (&self.answer.u[sample], &self.answer.v[sample]);
-                residual.take(
-                    minus(u, &self.iterate.u[sample], node),
-                    minus(u, &self.committed_u, node),
-                    scaled(minus(v, &self.iterate.v[sample], node)),
-                    scaled(minus(v, &self.committed_v, node)),
-                );
-            }
+        let Motion { u, v } = &self.answer;
+        let largest = |a: &[f64], b: &[f64]| largest_distance(a, b, &self.in_reach);
+        for (sample, (u, v)) in u.iter().zip(v).enumerate() {
+            let Residual { displacement, displacement_increment, velocity, velocity_increment } =
+                &mut residual;
+            *displacement = displacement.max(largest(u, &self.iterate.u[sample]));
+            *displacement_increment = displacement_increment.max(largest(u, &self.committed_u));
+            *velocity = velocity.max(length * largest(v, &self.iterate.v[sample]));
+            *velocity_increment = velocity_increment.max(length * largest(v, &self.committed_v));
         }
-        residual.rooted()
+        residual
     }
 
     /// The next iterate: judged nodes by `acceleration`, displacement and velocity by one factor; the
@@ -244,18 +251,20 @@ impl Interface {
 
     /// The answer's end is the committed motion from now on.
     pub fn commit(&mut self) {
-        if let (Some(u), Some(v)) = (self.answer.u.last(), self.answer.v.last()) {
-            self.committed_u.copy_from_slice(u);
-            self.committed_v.copy_from_slice(v);
+        // The next answer is written over what is swapped out.
+        if let (Some(u), Some(v)) = (self.answer.u.last_mut(), self.answer.v.last_mut()) {
+            std::mem::swap(&mut self.committed_u, u);
+            std::mem::swap(&mut self.committed_v, v);
         }
-    }
-
-    /// Nodes in reach of the contact solver, as it said last.
-    pub fn judged_nodes(&self) -> impl Iterator<Item = usize> {
-        self.judged.iter().enumerate().filter(|(_, judged)| **judged).map(|(node, _)| node)
     }
 }
 
-fn minus(a: &[f64], b: &[f64], node: usize) -> [f64; 3] {
-    std::array::from_fn(|i| a[3 * node + i] - b[3 * node + i])
+/// The ranges of nodes that are marked.
+fn ranges(marked: &[bool]) -> impl Iterator<Item = Range<usize>> {
+    let mut from = 0;
+    std::iter::from_fn(move || {
+        let start = from + marked[from..].iter().position(|m| *m)?;
+        from = marked[start..].iter().position(|m| !*m).map_or(marked.len(), |len| start + len);
+        Some(start..from)
+    })
 }

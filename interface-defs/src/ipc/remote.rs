@@ -127,6 +127,7 @@ pub struct Remote {
     asked: RequestHeader,
     response: Option<FieldResponse>,
     sequence: u64,
+    sent_at: Instant,
     waited: f64,
 }
 
@@ -151,6 +152,7 @@ impl Remote {
             asked: RequestHeader::default(),
             response: None,
             sequence: 0,
+            sent_at: Instant::now(),
             waited: 0.0,
         })
     }
@@ -329,13 +331,13 @@ impl Participant for Remote {
         fill(payload);
         // SAFETY: as above.
         let request = unsafe { request.assume_init() };
+        self.sent_at = Instant::now();
         self.pending = Some(request.send().map_err(|e| transport(failed())(e))?);
         self.channels_ring();
         Ok(())
     }
 
     fn receive(&mut self) -> Result<Status, Failure> {
-        let started = Instant::now();
         let pending = self.pending.take().expect("receive follows send");
         let asked = self.asked;
         let failed = || format!("cannot read the answer of {}", self.name);
@@ -348,7 +350,7 @@ impl Participant for Remote {
         let poll = || pending.receive().map_err(|e| transport(failed())(e));
         let response =
             self.patience(true, &during).until(&self.shared.listener, poll, |_| false, || self.tick())?;
-        self.waited += started.elapsed().as_secs_f64();
+        self.waited += self.sent_at.elapsed().as_secs_f64();
         let header = *response.user_header();
         if let Some(what) = header.mismatch(&asked) {
             return Err(self.breaks(what));

@@ -9,8 +9,9 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// How long to yield before sleeping, with [`Wait::Yield`].
-const YIELDING: Duration = Duration::from_micros(50);
+/// How long to yield before sleeping, with [`Wait::Yield`]: longer than the partners of a quick run are at work, as
+/// falling asleep and being woken costs more than a hundred looks.
+const YIELDING: Duration = Duration::from_micros(500);
 
 /// How often a waiting process looks after its partner, its parent and the user.
 const TICK: Duration = Duration::from_millis(100);
@@ -26,7 +27,7 @@ const GRACE: Duration = Duration::from_secs(1);
 pub enum Wait {
     /// Sleep until woken: no processor time, some 60 us more per exchange. For oversubscribed machines.
     Event,
-    /// Look again for 50 us, yielding the processor in between, then sleep: the fastest on a free machine.
+    /// Look again for half a millisecond, yielding the processor in between, then sleep: the fastest on a free machine.
     #[default]
     Yield,
 }

@@ -8,9 +8,9 @@ use std::path::Path;
 /// Writes rows of numbers. Each row is handed to the system at once: what is written is on disk
 /// even if the process is killed a moment later.
 pub struct History {
-    writer: csv::Writer<File>,
+    file: File,
     columns: usize,
-    number: Vec<u8>,
+    row: String,
 }
 
 /// Name of a column: `<name>_<unit>`, `/` as `_per_`; the unit `1` adds nothing.
@@ -30,11 +30,10 @@ pub fn gauge_column(gauge: &Gauge) -> String {
 impl History {
     /// Create the file (an old one is overwritten) with a header of `columns`.
     pub fn create(path: &Path, columns: &[String]) -> io::Result<Self> {
-        let mut writer =
-            csv::WriterBuilder::new().buffer_capacity(1 << 16).from_path(path).map_err(io::Error::from)?;
-        writer.write_record(columns).map_err(io::Error::from)?;
-        writer.flush()?;
-        Ok(Self { writer, columns: columns.len(), number: Vec::with_capacity(32) })
+        let mut header = csv::Writer::from_path(path).map_err(io::Error::from)?;
+        header.write_record(columns).map_err(io::Error::from)?;
+        let file = header.into_inner().map_err(|e| e.into_error())?;
+        Ok(Self { file, columns: columns.len(), row: String::with_capacity(26 * columns.len()) })
     }
 
     /// Append a row and hand it to the system. Numbers are written with the fewest digits that read
@@ -43,25 +42,24 @@ impl History {
     /// Panics if the row does not fit the header.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         assert_eq!(values.len(), self.columns, "a row must fit the header");
+        self.row.clear();
         for value in values {
-            self.number.clear();
-            write_number(&mut self.number, *value)?;
-            self.writer.write_field(&self.number).map_err(io::Error::from)?;
+            write_number(&mut self.row, *value);
+            self.row.push(',');
         }
-        self.writer.write_record(None::<&[u8]>).map_err(io::Error::from)?;
-        self.writer.flush()
+        self.row.pop();
+        self.row.push('\n');
+        self.file.write_all(self.row.as_bytes())
     }
 }
 
-/// The shortest text that reads back as the same number; outside of 1e-5 to 1e16 with an exponent.
-fn write_number(out: &mut Vec<u8>, value: f64) -> io::Result<()> {
-    let size = value.abs();
-    if !value.is_finite() {
-        Ok(())
-    } else if size == 0.0 || (1e-5..1e16).contains(&size) {
-        write!(out, "{value}")
-    } else {
-        write!(out, "{value:e}")
+/// The shortest text that reads back as the same number; beyond 16 digits before the point, or 5 zeros
+/// behind it, with an exponent.
+fn write_number(out: &mut String, value: f64) {
+    if value.is_finite() {
+        let mut buffer = zmij::Buffer::new();
+        let text = buffer.format_finite(value);
+        out.push_str(text.strip_suffix(".0").unwrap_or(text));
     }
 }
 
