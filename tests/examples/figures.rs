@@ -115,7 +115,16 @@ fn drop_test() {
 
 /// Wall time of the loop for 0.5 s after contact: medians of five, interleaved.
 fn cost() {
-    let cases: [(&str, &[&str]); 5] = [
+    let cases: [(&str, &[&str]); 7] = [
+        (
+            "64 spheres, weak 1.2e-4 s, contact step 1.2e-4 s",
+            &[
+                "rock.0.cluster.spheres=64",
+                "coupling.time_window=1.2e-4",
+                "dem.time_step=1.2e-4",
+                "fem.time_step=1.2e-4",
+            ],
+        ),
         (
             "64 spheres, weak 1e-4 s, contact step 1e-4 s",
             &[
@@ -130,6 +139,10 @@ fn cost() {
             &["rock.0.cluster.spheres=64", "dem.time_step=5e-5"],
         ),
         ("64 spheres, weak 5e-5 s, contact step 1e-5 s", &["rock.0.cluster.spheres=64"]),
+        (
+            "21952 spheres, weak 1e-4 s, contact step 1e-5 s",
+            &["rock.0.cluster.spheres=21952", "coupling.time_window=1e-4", "fem.time_step=1e-4"],
+        ),
         (
             "21952 spheres, weak 5e-5 s, contact step 5e-5 s",
             &["rock.0.cluster.spheres=21952", "dem.time_step=5e-5"],
