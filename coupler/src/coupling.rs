@@ -220,8 +220,7 @@ impl<'a> Coupling<'a> {
             return Ok(());
         };
         let Gauges { dem, fem, .. } = &self.gauges;
-        let committed =
-            Committed { span, iterations, residual, converged, dem, fem, balance: &self.balance };
+        let committed = Committed { span, iterations, residual, converged, dem, fem, balance: &self.balance };
         observer.committed(&committed).map_err(CouplingError::Output)
     }
 
@@ -246,7 +245,7 @@ impl<'a> Coupling<'a> {
         let tolerance = self.settings.tolerances();
         let mut residual = Residual::default();
         agreement.interface.predict(self.settings.predictor, span.length);
-        self.settings.acceleration.start_window();
+        self.settings.acceleration.start_window(agreement.interface.unknowns());
         for iteration in 1..=most {
             if let Some(reason) = self.pass(span, iteration, agreement, observer)? {
                 return Ok(Outcome::Rejected(reason));
@@ -257,7 +256,12 @@ impl<'a> Coupling<'a> {
                 .iteration(&Iteration { span, iteration, residual, factor })
                 .map_err(CouplingError::Output)?;
             if self.settings.scheme == Scheme::Weak || residual.passes(&tolerance) {
-                return Ok(Outcome::Accepted(Accepted { span, iterations: iteration, residual, converged: true }));
+                return Ok(Outcome::Accepted(Accepted {
+                    span,
+                    iterations: iteration,
+                    residual,
+                    converged: true,
+                }));
             }
             if iteration < most {
                 agreement.interface.accelerate(&mut *self.settings.acceleration, span.length);

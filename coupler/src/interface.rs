@@ -208,6 +208,11 @@ impl Interface {
         residual
     }
 
+    /// Unknowns that are accelerated, at most: displacement and velocity of all samples.
+    pub fn unknowns(&self) -> usize {
+        2 * self.iterate.u.len() * self.committed_u.len()
+    }
+
     /// The next iterate: judged nodes by `acceleration`, displacement and velocity by one factor; the
     /// others, which touch nothing, take the answer.
     pub fn accelerate(&mut self, acceleration: &mut dyn Acceleration, length: f64) {

@@ -31,9 +31,10 @@ impl Default for Aitken {
 }
 
 impl Acceleration for Aitken {
-    fn start_window(&mut self) {
+    fn start_window(&mut self, most: usize) {
         self.factor = self.initial;
         self.old.clear();
+        self.old.reserve(most);
     }
 
     fn update(&mut self, x: &mut [f64], residual: &[f64]) {
@@ -85,7 +86,7 @@ mod tests {
         for ratio in [0.0625, 1.0, 6.25, 100.0, 1e4] {
             let map = |x: f64| 1.0 - ratio * x;
             let mut aitken = Aitken { initial: 0.1, ..Aitken::default() };
-            aitken.start_window();
+            aitken.start_window(1);
             let mut x = [0.3];
             for _ in 0..2 {
                 let residual = [map(x[0]) - x[0]];
@@ -99,14 +100,14 @@ mod tests {
     #[test]
     fn an_unchanged_residual_keeps_the_factor_and_a_new_window_forgets_it() {
         let mut aitken = Aitken { initial: 0.25, ..Aitken::default() };
-        aitken.start_window();
+        aitken.start_window(1);
         let mut x = [0.0, 0.0];
         aitken.update(&mut x, &[1.0, -1.0]);
         aitken.update(&mut x, &[1.0, -1.0]);
         assert_eq!(aitken.factor(), 0.25);
         aitken.update(&mut x, &[0.5, -0.5]);
         assert_ne!(aitken.factor(), 0.25);
-        aitken.start_window();
+        aitken.start_window(1);
         aitken.update(&mut x, &[1.0, -1.0]);
         assert_eq!(aitken.factor(), 0.25);
     }

@@ -12,8 +12,8 @@ use crate::registry::registry;
 
 /// Turns the residual of one coupling iteration into the next iterate.
 pub trait Acceleration {
-    /// Forget the iterations of the window before.
-    fn start_window(&mut self);
+    /// Forget the iterations of the window before; the next has `most` unknowns at most.
+    fn start_window(&mut self, most: usize);
 
     /// Overwrite `x` with the next iterate, given `residual = H(x) - x` (same length, one unit: metres).
     fn update(&mut self, x: &mut [f64], residual: &[f64]);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct NoRelaxation {}
 
 impl Acceleration for NoRelaxation {
-    fn start_window(&mut self) {}
+    fn start_window(&mut self, _most: usize) {}
 
     fn update(&mut self, x: &mut [f64], residual: &[f64]) {
         relax(x, residual, 1.0);

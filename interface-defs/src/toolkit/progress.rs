@@ -50,10 +50,9 @@ impl Reporter {
             return;
         }
         self.last = Some(Instant::now());
-        if let Ok(text) = serde_json::to_string(&line()) {
-            let mut out = std::io::stdout().lock();
-            // Whoever reads progress may have gone; the run goes on.
-            let _ = writeln!(out, "{text}").and_then(|()| out.flush());
-        }
+        let mut out = std::io::stdout().lock();
+        // Whoever reads progress may have gone; the run goes on.
+        let _ = serde_json::to_writer(&mut out, &line());
+        let _ = writeln!(out).and_then(|()| out.flush());
     }
 }
