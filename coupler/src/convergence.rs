@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn the_largest_distance_is_that_of_the_worst_node_in_the_ranges() {
-        let a: Vec<f64> = (0..60).map(|i| f64::from(i) * 0.1).collect();
+        let a: Vec<f64> = (0..60).map(f64::from).collect();
         let mut b = a.clone();
         b[3 * 17] += 3.0;
         b[3 * 17 + 2] -= 4.0;
