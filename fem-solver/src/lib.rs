@@ -3,7 +3,8 @@
 //! From the scene's tables to a run:
 //!
 //! - [`config`]: the tables `[structure]`, `[fem]`, `[[gauge]]`
-//! - [`model`]: nodes, elements, supports, loads, lumped masses; the generator of nets
+//! - [`read`]: mesh files of other programs
+//! - [`model`]: nodes, elements, supports, loads, lumped masses; generated structures
 //! - [`element`]: cable, grounded spring, point mass, each with energy, force and tangent
 //! - [`kernel`], [`lanes`]: all cables at once, fast; loops over long vectors
 //! - [`tangent`], [`linear_solver`], [`newton`]: the sparse tangent, its Cholesky factor, Newton's iteration
@@ -33,6 +34,7 @@ pub mod march;
 pub mod model;
 pub mod moving_mean;
 pub mod newton;
+pub mod read;
 pub mod record;
 pub mod solver;
 pub mod start;

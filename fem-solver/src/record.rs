@@ -133,8 +133,11 @@ impl Recorder {
                         let ends = cable.nodes.map(|n| nodes.contains(&n));
                         if single { ends[0] || ends[1] } else { ends[0] && ends[1] }
                     };
-                    let cables: Vec<usize> =
-                        (0..model.cables.len()).filter(|c| belongs(&model.cables[*c])).collect();
+                    let named = model.cable_groups.iter().find(|g| Some(&g.name) == gauge.group.as_ref());
+                    let cables: Vec<usize> = match named {
+                        Some(group) => group.cables.iter().map(|c| *c as usize).collect(),
+                        None => (0..model.cables.len()).filter(|c| belongs(&model.cables[*c])).collect(),
+                    };
                     if cables.is_empty() {
                         let what = format!("there is no cable at the gauge `{}`", gauge.name);
                         return Err(scene.invalid(&key, what));

@@ -113,7 +113,7 @@ impl Start {
             _ => highest_frequency(model, &mut newton.tangent, &displacement),
         };
         let critical_step = 2.0 / frequency;
-        let mut warnings = Vec::new();
+        let mut warnings = model.warnings.clone();
         if form_finding.unstable
             && let Some(dof) = newton.not_held(model, &displacement)
         {

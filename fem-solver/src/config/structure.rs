@@ -1,14 +1,24 @@
-//! `[structure]`: a generated net, or nodes and elements one by one.
+//! `[structure]`: a mesh file, a generated structure, or nodes and elements one by one.
 
+use super::generator::Generator;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// What is built. All lengths count in the structure as it is modelled, before form finding.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StructureConfig {
-    /// A generated net, instead of `nodes` and `cables`.
+    /// A mesh file, instead of `nodes` and `cables`: `.msh` (Gmsh 2.2 and 4.1, ASCII), `.inp` (CalculiX,
+    /// Abaqus) or `.mdpa` (Kratos), coordinates in metres. Its lines become cables; all else in the
+    /// scene binds to the names of its groups. The path is relative to the scene file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<PathBuf>,
+    /// A generated structure, instead of `nodes` and `cables`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub generator: Option<Generator>,
+    /// What the elements of a group become, and their properties (of a mesh file or a generated structure).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sections: Vec<SectionEntry>,
     /// Properties of every cable that does not state its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cable: Option<CableConfig>,
@@ -59,52 +69,42 @@ pub enum FormFinding {
     None,
 }
 
-/// A generated structure.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Generator {
-    /// Which.
-    #[serde(rename = "type")]
-    pub kind: GeneratorKind,
-    /// Cells in x and y.
-    pub cells: [usize; 2],
-    /// Edge of a cell [m].
-    pub spacing: f64,
-    /// Corner with the smallest x and y [m]; default the scene's origin. Not together with `center`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub origin: Option<[f64; 3]>,
-    /// Middle of the net [m], instead of `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub center: Option<[f64; 3]>,
-    /// Which nodes are held. Default `edges`.
-    #[serde(default)]
-    pub held: Held,
-    /// Whether cables run along the frame. Default true.
-    #[serde(default = "yes")]
-    pub boundary_cables: bool,
+/// Properties of a cable as far as they are stated.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Stated {
+    /// Young's modulus [Pa].
+    pub young: Option<f64>,
+    /// Section [m2].
+    pub area: Option<f64>,
+    /// Density [kg/m3].
+    pub density: Option<f64>,
+    /// Second Piola-Kirchhoff stress [Pa].
+    pub prestress: Option<f64>,
+    /// Whether it carries no compression.
+    pub tension_only: Option<bool>,
+    /// Radius that a contact sees [m].
+    pub radius: Option<f64>,
 }
 
-/// Kind of a generated structure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum GeneratorKind {
-    /// Square cells in the plane of x and y. Groups: `edges`, `corners`, `interior`, `x_min`, `x_max`,
-    /// `y_min`, `y_max`.
-    RectangularNet,
+/// What an entry with properties of a cable states.
+macro_rules! stated {
+    ($($entry:ty),*) => {$(
+        impl $entry {
+            /// The properties that it states itself.
+            pub fn stated(&self) -> Stated {
+                Stated {
+                    young: self.young,
+                    area: self.area,
+                    density: self.density,
+                    prestress: self.prestress,
+                    tension_only: self.tension_only,
+                    radius: self.radius,
+                }
+            }
+        }
+    )*};
 }
-
-/// Which nodes of a generated net are held, in all directions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Held {
-    /// All nodes of the frame.
-    #[default]
-    Edges,
-    /// The four corners.
-    Corners,
-    /// None: `supports` says which.
-    None,
-}
+stated!(CableEntry, SectionEntry);
 
 /// Properties of a cable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -154,6 +154,50 @@ pub struct CableEntry {
     /// Radius that a contact sees [m].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
+}
+
+/// What the elements of a group become, and their properties; what it does not state comes from
+/// `[structure.cable]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SectionEntry {
+    /// The group of elements.
+    pub group: String,
+    /// What they become. Default `cable`.
+    #[serde(default)]
+    pub element: ElementKind,
+    /// Young's modulus [Pa].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub young: Option<f64>,
+    /// Section [m2].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<f64>,
+    /// Density [kg/m3].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    /// Second Piola-Kirchhoff stress as modelled [Pa]; below 0: slack.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prestress: Option<f64>,
+    /// Whether it carries no compression.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tension_only: Option<bool>,
+    /// Radius that a contact sees [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+}
+
+/// What an element of a mesh becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ElementKind {
+    /// A line becomes a cable; a row of nodes one cable after the other.
+    #[default]
+    Cable,
+    /// A triangle or quadrilateral becomes a closed polygon of cables, one for each side: the wire of
+    /// a ring. Neighbours share nodes, never cables.
+    Polygon,
+    /// Nothing; its nodes can still be held, loaded and gauged by the name of the group.
+    None,
 }
 
 /// Nodes by number (from 0), by group, or the node at a point: exactly one of the three.

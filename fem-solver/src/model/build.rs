@@ -1,9 +1,9 @@
 //! From the table `[structure]` to a [`Model`], with every input error located.
 
 use super::Model;
-use super::generator::{Generated, rectangular_net};
+use super::base::Base;
 use super::support::Motion;
-use crate::config::structure::{CableConfig, CableEntry, StructureConfig, Where};
+use crate::config::structure::{CableConfig, Stated, StructureConfig, Where};
 use crate::config::{Config, not_negative, positive};
 use crate::element::{Cable, PointMass, Spring};
 use interface_defs::mesh::Group;
@@ -18,34 +18,40 @@ impl Model {
     /// Build the structure of a scene.
     pub fn build(scene: &Scene, config: &Config) -> Result<Self, InputError> {
         let table = &config.structure;
-        let generated = base(scene, table)?;
+        let base = Base::new(scene, table)?;
         let mut model = Self {
-            cables: Vec::new(),
+            cables: base.cables,
+            cable_groups: base.cable_groups,
             springs: Vec::new(),
             point_masses: Vec::new(),
-            mass: vec![0.0; generated.nodes.len()],
-            held: vec![false; 3 * generated.nodes.len()],
+            mass: vec![0.0; base.nodes.len()],
+            held: vec![false; 3 * base.nodes.len()],
             moving: Vec::new(),
-            dead_load: vec![0.0; 3 * generated.nodes.len()],
+            dead_load: vec![0.0; 3 * base.nodes.len()],
             down: None,
             damping: table.damping,
-            groups: generated.groups,
-            nodes: generated.nodes,
+            groups: base.groups,
+            nodes: base.nodes,
+            numbers: base.numbers,
+            warnings: base.warnings,
         };
         not_negative(scene, "structure.damping", table.damping, "1/s")?;
         model.add_groups(scene, table)?;
-        model.add_cables(scene, table, &generated.cables)?;
-        for node in generated.held {
+        model.add_cables(scene, table)?;
+        for node in base.held {
             model.hold(node, [true; 3]);
         }
         model.add_elements(scene, table)?;
         model.add_supports(scene, table)?;
         model.lump();
         model.load(scene, config)?;
-        model.check_held_together(scene, config)?;
-        let held: Vec<u32> =
-            (0..model.nodes.len()).filter(|n| model.fully_held(*n)).map(|n| n as u32).collect();
-        model.groups.push(Group { name: "supports".into(), nodes: held });
+        model.check_held_together(scene, config, base.framed)?;
+        // A mesh file may have a group of that name; then it is the user's.
+        if model.groups.iter().all(|g| g.name != "supports") {
+            let held: Vec<u32> =
+                (0..model.nodes.len()).filter(|n| model.fully_held(*n)).map(|n| n as u32).collect();
+            model.groups.push(Group { name: "supports".into(), nodes: held });
+        }
         Ok(model)
     }
 
@@ -72,22 +78,9 @@ impl Model {
         Ok(())
     }
 
-    fn add_cables(
-        &mut self,
-        scene: &Scene,
-        table: &StructureConfig,
-        generated: &[[usize; 2]],
-    ) -> Result<(), InputError> {
+    fn add_cables(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
         if let Some(common) = &table.cable {
             check_cable(scene, "structure.cable", common)?;
-        }
-        if !generated.is_empty() {
-            let common = table.cable.as_ref().ok_or_else(|| {
-                scene
-                    .invalid("structure", "the generated net has no table [structure.cable]")
-                    .try_instead("give young, area and density of its cables")
-            })?;
-            self.cables.extend(generated.iter().map(|nodes| cable(&self.nodes, *nodes, common, None)));
         }
         for (i, entry) in table.cables.iter().enumerate() {
             let key = format!("structure.cables.{i}");
@@ -97,7 +90,7 @@ impl Model {
             if let Some(length) = entry.length {
                 positive(scene, &format!("{key}.length"), length, "m")?;
             }
-            let own = properties(scene, &key, entry, table.cable.as_ref())?;
+            let own = properties(scene, &key, &entry.stated(), table.cable.as_ref())?;
             check_cable(scene, &key, &own)?;
             let built = cable(&self.nodes, entry.nodes, &own, entry.length);
             if built.length == 0.0 || entry.nodes[0] == entry.nodes[1] {
@@ -194,15 +187,14 @@ impl Model {
         Ok(())
     }
 
-    /// Every node must be part of an element, except the frame of a generated net; every one that
-    /// moves must have a mass, unless only statics is asked for.
-    fn check_held_together(&self, scene: &Scene, config: &Config) -> Result<(), InputError> {
-        let generated = config.structure.generator.is_some();
+    /// Every node must be part of an element, except those of a frame (`framed`) that are held; every
+    /// one that moves must have a mass, unless only statics is asked for.
+    fn check_held_together(&self, scene: &Scene, config: &Config, framed: bool) -> Result<(), InputError> {
         let mut used = vec![false; self.nodes.len()];
         let ends = self.cables.iter().flat_map(|c| c.nodes);
         let others = self.springs.iter().map(|s| s.node).chain(self.point_masses.iter().map(|m| m.node));
         ends.chain(others).for_each(|node| used[node] = true);
-        let lonely = |node: &usize| !(used[*node] || generated && self.fully_held(*node));
+        let lonely = |node: &usize| !(used[*node] || framed && self.fully_held(*node));
         if let Some(node) = (0..self.nodes.len()).find(lonely) {
             let what = format!("node {} is held by no element", self.node_name(node));
             return Err(scene
@@ -276,33 +268,13 @@ impl Model {
     }
 }
 
-/// Nodes as listed, or as generated.
-fn base(scene: &Scene, table: &StructureConfig) -> Result<Generated, InputError> {
-    let Some(generator) = &table.generator else {
-        if table.nodes.is_empty() {
-            return Err(scene
-                .invalid("structure", "the structure has no nodes")
-                .try_instead("write a generator, or nodes = [[x, y, z], ...] and cables between them"));
-        }
-        let nodes = table.nodes.iter().map(|p| Vector3::from(*p)).collect();
-        return Ok(Generated { nodes, cables: Vec::new(), groups: Vec::new(), held: Vec::new() });
-    };
-    if !table.nodes.is_empty() || !table.cables.is_empty() {
-        let key = if table.nodes.is_empty() { "structure.cables" } else { "structure.nodes" };
-        return Err(scene.invalid(key, "a generated structure takes no further nodes or cables"));
-    }
-    if generator.cells.contains(&0) {
-        let what = format!("a net of {} x {} cells is none", generator.cells[0], generator.cells[1]);
-        return Err(scene.invalid("structure.generator.cells", what));
-    }
-    positive(scene, "structure.generator.spacing", generator.spacing, "m")?;
-    if generator.origin.is_some() && generator.center.is_some() {
-        return Err(scene.invalid("structure.generator.center", "state either origin or center"));
-    }
-    Ok(rectangular_net(generator))
-}
-
-fn cable(nodes: &[Vector3<f64>], ends: [usize; 2], own: &CableConfig, length: Option<f64>) -> Cable {
+/// A cable with the properties `own`, unstretched at its own length [m] or as modelled.
+pub(super) fn cable(
+    nodes: &[Vector3<f64>],
+    ends: [usize; 2],
+    own: &CableConfig,
+    length: Option<f64>,
+) -> Cable {
     let span = nodes[ends[1]] - nodes[ends[0]];
     Cable {
         nodes: ends,
@@ -318,15 +290,15 @@ fn cable(nodes: &[Vector3<f64>], ends: [usize; 2], own: &CableConfig, length: Op
 }
 
 /// Properties of one cable: its own, else those of all.
-fn properties(
+pub(super) fn properties(
     scene: &Scene,
     key: &str,
-    entry: &CableEntry,
+    entry: &Stated,
     common: Option<&CableConfig>,
 ) -> Result<CableConfig, InputError> {
     let missing = |name: &str| {
         let what =
-            format!("this cable has no {name}, and there is no [structure.cable] that states it for all");
+            format!("no {name} is stated here, and there is no [structure.cable] that states it for all");
         scene.invalid(key, what)
     };
     Ok(CableConfig {
@@ -339,7 +311,7 @@ fn properties(
     })
 }
 
-fn check_cable(scene: &Scene, key: &str, own: &CableConfig) -> Result<(), InputError> {
+pub(super) fn check_cable(scene: &Scene, key: &str, own: &CableConfig) -> Result<(), InputError> {
     positive(scene, &format!("{key}.young"), own.young, "Pa")?;
     positive(scene, &format!("{key}.area"), own.area, "m2")?;
     not_negative(scene, &format!("{key}.density"), own.density, "kg/m3")?;

@@ -4,9 +4,12 @@
 //! (`dof = component * nodes + node`), so that loops over neighbouring nodes run over slices.
 //! At the interface they are node-major.
 
+mod base;
 mod build;
 mod generator;
 pub mod support;
+
+pub use base::CableGroup;
 
 use crate::element::{Cable, PointMass, Spring};
 use interface_defs::mesh::{Group, InterfaceMesh};
@@ -20,6 +23,8 @@ pub struct Model {
     pub nodes: Vec<Vector3<f64>>,
     /// Cables, in the order of the scene.
     pub cables: Vec<Cable>,
+    /// Named sets of cables.
+    pub cable_groups: Vec<CableGroup>,
     /// Grounded springs.
     pub springs: Vec<Spring>,
     /// Point masses.
@@ -38,6 +43,10 @@ pub struct Model {
     pub damping: f64,
     /// Named sets of nodes.
     pub groups: Vec<Group>,
+    /// Numbers of the nodes in the mesh file, by which messages call them; empty where there is none.
+    pub numbers: Vec<u64>,
+    /// What the user should know of how it was built.
+    pub warnings: Vec<String>,
 }
 
 impl Model {
@@ -65,7 +74,8 @@ impl Model {
     /// A node and where it stands, in words.
     pub fn node_name(&self, node: usize) -> String {
         let p = self.nodes[node];
-        format!("{node} at ({}, {}, {})", p.x, p.y, p.z)
+        let number = self.numbers.get(node).copied().unwrap_or(node as u64);
+        format!("{number} at ({}, {}, {})", p.x, p.y, p.z)
     }
 
     /// Vector of a node out of a vector over all degrees of freedom.

@@ -5,6 +5,8 @@ mod common;
 mod contract;
 mod dynamics;
 mod input;
+mod meshes;
+mod mutations;
 mod statics;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

@@ -1,0 +1,355 @@
+//! A barrier as a whole: posts, net, ropes, brakes, anchors.
+//!
+//! Geometry, names and sources are described at [`Barrier`].
+
+use super::ring_net::Contacts;
+use super::{Generated, Made, Part, named};
+use crate::config::generator::{Barrier, BarrierNet};
+use crate::read::mesh::{ElementGroup, Kind, Mesh};
+use nalgebra::Vector3;
+
+/// Half of the width of a block of 3 200 kg [m].
+const HALF_BLOCK: f64 = 0.6;
+
+/// The barrier as a mesh with named parts.
+pub fn barrier(table: &Barrier) -> Generated {
+    let mut work = Work::new(table);
+    work.net();
+    work.posts();
+    work.bearing_ropes();
+    work.upslope_ropes();
+    work.finish()
+}
+
+/// A barrier in the making.
+struct Work<'a> {
+    table: &'a Barrier,
+    mesh: Mesh,
+    parts: Vec<Part>,
+    /// Up along a post, of the post's length [m].
+    post: Vector3<f64>,
+    feet: Vec<usize>,
+    heads: Vec<usize>,
+    side_anchors: Vec<usize>,
+    upslope_anchors: Vec<usize>,
+    /// Every node of the net.
+    net: Vec<usize>,
+    /// Nodes of ropes and net along the feet, along the heads, and along the two sides, in order.
+    bottom: Vec<usize>,
+    top: Vec<usize>,
+    sides: [Vec<usize>; 2],
+}
+
+impl<'a> Work<'a> {
+    fn new(table: &'a Barrier) -> Self {
+        let rise = (table.height * table.height - table.lean * table.lean).sqrt();
+        Self {
+            table,
+            mesh: Mesh::default(),
+            parts: Vec::new(),
+            post: Vector3::new(0.0, table.lean, rise),
+            feet: Vec::new(),
+            heads: Vec::new(),
+            side_anchors: Vec::new(),
+            upslope_anchors: Vec::new(),
+            net: Vec::new(),
+            bottom: Vec::new(),
+            top: Vec::new(),
+            sides: [Vec::new(), Vec::new()],
+        }
+    }
+
+    fn node(&mut self, at: Vector3<f64>) -> usize {
+        self.mesh.nodes.push(at);
+        self.mesh.nodes.len() - 1
+    }
+
+    /// Half of the length of the barrier [m].
+    fn half(&self) -> f64 {
+        0.5 * self.table.fields as f64 * self.table.spacing
+    }
+
+    /// A point of the net's plane: `along` the feet from the first [m], `up` in parts of a post.
+    fn in_plane(&self, along: f64, up: f64) -> Vector3<f64> {
+        Vector3::new(along - self.half(), 0.0, 0.0) + up * self.post
+    }
+
+    fn part(&mut self, group: &'static str, made: Made, elements: Vec<(Kind, Vec<usize>)>) {
+        let elements = elements.iter().map(|(kind, nodes)| self.mesh.push(*kind, nodes)).collect();
+        self.mesh.element_groups.push(ElementGroup { name: group.into(), elements });
+        self.parts.push(Part { group, made });
+    }
+
+    /// The net, with feet and heads.
+    fn net(&mut self) {
+        match self.table.net {
+            BarrierNet::Square => self.square_net(),
+            BarrierNet::Rings => self.rings(),
+        }
+    }
+
+    /// Cables between the ropes; along ropes there are none, the ropes are there. Feet and heads are
+    /// corners of the net.
+    fn square_net(&mut self) {
+        let [per_field, rows] = self.table.cells;
+        let columns = per_field * self.table.fields;
+        let cell = self.table.spacing / per_field as f64;
+        let number = |i: usize, j: usize| j * (columns + 1) + i;
+        let mut cables = Vec::new();
+        for j in 0..=rows {
+            for i in 0..=columns {
+                let at = self.in_plane(cell * i as f64, j as f64 / rows as f64);
+                self.net.push(number(i, j));
+                self.node(at);
+                if i < columns && j > 0 && j < rows {
+                    cables.push((Kind::Line2, vec![number(i, j), number(i + 1, j)]));
+                }
+                if j < rows && i > 0 && i < columns {
+                    cables.push((Kind::Line2, vec![number(i, j), number(i, j + 1)]));
+                }
+            }
+        }
+        self.bottom = (0..=columns).map(|i| number(i, 0)).collect();
+        self.top = (0..=columns).map(|i| number(i, rows)).collect();
+        self.sides = [0, columns].map(|i| (0..=rows).map(|j| number(i, j)).collect());
+        self.feet = (0..=self.table.fields).map(|k| number(k * per_field, 0)).collect();
+        self.heads = (0..=self.table.fields).map(|k| number(k * per_field, rows)).collect();
+        self.part("net", Made::Cables, cables);
+    }
+
+    /// A ring in each cell; feet and heads are nodes of the ropes alone.
+    fn rings(&mut self) {
+        let [per_field, rows] = self.table.cells;
+        let columns = per_field * self.table.fields;
+        let cell = self.table.spacing / per_field as f64;
+        let contacts = Contacts::new([columns, rows]);
+        for [x, y] in contacts.places() {
+            let at = self.in_plane(cell * x, y / rows as f64);
+            let node = self.node(at);
+            self.net.push(node);
+        }
+        for k in 0..=self.table.fields {
+            let along = self.table.spacing * k as f64;
+            let foot = self.node(self.in_plane(along, 0.0));
+            let head = self.node(self.in_plane(along, 1.0));
+            self.feet.push(foot);
+            self.heads.push(head);
+            self.bottom.push(foot);
+            self.top.push(head);
+            if k < self.table.fields {
+                let field = k * per_field..(k + 1) * per_field;
+                self.bottom.extend(field.clone().map(|i| contacts.between(i, 0)));
+                self.top.extend(field.map(|i| contacts.between(i, rows)));
+            }
+        }
+        for (side, post, i) in [(0, 0, 0), (1, self.table.fields, columns)] {
+            let nodes = (0..rows).map(|j| contacts.beside(i, j));
+            self.sides[side] = std::iter::once(self.feet[post])
+                .chain(nodes)
+                .chain(std::iter::once(self.heads[post]))
+                .collect();
+        }
+        let ring = |k: usize| (Kind::Quad4, contacts.of_ring(k % columns, k / columns).to_vec());
+        self.part("net", Made::Rings, (0..columns * rows).map(ring).collect());
+    }
+
+    fn posts(&mut self) {
+        let posts = self.feet.iter().zip(&self.heads).map(|(foot, head)| (Kind::Line2, vec![*foot, *head]));
+        let posts = posts.collect();
+        self.part("posts", Made::Beams, posts);
+    }
+
+    /// A node on the way from `anchor` to `towards`, a brake's length from the anchor.
+    fn brake_end(&mut self, anchor: usize, towards: usize) -> usize {
+        let (from, to) = (self.mesh.nodes[anchor], self.mesh.nodes[towards]);
+        self.node(from + (to - from).normalize() * self.table.brake_length)
+    }
+
+    /// Top, bottom and side ropes, the brakes of the first two, and the ropes to the side.
+    fn bearing_ropes(&mut self) {
+        let sides = self.sides.clone().map(|nodes| (Kind::Row, nodes)).to_vec();
+        self.part("side_ropes", Made::Cables, sides);
+        let mut brakes = Vec::new();
+        let mut lateral = Vec::new();
+        for (group, share, mut rope) in
+            [("bottom_rope", 0.5, self.bottom.clone()), ("top_rope", 1.0, self.top.clone())]
+        {
+            let beyond = self.half() + share * self.table.side_distance;
+            let ends = [rope[0], rope[rope.len() - 1]];
+            let [first, last] = [(-beyond, ends[0]), (beyond, ends[1])].map(|(x, end)| {
+                let anchor = self.node(Vector3::new(x, 0.0, 0.0));
+                let brake = self.brake_end(anchor, end);
+                self.side_anchors.push(anchor);
+                brakes.push((Kind::Line2, vec![brake, anchor]));
+                if group == "top_rope" {
+                    lateral.push((Kind::Line2, vec![end, anchor]));
+                }
+                brake
+            });
+            rope.insert(0, first);
+            rope.push(last);
+            self.part(group, Made::SlidingCables, vec![(Kind::Row, rope)]);
+        }
+        self.part("rope_brakes", Made::Brakes, brakes);
+        self.part("lateral_ropes", Made::Cables, lateral);
+    }
+
+    /// Two ropes from each head to the slope, a quarter of a field to either side.
+    fn upslope_ropes(&mut self) {
+        let (mut ropes, mut brakes) = (Vec::new(), Vec::new());
+        for k in 0..=self.table.fields {
+            let x = self.table.spacing * k as f64 - self.half();
+            for sign in [-1.0, 1.0] {
+                let across = sign * 0.25 * self.table.spacing;
+                let at = Vector3::new(x + across, -self.table.anchor_distance, self.table.anchor_rise);
+                let anchor = self.node(at);
+                let brake = self.brake_end(anchor, self.heads[k]);
+                self.upslope_anchors.push(anchor);
+                ropes.push((Kind::Line2, vec![self.heads[k], brake]));
+                brakes.push((Kind::Line2, vec![brake, anchor]));
+            }
+        }
+        self.part("upslope_ropes", Made::Cables, ropes);
+        self.part("upslope_brakes", Made::Brakes, brakes);
+    }
+
+    fn finish(mut self) -> Generated {
+        let nodes = &self.mesh.nodes;
+        let middle = self.in_plane(self.table.spacing * ((self.table.fields / 2) as f64 + 0.5), 0.5);
+        let half_field = 0.5 * self.table.spacing;
+        let free: Vec<usize> =
+            self.net.iter().copied().filter(|n| !self.feet.contains(n) && !self.heads.contains(n)).collect();
+        let inside = |n: &usize| (nodes[*n].x - middle.x).abs() < half_field * (1.0 - 1e-9);
+        let middle_field: Vec<usize> = free.iter().copied().filter(inside).collect();
+        let distance = |n: &usize| (nodes[*n] - middle).norm();
+        let mut impact: Vec<usize> =
+            middle_field.iter().copied().filter(|n| distance(n) <= HALF_BLOCK).collect();
+        if impact.is_empty() {
+            impact.extend(free.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b))));
+        }
+        let anchors = [&self.side_anchors[..], &self.upslope_anchors].concat();
+        self.mesh.node_groups = [
+            ("feet", &self.feet),
+            ("heads", &self.heads),
+            ("side_anchors", &self.side_anchors),
+            ("upslope_anchors", &self.upslope_anchors),
+            ("anchors", &anchors),
+            ("free_net", &free),
+            ("middle_field", &middle_field),
+            ("impact", &impact),
+        ]
+        .map(|(name, nodes)| named(name, nodes))
+        .to_vec();
+        self.mesh.name_nodes();
+        Generated { mesh: self.mesh, held: Vec::new(), parts: self.parts }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part<'a>(made: &'a Generated, name: &str) -> Vec<&'a [u32]> {
+        let group = made.mesh.element_groups.iter().find(|g| g.name == name);
+        let group = group.unwrap_or_else(|| panic!("there is no part {name}"));
+        group.elements.iter().map(|e| made.mesh.nodes_of(&made.mesh.elements[*e as usize])).collect()
+    }
+
+    fn nodes<'a>(made: &'a Generated, name: &str) -> &'a [u32] {
+        let group = made.mesh.node_groups.iter().find(|g| g.name == name);
+        &group.unwrap_or_else(|| panic!("there is no group {name}")).nodes
+    }
+
+    fn length(made: &Generated, row: &[u32]) -> f64 {
+        let at = |n: u32| made.mesh.nodes[n as usize];
+        row.windows(2).map(|pair| (at(pair[1]) - at(pair[0])).norm()).sum()
+    }
+
+    fn both() -> [Generated; 2] {
+        [BarrierNet::Square, BarrierNet::Rings]
+            .map(|net| barrier(&Barrier { net, lean: 1.0, cells: [6, 3], ..Barrier::default() }))
+    }
+
+    #[test]
+    fn posts_ropes_and_brakes_have_the_lengths_of_the_drawing() {
+        for made in both() {
+            let posts = part(&made, "posts");
+            assert_eq!(posts.len(), 4);
+            assert!(posts.iter().all(|post| (length(&made, post) - 4.0).abs() < 1e-14));
+            let head = made.mesh.nodes[nodes(&made, "heads")[0] as usize];
+            assert!((head - Vector3::new(-15.0, 1.0, 15.0_f64.sqrt())).norm() < 1e-14);
+            // From head to anchor: 5 m aside, 1 m back, sqrt(15) m down.
+            let end = (25.0 + 1.0 + 15.0_f64).sqrt();
+            let [top, bottom] = ["top_rope", "bottom_rope"].map(|name| length(&made, part(&made, name)[0]));
+            // Sums of some twenty lengths of some metres.
+            assert!((top - (30.0 + 2.0 * (end - 1.0))).abs() < 1e-13, "{top}");
+            assert!((bottom - (30.0 + 2.0 * (2.5 - 1.0))).abs() < 1e-13, "{bottom}");
+            for name in ["rope_brakes", "upslope_brakes"] {
+                assert!(part(&made, name).iter().all(|brake| (length(&made, brake) - 1.0).abs() < 1e-14));
+            }
+            let upslope = (2.5 * 2.5 + 7.0 * 7.0 + (4.0 - 15.0_f64.sqrt()).powi(2)).sqrt() - 1.0;
+            assert!(part(&made, "upslope_ropes").iter().all(|r| (length(&made, r) - upslope).abs() < 1e-14));
+            assert!(part(&made, "lateral_ropes").iter().all(|r| (length(&made, r) - end).abs() < 1e-14));
+            assert!(part(&made, "side_ropes").iter().all(|r| (length(&made, r) - 4.0).abs() < 1e-14));
+        }
+    }
+
+    #[test]
+    fn bearing_ropes_run_through_all_feet_and_heads_and_along_the_whole_edge_of_the_net() {
+        for (made, edge) in both().iter().zip([19, 18 + 4]) {
+            for (rope, posts) in [("bottom_rope", "feet"), ("top_rope", "heads")] {
+                let row = part(made, rope)[0];
+                assert_eq!(row.len(), edge + 2);
+                assert!(nodes(made, posts).iter().all(|n| row.contains(n)), "{rope}");
+                let x = |n: &u32| made.mesh.nodes[*n as usize].x;
+                assert!(row.windows(2).all(|pair| x(&pair[0]) < x(&pair[1])), "{rope} runs forth and back");
+            }
+        }
+    }
+
+    #[test]
+    fn the_parts_hang_together_through_shared_nodes() {
+        for made in both() {
+            let mut reached = vec![false; made.mesh.nodes.len()];
+            reached[0] = true;
+            let rows: Vec<&[u32]> = made.mesh.elements.iter().map(|e| made.mesh.nodes_of(e)).collect();
+            let mut grown = true;
+            while grown {
+                grown = false;
+                for row in &rows {
+                    if row.iter().any(|n| reached[*n as usize]) && !row.iter().all(|n| reached[*n as usize]) {
+                        row.iter().for_each(|n| reached[*n as usize] = true);
+                        grown = true;
+                    }
+                }
+            }
+            assert!(reached.iter().all(|r| *r), "a node hangs on nothing");
+            // Anchors end one element, or two: the top rope's brake and the lateral rope.
+            for anchor in nodes(&made, "anchors") {
+                let ends = rows.iter().filter(|row| row.contains(anchor)).count();
+                assert!((1..=2).contains(&ends), "{ends} elements at an anchor");
+            }
+        }
+    }
+
+    #[test]
+    fn groups_of_nodes_are_where_their_names_say() {
+        for made in both() {
+            assert_eq!((nodes(&made, "side_anchors").len(), nodes(&made, "upslope_anchors").len()), (4, 8));
+            assert_eq!(nodes(&made, "anchors").len(), 12);
+            let place = |n: &u32| made.mesh.nodes[*n as usize];
+            assert!(nodes(&made, "middle_field").iter().all(|n| place(n).x.abs() < 5.0));
+            let middle = Vector3::new(0.0, 0.5, 0.5 * 15.0_f64.sqrt());
+            let nearest = |group: &str| {
+                nodes(&made, group).iter().map(|n| (place(n) - middle).norm()).fold(f64::INFINITY, f64::min)
+            };
+            assert_eq!(nearest("impact"), nearest("free_net"), "the impact is in the middle of the barrier");
+            for post in ["feet", "heads"] {
+                assert!(nodes(&made, post).iter().all(|n| !nodes(&made, "free_net").contains(n)));
+            }
+        }
+        let fine = barrier(&Barrier { cells: [40, 16], ..Barrier::default() });
+        // 0.25 m cells: the grid points of a circle of 2.4 cells.
+        assert_eq!(nodes(&fine, "impact").len(), 21);
+    }
+}

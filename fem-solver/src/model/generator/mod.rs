@@ -1,0 +1,155 @@
+//! Generated structures: each a mesh with named parts, as a file would give it.
+
+mod barrier;
+mod rectangular_net;
+mod ring_net;
+
+use crate::config::generator::{Barrier, Generator, Held};
+use crate::config::structure::ElementKind;
+use crate::config::{not_negative, positive};
+use crate::read::mesh::{ElementGroup, Mesh};
+use interface_defs::mesh::Group;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+
+/// A generated structure.
+#[derive(Debug, Clone)]
+pub struct Generated {
+    /// Nodes, elements, named groups.
+    pub mesh: Mesh,
+    /// Nodes that are held in all directions.
+    pub held: Vec<usize>,
+    /// What the elements of each group are made to be, where the scene says nothing else.
+    pub parts: Vec<Part>,
+}
+
+/// A named part of a generated structure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// The group of its elements.
+    pub group: &'static str,
+    /// What they are made to be.
+    pub made: Made,
+}
+
+/// What the elements of a part are made to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Made {
+    /// Cables between two nodes, or along a row of nodes.
+    Cables,
+    /// Rings through four contacts.
+    Rings,
+    /// Beams between two nodes.
+    Beams,
+    /// Cables that slide over all nodes of a row between its ends.
+    SlidingCables,
+    /// Brakes between two nodes.
+    Brakes,
+}
+
+impl Made {
+    /// What this program makes of them unasked; `None` where a section has to say.
+    pub fn element(self) -> Option<ElementKind> {
+        match self {
+            Self::Cables => Some(ElementKind::Cable),
+            Self::Rings => Some(ElementKind::Polygon),
+            Self::Beams | Self::SlidingCables | Self::Brakes => None,
+        }
+    }
+
+    /// Their name, in the plural.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cables => "cables",
+            Self::Rings => "rings",
+            Self::Beams => "beams",
+            Self::SlidingCables => "sliding cables",
+            Self::Brakes => "brakes",
+        }
+    }
+}
+
+impl Generated {
+    /// A structure whose elements are all one part.
+    fn of_one_part(mut mesh: Mesh, group: &'static str, made: Made, held: Vec<usize>) -> Self {
+        let elements = (0..mesh.elements.len() as u32).collect();
+        mesh.element_groups.push(ElementGroup { name: group.into(), elements });
+        mesh.name_nodes();
+        Self { mesh, held, parts: vec![Part { group, made }] }
+    }
+}
+
+/// A named set of nodes.
+fn named(name: &str, nodes: &[usize]) -> Group {
+    Group { name: name.into(), nodes: nodes.iter().map(|n| *n as u32).collect() }
+}
+
+/// Make the structure of `[structure.generator]`.
+pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, InputError> {
+    match generator {
+        Generator::RectangularNet(net) => {
+            check_counts(scene, "cells", net.cells)?;
+            positive(scene, "structure.generator.spacing", net.spacing, "m")?;
+            check_place(scene, net.origin, net.center)?;
+            Ok(rectangular_net::rectangular_net(net))
+        }
+        Generator::RingNet(net) => {
+            check_counts(scene, "rings", net.rings)?;
+            positive(scene, "structure.generator.diameter", net.diameter, "m")?;
+            check_place(scene, net.origin, net.center)?;
+            if net.held == Held::Corners {
+                let what = "a ring net has no nodes at its corners";
+                return Err(scene
+                    .invalid("structure.generator.held", what)
+                    .try_instead("`edges`, or `none` and supports of your own"));
+            }
+            Ok(ring_net::ring_net(net))
+        }
+        Generator::Barrier(table) => {
+            check_barrier(scene, table)?;
+            Ok(barrier::barrier(table))
+        }
+    }
+}
+
+fn check_counts(scene: &Scene, name: &str, counts: [usize; 2]) -> Result<(), InputError> {
+    // Numbers of nodes and elements have 32 bits.
+    let many = counts[0].saturating_mul(counts[1]) > 100_000_000;
+    if !counts.contains(&0) && !many {
+        return Ok(());
+    }
+    let words = if many { "too many" } else { "none" };
+    let what = format!("a net of {} x {} {name} is {words}", counts[0], counts[1]);
+    Err(scene.invalid(&format!("structure.generator.{name}"), what))
+}
+
+fn check_place(scene: &Scene, origin: Option<[f64; 3]>, center: Option<[f64; 3]>) -> Result<(), InputError> {
+    if origin.is_some() && center.is_some() {
+        return Err(scene.invalid("structure.generator.center", "state either origin or center"));
+    }
+    Ok(())
+}
+
+fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
+    let key = |name: &str| format!("structure.generator.{name}");
+    if table.fields == 0 {
+        return Err(scene.invalid(&key("fields"), "a barrier has one field at least"));
+    }
+    check_counts(scene, "cells", [table.cells[0].saturating_mul(table.fields), table.cells[1]])?;
+    positive(scene, &key("spacing"), table.spacing, "m")?;
+    positive(scene, &key("height"), table.height, "m")?;
+    positive(scene, &key("anchor_distance"), table.anchor_distance, "m")?;
+    not_negative(scene, &key("anchor_rise"), table.anchor_rise, "m")?;
+    positive(scene, &key("side_distance"), table.side_distance, "m")?;
+    positive(scene, &key("brake_length"), table.brake_length, "m")?;
+    if table.lean.abs() >= table.height {
+        let what = format!("posts of {} m cannot lean by {} m", table.height, table.lean);
+        return Err(scene.invalid(&key("lean"), what));
+    }
+    let shortest = (0.5 * table.side_distance).min(table.anchor_distance);
+    if table.brake_length >= shortest {
+        let what = format!("a brake of {} m does not fit into {shortest} m of rope", table.brake_length);
+        return Err(scene.invalid(&key("brake_length"), what));
+    }
+    Ok(())
+}

@@ -1,0 +1,131 @@
+//! A net of rings, each in contact with four neighbours.
+
+use super::{Generated, Made, named};
+use crate::config::generator::{Held, RingNet};
+use crate::read::mesh::{Kind, Mesh};
+use nalgebra::Vector3;
+
+/// Numbers of the contacts of `rings` rings in two directions: those between rows (`between`, where
+/// rings touch the row below) and those beside (`beside`, where they touch the ring before). A row
+/// of the first kind and one of the second take turns, so that a ring's contacts are close by.
+#[derive(Debug, Clone, Copy)]
+pub struct Contacts {
+    rings: [usize; 2],
+}
+
+impl Contacts {
+    /// Contacts of a net of so many rings.
+    pub fn new(rings: [usize; 2]) -> Self {
+        Self { rings }
+    }
+
+    /// How many there are.
+    pub fn count(self) -> usize {
+        let [n, m] = self.rings;
+        m * (2 * n + 1) + n
+    }
+
+    /// Below the ring in column `i` and row `j`; `j = rows` is the upper edge.
+    pub fn between(self, i: usize, j: usize) -> usize {
+        j * (2 * self.rings[0] + 1) + i
+    }
+
+    /// Before the ring in column `i` and row `j`; `i = columns` is the far edge.
+    pub fn beside(self, i: usize, j: usize) -> usize {
+        j * (2 * self.rings[0] + 1) + self.rings[0] + i
+    }
+
+    /// The four contacts of a ring, around it.
+    pub fn of_ring(self, i: usize, j: usize) -> [usize; 4] {
+        [self.beside(i + 1, j), self.between(i, j + 1), self.beside(i, j), self.between(i, j)]
+    }
+
+    /// Places of all contacts in order, in cells from the first corner.
+    pub fn places(self) -> impl Iterator<Item = [f64; 2]> {
+        let [n, m] = self.rings;
+        (0..=m).flat_map(move |j| {
+            let between = (0..n).map(move |i| [i as f64 + 0.5, j as f64]);
+            let beside = (0..=n).filter(move |_| j < m).map(move |i| [i as f64, j as f64 + 0.5]);
+            between.chain(beside)
+        })
+    }
+}
+
+/// A net of rings in the plane of x and y; each ring is a quadrilateral of its four contacts.
+pub fn ring_net(generator: &RingNet) -> Generated {
+    let [columns, rows] = generator.rings;
+    let half = Vector3::new(columns as f64, rows as f64, 0.0) * (0.5 * generator.diameter);
+    let origin = match generator.center {
+        Some(center) => Vector3::from(center) - half,
+        None => Vector3::from(generator.origin.unwrap_or_default()),
+    };
+    let contacts = Contacts::new(generator.rings);
+    let mut mesh = Mesh::default();
+    mesh.nodes.extend(contacts.places().map(|[x, y]| origin + generator.diameter * Vector3::new(x, y, 0.0)));
+    for j in 0..rows {
+        for i in 0..columns {
+            mesh.push(Kind::Quad4, &contacts.of_ring(i, j));
+        }
+    }
+    let x_min: Vec<usize> = (0..rows).map(|j| contacts.beside(0, j)).collect();
+    let x_max: Vec<usize> = (0..rows).map(|j| contacts.beside(columns, j)).collect();
+    let y_min: Vec<usize> = (0..columns).map(|i| contacts.between(i, 0)).collect();
+    let y_max: Vec<usize> = (0..columns).map(|i| contacts.between(i, rows)).collect();
+    let mut edges = [&x_min[..], &x_max, &y_min, &y_max].concat();
+    edges.sort_unstable();
+    let interior: Vec<usize> = (0..contacts.count()).filter(|n| edges.binary_search(n).is_err()).collect();
+    mesh.node_groups = vec![
+        named("edges", &edges),
+        named("interior", &interior),
+        named("x_min", &x_min),
+        named("x_max", &x_max),
+        named("y_min", &y_min),
+        named("y_max", &y_max),
+    ];
+    let held = if generator.held == Held::Edges { edges } else { Vec::new() };
+    Generated::of_one_part(mesh, "net", Made::Rings, held)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn net(rings: [usize; 2]) -> Generated {
+        let held = Held::Edges;
+        ring_net(&RingNet { rings, diameter: 0.3, origin: None, center: Some([0.0, 0.0, 2.0]), held })
+    }
+
+    #[test]
+    fn every_ring_is_closed_through_four_contacts_on_its_circle() {
+        let Generated { mesh, held, .. } = net([4, 3]);
+        assert_eq!((mesh.nodes.len(), mesh.elements.len()), (5 * 3 + 4 * 4, 12));
+        assert_eq!(held.len(), 2 * 3 + 2 * 4);
+        for (k, ring) in mesh.elements.iter().enumerate() {
+            let (i, j) = (k % 4, k / 4);
+            let middle = Vector3::new(0.3 * (i as f64 + 0.5 - 2.0), 0.3 * (j as f64 + 0.5 - 1.5), 2.0);
+            let nodes: Vec<_> =
+                mesh.nodes_of(ring).iter().map(|n| mesh.nodes[*n as usize] - middle).collect();
+            for (n, spoke) in nodes.iter().enumerate() {
+                assert!((spoke.norm() - 0.15).abs() < 1e-15, "ring {k}: a contact at {} m", spoke.norm());
+                // A quarter turn to the next, always the same way round.
+                let turn = spoke.cross(&nodes[(n + 1) % 4]);
+                assert!((turn.z - 0.15 * 0.15).abs() < 1e-15, "ring {k}: {turn}");
+            }
+        }
+    }
+
+    #[test]
+    fn neighbours_share_the_node_of_their_contact_and_nothing_else() {
+        let mesh = net([5, 4]).mesh;
+        let nodes = |k: usize| mesh.nodes_of(&mesh.elements[k]);
+        for a in 0..20_usize {
+            for b in 0..a {
+                let (da, db) = ((a % 5).abs_diff(b % 5), (a / 5).abs_diff(b / 5));
+                let shared = nodes(a).iter().filter(|n| nodes(b).contains(n)).count();
+                assert_eq!(shared, usize::from(da + db == 1), "rings {a} and {b}");
+            }
+        }
+        let interior = &mesh.node_groups.iter().find(|g| g.name == "interior").unwrap().nodes;
+        assert_eq!(interior.len(), 4 * 4 + 5 * 3, "a node for each contact of two rings");
+    }
+}

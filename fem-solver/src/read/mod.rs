@@ -1,0 +1,91 @@
+//! Structures as users bring them: mesh files of other programs.
+//!
+//! - [`mesh`]: what every reader gives: nodes, elements, named groups
+//! - [`msh`]: Gmsh, versions 2.2 and 4.1, ASCII
+//! - [`inp`]: CalculiX and Abaqus
+//! - [`mdpa`]: the meshes of Kratos
+//! - [`tokens`]: words of a text and the lines on which they stand
+//!
+//! Coordinates are taken as metres. A file is read in time and memory proportional to its length, whatever
+//! the counts in it claim; what is wrong with it is one error with file and line.
+//!
+//! Readers of our own: the crates that there are for `.msh` read one of the two versions or lose the
+//! physical names, and for the other two formats there are none.
+
+pub mod inp;
+pub mod mdpa;
+pub mod mesh;
+pub mod msh;
+pub mod tokens;
+
+use interface_defs::toolkit::input_error::InputError;
+use mesh::Mesh;
+use std::borrow::Cow;
+use std::path::Path;
+
+/// Longest file that is read [bytes]: positions in a mesh are 32 bits wide.
+const LONGEST: u64 = 4 << 30;
+
+/// Format of a mesh file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Gmsh.
+    Msh,
+    /// CalculiX, Abaqus.
+    Inp,
+    /// Kratos.
+    Mdpa,
+}
+
+impl Format {
+    /// The format that the extension of `path` stands for.
+    pub fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "msh" => Some(Self::Msh),
+            "inp" => Some(Self::Inp),
+            "mdpa" => Some(Self::Mdpa),
+            _ => None,
+        }
+    }
+}
+
+/// Read the mesh file at `path`; its extension says the format.
+pub fn read(path: &Path) -> Result<Mesh, InputError> {
+    let file = path.display().to_string();
+    let fault = |what: String| InputError::in_file(file.as_str(), what);
+    let Some(format) = Format::of(path) else {
+        return Err(fault("its name does not say what kind of mesh this is".into())
+            .try_instead("known are .msh (Gmsh), .inp (CalculiX, Abaqus) and .mdpa (Kratos)"));
+    };
+    let about = std::fs::metadata(path).map_err(|e| fault(format!("the mesh cannot be read: {e}")))?;
+    if !about.is_file() {
+        return Err(fault("this is no file".into()));
+    }
+    if about.len() > LONGEST {
+        return Err(fault(format!("the file has {} bytes, at most {LONGEST} are read", about.len())));
+    }
+    let bytes = std::fs::read(path).map_err(|e| fault(format!("the mesh cannot be read: {e}")))?;
+    parse(&file, format, &bytes)
+}
+
+/// Read a mesh from the bytes of a file; `file` is its name in errors.
+pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, InputError> {
+    if bytes.trim_ascii().is_empty() {
+        return Err(InputError::in_file(file, "the file is empty"));
+    }
+    // Text in an older encoding is fine where it is a comment; elsewhere it will not parse.
+    let text: Cow<str> = String::from_utf8_lossy(bytes);
+    if format == Format::Msh {
+        msh::refuse_binary(file, &text)?;
+    }
+    if let Some(at) = bytes.iter().position(|b| *b == 0) {
+        let line = bytes[..at].iter().filter(|b| **b == b'\n').count() + 1;
+        return Err(tokens::error(file, line, "a zero byte: this is no text file")
+            .try_instead("save the mesh as text (ASCII)"));
+    }
+    match format {
+        Format::Msh => msh::parse(file, &text),
+        Format::Inp => inp::parse(file, &text),
+        Format::Mdpa => mdpa::parse(file, &text),
+    }
+}
