@@ -223,7 +223,7 @@ impl Reader<'_> {
                 for field in fields(content) {
                     match field.parse::<u64>() {
                         Ok(number) => {
-                            let node = self.builder.node_at(line, number, "the set")?;
+                            let node = self.builder.node_at(line, number, format_args!("the set"))?;
                             self.builder.add_node(line, group, node)?;
                         }
                         Err(_) => {
@@ -251,7 +251,7 @@ impl Reader<'_> {
             Block::NodeSet { group, generate: true } => {
                 // The first number without a node ends it, whatever the range claims.
                 for number in self.range(line, content)? {
-                    let node = self.builder.node_at(line, number, "GENERATE")?;
+                    let node = self.builder.node_at(line, number, format_args!("GENERATE"))?;
                     self.builder.add_node(line, group, node)?;
                 }
                 Ok(())
@@ -308,7 +308,7 @@ impl Reader<'_> {
         }
         let mut nodes = [0; MOST_NODES];
         for (node, number) in nodes.iter_mut().zip(&self.row[1..]) {
-            *node = self.builder.node_at(line, *number, &format!("element {}", self.row[0]))?;
+            *node = self.builder.node_at(line, *number, format_args!("element {}", self.row[0]))?;
         }
         let element = self.builder.element(self.row_line, self.row[0], kind, &nodes[..count])?;
         self.row.clear();

@@ -78,7 +78,7 @@ impl<'a> Reader<'a> {
     fn nodes(&mut self) -> Result<(), InputError> {
         while let Some(number) = self.number("Nodes")? {
             let line = self.t.line();
-            let point = self.t.point("a node")?;
+            let point = self.t.point()?;
             self.builder.node(line, number, point)?;
         }
         Ok(())
@@ -99,7 +99,7 @@ impl<'a> Reader<'a> {
             self.t.whole("the properties of an element")?;
             for node in &mut nodes[..count] {
                 let named = self.t.whole("a node of an element")?;
-                *node = self.builder.node_at(self.t.line(), named, &format!("element {number}"))?;
+                *node = self.builder.node_at(self.t.line(), named, format_args!("element {number}"))?;
             }
             self.builder.element(line, number, kind, &nodes[..count])?;
         }
@@ -117,7 +117,7 @@ impl<'a> Reader<'a> {
             let start = self.condition_nodes.len();
             for _ in 0..count {
                 let named = self.t.whole("a node of a condition")?;
-                let node = self.builder.node_at(self.t.line(), named, &format!("condition {number}"))?;
+                let node = self.builder.node_at(self.t.line(), named, format_args!("condition {number}"))?;
                 self.condition_nodes.push(node);
             }
             if self.conditions.insert(number, (start, count)).is_some() {
@@ -159,7 +159,7 @@ impl<'a> Reader<'a> {
                 block @ "SubModelPartNodes" => {
                     while let Some(number) = self.number(block)? {
                         let line = self.t.line();
-                        let node = self.builder.node_at(line, number, "the sub model part")?;
+                        let node = self.builder.node_at(line, number, format_args!("the sub model part"))?;
                         self.builder.add_node(line, nodes, node)?;
                     }
                 }

@@ -5,6 +5,7 @@ use interface_defs::mesh::Group;
 use interface_defs::toolkit::input_error::InputError;
 use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
+use std::fmt;
 
 /// Shape of an element. Nodes stand in the order of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -223,7 +224,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Position of the node `number`, named on `line` by `what`.
-    pub fn node_at(&self, line: usize, number: u64, what: &str) -> Result<u32, InputError> {
+    pub fn node_at(&self, line: usize, number: u64, what: fmt::Arguments) -> Result<u32, InputError> {
         self.nodes.get(number).ok_or_else(|| {
             error(self.file, line, format!("{what} names node {number}, which is not defined before"))
         })

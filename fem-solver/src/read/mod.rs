@@ -17,6 +17,7 @@ pub mod mdpa;
 pub mod mesh;
 pub mod msh;
 pub mod tokens;
+mod twins;
 
 use interface_defs::toolkit::input_error::InputError;
 use mesh::Mesh;

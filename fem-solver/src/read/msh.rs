@@ -8,6 +8,7 @@
 
 use super::mesh::{Builder, Kind, Mesh};
 use super::tokens::{Tokens, error, shown};
+use super::twins::Written;
 use interface_defs::toolkit::input_error::InputError;
 use std::collections::HashMap;
 
@@ -34,7 +35,7 @@ pub fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
         builder: Builder::new(file, text.len()),
         names: HashMap::new(),
         entities: HashMap::new(),
-        seen: HashMap::new(),
+        written: HashMap::new(),
     };
     let mut passed: Vec<&str> = Vec::new();
     while let Some(section) = t.next_word() {
@@ -154,9 +155,8 @@ struct Reader<'a> {
     names: HashMap<(u64, i64), String>,
     /// Physical groups of an entity (4.1), by dimension and number.
     entities: HashMap<(u64, i64), Vec<i64>>,
-    /// Elements of version 2.2 by shape, entity and nodes: one that is in two physical groups is
-    /// written twice.
-    seen: HashMap<(Kind, i64, [u32; 6]), u32>,
+    /// What version 2.2 says of entities, by shape and number.
+    written: HashMap<(Kind, i64), Written>,
 }
 
 impl Reader<'_> {
@@ -211,7 +211,7 @@ impl Reader<'_> {
         for _ in 0..t.whole("the number of nodes")? {
             let number = t.whole("the number of a node")?;
             let line = t.line();
-            let point = t.point("a node")?;
+            let point = t.point()?;
             self.builder.node(line, number, point)?;
         }
         t.expect("$EndNodes")
@@ -233,7 +233,7 @@ impl Reader<'_> {
                 numbers.push((t.whole("the number of a node")?, t.line()));
             }
             for (number, line) in &numbers {
-                let point = t.point("a node")?;
+                let point = t.point()?;
                 for _ in 0..if parametric == 0 { 0 } else { dim.min(3) } {
                     t.real("a parameter of a node")?;
                 }
@@ -286,12 +286,16 @@ impl Reader<'_> {
                 }
             }
             let (nodes, count) = self.nodes_of(t, number, kind)?;
-            let same = (kind, entity, nodes);
-            let element = match self.seen.get(&same) {
-                Some(element) if entity != 0 => *element,
-                _ => self.builder.element(line, number, kind, &nodes[..count])?,
+            let written = self.written.entry((kind, entity)).or_default();
+            let twin = if entity == 0 { None } else { written.twin(&self.builder, physical, &nodes) };
+            let element = match twin {
+                Some(element) => element,
+                None => {
+                    let element = self.builder.element(line, number, kind, &nodes[..count])?;
+                    written.push(element, &nodes);
+                    element
+                }
             };
-            self.seen.insert(same, element);
             if physical != 0 {
                 let group = group(&mut self.builder, &self.names, dim, physical);
                 self.builder.add_element(line, group, element)?;
@@ -305,7 +309,7 @@ impl Reader<'_> {
         let count = kind.node_count().expect("shapes of Gmsh have a fixed number of nodes");
         for node in &mut nodes[..count] {
             let named = t.whole("a node of an element")?;
-            *node = self.builder.node_at(t.line(), named, &format!("element {number}"))?;
+            *node = self.builder.node_at(t.line(), named, format_args!("element {number}"))?;
         }
         Ok((nodes, count))
     }

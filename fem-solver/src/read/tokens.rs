@@ -123,10 +123,10 @@ impl<'a> Tokens<'a> {
         real(word).ok_or_else(|| self.expected(what, "a finite number", word))
     }
 
-    /// The next three words as a point [m].
-    pub fn point(&mut self, of: &str) -> Result<[f64; 3], InputError> {
-        let what = format!("a coordinate of {of}");
-        Ok([self.real(&what)?, self.real(&what)?, self.real(&what)?])
+    /// The next three words as the place of a node [m].
+    pub fn point(&mut self) -> Result<[f64; 3], InputError> {
+        let what = "a coordinate of a node";
+        Ok([self.real(what)?, self.real(what)?, self.real(what)?])
     }
 
     /// Read the word `word`, or fail.
