@@ -108,3 +108,6 @@ impl Law {
         answer
     }
 }
+
+#[cfg(test)]
+mod tests;
