@@ -18,7 +18,7 @@ struct Resolved<'a> {
     gravity: [f64; 3],
     rock: &'a [RockSettings],
     #[serde(skip_serializing_if = "Option::is_none")]
-    contact: Option<[&'a ContactSettings; 1]>,
+    contact: Option<&'a [ContactSettings]>,
     dem: DemSettings,
 }
 
@@ -48,9 +48,9 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         spheres += rock.spheres.len();
         mass += rock.mass;
     }
-    match &model.law {
-        Some(law) => {
-            report.builds.push(law.describe());
+    match &model.laws {
+        Some(laws) => {
+            report.builds.extend(laws.describe());
             report.builds.push(format!(
                 "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s (free fall until end_time) on a fixed wall",
                 steps.step, steps.critical, steps.speed
@@ -73,9 +73,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         ("mass_kg", mass),
     ];
     report.numbers = numbers.map(|(name, value)| (name.to_owned(), value)).into();
-    if let Some(damping) = model.law.as_ref().and_then(|law| law.damping.as_ref()) {
-        report.numbers.insert("dashpot_ratio".into(), damping.ratio);
-        if damping.mass == EffectiveMass::Rock {
+    let dashpots = || model.laws.iter().flat_map(|laws| &laws.walls).filter_map(|law| law.damping.as_ref());
+    if let Some(most) = dashpots().map(|d| d.ratio).reduce(f64::max) {
+        report.numbers.insert("dashpot_ratio".into(), most);
+        if dashpots().any(|d| d.mass == EffectiveMass::Rock) {
             let heaviest = model.rocks.iter().map(|rock| rock.mass).fold(0.0, f64::max);
             report.numbers.insert("dashpot_mass_kg".into(), heaviest);
         }
@@ -86,13 +87,13 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
 
 fn resolved(settings: &Settings) -> toml::Table {
     let mut dem = settings.dem.clone();
-    if dem.time_step.is_none() && settings.contact.is_some() {
+    if dem.time_step.is_none() && !settings.contacts.is_empty() {
         dem.steps_per_contact = dem.steps_per_contact.or(Some(DemSettings::STEPS_PER_CONTACT));
     }
     let tables = Resolved {
         gravity: settings.gravity.into(),
         rock: &settings.rocks,
-        contact: settings.contact.as_ref().map(|c| [c]),
+        contact: (!settings.contacts.is_empty()).then_some(&settings.contacts),
         dem,
     };
     toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML")

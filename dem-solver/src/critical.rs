@@ -12,8 +12,10 @@
 //! would be z instead of 2 z, but of first order in the damping.)
 
 use crate::contact::Law;
+use crate::contact::laws::Laws;
+use crate::contact::rolling::STIFFNESS;
 use crate::rock::Rock;
-use crate::settings::{DemSettings, EffectiveMass, Settings};
+use crate::settings::{DemSettings, EffectiveMass, RollingName, Settings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
@@ -45,11 +47,11 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// For these rocks under this law; a step above the critical one is refused unless allowed.
+    /// For these rocks under these laws; a step above the critical one is refused unless allowed.
     pub fn new(
         settings: &Settings,
         rocks: &[Rock],
-        law: Option<&Law>,
+        laws: Option<&Laws>,
         scene: &Scene,
     ) -> Result<Self, InputError> {
         let mut steps = Self {
@@ -66,14 +68,14 @@ impl Steps {
             let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
             steps.step = steps.step.min(TURN / spin);
             // A rock that never moves lands nowhere, and may still be touched by a wall.
-            if let Some(law) = law {
+            for law in laws.iter().flat_map(|laws| laws.of(&table.material)) {
                 steps.limit(rock, law, if speed > 0.0 { speed } else { 1.0 });
             }
         }
         let dem = &settings.dem;
         if let Some(step) = dem.time_step {
             steps.step = step;
-        } else if law.is_some() {
+        } else if steps.contact.is_finite() {
             let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
             let turning = steps.step;
             steps.step = steps.contact / per_contact;
@@ -116,6 +118,11 @@ impl Steps {
             let half_edge = rock.highest_corner.max();
             fastest = fastest.max(ratio * face * flat * mobility(half_edge));
             fastest = fastest.max(ratio * single * mobility(rock.arm + radius));
+        }
+        if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
+            let arm = rolling.friction * radius;
+            let turned = STIFFNESS * arm * arm / inertia;
+            fastest = fastest.max(turned * face * flat).max(turned * single);
         }
         let ratio = law.damping.map_or(0.0, |d| match d.mass {
             EffectiveMass::Local => d.ratio,

@@ -8,9 +8,9 @@
 //!
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
-use super::Law;
+use super::laws::WallLaws;
 use super::memory::{Heir, Memory, NONE, inherit};
-use super::tangential::into_plane;
+use super::pair::{Meeting, Past};
 use super::touch::{Contact, Touch};
 use crate::rock::{Motion, Rock};
 use crate::search::pairs::{Instant, PairElement, PairList};
@@ -23,8 +23,8 @@ use nalgebra::Vector3;
 pub struct Scene<'a> {
     /// The rock.
     pub rock: &'a Rock,
-    /// The law of its contacts.
-    pub law: &'a Law,
+    /// The laws of its contacts.
+    pub laws: WallLaws<'a>,
     /// The wall.
     pub wall: &'a Wall,
     /// Pairs that may touch.
@@ -81,7 +81,11 @@ impl Evaluation {
     pub fn energy(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
         self.touch.find(scene.rock, scene.list, scene.motion, now, at);
         let spheres = &scene.rock.spheres;
-        let of = |c: &Contact| scene.law.normal.load(spheres[c.sphere as usize].radius, c.overlap).energy;
+        let elements = &scene.list.elements;
+        let of = |c: &Contact| {
+            let law = scene.laws.of(elements[c.element as usize].number);
+            c.share * law.normal.load(spheres[c.sphere as usize].radius, c.overlap).energy
+        };
         self.touch.contacts.iter().map(of).sum()
     }
 
@@ -101,56 +105,63 @@ impl Evaluation {
         }
         self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
         let motion = self.own_motion(scene.rock, now);
-        if scene.law.tangential.is_some() {
+        let remembers = scene.laws.any(|law| law.remembers());
+        if remembers {
             self.find_heirs(scene, sums.fastest * h, before);
         }
-        let needs_rates = scene.law.damping.is_some() || scene.law.tangential.is_some();
-        let contacts = self.touch.contacts.len();
-        for i in 0..contacts {
-            let contact = &self.touch.contacts[i];
+        let needs_rates = scene.laws.any(|law| law.needs_rates());
+        let rolls = scene.laws.any(|law| law.rolling.is_some());
+        let contacts = self.touch.count();
+        let inertia = if rolls { scene.rock.inertia.min() / contacts as f64 } else { 0.0 };
+        for (i, contact) in self.touch.contacts.iter().enumerate() {
             let sphere = &scene.rock.spheres[contact.sphere as usize];
             let element = &scene.list.elements[contact.element as usize];
+            let law = scene.laws.of(element.number);
             let arm = sphere.centre + contact.normal * (contact.distance - element.radius);
-            let load = scene.law.normal.load(sphere.radius, contact.overlap);
-            let [a, b, c] = element.nodes.map(|n| n as usize);
-            let [na, nb, nc] = contact.weights;
             let relative = if needs_rates {
                 self.relative_velocity(&motion, contact, element, &arm)
             } else {
                 Vector3::zeros()
             };
-            let approach = relative.dot(&contact.normal);
-            let mut pressed = load.force;
-            let mut dashpot = 0.0;
-            if let Some(damping) = &scene.law.damping {
+            let dashpot = law.damping.as_ref().map_or(0.0, |damping| {
                 let wall = inverse_mass(scene, element, contact.weights);
-                dashpot = damping.coefficient(scene.rock.mass, contacts, wall);
-                let viscous = dashpot * load.stiffness.sqrt() * approach;
-                // Rocks do not stick.
-                pressed = (load.force + viscous).max(0.0);
-                sums.damped += (pressed - load.force) * approach;
-            }
-            let mut force = contact.normal * -pressed;
-            if let Some(tangential) = &scene.law.tangential {
-                let slip = relative - contact.normal * approach;
-                let spring = inherited_spring(&self.touch, contact, self.heirs[i], before);
-                let grip = tangential.grip(load.stiffness, dashpot, spring, slip, pressed, h);
-                force += grip.force;
-                sums.rubbed -= grip.force.dot(&slip);
-                sums.sheared += grip.energy;
+                damping.coefficient(scene.rock.mass, contacts, wall)
+            });
+            let meeting = Meeting {
+                normal: contact.normal,
+                overlap: contact.overlap,
+                radius: sphere.radius,
+                velocity: relative,
+                spin: motion[1],
+                inertia,
+                dashpot,
+            };
+            let past = if remembers { self.past(self.heirs[i], before) } else { Past::default() };
+            let answer = law.answer(&meeting, &past, h);
+            if law.remembers() {
                 self.memories.push(Memory {
                     sphere: contact.sphere,
                     element: element.number,
-                    spring: self.touch.rotation * grip.spring,
+                    spring: self.touch.rotation * answer.spring,
+                    moment: self.touch.rotation * answer.rolled,
                     normal: self.touch.rotation * contact.normal,
                     overlap: contact.overlap,
-                    energy: grip.energy,
+                    energy: answer.sheared,
                 });
             }
-            sums.elastic += load.energy;
+            let (share, force) = (contact.share, answer.force * contact.share);
+            sums.damped += answer.damped * share;
+            sums.rubbed += answer.rubbed * share;
+            sums.sheared += answer.sheared * share;
+            sums.elastic += answer.load.energy * share;
             sums.penetration = sums.penetration.max(contact.overlap / sphere.radius);
             sums.force += force;
             sums.torque += arm.cross(&force);
+            if rolls {
+                sums.torque += answer.moment * share;
+            }
+            let [a, b, c] = element.nodes.map(|n| n as usize);
+            let [na, nb, nc] = contact.weights;
             let f = &mut self.node_forces;
             f[a] -= force * na;
             f[b] -= force * nb;
@@ -200,6 +211,17 @@ impl Evaluation {
             if approach > 0.0 { contact.overlap / approach } else { 0.0 }
         });
         ago.fold(0.0, f64::max)
+    }
+
+    /// What a contact has from before, in the rock's own frame.
+    #[inline]
+    fn past(&self, heir: u32, before: &[Memory]) -> Past {
+        if heir == NONE {
+            return Past::default();
+        }
+        let memory = &before[heir as usize];
+        let own = |v: &Vector3<f64>| self.touch.rotation.tr_mul(v);
+        Past { spring: own(&memory.spring), moment: own(&memory.moment), overlap: memory.overlap }
     }
 
     /// Velocity [m/s] and angular velocity [rad/s] of the rock in its own frame.
@@ -255,19 +277,6 @@ fn inverse_mass(scene: Scene, element: &PairElement, [na, nb, nc]: [f64; 3]) -> 
     let Some(inverse) = &scene.wall.inverse_mass else { return 0.0 };
     let [a, b, c] = element.nodes.map(|n| inverse[scene.list.numbers[n as usize] as usize]);
     na * na * a + nb * nb * b + nc * nc * c
-}
-
-/// Spring that a contact has from before, in the rock's own frame.
-#[inline]
-fn inherited_spring(touch: &Touch, contact: &Contact, heir: u32, before: &[Memory]) -> Vector3<f64> {
-    if heir == NONE {
-        return Vector3::zeros();
-    }
-    let memory = &before[heir as usize];
-    let own = touch.rotation.tr_mul(&memory.spring);
-    let spring = into_plane(&own, &contact.normal);
-    // Thornton's scaling: the grip shrinks with the contact area, at once.
-    if contact.overlap < memory.overlap { spring * (contact.overlap / memory.overlap).sqrt() } else { spring }
 }
 
 struct View<'a> {

@@ -21,6 +21,8 @@ pub struct Contact {
     pub overlap: f64,
     /// Weights of the element's nodes at the point.
     pub weights: [f64; 3],
+    /// How often it counts: 1, but for nodes that several wires share.
+    pub share: f64,
     /// Number of the sphere.
     pub sphere: u32,
     /// Place of the element in the pair list.
@@ -69,6 +71,11 @@ impl Touch {
         self.nodes.reserve(nodes);
         self.segments.reserve(elements);
         self.contacts.reserve(contacts);
+    }
+
+    /// Number of contacts, shared points counted by their shares.
+    pub fn count(&self) -> usize {
+        self.contacts.len()
     }
 
     /// Find the contacts of `rock` at `now`.
@@ -132,6 +139,7 @@ impl Touch {
                 distance,
                 overlap: reach - distance,
                 weights: closest.weights,
+                share: 1.0,
                 sphere: pair.sphere,
                 element: pair.element,
                 feature: closest.feature,

@@ -184,6 +184,7 @@ mod tests {
     fn cube(spheres: u32) -> RockSettings {
         RockSettings {
             name: "cube".into(),
+            material: "rock".into(),
             position: [0.0; 3],
             velocity: [0.0; 3],
             orientation: [1.0, 0.0, 0.0, 0.0],

@@ -33,6 +33,7 @@ mod tests {
     fn rocks_have_met_when_spheres_overlap_not_when_their_bounds_do() {
         let settings = |position: [f64; 3]| RockSettings {
             name: "r".into(),
+            material: "rock".into(),
             position,
             velocity: [0.0; 3],
             orientation: [1.0, 0.0, 0.0, 0.0],

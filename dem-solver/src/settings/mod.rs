@@ -6,7 +6,7 @@ pub mod contact;
 pub mod dem;
 pub mod rock;
 
-pub use contact::{ContactSettings, EffectiveMass, LawName};
+pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
 pub use dem::DemSettings;
 pub use rock::{Cluster, RockSettings, Shape};
 
@@ -20,8 +20,8 @@ use nalgebra::Vector3;
 pub struct Settings {
     /// `[[rock]]`, at least one.
     pub rocks: Vec<RockSettings>,
-    /// `[[contact]]`, at most one in this version; it applies to everything.
-    pub contact: Option<ContactSettings>,
+    /// `[[contact]]`, at most one for each pair of materials and one for all others.
+    pub contacts: Vec<ContactSettings>,
     /// `[dem]`.
     pub dem: DemSettings,
     /// `gravity` [m/s2].
@@ -42,21 +42,13 @@ impl Settings {
                 .try_instead("add a table [[rock]] with position, mass and shape"));
         }
         rock::complete(&mut rocks, scene)?;
-        let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        if contacts.len() > 1 {
-            return Err(scene
-                .invalid("contact.1", format!("{} tables [[contact]], one is known", contacts.len()))
-                .try_instead("this version has one contact for everything: keep one table"));
-        }
-        let contact = contacts.pop();
-        if let Some(contact) = &contact {
-            contact.check(scene)?;
-        }
+        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
+        contact::check_all(&contacts, &materials(&rocks), scene)?;
         let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         dem.check(scene)?;
         Ok(Self {
             rocks,
-            contact,
+            contacts,
             dem,
             gravity: scene.gravity()?.into(),
             end_time: scene.end_time()?,
@@ -68,4 +60,18 @@ impl Settings {
     pub fn down(&self) -> Vector3<f64> {
         self.gravity.try_normalize(0.0).unwrap_or(-Vector3::z())
     }
+}
+
+/// Material of the structure's surface.
+pub const STRUCTURE: &str = "structure";
+
+/// Names of all materials of the scene, each once: those of the rocks, then the structure's.
+fn materials(rocks: &[RockSettings]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for name in rocks.iter().map(|r| r.material.as_str()).chain([STRUCTURE]) {
+        if !names.iter().any(|n| n == name) {
+            names.push(name.into());
+        }
+    }
+    names
 }

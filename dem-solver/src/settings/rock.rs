@@ -15,6 +15,9 @@ pub struct RockSettings {
     /// for further ones `rock_2`, `rock_3`, ...
     #[serde(default)]
     pub name: String,
+    /// Name of its material, for `[[contact]] between`. Default `rock`.
+    #[serde(default = "rock_material")]
+    pub material: String,
     /// Centre of mass [m].
     pub position: [f64; 3],
     /// Velocity of the centre of mass [m/s]. Default 0.
@@ -68,6 +71,10 @@ impl Default for Cluster {
     fn default() -> Self {
         Self { spheres: 64 }
     }
+}
+
+fn rock_material() -> String {
+    "rock".into()
 }
 
 fn no_turn() -> [f64; 4] {

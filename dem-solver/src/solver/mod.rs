@@ -15,12 +15,12 @@ pub mod watch;
 pub mod window;
 pub mod zone;
 
-use crate::contact::Law;
+use crate::contact::laws::Laws;
 use crate::critical::Steps;
 use crate::rock::Rock;
 use crate::rock::overlap::met;
 use crate::search::tree::SphereTree;
-use crate::settings::{EffectiveMass, Settings};
+use crate::settings::{STRUCTURE, Settings};
 use crate::wall::Wall;
 use fields::Fields;
 use gauges::Gauges;
@@ -55,8 +55,10 @@ pub struct Model {
     pub rocks: Vec<Rock>,
     /// A tree over the spheres of each.
     pub trees: Vec<SphereTree>,
-    /// The law of contact; `None`: nothing is touched.
-    pub law: Option<Law>,
+    /// The laws of contact; `None`: nothing is touched.
+    pub laws: Option<Laws>,
+    /// For each rock the number of its law with the structure.
+    pub rows: Vec<Vec<u16>>,
     /// The step.
     pub steps: Steps,
     /// Whether savings may be used.
@@ -79,11 +81,12 @@ impl DemSolver {
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
         let settings = Settings::of(scene)?;
         let (rocks, notices): (Vec<Rock>, Vec<_>) = settings.rocks.iter().map(Rock::new).unzip();
-        let law = settings.contact.as_ref().map(Law::new);
-        let steps = Steps::new(&settings, &rocks, law.as_ref(), scene)?;
+        let laws = Laws::new(&settings.contacts);
+        let steps = Steps::new(&settings, &rocks, laws.as_ref(), scene)?;
         let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
         let state = State::start(&settings, &rocks);
-        let model = Model { settings, rocks, trees, law, steps, shortcuts: options.shortcuts };
+        let model =
+            Model { settings, rocks, trees, laws, rows: Vec::new(), steps, shortcuts: options.shortcuts };
         if let Some((a, b)) = rocks_that_met(&model, &state) {
             let what = format!(
                 "rock `{}` and rock `{}` overlap at the start",
@@ -123,14 +126,24 @@ impl DemSolver {
     fn wall(&mut self, plan: &Plan, warnings: &mut Vec<String>) -> Result<Option<Wall>, Fault> {
         let Some(mesh) = &plan.wall else { return Ok(None) };
         let wall = Wall::new(mesh)?;
-        let Some(law) = &self.model.law else {
+        let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
                 "there is a wall and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
-        let local = law.damping.is_some_and(|d| d.mass == EffectiveMass::Local);
-        if local && wall.inverse_mass.is_none() {
-            self.model.law = Some(law.clone().without_local_masses());
+        let materials = [STRUCTURE.to_owned()];
+        let rows = self.model.settings.rocks.iter().map(|rock| {
+            laws.row(&rock.material, &materials).map_err(|wall| {
+                let rock = &rock.material;
+                Fault::input(format!(
+                    "no table [[contact]] is for `{rock}` and `{wall}`; add one with between = [\"{rock}\", \"{wall}\"], \
+                     or one without `between` for all others"
+                ))
+            })
+        });
+        self.model.rows = rows.collect::<Result<_, _>>()?;
+        if laws.use_local_masses() && wall.inverse_mass.is_none() {
+            self.model.laws = Some(laws.clone().without_local_masses());
             warnings.push(
                 "the structure does not tell its nodal masses: contacts damp with the rock's whole mass \
                  (effective_mass = \"rock\")"

@@ -4,6 +4,7 @@
 
 use super::Model;
 use crate::contact::evaluate::{Evaluation, Scene};
+use crate::contact::laws::WallLaws;
 use crate::rock::Motion;
 use crate::search::near::{NearList, NodeBox, Sweep};
 use crate::search::pairs::{Instant, PairList};
@@ -148,9 +149,10 @@ impl Zone {
 
     /// Contacts and forces, and what they are evaluated with. The pairs must be good.
     pub fn parts<'a>(&'a mut self, view: View<'a>) -> (&'a mut Evaluation, Scene<'a>) {
-        let law = view.model.law.as_ref().expect("prepared: a wall has a law");
+        let laws = &view.model.laws.as_ref().expect("prepared: a wall has laws").walls;
+        let laws = WallLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
         let rock = &view.model.rocks[self.rock];
-        let scene = Scene { rock, law, wall: view.wall, list: &self.pairs, motion: &self.motion };
+        let scene = Scene { rock, laws, wall: view.wall, list: &self.pairs, motion: &self.motion };
         (&mut self.evaluation, scene)
     }
 

@@ -47,7 +47,7 @@ fn what_makes_no_sense_is_refused_with_its_place() {
             with(&sphere(0.1, 1.0, "position = [0.0, 0.0, 0.0]\ncluster.spheres = 8"), ""),
             "a sphere is one sphere",
         ),
-        (with(&rock, &format!("{CONTACT}{CONTACT}")), "2 tables [[contact]]"),
+        (with(&rock, &format!("{CONTACT}{CONTACT}")), "two tables [[contact]] without `between`"),
         (with(&rock, &CONTACT.replace("young = 1e8", "")), "needs `young`"),
         (
             with(&rock, &CONTACT.replace("young = 1e8", "young = 1e8\nstiffness = 1.0")),
