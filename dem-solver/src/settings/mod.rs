@@ -1,14 +1,16 @@
-//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[dem]`.
+//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[terrain]`, `[dem]`.
 //!
 //! Every struct here is what the user writes: names, units and defaults stand at its fields.
 
 pub mod contact;
 pub mod dem;
 pub mod rock;
+pub mod terrain;
 
 pub use contact::{ContactSettings, EffectiveMass, LawName};
 pub use dem::DemSettings;
 pub use rock::{Cluster, RockSettings, Shape};
+pub use terrain::{NoData, TerrainSettings, ZoneSettings};
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;
@@ -22,12 +24,16 @@ pub struct Settings {
     pub rocks: Vec<RockSettings>,
     /// `[[contact]]`, at most one in this version; it applies to everything.
     pub contact: Option<ContactSettings>,
+    /// `[terrain]`.
+    pub terrain: Option<TerrainSettings>,
     /// `[dem]`.
     pub dem: DemSettings,
     /// `gravity` [m/s2].
     pub gravity: Vector3<f64>,
     /// `end_time` [s].
     pub end_time: f64,
+    /// `[output] interval` of the rows of a run alone [s].
+    pub interval: f64,
     /// `[output] fields`: interval of the field files [s].
     pub fields: Option<f64>,
 }
@@ -54,13 +60,20 @@ impl Settings {
         }
         let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         dem.check(scene)?;
+        let terrain: Option<TerrainSettings> = scene.read("terrain")?;
+        if let Some(terrain) = &terrain {
+            terrain.check(scene)?;
+        }
+        let output = Output::of(scene)?;
         Ok(Self {
             rocks,
             contact,
+            terrain,
             dem,
             gravity: scene.gravity()?.into(),
             end_time: scene.end_time()?,
-            fields: Output::of(scene)?.fields,
+            interval: output.interval,
+            fields: output.fields,
         })
     }
 

@@ -8,6 +8,7 @@ use crate::rock::Motion;
 use crate::search::near::{NearList, NodeBox, Sweep};
 use crate::search::pairs::{Instant, PairList};
 use crate::wall::Wall;
+use crate::wall::surface::Surface;
 use crate::wall::motion::{MotionFields, NodeMotion, largest_difference};
 use interface_defs::Fault;
 
@@ -150,7 +151,8 @@ impl Zone {
     pub fn parts<'a>(&'a mut self, view: View<'a>) -> (&'a mut Evaluation, Scene<'a>) {
         let law = view.model.law.as_ref().expect("prepared: a wall has a law");
         let rock = &view.model.rocks[self.rock];
-        let scene = Scene { rock, law, wall: view.wall, list: &self.pairs, motion: &self.motion };
+        let surface = Surface::Wall(view.wall);
+        let scene = Scene { rock, law, surface, list: &self.pairs, motion: &self.motion };
         (&mut self.evaluation, scene)
     }
 
