@@ -1,6 +1,6 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
-use crate::settings::{ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings};
+use crate::settings::{ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings, TerrainSettings};
 use crate::solver::DemSolver;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
@@ -19,6 +19,8 @@ struct Resolved<'a> {
     rock: &'a [RockSettings],
     #[serde(skip_serializing_if = "Option::is_none")]
     contact: Option<&'a [ContactSettings]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    terrain: Option<&'a TerrainSettings>,
     dem: DemSettings,
 }
 
@@ -48,12 +50,19 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         spheres += rock.spheres.len();
         mass += rock.mass;
     }
+    if let Some(ground) = &model.ground {
+        report.builds.push(ground.describe());
+        report.numbers.insert("triangles".into(), ground.triangles.len() as f64);
+    }
     match &model.laws {
         Some(laws) => {
             report.builds.extend(laws.describe());
             report.builds.push(format!(
-                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s (free fall until end_time) on a fixed wall",
-                steps.step, steps.critical, steps.speed
+                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s ({}) on a fixed wall",
+                steps.step,
+                steps.critical,
+                steps.speed,
+                if model.ground.is_some() { "all its energy" } else { "free fall until end_time" }
             ));
         }
         None => report.builds.push(format!("no contact; step {:.4e} s", steps.step)),
@@ -72,7 +81,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         ("spheres", spheres as f64),
         ("mass_kg", mass),
     ];
-    report.numbers = numbers.map(|(name, value)| (name.to_owned(), value)).into();
+    report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
     let dashpots = || model.laws.iter().flat_map(|laws| &laws.walls).filter_map(|law| law.damping.as_ref());
     if let Some(most) = dashpots().map(|d| d.ratio).reduce(f64::max) {
         report.numbers.insert("dashpot_ratio".into(), most);
@@ -94,6 +103,7 @@ fn resolved(settings: &Settings) -> toml::Table {
         gravity: settings.gravity.into(),
         rock: &settings.rocks,
         contact: (!settings.contacts.is_empty()).then_some(&settings.contacts),
+        terrain: settings.terrain.as_ref(),
         dem,
     };
     toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML")

@@ -14,8 +14,9 @@
 use crate::contact::Law;
 use crate::contact::laws::Laws;
 use crate::contact::rolling::STIFFNESS;
+use crate::ground::Ground;
 use crate::rock::Rock;
-use crate::settings::{DemSettings, EffectiveMass, RollingName, Settings};
+use crate::settings::{DemSettings, EffectiveMass, RockSettings, RollingName, Settings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
@@ -52,6 +53,7 @@ impl Steps {
         settings: &Settings,
         rocks: &[Rock],
         laws: Option<&Laws>,
+        ground: Option<&Ground>,
         scene: &Scene,
     ) -> Result<Self, InputError> {
         let mut steps = Self {
@@ -63,7 +65,10 @@ impl Steps {
         };
         for (rock, table) in rocks.iter().zip(&settings.rocks) {
             let velocity = nalgebra::Vector3::from(table.velocity);
-            let speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
+            let mut speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
+            if let Some(ground) = ground {
+                speed = speed.min(fastest_on(ground, settings, rock, table));
+            }
             steps.speed = steps.speed.max(speed);
             let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
             steps.step = steps.step.min(TURN / spin);
@@ -132,6 +137,18 @@ impl Steps {
         self.contact = self.contact.min(law.normal.duration(radius, rock.mass / face, speed));
         self.stiffness = self.stiffness.max(flat);
     }
+}
+
+/// Speed that a rock cannot exceed above the lowest corner of the box around a terrain: all its energy in
+/// translation [m/s].
+fn fastest_on(ground: &Ground, settings: &Settings, rock: &Rock, table: &RockSettings) -> f64 {
+    let motion = rock.start(table, settings.gravity);
+    let start = motion.position - ground.origin;
+    let drop = |axis: usize| {
+        let g = settings.gravity[axis];
+        (g * (ground.lowest[axis] - start[axis])).max(g * (ground.highest[axis] - start[axis])).max(0.0)
+    };
+    (2.0 * (rock.kinetic_energy(&motion) / rock.mass + drop(0) + drop(1) + drop(2))).sqrt()
 }
 
 /// Largest stable step of an oscillator of `frequency` [rad/s] and damping ratio `ratio` [s].

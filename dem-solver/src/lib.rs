@@ -6,6 +6,7 @@
 //! - [`settings`]: the tables of a scene, with units and defaults
 //! - [`rock`]: mass, spheres, motion, rotation
 //! - [`wall`]: the interface mesh as contact partner
+//! - [`ground`]: the terrain, and a static tree over it
 //! - [`search`]: which spheres may touch which elements
 //! - [`contact`]: the law of contact, part by part
 //! - [`critical`]: the largest stable step
@@ -15,6 +16,7 @@
 pub mod check;
 pub mod contact;
 pub mod critical;
+pub mod ground;
 pub mod rock;
 pub mod search;
 pub mod settings;

@@ -14,8 +14,8 @@ use super::pair::{Meeting, Past};
 use super::touch::{Contact, Touch};
 use crate::rock::{Motion, Rock};
 use crate::search::pairs::{Instant, PairElement, PairList};
-use crate::wall::Wall;
 use crate::wall::motion::NodeMotion;
+use crate::wall::surface::Surface;
 use nalgebra::Vector3;
 
 /// What a rock and its wall are at an instant.
@@ -25,8 +25,8 @@ pub struct Scene<'a> {
     pub rock: &'a Rock,
     /// The laws of its contacts.
     pub laws: WallLaws<'a>,
-    /// The wall.
-    pub wall: &'a Wall,
+    /// What it touches.
+    pub surface: Surface<'a>,
     /// Pairs that may touch.
     pub list: &'a PairList,
     /// Motion of the near nodes in the window.
@@ -264,8 +264,7 @@ impl Evaluation {
             return;
         }
         let touch = &self.touch;
-        let elements = &scene.wall.elements;
-        let neighbours = |a: u32, b: u32| elements[a as usize].shares_a_node(&elements[b as usize]);
+        let neighbours = |a: u32, b: u32| scene.surface.share_a_node(a, b);
         let view = |contact| View { contact, touch, list: scene.list, way };
         inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
     }
@@ -273,10 +272,8 @@ impl Evaluation {
 
 /// `sum N_a^2 / m_a` of the wall's point [1/kg]; 0 where the wall does not tell its masses.
 #[inline]
-fn inverse_mass(scene: Scene, element: &PairElement, [na, nb, nc]: [f64; 3]) -> f64 {
-    let Some(inverse) = &scene.wall.inverse_mass else { return 0.0 };
-    let [a, b, c] = element.nodes.map(|n| inverse[scene.list.numbers[n as usize] as usize]);
-    na * na * a + nb * nb * b + nc * nc * c
+fn inverse_mass(scene: Scene, element: &PairElement, weights: [f64; 3]) -> f64 {
+    scene.surface.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
 }
 
 struct View<'a> {

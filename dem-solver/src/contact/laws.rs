@@ -80,7 +80,7 @@ pub struct WallLaws<'a> {
     /// Law number of each material of the wall, from [`Laws::row`].
     pub row: &'a [u16],
     /// Material of each element of the wall, by its number; empty: all are of the first.
-    pub materials: &'a [u16],
+    pub materials: &'a [u8],
 }
 
 impl<'a> WallLaws<'a> {

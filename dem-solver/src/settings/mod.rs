@@ -1,14 +1,16 @@
-//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[dem]`.
+//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[terrain]`, `[dem]`.
 //!
 //! Every struct here is what the user writes: names, units and defaults stand at its fields.
 
 pub mod contact;
 pub mod dem;
 pub mod rock;
+pub mod terrain;
 
 pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
 pub use dem::DemSettings;
 pub use rock::{Cluster, RockSettings, Shape};
+pub use terrain::{NoData, TerrainSettings, ZoneSettings};
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;
@@ -22,12 +24,16 @@ pub struct Settings {
     pub rocks: Vec<RockSettings>,
     /// `[[contact]]`, at most one for each pair of materials and one for all others.
     pub contacts: Vec<ContactSettings>,
+    /// `[terrain]`.
+    pub terrain: Option<TerrainSettings>,
     /// `[dem]`.
     pub dem: DemSettings,
     /// `gravity` [m/s2].
     pub gravity: Vector3<f64>,
     /// `end_time` [s].
     pub end_time: f64,
+    /// `[output] interval` of the rows of a run alone [s].
+    pub interval: f64,
     /// `[output] fields`: interval of the field files [s].
     pub fields: Option<f64>,
 }
@@ -43,16 +49,23 @@ impl Settings {
         }
         rock::complete(&mut rocks, scene)?;
         let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        contact::check_all(&contacts, &materials(&rocks), scene)?;
         let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         dem.check(scene)?;
+        let terrain: Option<TerrainSettings> = scene.read("terrain")?;
+        if let Some(terrain) = &terrain {
+            terrain.check(scene)?;
+        }
+        contact::check_all(&contacts, &materials(&rocks, terrain.as_ref()), scene)?;
+        let output = Output::of(scene)?;
         Ok(Self {
             rocks,
             contacts,
+            terrain,
             dem,
             gravity: scene.gravity()?.into(),
             end_time: scene.end_time()?,
-            fields: Output::of(scene)?.fields,
+            interval: output.interval,
+            fields: output.fields,
         })
     }
 
@@ -65,10 +78,14 @@ impl Settings {
 /// Material of the structure's surface.
 pub const STRUCTURE: &str = "structure";
 
-/// Names of all materials of the scene, each once: those of the rocks, then the structure's.
-fn materials(rocks: &[RockSettings]) -> Vec<String> {
+/// Names of all materials of the scene, each once: those of the rocks, the structure's, the terrain's.
+fn materials(rocks: &[RockSettings], terrain: Option<&TerrainSettings>) -> Vec<String> {
+    let of_rocks = rocks.iter().map(|r| r.material.as_str());
+    let of_terrain = terrain.into_iter().flat_map(|t| {
+        [t.material.as_str()].into_iter().chain(t.zone.iter().map(|zone| zone.material.as_str()))
+    });
     let mut names: Vec<String> = Vec::new();
-    for name in rocks.iter().map(|r| r.material.as_str()).chain([STRUCTURE]) {
+    for name in of_rocks.chain([STRUCTURE]).chain(of_terrain) {
         if !names.iter().any(|n| n == name) {
             names.push(name.into());
         }

@@ -9,6 +9,7 @@ use crate::rock::Motion;
 use crate::search::near::{NearList, NodeBox, Sweep};
 use crate::search::pairs::{Instant, PairList};
 use crate::wall::Wall;
+use crate::wall::surface::Surface;
 use crate::wall::motion::{MotionFields, NodeMotion, largest_difference};
 use interface_defs::Fault;
 
@@ -152,7 +153,8 @@ impl Zone {
         let laws = &view.model.laws.as_ref().expect("prepared: a wall has laws").walls;
         let laws = WallLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
         let rock = &view.model.rocks[self.rock];
-        let scene = Scene { rock, laws, wall: view.wall, list: &self.pairs, motion: &self.motion };
+        let surface = Surface::Wall(view.wall);
+        let scene = Scene { rock, laws, surface, list: &self.pairs, motion: &self.motion };
         (&mut self.evaluation, scene)
     }
 
