@@ -78,7 +78,8 @@ impl DemSolver {
     /// The solver of a scene.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
         let settings = Settings::of(scene)?;
-        let (rocks, notices): (Vec<Rock>, Vec<_>) = settings.rocks.iter().map(Rock::new).unzip();
+        let rocks = settings.rocks.iter().enumerate().map(|(at, rock)| Rock::new(at, rock, scene));
+        let (rocks, notices): (Vec<Rock>, Vec<_>) = rocks.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         let law = settings.contact.as_ref().map(Law::new);
         let steps = Steps::new(&settings, &rocks, law.as_ref(), scene)?;
         let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
