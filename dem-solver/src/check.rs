@@ -1,6 +1,8 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
-use crate::settings::{ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings, TerrainSettings};
+use crate::settings::{
+    ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings, Shape, TerrainSettings,
+};
 use crate::solver::DemSolver;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
@@ -31,11 +33,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let steps = &model.steps;
     let mut report = CheckReport { warnings: solver.notices().to_vec(), ..CheckReport::default() };
     let (mut seconds, mut spheres, mut mass) = (0.0, 0, 0.0);
-    for rock in &model.rocks {
-        let [nx, ny, nz] = rock.counts;
+    for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks) {
         report.builds.push(format!(
-            "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({nx} x {ny} x {nz}) of \
-             radius {:.6} m",
+            "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
+             radius {:.6} m{}",
             rock.name,
             rock.solid.describe(),
             rock.mass,
@@ -43,8 +44,16 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
             rock.inertia.y,
             rock.inertia.z,
             rock.spheres.len(),
-            rock.smallest_radius
+            rock.origin,
+            rock.smallest_radius,
+            if rock.has_equal_spheres() { "" } else { " and more" },
         ));
+        if rock.spheres.len() > 1 || !matches!(settings.shape, Shape::Sphere { .. }) {
+            let accuracy = rock.accuracy(settings)?;
+            report.builds.push(format!("rock `{}`: error of the spheres: {accuracy}", rock.name));
+            report.numbers.insert(format!("{}_surface_error_m", rock.name), accuracy.largest());
+            report.numbers.insert(format!("{}_volume_error", rock.name), accuracy.volume);
+        }
         // On a net with cells of a third of the rock, six rows of its spheres touch.
         seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
         spheres += rock.spheres.len();

@@ -106,8 +106,7 @@ impl Steps {
 
     fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) {
         let radius = rock.smallest_radius;
-        let [nx, ny, nz] = rock.counts.map(f64::from);
-        let face = (nx * ny).max(ny * nz).max(nx * nz);
+        let face = rock.facing;
         let stiffness = |mass: f64| {
             let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * radius);
             law.normal.load(radius, overlap).stiffness
@@ -120,7 +119,7 @@ impl Steps {
         let mut fastest = (face * flat / rock.mass).max(single * mobility(rock.arm));
         if let Some(tangential) = &law.tangential {
             let ratio = tangential.stiffness_ratio;
-            let half_edge = rock.highest_corner.max();
+            let half_edge = rock.highest_corner.max().max(-rock.lowest_corner.min());
             fastest = fastest.max(ratio * face * flat * mobility(half_edge));
             fastest = fastest.max(ratio * single * mobility(rock.arm + radius));
         }

@@ -5,6 +5,8 @@
 //!
 //! - [`settings`]: the tables of a scene, with units and defaults
 //! - [`rock`]: mass, spheres, motion, rotation
+//! - [`shape`]: the true solid of a rock as a closed surface
+//! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
 //! - [`wall`]: the interface mesh as contact partner
 //! - [`ground`]: the terrain, and a static tree over it
 //! - [`search`]: which spheres may touch which elements
@@ -14,12 +16,14 @@
 //! - [`check`](mod@check): what would be built
 
 pub mod check;
+pub mod cluster;
 pub mod contact;
 pub mod critical;
 pub mod ground;
 pub mod rock;
 pub mod search;
 pub mod settings;
+pub mod shape;
 pub mod solver;
 pub mod wall;
 

@@ -27,6 +27,7 @@ pub fn met(a: &Rock, at: &Motion, b: &Rock, bt: &Motion, tree: &SphereTree) -> b
 mod tests {
     use super::*;
     use crate::settings::{Cluster, RockSettings, Shape};
+    use interface_defs::toolkit::scene::Scene;
     use nalgebra::Vector3;
 
     #[test]
@@ -41,11 +42,12 @@ mod tests {
             mass: Some(1.0),
             density: None,
             shape: Shape::Box { size: [1.0; 3] },
-            cluster: Some(Cluster { spheres: 64 }),
+            cluster: Some(Cluster::of(64)),
         };
         let place = |position| {
             let settings = settings(position);
-            let (rock, _) = Rock::new(&settings);
+            let scene = Scene::from_text("test.toml", "").expect("a scene");
+            let (rock, _) = Rock::new(0, &settings, &scene).unwrap_or_else(|e| panic!("{e}"));
             let motion = rock.start(&settings, Vector3::zeros());
             (rock, motion)
         };

@@ -98,7 +98,8 @@ impl DemSolver {
     /// The solver of a scene.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
         let settings = Settings::of(scene)?;
-        let (rocks, notices): (Vec<Rock>, Vec<_>) = settings.rocks.iter().map(Rock::new).unzip();
+        let rocks = settings.rocks.iter().enumerate().map(|(at, rock)| Rock::new(at, rock, scene));
+        let (rocks, notices): (Vec<Rock>, Vec<_>) = rocks.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         let mut notices: Vec<String> = notices.into_iter().flatten().collect();
         let laws = Laws::new(&settings.contacts);
         let ground = settings.terrain.as_ref().map(|terrain| Ground::of(scene, terrain)).transpose()?;
