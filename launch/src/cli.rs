@@ -120,9 +120,8 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
 
 /// Let a program of this project beside this one do the whole work, and end as it does.
 fn hand_over(program: &str, command: &str, arguments: &[OsString]) -> Result<Exit, Stop> {
-    let file = beside(program).map_err(|what| {
-        InputError::new(what).try_instead("build all programs with cargo build --release")
-    })?;
+    let file = beside(program)
+        .map_err(|what| InputError::new(what).try_instead("build all programs with cargo build --release"))?;
     let status = std::process::Command::new(file).arg(command).args(arguments).status();
     match status.map(|s| s.code()) {
         Ok(Some(0)) => Ok(Exit::Done),

@@ -23,6 +23,11 @@ const MOST_SAMPLES: usize = 300_000;
 /// Samples from which the largest errors are sought.
 const WALKERS: usize = 48;
 
+/// Columns along each side with which the volume is compared: few where many spheres fill them.
+const COLUMNS: usize = 256;
+const FEW_COLUMNS: usize = 128;
+const MANY_SPHERES: usize = 4000;
+
 /// A mean and a largest distance [m].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Spread {
@@ -92,13 +97,12 @@ impl Accuracy {
             let largest = measured
                 .iter()
                 .take(WALKERS)
-                .map(|m| {
-                    scene.uphill(m.2, m.3, step, |ab| if way == 0 { ab.0 } else { ab.1 })
-                })
+                .map(|m| scene.uphill(m.2, m.3, step, |ab| if way == 0 { ab.0 } else { ab.1 }))
                 .fold(0.0, f64::max);
             if way == 0 { there.max = largest } else { back.max = largest.max(outside) }
         }
-        let volume = super::volume::excess(surface, spheres);
+        let columns = if spheres.len() > MANY_SPHERES { FEW_COLUMNS } else { COLUMNS };
+        let volume = super::volume::excess(surface, spheres, columns);
         Self { surface_to_spheres: there, spheres_to_surface: back, outside, volume }
     }
 
@@ -127,7 +131,8 @@ impl fmt::Display for Accuracy {
 fn middles(surface: &Surface, balls: &Balls, error: f64) -> (samples::Samples, Vec<f64>) {
     let mut coarse = error;
     loop {
-        if let Some(found) = samples::middles(surface, balls, coarse, 0.9, MOST_SAMPLES.max(surface.triangles.len()))
+        if let Some(found) =
+            samples::middles(surface, balls, coarse, 0.9, MOST_SAMPLES.max(surface.triangles.len()))
         {
             return found;
         }
@@ -190,8 +195,12 @@ impl Probe<'_> {
             let side = inward.cross(&Vector3::ith(inward.iamin(), 1.0)).normalize();
             let other = inward.cross(&side);
             let mut moved = false;
-            for direction in [side, -side, other, -other, side + other, -side - other, side - other, other - side] {
-                let Some(near) = self.tree.nearest(&(point + direction * step), f64::INFINITY) else { continue };
+            for direction in
+                [side, -side, other, -other, side + other, -side - other, side - other, other - side]
+            {
+                let Some(near) = self.tree.nearest(&(point + direction * step), f64::INFINITY) else {
+                    continue;
+                };
                 let normal = -self.tree.normal(&near).normalize();
                 let found = value(self.at(&near.point, &normal));
                 if found > best {

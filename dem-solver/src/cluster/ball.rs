@@ -4,10 +4,10 @@
 //! `p` too, `R = |p - q|^2 / (2 m.(p - q))` with the inward normal `m` at `q`, again and again until it
 //! contains none. Source: Ma, Bae and Choi (2012), Vis. Comput. 28, 7 ("3D medial axis point
 //! approximation using nearest neighbors and the normal field"); here with the nearest point of the surface
-//! itself in the place of samples.
+//! itself in the place of samples, and on flat faces with the plane in the place of the point.
 
 use crate::rock::Sphere;
-use crate::shape::tree::SurfaceTree;
+use crate::shape::tree::{Feature, Nearest, SurfaceTree};
 use nalgebra::Vector3;
 
 /// Shrinkings until a ball is taken as it is, made safe by a last look at the distance.
@@ -45,7 +45,7 @@ impl<'a> Balls<'a> {
             if depth <= 0.0 {
                 break;
             }
-            let smaller = chord.norm_squared() / (2.0 * depth);
+            let smaller = self.tangent(at, inward, &near).unwrap_or(chord.norm_squared() / (2.0 * depth));
             if smaller >= radius - tight {
                 break;
             }
@@ -54,6 +54,18 @@ impl<'a> Balls<'a> {
         let centre = at + inward * radius;
         let free = self.tree.nearest(&centre, radius).map_or(radius, |n| n.square.sqrt());
         Sphere { centre, radius: free }
+    }
+
+    /// Radius of the ball that touches at `at` and at the plane in which `near` lies, if it touches that
+    /// in the surface: on flat faces the limit of all further shrinkings at once.
+    fn tangent(&self, at: &Vector3<f64>, inward: &Vector3<f64>, near: &Nearest) -> Option<f64> {
+        if near.feature != Feature::Face {
+            return None;
+        }
+        let normal = self.tree.normal(near);
+        let radius = normal.dot(&(near.point - at)) / (1.0 + normal.dot(inward));
+        let touch = at + (inward + normal) * radius;
+        (radius > 0.0 && self.tree.nearest(&touch, 1e-9 * self.size).is_some()).then_some(radius)
     }
 
     /// The largest ball that contains the point `inside` and touches where the surface is nearest to
@@ -141,7 +153,8 @@ mod tests {
         let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
         let balls = Balls::new(&tree, 12.0_f64.sqrt());
         for gap in [0.1, 1e-3] {
-            let edge = balls.near(&Vector3::new(1.0, 1.0, 0.2), &-Vector3::new(1.0, 1.0, 0.0).normalize(), gap, 0.0);
+            let edge =
+                balls.near(&Vector3::new(1.0, 1.0, 0.2), &-Vector3::new(1.0, 1.0, 0.0).normalize(), gap, 0.0);
             let corner = balls.near(&Vector3::repeat(1.0), &-Vector3::repeat(1.0).normalize(), gap, 0.0);
             for (ball, root) in [(edge, 2.0_f64), (corner, 3.0)] {
                 let due = gap / (root.sqrt() - 1.0);

@@ -36,8 +36,9 @@ struct Arguments {
     /// `medial`: by the error; `lattice`: equal spheres in rows (boxes; the nearest number that fills it)
     #[arg(long, value_name = "HOW", default_value = "medial", value_parser = ["medial", "lattice"])]
     method: String,
-    /// `balanced`: as far outside of the solid as inside, the smallest error; `inside`: never outside
-    #[arg(long, value_name = "WHERE", default_value = "balanced", value_parser = ["balanced", "inside"])]
+    /// `volume`: as much outside of the solid as lacks inside; `largest`: as far outside as inside, the
+    /// smallest largest error; `inside`: never outside
+    #[arg(long, value_name = "WHERE", default_value = "volume", value_parser = ["volume", "largest", "inside"])]
     fit: String,
     /// Least radius where the solid has room for it [m]; small spheres make edges sharp, and are soft
     #[arg(long, value_name = "M", default_value_t = 0.0)]
@@ -92,12 +93,17 @@ fn spheres(shape: &Shape, surface: &Surface, arguments: &Arguments) -> Result<Ve
     let method = if arguments.method == "lattice" { Method::Lattice } else { Method::Medial };
     match (shape, method) {
         (Shape::Box { size }, Method::Lattice) => Ok(Lattice::nearest(*size, arguments.spheres).spheres()),
-        (_, Method::Lattice) => Err(InputError::in_file("--method lattice", "a lattice fills a box, not this shape")
-            .try_instead("leave --method out")),
+        (_, Method::Lattice) => {
+            Err(InputError::in_file("--method lattice", "a lattice fills a box, not this shape")
+                .try_instead("leave --method out"))
+        }
         (_, Method::Medial) => {
-            let fit = if arguments.fit == "inside" { Fit::Inside } else { Fit::Balanced };
-            let wish =
-                Wish { spheres: arguments.spheres, fit, smallest_radius: arguments.smallest_radius };
+            let fit = match arguments.fit.as_str() {
+                "inside" => Fit::Inside,
+                "largest" => Fit::Largest,
+                _ => Fit::Volume,
+            };
+            let wish = Wish { spheres: arguments.spheres, fit, smallest_radius: arguments.smallest_radius };
             let watched = std::io::stderr().is_terminal();
             let spheres = make(surface, &wish, |done| {
                 if watched {
@@ -121,11 +127,18 @@ fn header(
 ) -> Vec<String> {
     let inertia = solid.inertia(solid.volume());
     let centre = solid.centre();
-    let (least, most) = spheres.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), s| (l.min(s.radius), m.max(s.radius)));
+    let (least, most) =
+        spheres.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), s| (l.min(s.radius), m.max(s.radius)));
     vec![
         format!("dem-solver {} cluster {}", env!("CARGO_PKG_VERSION"), arguments.shape),
         format!("shape: {}", shape.describe()),
-        format!("volume {:.9e} m3 = mass over density; centre of mass {:.9e} {:.9e} {:.9e} m", solid.volume(), centre.x, centre.y, centre.z),
+        format!(
+            "volume {:.9e} m3 = mass over density; centre of mass {:.9e} {:.9e} {:.9e} m",
+            solid.volume(),
+            centre.x,
+            centre.y,
+            centre.z
+        ),
         format!(
             "principal moments of inertia over density {:.9e} {:.9e} {:.9e} m5",
             inertia.x, inertia.y, inertia.z
@@ -152,10 +165,12 @@ fn check_directory(file: &Path) -> Result<(), InputError> {
     if parent.is_dir() && !file.is_dir() {
         return Ok(());
     }
-    Err(InputError::in_file(file.display().to_string(), "no file can be written there").try_instead("make its directory first"))
+    Err(InputError::in_file(file.display().to_string(), "no file can be written there")
+        .try_instead("make its directory first"))
 }
 
 fn write(file: &Path, bytes: &[u8]) -> Result<(), InputError> {
-    std::fs::write(file, bytes)
-        .map_err(|e| InputError::in_file(file.display().to_string(), format!("the file cannot be written: {e}")))
+    std::fs::write(file, bytes).map_err(|e| {
+        InputError::in_file(file.display().to_string(), format!("the file cannot be written: {e}"))
+    })
 }

@@ -10,7 +10,7 @@
 //! and burst the balls of a Voronoi diagram of surface points, here balls are grown where they are needed.
 
 use super::ball::Balls;
-use super::gaps::Gaps;
+use super::gaps::{Gaps, leaves};
 use super::samples::Samples;
 use crate::rock::Sphere;
 
@@ -31,7 +31,7 @@ pub struct Cover {
 /// Exactly `count` balls (fewer only where nothing is left to cover): first until every sample lies
 /// within `error` [m], then on where the gap is largest. No ball is smaller than `least` [m] where a larger one exists.
 pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: f64) -> Cover {
-    let mut gaps = Gaps::new(&samples.points);
+    let mut gaps = Gaps::new(samples);
     let mut chosen: Vec<Sphere> = Vec::with_capacity(count);
     if let Some(first) = largest(balls, samples) {
         gaps.add(&first);
@@ -50,15 +50,15 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
         }
         let wish = SHARE * error.min(gap);
         let ball = balls.near(&samples.points[sample], &samples.inward[sample], wish, least);
-        let leaves = ball.map_or(f64::INFINITY, |b| (b.centre - samples.points[sample]).norm() - b.radius);
+        let left = ball.map_or(f64::INFINITY, |b| leaves(samples, sample, &b));
         match ball {
             // It must help by more than rounding, or the same sample would come again for ever.
-            Some(ball) if leaves < gap * 0.999 => {
+            Some(ball) if left < gap * 0.999 => {
                 gaps.add(&ball);
                 chosen.push(ball);
-                // A ball that is larger than the gap asks for leaves its sample as it is.
-                if leaves > wish * (1.0 + 1e-9) {
-                    left_out = left_out.max(leaves);
+                // A ball that must be larger than the gap asks for leaves its sample as it is.
+                if left > wish * (1.0 + 1e-9) && ball.radius <= 2.0 * least {
+                    left_out = left_out.max(left);
                     gaps.give_up(sample);
                 }
             }

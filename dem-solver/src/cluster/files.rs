@@ -45,14 +45,18 @@ pub fn read_clu(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
                 return Err(ReadError::at(at, "a second list of spheres"));
             }
             "Begin centers_and_radii" => inside = true,
-            "End centers_and_radii" if !inside => return Err(ReadError::at(at, "the list of spheres has no begin")),
+            "End centers_and_radii" if !inside => {
+                return Err(ReadError::at(at, "the list of spheres has no begin"));
+            }
             "End centers_and_radii" => (inside, ended) = (false, true),
             _ if inside => list.add(line, at)?,
             _ => {}
         }
     }
     if !ended {
-        return Err(ReadError::new("there is no list from `Begin centers_and_radii` to `End centers_and_radii`: cut off?"));
+        return Err(ReadError::new(
+            "there is no list from `Begin centers_and_radii` to `End centers_and_radii`: cut off?",
+        ));
     }
     list.finish()
 }
@@ -81,7 +85,10 @@ impl List {
         }
         let key = [centre.x, centre.y, centre.z, radius].map(|v| (v + 0.0).to_bits());
         if let Some(first) = self.known.insert(key, at) {
-            return Err(ReadError::at(at, format!("the same sphere as in line {first}: it would count twice")));
+            return Err(ReadError::at(
+                at,
+                format!("the same sphere as in line {first}: it would count twice"),
+            ));
         }
         self.spheres.push(Sphere { centre, radius });
         if self.spheres.len() > MOST_SPHERES as usize {

@@ -82,8 +82,7 @@ impl SphereIndex {
 }
 
 fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, spheres: &[Sphere]) {
-    let (mut lowest, mut highest) =
-        (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     let mut largest = 0.0_f64;
     for i in order.iter() {
         let sphere = &spheres[*i as usize];
@@ -125,7 +124,8 @@ mod tests {
         let index = SphereIndex::new(&spheres);
         for i in 0..500 {
             let p = Vector3::new(at(i, 4.1), at(i, 5.9), at(i, 0.37)) * 1.5;
-            let every = spheres.iter().map(|s| (p - s.centre).norm() - s.radius).fold(f64::INFINITY, f64::min);
+            let every =
+                spheres.iter().map(|s| (p - s.centre).norm() - s.radius).fold(f64::INFINITY, f64::min);
             let (distance, sphere) = index.nearest(&p);
             assert!((distance - every).abs() < 1e-15);
             let s = index.sphere(sphere);

@@ -18,6 +18,8 @@ pub struct Samples {
     /// Unit vector into the solid at each: against the normal of the face; at edges and corners
     /// against that of all faces there.
     pub inward: Vec<Vector3<f64>>,
+    /// Depth per length along that direction: 1 on a face, less at edges and corners.
+    pub slope: Vec<f64>,
 }
 
 /// A piece of a triangle: corners, and for each the edges of the whole triangle on which it lies (bits).
@@ -39,7 +41,7 @@ fn feature(edges: u8) -> Feature {
     }
 }
 
-/// Cut every triangle until its longest edge is below `share (sqrt(2 R e) + e)` and call `piece` with each
+/// Cut every triangle until its longest edge is below `share (sqrt(2 R e) + e / 2)` and call `piece` with each
 /// part (corners, their edges, triangle); ends early when it says `false`.
 fn cut(
     surface: &Surface,
@@ -58,10 +60,10 @@ fn cut(
             let lengths = [0, 1, 2].map(|k| (p[(k + 1) % 3] - p[k]).norm_squared());
             let k = (0..3).fold(0, |best, k| if lengths[k] > lengths[best] { k } else { best });
             let longest = lengths[k].sqrt();
-            let small = longest <= share * error || {
+            let small = longest <= 0.5 * share * error || {
                 let middle = (p[0] + p[1] + p[2]) / 3.0;
                 let radius = balls.touching(&middle, &inward).radius;
-                longest <= share * ((2.0 * radius * error).sqrt() + error)
+                longest <= share * ((2.0 * radius * error).sqrt() + 0.5 * error)
             };
             if small {
                 if !piece(&part.corners, part.triangle) {
@@ -86,7 +88,9 @@ pub fn corners(surface: &Surface, balls: &Balls, error: f64, share: f64, most: u
         for (p, edges) in part {
             if known.insert([p.x, p.y, p.z].map(f64::to_bits)) {
                 samples.points.push(*p);
-                samples.inward.push(-balls.tree().normal_at(triangle, feature(*edges)).normalize());
+                let inward = -balls.tree().normal_at(triangle, feature(*edges)).normalize();
+                samples.slope.push(-inward.dot(&surface.normal(triangle)));
+                samples.inward.push(inward);
             }
         }
         samples.points.len() <= most
@@ -107,6 +111,7 @@ pub fn middles(
         let [a, b, c] = part.map(|corner| corner.0);
         samples.points.push((a + b + c) / 3.0);
         samples.inward.push(-surface.normal(triangle));
+        samples.slope.push(1.0);
         areas.push(0.5 * (b - a).cross(&(c - a)).norm());
         areas.len() <= most
     });

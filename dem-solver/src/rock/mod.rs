@@ -70,17 +70,21 @@ impl Rock {
             scene.invalid(&format!("rock.{at}.{key}"), format!("rock `{}`: {error}", settings.name))
         };
         let (solid, mut notices) = Solid::new(&settings.shape).map_err(|e| refuse("shape", e))?;
-        let mass =
-            settings.mass.unwrap_or_else(|| settings.density.expect("mass or density, checked") * solid.volume());
+        let mass = settings
+            .mass
+            .unwrap_or_else(|| settings.density.expect("mass or density, checked") * solid.volume());
         let cluster = settings.cluster.clone().unwrap_or_default();
-        let Spheres { mut spheres, origin, outermost, facing, notice } = match (&settings.shape, &cluster.file) {
-            (_, Some(file)) => Spheres::read(file).map_err(|e| refuse("cluster.file", e))?,
-            (Shape::Sphere { radius }, None) => Spheres::single(*radius),
-            (Shape::Box { size }, None) if cluster.method != Some(Method::Medial) => {
-                Spheres::lattice(*size, cluster.spheres.unwrap_or(64))
-            }
-            (shape, None) => Spheres::medial(shape, &cluster, &settings.name).map_err(|e| refuse("shape", e))?,
-        };
+        let Spheres { mut spheres, origin, outermost, facing, notice } =
+            match (&settings.shape, &cluster.file) {
+                (_, Some(file)) => Spheres::read(file).map_err(|e| refuse("cluster.file", e))?,
+                (Shape::Sphere { radius }, None) => Spheres::single(*radius),
+                (Shape::Box { size }, None) if cluster.method != Some(Method::Medial) => {
+                    Spheres::lattice(*size, cluster.spheres.unwrap_or(64))
+                }
+                (shape, None) => {
+                    Spheres::medial(shape, &cluster, &settings.name).map_err(|e| refuse("shape", e))?
+                }
+            };
         notices.extend(notice);
         for sphere in &mut spheres {
             sphere.centre = solid.own(&sphere.centre);

@@ -45,7 +45,9 @@ fn narrow(
     let left: Vec<u32> = candidates
         .iter()
         .copied()
-        .filter(|k| furthest - end(*k) <= change * (spheres[*k as usize].centre - place).norm() * (1.0 + 1e-12))
+        .filter(|k| {
+            furthest - end(*k) <= change * (spheres[*k as usize].centre - place).norm() * (1.0 + 1e-12)
+        })
         .collect();
     if cuts == 0 || left.len() < 2 {
         left.iter().for_each(|k| outer[*k as usize] = true);

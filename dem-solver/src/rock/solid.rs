@@ -20,7 +20,8 @@ impl Solid {
     pub fn new(shape: &Shape) -> Result<(Self, Vec<String>), InputError> {
         let (mut drawn, notes) = shape.surface(true)?;
         let body = Body::of(&drawn);
-        let mut solid = Self { shape: shape.clone(), body, drawn: Surface { points: vec![], triangles: vec![] } };
+        let mut solid =
+            Self { shape: shape.clone(), body, drawn: Surface { points: vec![], triangles: vec![] } };
         if solid.is_symmetric() {
             // Exactly, where the integrals leave a trace of rounding.
             solid.body.centre = Vector3::zeros();

@@ -54,7 +54,7 @@ pub struct Cluster {
     /// How to place them. Default: `lattice` for a box, else `medial`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub method: Option<Method>,
-    /// With `medial`: where the spheres end. Default `balanced`.
+    /// With `medial`: where the spheres end. Default `volume`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fit: Option<Fit>,
     /// With `medial`: least radius where the solid has room for it [m]. Small spheres make edges sharp, and are
@@ -187,7 +187,9 @@ fn check_shape(
         let what = format!("{spheres} spheres: 1 to {MOST_SPHERES} are possible");
         return Err(scene.invalid(&key("cluster.spheres"), what));
     }
-    for (name, there) in [("fit", cluster.fit.is_some()), ("smallest_radius", cluster.smallest_radius.is_some())] {
+    for (name, there) in
+        [("fit", cluster.fit.is_some()), ("smallest_radius", cluster.smallest_radius.is_some())]
+    {
         if there && !medial {
             return Err(scene
                 .invalid(&key(&format!("cluster.{name}")), format!("`{name}` belongs to the method `medial`"))
@@ -195,9 +197,8 @@ fn check_shape(
         }
     }
     match cluster.smallest_radius {
-        Some(r) if r < 0.0 => {
-            Err(scene.invalid(&key("cluster.smallest_radius"), format!("a radius of {r} m: 0 or more is possible")))
-        }
+        Some(r) if r < 0.0 => Err(scene
+            .invalid(&key("cluster.smallest_radius"), format!("a radius of {r} m: 0 or more is possible"))),
         _ => Ok(()),
     }
 }

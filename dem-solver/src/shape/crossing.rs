@@ -53,9 +53,7 @@ fn cross(surface: &Surface, a: usize, b: usize) -> bool {
             let ((p, q), (r, s)) = (opposite(ta, pa), opposite(tb, pb));
             pierces(&p, &q, &pb) || pierces(&r, &s, &pa)
         }
-        0 => (0..3).any(|k| {
-            pierces(&pa[k], &pa[(k + 1) % 3], &pb) || pierces(&pb[k], &pb[(k + 1) % 3], &pa)
-        }),
+        0 => (0..3).any(|k| pierces(&pa[k], &pa[(k + 1) % 3], &pb) || pierces(&pb[k], &pb[(k + 1) % 3], &pa)),
         _ => true,
     }
 }
@@ -86,9 +84,10 @@ fn meets_in_plane(p: &Vector3<f64>, q: &Vector3<f64>, t: &[Vector3<f64>; 3]) -> 
     let normal = (t[1] - t[0]).cross(&(t[2] - t[0]));
     let apart = |axis: Vector3<f64>| {
         let spread = |points: &[Vector3<f64>]| {
-            points.iter().map(|x| axis.dot(&(x - t[0]))).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-                (l.min(v), h.max(v))
-            })
+            points
+                .iter()
+                .map(|x| axis.dot(&(x - t[0])))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
         };
         let (a, b) = (spread(&[*p, *q]), spread(t));
         a.0 > b.1 || b.0 > a.1

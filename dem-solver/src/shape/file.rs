@@ -99,10 +99,7 @@ pub fn number(word: Option<&str>, line: usize) -> Result<f64, ReadError> {
 }
 
 /// Three numbers.
-pub fn point<'a>(
-    words: &mut impl Iterator<Item = &'a str>,
-    line: usize,
-) -> Result<Vector3<f64>, ReadError> {
+pub fn point<'a>(words: &mut impl Iterator<Item = &'a str>, line: usize) -> Result<Vector3<f64>, ReadError> {
     Ok(Vector3::new(number(words.next(), line)?, number(words.next(), line)?, number(words.next(), line)?))
 }
 

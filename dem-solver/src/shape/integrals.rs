@@ -38,8 +38,7 @@ impl Body {
             let sum = a + b + c;
             volume += part;
             first += sum * (part / 4.0);
-            let squares =
-                a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose();
+            let squares = a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose();
             second += squares * (part / 20.0);
         }
         let centre = first / volume;

@@ -12,7 +12,21 @@ const MOST_CORNERS: usize = 1000;
 
 /// Words of the format that say nothing about the surface.
 const PASSED: [&str; 16] = [
-    "vt", "vn", "vp", "g", "o", "s", "l", "p", "usemtl", "mtllib", "mg", "lod", "bevel", "usemap", "shadow_obj",
+    "vt",
+    "vn",
+    "vp",
+    "g",
+    "o",
+    "s",
+    "l",
+    "p",
+    "usemtl",
+    "mtllib",
+    "mg",
+    "lod",
+    "bevel",
+    "usemap",
+    "shadow_obj",
     "trace_obj",
 ];
 
@@ -43,7 +57,9 @@ pub fn read(bytes: &[u8]) -> Result<(Vec<Vector3<f64>>, Vec<[u32; 3]>), ReadErro
                 }
             }
             Some(word) if PASSED.contains(&word) => {}
-            Some(word) => return Err(ReadError::at(at, format!("`{}` is no word of an OBJ file", shown(word)))),
+            Some(word) => {
+                return Err(ReadError::at(at, format!("`{}` is no word of an OBJ file", shown(word))));
+            }
         }
     }
     if points.is_empty() && faces.is_empty() {

@@ -100,7 +100,8 @@ impl Shape {
         let refuse = |what: String| {
             InputError::in_file(text, what).try_instead(format!("a file (.stl, .obj) or one of {NAMES}"))
         };
-        let Some((name, values)) = text.split_once(':').filter(|_| !std::path::Path::new(text).exists()) else {
+        let Some((name, values)) = text.split_once(':').filter(|_| !std::path::Path::new(text).exists())
+        else {
             let shape = Self::Mesh { file: text.into(), scale };
             return shape.check().map_err(|(_, what)| refuse(what)).map(|()| shape);
         };
@@ -134,11 +135,11 @@ impl Shape {
 
     /// Refuse numbers without sense: the key and what is wrong with it.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        let above = |key, what: &str, values: &[f64]| match values.iter().find(|v| !(**v > 0.0 && v.is_finite()))
-        {
-            Some(bad) => Err((key, format!("{what} of {bad} m: it must lie above 0"))),
-            None => Ok(()),
-        };
+        let above =
+            |key, what: &str, values: &[f64]| match values.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
+                Some(bad) => Err((key, format!("{what} of {bad} m: it must lie above 0"))),
+                None => Ok(()),
+            };
         match self {
             Self::Box { size } => above("size", "an edge", size),
             Self::Sphere { radius } => above("radius", "a radius", &[*radius]),
@@ -194,10 +195,7 @@ impl Shape {
             Self::NormRock { form, volume } => {
                 let size = form.size(*volume);
                 let ratio = if *form == NormRock::Cube { "1:1:1" } else { "2:2:1" };
-                format!(
-                    "norm rock {ratio} of {volume} m3, {:.6} x {:.6} x {:.6} m",
-                    size.x, size.y, size.z
-                )
+                format!("norm rock {ratio} of {volume} m3, {:.6} x {:.6} x {:.6} m", size.x, size.y, size.z)
             }
             Self::RandomConvex { size: [a, b, c], seed, points } => {
                 format!("random convex polyhedron (seed {seed}, {points} points) in {a} x {b} x {c} m")
@@ -236,7 +234,8 @@ mod tests {
             let (surface, _) = Shape::parse(text, 1.0).expect(text).surface(false).expect(text);
             assert!((Body::of(&surface).volume / volume - 1.0).abs() < 1e-14, "{text}");
         }
-        for text in ["sphere:0.3", "ellipsoid:0.1,0.2,0.3", "random_convex:1,2,3", "random_convex:1,2,3,7,50"] {
+        for text in ["sphere:0.3", "ellipsoid:0.1,0.2,0.3", "random_convex:1,2,3", "random_convex:1,2,3,7,50"]
+        {
             Shape::parse(text, 1.0).expect(text).surface(true).expect(text);
         }
     }

@@ -70,9 +70,10 @@ fn text(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
             "vertex" => open.push(point(&mut words, at)?),
             "endloop" | "endfacet" if open.is_empty() => {}
             "endloop" => {
-                let triangle = open.as_slice().try_into().map_err(|_| {
-                    ReadError::at(at, format!("a loop of {} corners: 3 are due", open.len()))
-                })?;
+                let triangle = open
+                    .as_slice()
+                    .try_into()
+                    .map_err(|_| ReadError::at(at, format!("a loop of {} corners: 3 are due", open.len())))?;
                 corners.push(triangle);
                 open.clear();
                 too_many(corners.len())?;
@@ -153,7 +154,7 @@ mod tests {
         let refused = |text: &str| read(text.as_bytes()).expect_err("refused");
         assert_eq!(refused("").message, "the file is empty");
         assert_eq!(refused("hello").line, Some(1));
-        assert!(refused(&good[..good.len() - 20]).message.contains("endsolid"));
+        assert!(refused(&good[..good.len() - "endsolid rock\n".len()]).message.contains("endsolid"));
         let bad = refused(&good.replacen("vertex -0.5", "vertex O.5", 1));
         assert_eq!((bad.line, bad.message.as_str()), (Some(4), "`O.5` is no number"));
         let bad = refused(&good.replacen("vertex -0.5", "vertex 1e10", 1));

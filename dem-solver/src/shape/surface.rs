@@ -281,8 +281,8 @@ impl Surface {
                     let both = edges[&(a.min(b), a.max(b))];
                     let other = (if both[0] as usize == t { both[1] } else { both[0] }) as usize;
                     // Neighbours that face alike run along their edge in opposite directions.
-                    let runs_alike =
-                        (0..3).any(|k| self.triangles[other][k] == a && self.triangles[other][(k + 1) % 3] == b);
+                    let runs_alike = (0..3)
+                        .any(|k| self.triangles[other][k] == a && self.triangles[other][(k + 1) % 3] == b);
                     let due = if runs_alike { 3 - state[t] } else { state[t] };
                     if state[other] == 0 {
                         state[other] = due;
@@ -368,9 +368,8 @@ mod tests {
 
     #[test]
     fn each_flaw_is_refused_with_its_reason_and_place() {
-        let refused = |triangles: &[[Vector3<f64>; 3]]| {
-            Surface::from_soup(triangles).expect_err("a flaw").to_string()
-        };
+        let refused =
+            |triangles: &[[Vector3<f64>; 3]]| Surface::from_soup(triangles).expect_err("a flaw").to_string();
         let all = cube();
         let open = refused(&all[..11]);
         assert!(open.starts_with("the surface is open: 3 edges") && open.contains("of triangle"), "{open}");
@@ -386,7 +385,10 @@ mod tests {
         nan[6][1].y = f64::NAN;
         assert_eq!(refused(&nan), "triangle 7 has a coordinate that is not a finite number");
         let apart: Vec<_> = all.iter().map(|t| t.map(|p| p + Vector3::repeat(9.0))).collect();
-        assert_eq!(refused(&[all.clone(), apart].concat()), "the surface is 2 separate pieces: a rock is one");
+        assert_eq!(
+            refused(&[all.clone(), apart].concat()),
+            "the surface is 2 separate pieces: a rock is one"
+        );
         assert!(refused(&[]).contains("0 triangles"));
     }
 

@@ -71,11 +71,8 @@ impl SurfaceTree {
                 *sums.entry(key(corner[k], corner[(k + 1) % 3])).or_insert_with(Vector3::zeros) += faces[t];
             }
         }
-        let edges = surface
-            .triangles
-            .iter()
-            .map(|c| [0, 1, 2].map(|k| sums[&key(c[k], c[(k + 1) % 3])]))
-            .collect();
+        let edges =
+            surface.triangles.iter().map(|c| [0, 1, 2].map(|k| sums[&key(c[k], c[(k + 1) % 3])])).collect();
         let mut order: Vec<u32> = (0..count as u32).collect();
         let middles: Vec<Vector3<f64>> =
             (0..count).map(|t| surface.corners(t).iter().sum::<Vector3<f64>>() / 3.0).collect();
@@ -110,8 +107,7 @@ impl SurfaceTree {
                 continue;
             }
             let (left, right) = (at as u32 + 1, node.first);
-            let nearer_left =
-                gap(&self.nodes[left as usize], from) <= gap(&self.nodes[right as usize], from);
+            let nearer_left = gap(&self.nodes[left as usize], from) <= gap(&self.nodes[right as usize], from);
             let (first, second) = if nearer_left { (left, right) } else { (right, left) };
             stack[height] = second;
             stack[height + 1] = first;
@@ -175,15 +171,8 @@ fn key(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-fn build(
-    nodes: &mut Vec<Node>,
-    order: &mut [u32],
-    first: u32,
-    surface: &Surface,
-    middles: &[Vector3<f64>],
-) {
-    let (mut lowest, mut highest) =
-        (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, surface: &Surface, middles: &[Vector3<f64>]) {
+    let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     let (mut low, mut high) = (lowest, highest);
     for t in order.iter() {
         for p in surface.corners(*t as usize) {

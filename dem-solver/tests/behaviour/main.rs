@@ -8,6 +8,7 @@ mod input;
 mod oblique;
 mod repeat;
 mod rolling;
+mod shapes;
 mod wires;
 
 use interface_defs::toolkit::alloc::CountingAllocator;
