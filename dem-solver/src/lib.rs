@@ -9,12 +9,14 @@
 //! - [`search`]: which spheres may touch which elements
 //! - [`contact`]: the law of contact, part by part
 //! - [`critical`]: the largest stable step
+//! - [`granular`]: thousands of separate spheres instead of rocks
 //! - [`solver`]: the contract, and the order of one step
 //! - [`check`](mod@check): what would be built
 
 pub mod check;
 pub mod contact;
 pub mod critical;
+pub mod granular;
 pub mod rock;
 pub mod search;
 pub mod settings;
@@ -30,6 +32,9 @@ pub const PROGRAM: Program = Program {
     name: "dem-solver",
     role: "dem",
     about: "Rocks as rigid sphere clusters: contact, rotation, flight",
-    build: |scene, options| Ok(Box::new(DemSolver::new(scene, options)?)),
-    check: check::check,
+    build: |scene, options| match scene.has("spheres") {
+        true => Ok(Box::new(granular::GranularSolver::new(scene, options)?)),
+        false => Ok(Box::new(DemSolver::new(scene, options)?)),
+    },
+    check: |scene| if scene.has("spheres") { granular::check::check(scene) } else { check::check(scene) },
 };
