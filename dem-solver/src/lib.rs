@@ -12,6 +12,7 @@
 //! - [`search`]: which spheres may touch which elements
 //! - [`contact`]: the law of contact, part by part
 //! - [`critical`]: the largest stable step
+//! - [`granular`]: thousands of separate spheres instead of rocks
 //! - [`solver`]: the contract, and the order of one step
 //! - [`check`](mod@check): what would be built
 
@@ -19,6 +20,7 @@ pub mod check;
 pub mod cluster;
 pub mod contact;
 pub mod critical;
+pub mod granular;
 pub mod ground;
 pub mod rock;
 pub mod search;
@@ -36,6 +38,9 @@ pub const PROGRAM: Program = Program {
     name: "dem-solver",
     role: "dem",
     about: "Rocks as rigid sphere clusters: contact, rotation, flight",
-    build: |scene, options| Ok(Box::new(DemSolver::new(scene, options)?)),
-    check: check::check,
+    build: |scene, options| match scene.has("spheres") {
+        true => Ok(Box::new(granular::GranularSolver::new(scene, options)?)),
+        false => Ok(Box::new(DemSolver::new(scene, options)?)),
+    },
+    check: |scene| if scene.has("spheres") { granular::check::check(scene) } else { check::check(scene) },
 };

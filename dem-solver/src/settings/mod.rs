@@ -1,4 +1,5 @@
-//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[terrain]`, `[dem]`.
+//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[terrain]`, `[dem]`; or
+//! `[[spheres]]`, `[box]`, `[[contact]]`, `[dem]`.
 //!
 //! Every struct here is what the user writes: names, units and defaults stand at its fields.
 
@@ -6,11 +7,13 @@ pub mod contact;
 pub mod dem;
 pub mod rock;
 pub mod terrain;
+pub mod spheres;
 
 pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
 pub use dem::DemSettings;
 pub use rock::{Cluster, RockSettings, Shape};
 pub use terrain::{NoData, TerrainSettings, ZoneSettings};
+pub use spheres::{BoxSettings, SpheresSettings};
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;
@@ -42,6 +45,14 @@ impl Settings {
     /// Read and check them.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
         let mut rocks: Vec<RockSettings> = scene.read("rock")?.unwrap_or_default();
+        if scene.has("spheres") {
+            return Err(scene
+                .invalid(
+                    "spheres",
+                    "[[spheres]] beside [[rock]]: separate spheres and rocks do not meet in this version",
+                )
+                .try_instead("keep one of the two"));
+        }
         if rocks.is_empty() {
             return Err(scene
                 .invalid("rock", "the scene has no rock")
@@ -72,6 +83,66 @@ impl Settings {
     /// Direction of gravity; without gravity: -z.
     pub fn down(&self) -> Vector3<f64> {
         self.gravity.try_normalize(0.0).unwrap_or(-Vector3::z())
+    }
+}
+
+/// All that many separate spheres take from a scene, checked, with defaults filled in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GranularSettings {
+    /// `[[spheres]]`, at least one.
+    pub spheres: Vec<SpheresSettings>,
+    /// `[box]`.
+    pub walls: Option<BoxSettings>,
+    /// `[[contact]]`, at least one.
+    pub contacts: Vec<ContactSettings>,
+    /// `[dem]`.
+    pub dem: DemSettings,
+    /// `gravity` [m/s2].
+    pub gravity: Vector3<f64>,
+    /// `end_time` [s].
+    pub end_time: f64,
+    /// `[output] fields`: interval of the field files [s].
+    pub fields: Option<f64>,
+}
+
+impl GranularSettings {
+    /// Read and check them.
+    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+        if scene.has("rock") || scene.has("structure") {
+            let key = if scene.has("rock") { "rock" } else { "structure" };
+            return Err(scene
+                .invalid(
+                    key,
+                    format!("[[spheres]] beside `{key}`: separate spheres meet each other and a [box] only"),
+                )
+                .try_instead("keep one of the two"));
+        }
+        let walls: Option<BoxSettings> = scene.read("box")?;
+        if let Some(walls) = &walls {
+            walls.check(scene)?;
+        }
+        let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
+        spheres::complete(&mut groups, walls.as_ref(), scene)?;
+        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
+        let mut known: Vec<String> = groups.iter().map(|g| g.material.clone()).collect();
+        known.extend(walls.iter().map(|w| w.material.clone()));
+        contact::check_all(&contacts, &known, scene)?;
+        if contacts.is_empty() {
+            return Err(scene
+                .invalid("spheres", "there are spheres and no contact law")
+                .try_instead("add a table [[contact]]"));
+        }
+        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
+        dem.check(scene)?;
+        Ok(Self {
+            spheres: groups,
+            walls,
+            contacts,
+            dem,
+            gravity: scene.gravity()?.into(),
+            end_time: scene.end_time()?,
+            fields: Output::of(scene)?.fields,
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 mod bench;
 mod clusters;
 mod energy;
+mod granular;
 mod impact;
 mod input;
 mod oblique;
