@@ -1,4 +1,4 @@
-//! Cost of trajectories, and of a contact step, over generated slopes. One thread.
+//! Cost of trajectories, and of a contact step, over generated slopes. One thread; processor time.
 //!
 //! `cargo run --release -p dem-solver --example trajectories [SECONDS PER FIGURE]`
 //!
@@ -15,7 +15,7 @@ use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::Path;
-use std::time::Instant;
+use interface_defs::ipc::serve::cpu_seconds;
 
 const INTERVAL: f64 = 0.05;
 const END: f64 = 120.0;
@@ -83,8 +83,8 @@ fn trajectories(dir: &Path, name: &str, shape: &str, young: f64, steps: f64, tar
     let (mut most, mut rested, mut impacts, mut simulated, mut touching) = (0, 0, 0, 0.0, 0.0);
     let mut ends = Vec::new();
     let before = runner.solver.finish().expect("counts").counts;
-    let clock = Instant::now();
-    while clock.elapsed().as_secs_f64() < seconds || ends.len() < 3 {
+    let clock = cpu_seconds();
+    while (cpu_seconds() - clock) < seconds || ends.len() < 3 {
         let (y, turn) = start(ends.len());
         runner.release(1.5, y, turn);
         while runner.time < END - 1e-9 && !runner.solver.has_ended() {
@@ -98,7 +98,7 @@ fn trajectories(dir: &Path, name: &str, shape: &str, young: f64, steps: f64, tar
         simulated += runner.time;
         ends.push(body.motion.position);
     }
-    let wall = clock.elapsed().as_secs_f64();
+    let wall = cpu_seconds() - clock;
     let count = ends.len() as f64;
     let after = runner.solver.finish().expect("counts").counts;
     let of = |name: &str| {
@@ -164,15 +164,15 @@ fn contact_step(dir: &Path, along: u32, target: f64, seconds: f64) {
     };
     let names = ["sub_steps", "contact_evaluations", "candidate_refreshes"];
     let before = names.map(|n| count(&mut runner, n));
-    let clock = Instant::now();
+    let clock = cpu_seconds();
     let mut in_steps = 0.0;
-    while clock.elapsed().as_secs_f64() < seconds && !runner.solver.has_ended() {
+    while (cpu_seconds() - clock) < seconds && !runner.solver.has_ended() {
         let steps = count(&mut runner, "sub_steps");
-        let one = Instant::now();
+        let one = cpu_seconds();
         runner.advance(1e-3);
         // Windows that flew cost nothing to speak of, and are no contact steps.
         if count(&mut runner, "sub_steps") > steps {
-            in_steps += one.elapsed().as_secs_f64();
+            in_steps += cpu_seconds() - one;
         }
     }
     let [steps, pairs, searches] = [0, 1, 2].map(|k| count(&mut runner, names[k]) - before[k]);
@@ -199,21 +199,21 @@ fn main() {
         roughness: 0.08,
         seed: 5,
     };
-    let clock = Instant::now();
+    let clock = cpu_seconds();
     slope.raster().write_asc(&dir.path().join("million.asc")).expect("written");
     Slope { counts: [225, 225], spacing: 0.5, drop: 60.0, ..slope }
         .raster()
         .write_asc(&dir.path().join("small.asc"))
         .expect("written");
-    println!("two slopes generated and written in {:.2} s", clock.elapsed().as_secs_f64());
-    let clock = Instant::now();
+    println!("two slopes generated and written in {:.2} s", (cpu_seconds() - clock));
+    let clock = cpu_seconds();
     let sphere = "shape = { type = \"sphere\", radius = 0.5 }";
     let cube = "shape = { type = \"box\", size = [0.8, 0.8, 0.8] }\ncluster.spheres = 1000";
     let runner = Runner::new(dir.path(), &scene("million.asc", sphere, 1e8, 30.0));
     println!(
         "{} triangles read and made ready in {:.2} s",
         runner.solver.model().ground.as_ref().expect("a terrain").triangles.len(),
-        clock.elapsed().as_secs_f64()
+        (cpu_seconds() - clock)
     );
     drop(runner);
     trajectories(dir.path(), "one sphere", sphere, 1e8, 30.0, 500.0, seconds);

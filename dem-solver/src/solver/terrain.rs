@@ -63,7 +63,7 @@ impl OnTerrain {
         let Some(law) = &model.law else { return Ok((Sums::default(), 0)) };
         let it = &model.rocks[rock];
         let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
-        around.update(it, &model.trees[rock], ground, now);
+        around.update(it, &model.trees[rock], ground, now, h);
         let surface = Surface::Ground(ground);
         let scene = Scene { rock: it, law, surface, list: &around.pairs, motion: &around.nodes };
         if around.pairs.pairs.is_empty() {
@@ -81,7 +81,7 @@ impl OnTerrain {
         let Some(law) = &model.law else { return (0.0, 0) };
         let it = &model.rocks[rock];
         let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
-        around.update(it, &model.trees[rock], ground, now);
+        around.update(it, &model.trees[rock], ground, now, model.steps.step);
         let surface = Surface::Ground(ground);
         let scene = Scene { rock: it, law, surface, list: &around.pairs, motion: &around.nodes };
         let elastic = evaluation.energy(scene, now, STILL);
