@@ -10,12 +10,12 @@ use dem_solver::DemSolver;
 use dem_solver::ground::slope::Slope;
 use dem_solver::rock::Motion;
 use dem_solver::solver::path::Ending;
+use interface_defs::ipc::serve::cpu_seconds;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::Path;
-use interface_defs::ipc::serve::cpu_seconds;
 
 const INTERVAL: f64 = 0.05;
 const END: f64 = 120.0;
@@ -39,7 +39,8 @@ struct Runner {
 impl Runner {
     fn new(dir: &Path, text: &str) -> Self {
         let scene = Scene::from_text(&dir.join("s.toml").display().to_string(), text).expect("a scene");
-        let mut solver = DemSolver::new(&scene, &Options { out: None, shortcuts: true }).unwrap_or_else(|e| panic!("{e}"));
+        let mut solver =
+            DemSolver::new(&scene, &Options { out: None, shortcuts: true }).unwrap_or_else(|e| panic!("{e}"));
         let ready = solver.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));
         Self { output: ready.initial, solver, time: 0.0, windows: 0 }
     }
@@ -75,7 +76,10 @@ impl Runner {
 /// Release number `k`: place along the top, orientation.
 fn start(k: usize) -> (f64, [f64; 4]) {
     let part = |f: f64| (k as f64 * f).fract();
-    (20.0 + 160.0 * part(0.618_034), [1.0, part(0.414_214) - 0.5, part(0.732_051) - 0.5, part(0.236_068) - 0.5])
+    (
+        20.0 + 160.0 * part(0.618_034),
+        [1.0, part(0.414_214) - 0.5, part(0.732_051) - 0.5, part(0.236_068) - 0.5],
+    )
 }
 
 fn trajectories(dir: &Path, name: &str, shape: &str, young: f64, steps: f64, target: f64, seconds: f64) {

@@ -127,7 +127,9 @@ impl Touch {
                 on_line(&sphere.centre, &segment.start, &segment.edge, segment.inverse_square)
             }
             // Most pairs of a list are too far from the plane: that is seen at once, rounding left aside.
-            Kind::Face if segment.edge.dot(&(sphere.centre - segment.start)).abs() > reach * (1.0 + 1e-9) => return,
+            Kind::Face if segment.edge.dot(&(sphere.centre - segment.start)).abs() > reach * (1.0 + 1e-9) => {
+                return;
+            }
             Kind::Face => on_face(&sphere.centre, element.nodes.map(|n| &self.nodes[n as usize])),
         };
         let square = closest.to_point.norm_squared();

@@ -91,7 +91,8 @@ impl Ground {
                         return false;
                     }
                     let normal = to_point / distance;
-                    least = least.min(arrival(gap, velocity.dot(&normal), flight.gravity.dot(&normal).max(0.0)));
+                    least =
+                        least.min(arrival(gap, velocity.dot(&normal), flight.gravity.dot(&normal).max(0.0)));
                     true
                 },
             );
@@ -131,11 +132,7 @@ impl Ground {
                 true
             },
         );
-        if below.is_finite() {
-            Some(below)
-        } else {
-            above.is_finite().then_some(above)
-        }
+        if below.is_finite() { Some(below) } else { above.is_finite().then_some(above) }
     }
 }
 
@@ -188,7 +185,9 @@ mod tests {
 
     #[test]
     fn a_gap_is_reached_when_the_way_is_as_long() {
-        for (gap, speed, bow) in [(0.3, 2.0, 5.0), (0.3, -2.0, 5.0), (1e-9, 10.0, 0.0), (2.0, 0.0, 9.81), (0.1, -3.0, 1e-3)] {
+        for (gap, speed, bow) in
+            [(0.3, 2.0, 5.0), (0.3, -2.0, 5.0), (1e-9, 10.0, 0.0), (2.0, 0.0, 9.81), (0.1, -3.0, 1e-3)]
+        {
             let t: f64 = arrival(gap, speed, bow);
             assert!(((speed + 0.5 * bow * t) * t / gap - 1.0).abs() < 1e-9, "{gap} {speed} {bow}: {t}");
         }

@@ -57,7 +57,8 @@ impl Ground {
         }
         ground.materials = zones.materials().to_vec();
         if !zones.is_empty() {
-            let middle = |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;
+            let middle =
+                |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;
             ground.zones = ground.triangles.iter().map(|t| zones.at(&middle(t))).collect();
         }
         Ok(ground)
@@ -80,7 +81,17 @@ impl Ground {
             lowest = lowest.inf(node);
             highest = highest.sup(node);
         }
-        Self { origin, nodes, triangles, zones: Vec::new(), materials: vec![String::new()], lowest, highest, notices, tree }
+        Self {
+            origin,
+            nodes,
+            triangles,
+            zones: Vec::new(),
+            materials: vec![String::new()],
+            lowest,
+            highest,
+            notices,
+            tree,
+        }
     }
 
     /// Corners of a triangle, local [m].

@@ -81,14 +81,20 @@ pub fn from_raster(raster: &Raster, nodata: NoData, file: &str) -> Result<Relief
                     first % columns + 1
                 ),
             )
-            .try_instead("fill them, or write nodata = \"cut\" under [terrain]: rocks fall through such holes"));
+            .try_instead(
+                "fill them, or write nodata = \"cut\" under [terrain]: rocks fall through such holes",
+            ));
         }
         notices.push(format!("terrain: {missing} cells without height are cut out"));
     }
     let known = || raster.heights.iter().copied().filter(|z| !z.is_nan());
     let [x0, y0] = raster.corner;
     let [dx, dy] = raster.spacing;
-    let far = Vector3::new(x0 + dx * (columns - 1) as f64, y0 + dy * (rows - 1) as f64, known().fold(f64::NEG_INFINITY, f64::max));
+    let far = Vector3::new(
+        x0 + dx * (columns - 1) as f64,
+        y0 + dy * (rows - 1) as f64,
+        known().fold(f64::NEG_INFINITY, f64::max),
+    );
     let origin = middle(Vector3::new(x0, y0, known().fold(f64::INFINITY, f64::min)), far);
     // Cells of a survey are subtracted before they are multiplied: nothing of 2.6e6 m is left to round.
     let (x0, y0) = (x0 - origin.x, y0 - origin.y);
@@ -143,9 +149,7 @@ impl HasPosition for Spot {
 pub fn from_points(points: &[[f64; 3]], longest: Option<f64>, file: &str) -> Result<Relief, InputError> {
     let (origin, mut nodes) = localise(points.iter().map(|p| Vector3::from(*p)).collect());
     let before = nodes.len();
-    nodes.sort_unstable_by(|a, b| {
-        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(b.z.total_cmp(&a.z))
-    });
+    nodes.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(b.z.total_cmp(&a.z)));
     nodes.dedup_by(|next, kept| next.x == kept.x && next.y == kept.y);
     let mut notices = Vec::new();
     if nodes.len() < before {

@@ -101,7 +101,10 @@ impl DemSolver {
         if let Some(ground) = &ground {
             if law.is_none() {
                 return Err(scene
-                    .invalid("terrain", "there is terrain and no contact law: the rocks would fall through it")
+                    .invalid(
+                        "terrain",
+                        "there is terrain and no contact law: the rocks would fall through it",
+                    )
                     .try_instead("add a table [[contact]]"));
             }
             notices.extend(ground.notices.iter().cloned());
@@ -110,7 +113,8 @@ impl DemSolver {
         let steps = Steps::new(&settings, &rocks, law.as_ref(), ground.as_ref(), scene)?;
         let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
         let state = State::start(&settings, &rocks, &origin);
-        let model = Model { settings, rocks, trees, ground, origin, law, steps, shortcuts: options.shortcuts };
+        let model =
+            Model { settings, rocks, trees, ground, origin, law, steps, shortcuts: options.shortcuts };
         if let Some((a, b)) = rocks_that_met(&model, &state) {
             let what = format!(
                 "rock `{}` and rock `{}` overlap at the start",
@@ -292,7 +296,9 @@ impl DemSolver {
             let prefix = if many { format!("{}_", rock.name) } else { String::new() };
             let start = Vector3::from(settings.rocks[number].position) - self.model.origin;
             let (motion, time) = (&body.motion, self.committed.time);
-            path::results(rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings);
+            path::results(
+                rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings,
+            );
         }
         if let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out)
             && let Err(e) = picture::write(&out.join(picture::PICTURE), &self.model, ground, &trajectory.rows)

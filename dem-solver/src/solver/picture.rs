@@ -9,8 +9,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-/// Name of the file.
-pub const PICTURE: &str = "trajectory.svg";
+pub use interface_defs::toolkit::run_dir::PICTURE;
 
 /// Width of the map, and height of the section [px].
 const WIDTH: f64 = 900.0;
@@ -52,10 +51,14 @@ impl Map {
         let counts = [size.x, size.y].map(|s| ((s / cell).ceil() as usize).clamp(1, CELLS));
         let top = ground.highest.z + 1.0;
         let height = |i: usize, j: usize| {
-            let at = Vector3::new(lowest.x + cell * (i as f64 + 0.5), lowest.y + cell * (j as f64 + 0.5), top);
+            let at =
+                Vector3::new(lowest.x + cell * (i as f64 + 0.5), lowest.y + cell * (j as f64 + 0.5), top);
             ground.height(&at, &-Vector3::z()).map(|h| top - h)
         };
-        let heights = (0..counts[1]).flat_map(|j| (0..counts[0]).map(move |i| (i, j))).map(|(i, j)| height(i, j)).collect();
+        let heights = (0..counts[1])
+            .flat_map(|j| (0..counts[0]).map(move |i| (i, j)))
+            .map(|(i, j)| height(i, j))
+            .collect();
         Self { lowest, cell, counts, heights }
     }
 
@@ -122,7 +125,10 @@ impl Map {
     /// Contours at whole multiples of a round step; the step [m].
     fn contours(&self, svg: &mut String) -> f64 {
         let known = || self.heights.iter().flatten();
-        let (low, high) = (known().copied().fold(f64::INFINITY, f64::min), known().copied().fold(f64::NEG_INFINITY, f64::max));
+        let (low, high) = (
+            known().copied().fold(f64::INFINITY, f64::min),
+            known().copied().fold(f64::NEG_INFINITY, f64::max),
+        );
         let step = round_step((high - low) / CONTOURS);
         if step.is_nan() || step <= 0.0 {
             return 0.0;
@@ -135,7 +141,10 @@ impl Map {
                 self.cell_contours([a, b, c, d], [i, j], step, &mut path);
             }
         }
-        let _ = writeln!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"#5c4326\" stroke-width=\"0.5\" opacity=\"0.7\"/>");
+        let _ = writeln!(
+            svg,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"#5c4326\" stroke-width=\"0.5\" opacity=\"0.7\"/>"
+        );
         step
     }
 
@@ -146,8 +155,10 @@ impl Map {
             let at = |n: usize, d: usize| (n + d) as f64 - 0.5;
             [self.lowest.x + self.cell * at(i, di), self.lowest.y + self.cell * at(j, dj)]
         };
-        let (low, high) =
-            (heights.iter().copied().fold(f64::INFINITY, f64::min), heights.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        let (low, high) = (
+            heights.iter().copied().fold(f64::INFINITY, f64::min),
+            heights.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        );
         let mut level = (low / step).ceil() * step;
         while level < high {
             let mut ends = Vec::with_capacity(4);
@@ -160,7 +171,8 @@ impl Map {
                 }
             }
             for pair in ends.chunks_exact(2) {
-                let _ = write!(path, "M{:.1} {:.1}L{:.1} {:.1}", pair[0][0], pair[0][1], pair[1][0], pair[1][1]);
+                let _ =
+                    write!(path, "M{:.1} {:.1}L{:.1} {:.1}", pair[0][0], pair[0][1], pair[1][0], pair[1][1]);
             }
             level += step;
         }
@@ -203,7 +215,12 @@ pub fn write(path: &Path, model: &Model, ground: &Ground, rows: &[Row]) -> io::R
                 let _ = write!(line, "{letter}{x:.1} {y:.1}");
                 if let Some(height) = row.height() {
                     let letter = if heights.is_empty() { 'M' } else { 'L' };
-                    let _ = write!(heights, "{letter}{:.1} {:.1}", MARGIN + across * way, top + SECTION - up * height.max(0.0));
+                    let _ = write!(
+                        heights,
+                        "{letter}{:.1} {:.1}",
+                        MARGIN + across * way,
+                        top + SECTION - up * height.max(0.0)
+                    );
                 }
             }
         }

@@ -112,7 +112,8 @@ impl OnTerrain {
         let shortest = model.steps.contact;
         let (touching, touched) = (contacts > 0, body.path.contact_since.is_some());
         body.path.step(&model.rocks[rock], terrain, &body.motion, end, h, touching, shortest);
-        let height = |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
+        let height =
+            |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
         if look && !touching {
             let height = height(body);
             body.path.height(height, end);
@@ -123,7 +124,8 @@ impl OnTerrain {
             _ => model.settings.interval / ROWS_PER_INTERVAL,
         };
         // Half a step less: a row is due at the step that is nearest.
-        let due = touching && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
+        let due = touching
+            && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
         if touching != touched || due {
             body.path.row = end;
             rows.push(Row::of(model, rock, body, end, height(body), touching));
@@ -131,7 +133,15 @@ impl OnTerrain {
     }
 
     /// Follow a rock's way to the instant `end` [s] of a flight. `look`: whether its height is due.
-    pub fn flew(&mut self, model: &Model, ground: &Ground, rock: usize, body: &mut Body, end: f64, look: bool) {
+    pub fn flew(
+        &mut self,
+        model: &Model,
+        ground: &Ground,
+        rock: usize,
+        body: &mut Body,
+        end: f64,
+        look: bool,
+    ) {
         body.path.flew(&model.rocks[rock], &body.motion, end);
         if look {
             let height = jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());

@@ -73,7 +73,8 @@ impl Bench {
     pub fn new(mesh: &Mesh, scene: &str, shortcuts: bool) -> Self {
         let dir = tempfile::tempdir().expect("a directory");
         std::fs::write(dir.path().join("t.obj"), mesh.obj()).expect("written");
-        let scene = Scene::from_text(&dir.path().join("s.toml").display().to_string(), scene).expect("a scene");
+        let scene =
+            Scene::from_text(&dir.path().join("s.toml").display().to_string(), scene).expect("a scene");
         let options = Options { out: Some(dir.path().to_owned()), shortcuts };
         let mut solver = DemSolver::new(&scene, &options).unwrap_or_else(|e| panic!("{e}"));
         let ready = solver.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));

@@ -11,7 +11,11 @@ const FINE: &str = "[dem]\nsteps_per_contact = 400\n";
 /// Time between touches, and way down the slope at each touch, from the first one on; speed down the slope,
 /// spin; and the time in contact up to there, which the hard limit does not have.
 fn bounces(restitution: f64, friction: f64, end: f64) -> (Vec<[f64; 4]>, f64) {
-    let mut bench = Bench::new(&plane(30.0, [-10.0, 60.0], 1, 1), &dropped(30.0, YOUNG, restitution, friction, FINE), true);
+    let mut bench = Bench::new(
+        &plane(30.0, [-10.0, 60.0], 1, 1),
+        &dropped(30.0, YOUNG, restitution, friction, FINE),
+        true,
+    );
     bench.run(0.05, end);
     let touches = bench.touches();
     let along = Vector3::new(30_f64.to_radians().cos(), 0.0, -30_f64.to_radians().sin());
@@ -35,7 +39,9 @@ fn a_frictionless_elastic_ball_bounces_4_12_24_40_m_down_a_slope_of_30_degrees()
     for (k, (&[time, way, ..], table)) in seen.iter().zip([0.0, 4.0, 12.0, 24.0, 40.0]).enumerate() {
         let t = k as f64 * (flight + each);
         let exact = (2.0 * G).sqrt() * 0.5 * t + 0.25 * G * t * t;
-        println!("touch {k}: {time:.6} s, {way:.6} m; with the contact's {each:.2e} s: {t:.6} s, {exact:.6} m; hard: {table} m");
+        println!(
+            "touch {k}: {time:.6} s, {way:.6} m; with the contact's {each:.2e} s: {t:.6} s, {exact:.6} m; hard: {table} m"
+        );
         // Rows are a fiftieth of a contact apart; the last contact may be under way at the end.
         assert!((time - t).abs() < 0.3 * each * (k as f64 + 1.0), "{time} {t}");
         assert!((way - exact).abs() < 25.0 * 0.3 * each * (k as f64 + 1.0), "{way} {exact}");
@@ -69,7 +75,13 @@ fn a_ball_that_slides_through_its_impacts_slows_and_spins_as_the_impulses_say() 
     let spins = [3.596262709, 5.394394063, 6.293459740, 6.742992578, 6.967758998];
     for k in 0..5 {
         let [_, way, speed, spin] = seen[k + 1];
-        println!("impact {}: {way:.6} m ({}), {speed:.6} m/s ({}), {spin:.6} rad/s ({})", k + 1, ways[k], speeds[k], spins[k]);
+        println!(
+            "impact {}: {way:.6} m ({}), {speed:.6} m/s ({}), {spin:.6} rad/s ({})",
+            k + 1,
+            ways[k],
+            speeds[k],
+            spins[k]
+        );
         assert!((way - ways[k]).abs() < 6.0 * (2.0 * contact + 1e-5), "{way}");
         assert!((speed - speeds[k]).abs() < 5.0 * (2.0 * contact + 1e-5) + 2e-4 * speeds[k], "{speed}");
         // Micro-slip: until the spring has reached its limit the friction is less; the step samples it.
@@ -97,7 +109,8 @@ fn turned(degrees: f64) -> [f64; 4] {
 #[test]
 fn the_moment_about_the_contact_of_an_edge_closes_in_every_step() {
     let slope = 25_f64.to_radians();
-    let mut bench = Bench::new(&plane(25.0, [-10.0, 30.0], 3, 3), &cube(8, turned(25.0 + 45.0), 0.5, 0.6), true);
+    let mut bench =
+        Bench::new(&plane(25.0, [-10.0, 30.0], 3, 3), &cube(8, turned(25.0 + 45.0), 0.5, 0.6), true);
     let gravity = Vector3::new(0.0, 0.0, -G);
     let normal = Vector3::new(slope.sin(), 0.0, slope.cos());
     let (mut steps, mut worst, mut size) = (0, 0.0_f64, 0.0_f64);
@@ -116,10 +129,17 @@ fn the_moment_about_the_contact_of_an_edge_closes_in_every_step() {
         // Where the forces were evaluated: half a step from the start, the orientation likewise.
         let middle = before.position + before.velocity * (0.5 * step);
         let turn = dem_solver::rock::rotation::rotate(
-            &before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * step,
+            &before.orientation,
+            &before.angular_momentum,
+            &rock.inertia,
+            0.5 * step,
         );
         let origin = bench.solver.model().origin;
-        let lowest = rock.spheres.iter().map(|s| (middle + turn * s.centre + origin).dot(&normal)).fold(f64::MAX, f64::min);
+        let lowest = rock
+            .spheres
+            .iter()
+            .map(|s| (middle + turn * s.centre + origin).dot(&normal))
+            .fold(f64::MAX, f64::min);
         let low: Vec<Vector3<f64>> = rock
             .spheres
             .iter()
@@ -142,7 +162,8 @@ fn the_moment_about_the_contact_of_an_edge_closes_in_every_step() {
 #[test]
 fn the_energy_of_a_cube_that_lands_on_an_edge_or_a_face_never_grows() {
     for (name, turn) in [("edge", 70.0), ("face", 25.0)] {
-        let mut bench = Bench::new(&plane(25.0, [-10.0, 60.0], 3, 3), &cube(64, turned(turn), 0.5, 0.6), true);
+        let mut bench =
+            Bench::new(&plane(25.0, [-10.0, 60.0], 3, 3), &cube(64, turned(turn), 0.5, 0.6), true);
         let (start, mut last, mut gain) = (bench.energy(), bench.energy(), 0.0_f64);
         let mut kinetic = 0.0_f64;
         for _ in 0..2000 {

@@ -62,7 +62,9 @@ fn bounces_and_rolling_with_friction_are_the_same_on_every_cut() {
     let modulus = 1e9 / (1.0 - 0.25 * 0.25);
     let overlap = (mass * G * cos / (4.0 / 3.0 * modulus * 0.2_f64.sqrt())).powf(2.0 / 3.0);
     let height = 0.2 - overlap;
-    let scene = dropped(20.0, 1e9, 0.5, 0.3, "")
-        .replace(&format!("{:?}", [0.2 * sin, 0.0, 0.2 * cos + 1.0]), &format!("{:?}", [height * sin, 0.013, height * cos]));
+    let scene = dropped(20.0, 1e9, 0.5, 0.3, "").replace(
+        &format!("{:?}", [0.2 * sin, 0.0, 0.2 * cos + 1.0]),
+        &format!("{:?}", [height * sin, 0.013, height * cos]),
+    );
     compare("V-D8", 20.0, &scene, 2.0, 1e-6);
 }

@@ -13,13 +13,24 @@ use tiff::tags::Tag;
 
 /// 9 x 7 points each 2 m, from (2600000, 1200000), heights of whole millimetres around 1500 m.
 fn slope() -> Slope {
-    Slope { corner: [2.6e6, 1.2e6], spacing: 2.0, counts: [9, 7], drop: 8.0, foot: 1500.0, benches: 1, roughness: 0.1, seed: 3 }
+    Slope {
+        corner: [2.6e6, 1.2e6],
+        spacing: 2.0,
+        counts: [9, 7],
+        drop: 8.0,
+        foot: 1500.0,
+        benches: 1,
+        roughness: 0.1,
+        seed: 3,
+    }
 }
 
 /// World coordinates of its points.
 fn points() -> Vec<[f64; 3]> {
     let raster = slope().raster();
-    (0..63).map(|i| [2.6e6 + 2.0 * (i % 9) as f64, 1.2e6 + 2.0 * (6 - i / 9) as f64, raster.heights[i]]).collect()
+    (0..63)
+        .map(|i| [2.6e6 + 2.0 * (i % 9) as f64, 1.2e6 + 2.0 * (6 - i / 9) as f64, raster.heights[i]])
+        .collect()
 }
 
 fn settings(file: &str) -> TerrainSettings {
@@ -33,7 +44,8 @@ fn read(name: &str, bytes: &[u8], change: impl FnOnce(&mut TerrainSettings)) -> 
     let scene = Scene::from_text(&dir.path().join("s.toml").display().to_string(), "").expect("a scene");
     let mut settings = settings(name);
     change(&mut settings);
-    let ground = Ground::of(&scene, &settings).map_err(|e| e.to_string().replace(&format!("{}/", dir.path().display()), ""))?;
+    let ground = Ground::of(&scene, &settings)
+        .map_err(|e| e.to_string().replace(&format!("{}/", dir.path().display()), ""))?;
     Ok(ground)
 }
 
@@ -55,7 +67,10 @@ fn tif() -> Vec<u8> {
     let mut image = encoder.new_image::<colortype::Gray64Float>(9, 7).expect("an image");
     image.encoder().write_tag(Tag::ModelPixelScaleTag, &[2.0, 2.0, 0.0][..]).expect("a tag");
     // The outer corner of the first pixel, north-west of its middle.
-    image.encoder().write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, 2.6e6 - 1.0, 1.2e6 + 13.0, 0.0][..]).expect("a tag");
+    image
+        .encoder()
+        .write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, 2.6e6 - 1.0, 1.2e6 + 13.0, 0.0][..])
+        .expect("a tag");
     image.encoder().write_tag(Tag::GdalNodata, "-9999").expect("a tag");
     image.write_data(&slope().raster().heights).expect("written");
     bytes.into_inner()
@@ -72,7 +87,9 @@ fn las(compressed: bool) -> Vec<u8> {
         // Trees 5 m high among them, of another class.
         for (up, class) in [(0.0, 2), (5.0, 5)].into_iter().take(1 + usize::from(i % 10 == 0)) {
             let classification = las::point::Classification::new(class).expect("a class");
-            writer.write_point(las::Point { x, y, z: z + up, classification, ..Default::default() }).expect("written");
+            writer
+                .write_point(las::Point { x, y, z: z + up, classification, ..Default::default() })
+                .expect("written");
         }
     }
     writer.into_inner().expect("closed").into_inner()
@@ -88,7 +105,9 @@ fn obj() -> Vec<u8> {
     let (nodes, triangles) = grid();
     let mut text = String::from("# a slope\n");
     nodes.iter().for_each(|n| writeln!(text, "v {} {} {}", n.x, n.y, n.z).expect("text"));
-    triangles.iter().for_each(|[a, b, c]| writeln!(text, "f {}/1 {}/2/3 {}//4", a + 1, b + 1, c + 1).expect("text"));
+    triangles
+        .iter()
+        .for_each(|[a, b, c]| writeln!(text, "f {}/1 {}/2/3 {}//4", a + 1, b + 1, c + 1).expect("text"));
     text.into_bytes()
 }
 
@@ -97,7 +116,9 @@ fn stl_text() -> Vec<u8> {
     let mut text = String::from("solid slope\n");
     for t in triangles {
         text += " facet normal 0 0 1\n  outer loop\n";
-        t.iter().map(|n| nodes[*n as usize]).for_each(|n| writeln!(text, "   vertex {} {} {}", n.x, n.y, n.z).expect("text"));
+        t.iter()
+            .map(|n| nodes[*n as usize])
+            .for_each(|n| writeln!(text, "   vertex {} {} {}", n.x, n.y, n.z).expect("text"));
         text += "  endloop\n endfacet\n";
     }
     (text + "endsolid slope\n").into_bytes()
@@ -111,7 +132,9 @@ fn stl_binary() -> Vec<u8> {
         bytes.extend([0; 12]);
         // With an origin of its own: in single precision 2.6e6 m are too coarse.
         let local = |n: u32| nodes[n as usize] - Vector3::new(2.6e6, 1.2e6, 1500.0);
-        t.iter().flat_map(|n| local(*n).iter().map(|v| *v as f32).collect::<Vec<_>>()).for_each(|v| bytes.extend(v.to_le_bytes()));
+        t.iter()
+            .flat_map(|n| local(*n).iter().map(|v| *v as f32).collect::<Vec<_>>())
+            .for_each(|v| bytes.extend(v.to_le_bytes()));
         bytes.extend([0; 2]);
     }
     bytes
@@ -159,12 +182,17 @@ fn holes_are_refused_with_their_place_or_cut_out() {
     raster.write_asc(&dir.path().join("t.asc")).expect("written");
     let bytes = std::fs::read(dir.path().join("t.asc")).expect("read");
     let refused = read("t.asc", &bytes, |_| {}).expect_err("a hole");
-    assert!(refused.starts_with("t.asc: 1 of 63 cells have no height, the first in row 4 and column 5"), "{refused}");
+    assert!(
+        refused.starts_with("t.asc: 1 of 63 cells have no height, the first in row 4 and column 5"),
+        "{refused}"
+    );
     assert!(refused.contains("nodata = \"cut\""), "{refused}");
     // Of the four cells around it one triangle each is left.
     let cut = read("t.asc", &bytes, |s| s.nodata = NoData::Cut).expect("cut");
     assert_eq!((cut.nodes.len(), cut.triangles.len()), (62, 92));
-    let at = |x: f64, y: f64| cut.height(&(Vector3::new(2.6e6 + x, 1.2e6 + y, 1600.0) - cut.origin), &-Vector3::z());
+    let at = |x: f64, y: f64| {
+        cut.height(&(Vector3::new(2.6e6 + x, 1.2e6 + y, 1600.0) - cut.origin), &-Vector3::z())
+    };
     assert!(at(8.1, 6.1).is_none() && at(3.0, 3.0).is_some() && at(-0.1, 3.0).is_none());
 }
 
@@ -194,7 +222,13 @@ fn zones_are_found_by_polygon_and_by_raster() {
     assert_eq!(ground.materials, ["rock", "scree", "wood"]);
     for t in 0..ground.triangles.len() as u32 {
         let middle = ground.corners(t).iter().sum::<Vector3<f64>>() / 3.0 + ground.origin;
-        let expected = if middle.x > 2_600_008.0 { 2 } else if middle.y < 1_200_006.0 { 1 } else { 0 };
+        let expected = if middle.x > 2_600_008.0 {
+            2
+        } else if middle.y < 1_200_006.0 {
+            1
+        } else {
+            0
+        };
         assert_eq!(ground.zone(t), expected, "{middle}");
     }
 }
@@ -219,7 +253,11 @@ fn a_fault_is_told_with_file_and_line() {
         ("t.asc", format!("{head}1 2 3\n4 5\n"), "t.asc:8: the file ends after 5 of 3 x 2 = 6 heights"),
         ("t.asc", format!("{head}1 2 3\n4 5 6 7\n"), "t.asc:7: `7` stands after the last of 6 heights"),
         ("t.asc", "ncols 3\nnrows -2\n".into(), "t.asc:2: nrows = -2: a whole number above 0 is due"),
-        ("t.asc", "ncols 3\nnrows 2\n1 2 3 4 5 6".into(), "t.asc: the header has no `xllcorner`; is this an ESRI grid?"),
+        (
+            "t.asc",
+            "ncols 3\nnrows 2\n1 2 3 4 5 6".into(),
+            "t.asc: the header has no `xllcorner`; is this an ESRI grid?",
+        ),
         (
             "t.asc",
             head.replace("ncols 3", "ncols 900000000"),
@@ -227,10 +265,18 @@ fn a_fault_is_told_with_file_and_line() {
         ),
         ("t.xyz", "# points\n1 2 3\n1 2\n".into(), "t.xyz:3: the line has no z"),
         ("t.xyz", "1 2 3\n4 5 nan\n".into(), "t.xyz:2: `nan` is no z"),
-        ("t.xyz", "0 0 0\n1 1 1\n2 2 2\n".into(), "t.xyz: 3 points that span no surface: three that are not in line are needed"),
+        (
+            "t.xyz",
+            "0 0 0\n1 1 1\n2 2 2\n".into(),
+            "t.xyz: 3 points that span no surface: three that are not in line are needed",
+        ),
         ("t.obj", "v 0 0 0\nv 1 0 0\nf 1 2 3\n".into(), "t.obj:3: `3` is none of the 2 vertices so far"),
         ("t.stl", "solid a\nfacet\nvertex 0 0 zero\n".into(), "t.stl:3: `zero` is no coordinate"),
-        ("t.dem", "1".into(), "t.dem: `.dem` is no terrain that can be read; known are .asc, .tif, .xyz, .las, .laz, .stl, .obj"),
+        (
+            "t.dem",
+            "1".into(),
+            "t.dem: `.dem` is no terrain that can be read; known are .asc, .tif, .xyz, .las, .laz, .stl, .obj",
+        ),
     ] {
         let error = read(name, text.as_bytes(), |_| {}).expect_err(expected);
         assert_eq!(error.lines().next(), Some(expected));
@@ -272,7 +318,8 @@ fn no_file_however_damaged_brings_a_reader_down() {
             // The head, where lengths and counts stand, is hit as often as everything else together.
             let reach = if round % 2 == 0 { bytes.len().min(400) } else { bytes.len() };
             for _ in 0..=random(4) {
-                changed[random(reach)] = [0, 0xff, 0x7f, 0x80, b'9', b'-', b'e', random(256) as u8][random(8)];
+                changed[random(reach)] =
+                    [0, 0xff, 0x7f, 0x80, b'9', b'-', b'e', random(256) as u8][random(8)];
             }
             try_it(name, &changed);
         }

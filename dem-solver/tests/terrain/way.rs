@@ -49,7 +49,9 @@ fn a_block_that_friction_holds_comes_to_rest_and_its_run_ends() {
     bench.run(0.05, 20.0);
     assert!(bench.solver.has_ended() && bench.time < 5.0, "{} s", bench.time);
     let end = bench.solver.finish().expect("finished");
-    let measure = |name: &str| end.measures.iter().find(|m| m.name == name).unwrap_or_else(|| panic!("no {name}")).value;
+    let measure = |name: &str| {
+        end.measures.iter().find(|m| m.name == name).unwrap_or_else(|| panic!("no {name}")).value
+    };
     assert!((measure("rest_x") - bench.position().x).abs() < 1e-12);
     assert!(measure("run_out") < 2.0 && measure("impacts") >= 1.0, "{:?}", end.measures);
     assert!((0.05..1.0).contains(&measure("contact_share")));
@@ -77,8 +79,11 @@ fn rows_are_finer_in_contact_than_in_flight_and_their_energies_add_up() {
     bench.run(0.05, 3.0);
     let rows = bench.rows();
     let gaps = |touching: f64| {
-        let mut gaps: Vec<f64> =
-            rows.windows(2).filter(|w| w[0][15] == touching && w[1][15] == touching).map(|w| w[1][0] - w[0][0]).collect();
+        let mut gaps: Vec<f64> = rows
+            .windows(2)
+            .filter(|w| w[0][15] == touching && w[1][15] == touching)
+            .map(|w| w[1][0] - w[0][0])
+            .collect();
         gaps.sort_by(f64::total_cmp);
         gaps[gaps.len() / 2]
     };

@@ -23,12 +23,15 @@ pub fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>,
     let (points, seen) = match read {
         Ok(Ok(read)) => read,
         Ok(Err(e)) => return Err(InputError::in_file(file, format!("cannot be read as LAS: {e}"))),
-        Err(_) => return Err(InputError::in_file(file, "cannot be read as LAS: its compressed points are damaged")),
+        Err(_) => {
+            return Err(InputError::in_file(file, "cannot be read as LAS: its compressed points are damaged"));
+        }
     };
     if points.is_empty() {
         let text: Vec<String> = classes.iter().map(u8::to_string).collect();
         let what = format!("none of its {seen} points is of class {}", text.join(", "));
-        return Err(InputError::in_file(file, what).try_instead("write classes = [] under [terrain] to take all points"));
+        return Err(InputError::in_file(file, what)
+            .try_instead("write classes = [] under [terrain] to take all points"));
     }
     Ok(points)
 }
@@ -68,12 +71,18 @@ fn check(bytes: &[u8], file: &str) -> Result<(), InputError> {
         return fault(format!("{} bytes are too few for the header of a LAS file", bytes.len()));
     }
     let whole = |at: usize, size: usize| {
-        bytes.get(at..at + size).map_or(0, |b| b.iter().rev().fold(0_u64, |v, byte| v << 8 | u64::from(*byte)))
+        bytes
+            .get(at..at + size)
+            .map_or(0, |b| b.iter().rev().fold(0_u64, |v, byte| v << 8 | u64::from(*byte)))
     };
     let length = bytes.len() as u64;
     let (header, offset, records) = (whole(94, 2), whole(96, 4), whole(100, 4));
     let newest = (bytes[24], bytes[25]) >= (1, 4);
-    if header < HEADER as u64 || header > offset || offset > length || records * RECORD as u64 > offset - header {
+    if header < HEADER as u64
+        || header > offset
+        || offset > length
+        || records * RECORD as u64 > offset - header
+    {
         return fault(format!(
             "its header ({header} bytes, {records} records) and points from byte {offset} on do not fit {length} bytes"
         ));
@@ -82,7 +91,9 @@ fn check(bytes: &[u8], file: &str) -> Result<(), InputError> {
     let compressed = format & 0xc0 != 0;
     let count = if newest && header >= 375 { whole(247, 8).max(whole(107, 4)) } else { whole(107, 4) };
     if count > MOST || (!compressed && count.checked_mul(each).is_none_or(|size| size > length - offset)) {
-        return fault(format!("its header promises {count} points of {each} bytes, and the file has {length} bytes"));
+        return fault(format!(
+            "its header promises {count} points of {each} bytes, and the file has {length} bytes"
+        ));
     }
     if newest && header >= 375 {
         extended_records(bytes, whole(235, 8), whole(243, 4)).or_else(fault)?;
@@ -91,7 +102,8 @@ fn check(bytes: &[u8], file: &str) -> Result<(), InputError> {
         let table = whole(offset as usize, 8);
         // A table at the file's end is told by -1 there and by its place in the last eight bytes.
         let table = if table == u64::MAX { whole(bytes.len() - 8, 8) } else { table };
-        let chunks = usize::try_from(table).ok().filter(|t| *t < bytes.len()).map_or(u64::MAX, |t| whole(t + 4, 4));
+        let chunks =
+            usize::try_from(table).ok().filter(|t| *t < bytes.len()).map_or(u64::MAX, |t| whole(t + 4, 4));
         if chunks > length {
             return fault(format!("its table of chunks at byte {table} does not fit {length} bytes"));
         }
@@ -110,7 +122,12 @@ fn extended_records(bytes: &[u8], start: u64, count: u64) -> Result<(), String> 
         });
         match end {
             Some(end) if end <= bytes.len() as u64 => at = end,
-            _ => return Err(format!("its extended record {record} at byte {at} does not fit {} bytes", bytes.len())),
+            _ => {
+                return Err(format!(
+                    "its extended record {record} at byte {at} does not fit {} bytes",
+                    bytes.len()
+                ));
+            }
         }
     }
     Ok(())

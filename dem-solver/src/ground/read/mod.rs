@@ -110,7 +110,8 @@ pub(crate) fn number(word: &[u8]) -> Option<f64> {
 
 /// A word as an error shows it: readable and short.
 pub(crate) fn shown(word: &[u8]) -> String {
-    let text: String = String::from_utf8_lossy(word).chars().take(24).flat_map(char::escape_default).collect();
+    let text: String =
+        String::from_utf8_lossy(word).chars().take(24).flat_map(char::escape_default).collect();
     if word.len() > 24 { text + "..." } else { text }
 }
 

@@ -18,8 +18,11 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Content, InputError> {
             Some(b"v") => {
                 let mut at = Vector3::zeros();
                 for axis in 0..3 {
-                    let Some(word) = words.next() else { return Err(fault("a vertex needs three coordinates".into())) };
-                    at[axis] = number(word).ok_or_else(|| fault(format!("`{}` is no coordinate", shown(word))))?;
+                    let Some(word) = words.next() else {
+                        return Err(fault("a vertex needs three coordinates".into()));
+                    };
+                    at[axis] =
+                        number(word).ok_or_else(|| fault(format!("`{}` is no coordinate", shown(word))))?;
                 }
                 nodes.push(at);
             }
@@ -32,7 +35,12 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Content, InputError> {
                     let node = match place {
                         Some(n) if n > 0 && n <= count => n - 1,
                         Some(n) if n < 0 && -n <= count => count + n,
-                        _ => return Err(fault(format!("`{}` is none of the {count} vertices so far", shown(word)))),
+                        _ => {
+                            return Err(fault(format!(
+                                "`{}` is none of the {count} vertices so far",
+                                shown(word)
+                            )));
+                        }
                     };
                     corners.push(node as u32);
                 }

@@ -27,7 +27,10 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Content, InputError> {
     Err(match count {
         Some(n) => InputError::in_file(
             file,
-            format!("{n} triangles of a binary STL are {EACH} bytes each, and the file has {} bytes", bytes.len()),
+            format!(
+                "{n} triangles of a binary STL are {EACH} bytes each, and the file has {} bytes",
+                bytes.len()
+            ),
         ),
         None => InputError::in_file(file, format!("{} bytes are too few for an STL", bytes.len())),
     })
@@ -61,11 +64,19 @@ fn binary(bytes: &[u8], file: &str) -> Result<Content, InputError> {
         // The normal, of 12 bytes, follows from the corners.
         let value = |i: usize| {
             let at = 12 + 4 * i;
-            f64::from(f32::from_le_bytes([triangle[at], triangle[at + 1], triangle[at + 2], triangle[at + 3]]))
+            f64::from(f32::from_le_bytes([
+                triangle[at],
+                triangle[at + 1],
+                triangle[at + 2],
+                triangle[at + 3],
+            ]))
         };
         let corners = [0, 3, 6].map(|i| Vector3::new(value(i), value(i + 1), value(i + 2)));
         if !corners.iter().all(|c| c.iter().all(|v| v.is_finite())) {
-            return Err(InputError::in_file(file, format!("triangle {number} has a corner that is not finite")));
+            return Err(InputError::in_file(
+                file,
+                format!("triangle {number} has a corner that is not finite"),
+            ));
         }
         let nodes = corners.map(|c| weld.place(c));
         weld.triangles.push(nodes);
@@ -94,8 +105,11 @@ fn text(bytes: &[u8], file: &str) -> Result<Content, InputError> {
             b"vertex" => {
                 let mut at = Vector3::zeros();
                 for axis in 0..3 {
-                    let Some(word) = words.next() else { return Err(fault("the file ends within a vertex".into())) };
-                    at[axis] = number(word).ok_or_else(|| fault(format!("`{}` is no coordinate", shown(word))))?;
+                    let Some(word) = words.next() else {
+                        return Err(fault("the file ends within a vertex".into()));
+                    };
+                    at[axis] =
+                        number(word).ok_or_else(|| fault(format!("`{}` is no coordinate", shown(word))))?;
                 }
                 corners.push(weld.place(at));
             }

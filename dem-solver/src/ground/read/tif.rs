@@ -70,7 +70,11 @@ impl Parts {
             _ => return Err("it does not say where it lies (no pixel scale and tie point)".into()),
         };
         let sound = place.iter().chain(&spacing).all(|v| v.is_finite()) && spacing.iter().all(|v| *v > 0.0);
-        if sound { Ok((place, spacing)) } else { Err(format!("pixels of {} m x {} m cannot be read", spacing[0], spacing[1])) }
+        if sound {
+            Ok((place, spacing))
+        } else {
+            Err(format!("pixels of {} m x {} m cannot be read", spacing[0], spacing[1]))
+        }
     }
 }
 
@@ -102,7 +106,8 @@ fn decode(bytes: &[u8]) -> TiffResult<(Parts, [usize; 2], Vec<f64>)> {
     }
     if let Some(value) = decoder.find_tag(Tag::GeoKeyDirectoryTag)? {
         let keys = value.into_u16_vec()?;
-        parts.point = keys.chunks_exact(4).skip(1).any(|k| k[0] == RASTER_TYPE && k[1] == 0 && k[3] == PIXEL_IS_POINT);
+        parts.point =
+            keys.chunks_exact(4).skip(1).any(|k| k[0] == RASTER_TYPE && k[1] == 0 && k[3] == PIXEL_IS_POINT);
     }
     let values = match decoder.read_image()? {
         DecodingResult::U8(v) => widen(v),

@@ -36,5 +36,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
 
 /// True for the name of a column: letters, perhaps in quotes.
 fn is_name(word: &[u8]) -> bool {
-    number(word).is_none() && word.len() <= 32 && word.iter().all(|b| b.is_ascii_alphanumeric() || b"_\"'/".contains(b))
+    number(word).is_none()
+        && word.len() <= 32
+        && word.iter().all(|b| b.is_ascii_alphanumeric() || b"_\"'/".contains(b))
 }
