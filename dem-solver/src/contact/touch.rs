@@ -45,7 +45,8 @@ impl Candidate for Contact {
     }
 }
 
-/// A line of the pair list as the rock sees it; a point is one without length.
+/// A line of the pair list as the rock sees it; a point is one without length. Of a face: a corner, and
+/// its unit normal as the edge.
 #[derive(Debug, Clone, Copy)]
 struct Segment {
     start: Vector3<f64>,
@@ -112,8 +113,11 @@ impl Touch {
         }
         self.segments.clear();
         for element in &list.elements {
-            let [start, end, _] = element.nodes.map(|n| self.nodes[n as usize]);
-            let edge = end - start;
+            let [start, end, third] = element.nodes.map(|n| self.nodes[n as usize]);
+            let edge = match element.kind {
+                Kind::Line | Kind::Point => end - start,
+                Kind::Face => (end - start).cross(&(third - start)).try_normalize(0.0).unwrap_or_default(),
+            };
             let inverse_square = inverse_square(&edge);
             self.segments.push(Segment { start, edge, inverse_square, radius: element.radius });
         }
@@ -128,6 +132,10 @@ impl Touch {
         let closest = match element.kind {
             Kind::Line | Kind::Point => {
                 on_line(&sphere.centre, &segment.start, &segment.edge, segment.inverse_square)
+            }
+            // Most pairs of a list are too far from the plane: that is seen at once, rounding left aside.
+            Kind::Face if segment.edge.dot(&(sphere.centre - segment.start)).abs() > reach * (1.0 + 1e-9) => {
+                return;
             }
             Kind::Face => on_face(&sphere.centre, element.nodes.map(|n| &self.nodes[n as usize])),
         };

@@ -5,8 +5,10 @@ use crate::search::boxes::Bounds;
 use crate::wall::closest::on_face;
 use nalgebra::Vector3;
 
-/// Share of the reach that a piece of a flight path may measure before it is not cut further.
-const FINEST: f64 = 0.125;
+/// Length of the pieces in which a flight is looked at, in radii of what flies.
+const PIECE: f64 = 3.0;
+/// A piece is looked at again if at least one in so many of its steps were free.
+const FEWEST: usize = 8;
 
 /// A flight in closed form.
 #[derive(Debug, Clone, Copy)]
@@ -62,42 +64,49 @@ impl Ground {
     /// Whole steps of `h` [s], at most `most`, for which a sphere of `radius` [m] on this flight meets
     /// no triangle for certain.
     ///
-    /// The path is taken in pieces; one whose box, widened by the radius, meets a triangle is halved,
-    /// one that is free is flown and the next tried twice as long.
+    /// The path is taken in pieces of [`PIECE`] radii. A triangle that comes into the box of a piece is convex:
+    /// until the sphere has reached the plane through its closest point they cannot touch. The shortest such
+    /// time is flown, and looked at again from there while it is worth it.
     pub fn free_steps(&self, flight: &Parabola, radius: f64, h: f64, most: usize) -> usize {
-        let (mut done, mut piece) = (0, most.max(1));
+        let mut done = 0;
         while done < most {
-            piece = piece.min(most - done);
-            let (lowest, highest) = flight.piece(h * done as f64, h * (done + piece) as f64);
-            if !self.meets_box(&lowest.add_scalar(-radius), &highest.add_scalar(radius)) {
+            let from = h * done as f64;
+            let (position, velocity) = (flight.at(from), flight.velocity + flight.gravity * from);
+            let time = arrival(PIECE * radius, velocity.norm(), flight.gravity.norm());
+            let left = most - done;
+            let piece = if time < h * left as f64 { ((time / h) as usize).max(1) } else { left };
+            let whole = h * piece as f64;
+            let (lowest, highest) = flight.piece(from, from + whole);
+            let query = Bounds::around(&lowest.add_scalar(-radius), &highest.add_scalar(radius));
+            let mut least = whole;
+            self.tree.visit(
+                |bounds| bounds.meets(&query),
+                |t| {
+                    let [a, b, c] = self.corners(t as u32);
+                    let to_point = on_face(&position, [&a, &b, &c]).to_point;
+                    let distance = to_point.norm();
+                    let gap = distance - radius;
+                    if gap <= 0.0 {
+                        least = 0.0;
+                        return false;
+                    }
+                    let normal = to_point / distance;
+                    least =
+                        least.min(arrival(gap, velocity.dot(&normal), flight.gravity.dot(&normal).max(0.0)));
+                    true
+                },
+            );
+            if least >= whole {
                 done += piece;
-                piece *= 2;
-            } else if piece > 1 && (highest - lowest).max() > FINEST * radius {
-                piece /= 2;
-            } else {
+                continue;
+            }
+            let steps = (least / h) as usize;
+            done += steps;
+            if FEWEST * steps < piece {
                 break;
             }
         }
         done
-    }
-
-    /// True if a triangle comes into the box, or may.
-    fn meets_box(&self, lowest: &Vector3<f64>, highest: &Vector3<f64>) -> bool {
-        let query = Bounds::around(lowest, highest);
-        let (middle, half) = ((lowest + highest) * 0.5, (highest - lowest) * 0.5);
-        let mut meets = false;
-        self.tree.visit(
-            |bounds| bounds.meets(&query),
-            |t| {
-                let [a, b, c] = self.corners(t as u32);
-                let beside = (a.inf(&b).inf(&c) - highest).sup(&(lowest - a.sup(&b).sup(&c))).max() > 0.0;
-                let normal = (b - a).cross(&(c - a));
-                let off_plane = normal.dot(&(middle - a)).abs() > normal.abs().dot(&half);
-                meets = !beside && !off_plane;
-                !meets
-            },
-        );
-        meets
     }
 
     /// Height of `point` above the terrain against `down`, a unit vector along an axis or not: distance
@@ -107,8 +116,11 @@ impl Ground {
         let far = (self.highest - self.lowest).norm() + (point - self.lowest).norm();
         let (from, to) = (point - down * far, point + down * far);
         let (mut below, mut above) = (f64::INFINITY, f64::NEG_INFINITY);
+        let query = Bounds::around(&from.inf(&to), &from.sup(&to));
+        // The box around a line along an axis is the line.
+        let upright = down.amax() == 1.0;
         self.tree.visit(
-            |bounds| line_meets(bounds, &from, &to),
+            |bounds| bounds.meets(&query) && (upright || line_meets(bounds, &from, &to)),
             |t| {
                 if let Some(way) = crossing(&self.corners(t as u32), point, down) {
                     if way >= 0.0 {
@@ -120,12 +132,15 @@ impl Ground {
                 true
             },
         );
-        if below.is_finite() {
-            Some(below)
-        } else {
-            above.is_finite().then_some(above)
-        }
+        if below.is_finite() { Some(below) } else { above.is_finite().then_some(above) }
     }
+}
+
+/// Smallest time above 0 at which `speed t + bow t^2 / 2` reaches `gap` > 0; `bow` is 0 or more.
+pub fn arrival(gap: f64, speed: f64, bow: f64) -> f64 {
+    let root = (speed * speed + 2.0 * bow * gap).sqrt();
+    // Of the two forms of the root the one that does not cancel; infinite where it never arrives.
+    if speed >= 0.0 { 2.0 * gap / (speed + root) } else { (root - speed) / bow }
 }
 
 /// True if the straight line between the points meets the box, or nearly.
@@ -162,4 +177,21 @@ fn crossing([a, b, c]: &[Vector3<f64>; 3], point: &Vector3<f64>, down: &Vector3<
     let v = down.dot(&other) * det.signum();
     let inside = u >= -border && v >= -border && u + v <= det.abs() + border;
     inside.then(|| ac.dot(&other) / det)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::arrival;
+
+    #[test]
+    fn a_gap_is_reached_when_the_way_is_as_long() {
+        for (gap, speed, bow) in
+            [(0.3, 2.0, 5.0), (0.3, -2.0, 5.0), (1e-9, 10.0, 0.0), (2.0, 0.0, 9.81), (0.1, -3.0, 1e-3)]
+        {
+            let t: f64 = arrival(gap, speed, bow);
+            assert!(((speed + 0.5 * bow * t) * t / gap - 1.0).abs() < 1e-9, "{gap} {speed} {bow}: {t}");
+        }
+        assert_eq!(arrival(1.0, -1.0, 0.0), f64::INFINITY);
+        assert_eq!(arrival(1.0, 0.0, 0.0), f64::INFINITY);
+    }
 }

@@ -51,9 +51,14 @@ impl Ground {
         let relief = relief::of(scene, settings)?;
         let zones = zones::Zones::of(scene, settings, &relief.origin)?;
         let mut ground = Self::new(relief);
+        if ground.triangles.is_empty() {
+            let file = scene.resolve(&settings.file).display().to_string();
+            return Err(InputError::in_file(file, "the terrain has no triangle with an area"));
+        }
         ground.materials = zones.materials().to_vec();
         if !zones.is_empty() {
-            let middle = |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;
+            let middle =
+                |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;
             ground.zones = ground.triangles.iter().map(|t| zones.at(&middle(t))).collect();
         }
         Ok(ground)
@@ -76,7 +81,17 @@ impl Ground {
             lowest = lowest.inf(node);
             highest = highest.sup(node);
         }
-        Self { origin, nodes, triangles, zones: Vec::new(), materials: vec![String::new()], lowest, highest, notices, tree }
+        Self {
+            origin,
+            nodes,
+            triangles,
+            zones: Vec::new(),
+            materials: vec![String::new()],
+            lowest,
+            highest,
+            notices,
+            tree,
+        }
     }
 
     /// Corners of a triangle, local [m].

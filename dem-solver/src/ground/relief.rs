@@ -36,18 +36,14 @@ pub struct Raster {
 /// Read the terrain of a scene.
 pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Relief, InputError> {
     let path = scene.resolve(&settings.file);
-    let relief = match read::terrain(&path, settings)? {
+    match read::terrain(&path, settings)? {
         Content::Raster(raster) => from_raster(&raster, settings.nodata, &path.display().to_string()),
-        Content::Points(points) => from_points(&points, &path.display().to_string()),
+        Content::Points(points) => from_points(&points, settings.longest_edge, &path.display().to_string()),
         Content::Triangles { nodes, triangles, notices } => {
             let (origin, nodes) = localise(nodes);
             Ok(Relief { origin, nodes, triangles, notices })
         }
-    }?;
-    if relief.triangles.is_empty() {
-        return Err(InputError::in_file(path.display().to_string(), "the terrain has no triangle"));
     }
-    Ok(relief)
 }
 
 /// A whole-numbered point in the middle, and the nodes from there.
@@ -61,8 +57,9 @@ fn localise(mut nodes: Vec<Vector3<f64>>) -> (Vector3<f64>, Vec<Vector3<f64>>) {
     (origin, nodes)
 }
 
+/// Rounded down, so that a terrain moved by whole metres has its origin moved by as much.
 fn middle(lowest: Vector3<f64>, highest: Vector3<f64>) -> Vector3<f64> {
-    let middle = (lowest * 0.5 + highest * 0.5).map(f64::round);
+    let middle = (lowest * 0.5 + highest * 0.5).map(f64::floor);
     if middle.sum().is_finite() { middle } else { Vector3::zeros() }
 }
 
@@ -84,14 +81,20 @@ pub fn from_raster(raster: &Raster, nodata: NoData, file: &str) -> Result<Relief
                     first % columns + 1
                 ),
             )
-            .try_instead("fill them, or write nodata = \"cut\" under [terrain]: rocks fall through such holes"));
+            .try_instead(
+                "fill them, or write nodata = \"cut\" under [terrain]: rocks fall through such holes",
+            ));
         }
         notices.push(format!("terrain: {missing} cells without height are cut out"));
     }
     let known = || raster.heights.iter().copied().filter(|z| !z.is_nan());
     let [x0, y0] = raster.corner;
     let [dx, dy] = raster.spacing;
-    let far = Vector3::new(x0 + dx * (columns - 1) as f64, y0 + dy * (rows - 1) as f64, known().fold(f64::NEG_INFINITY, f64::max));
+    let far = Vector3::new(
+        x0 + dx * (columns - 1) as f64,
+        y0 + dy * (rows - 1) as f64,
+        known().fold(f64::NEG_INFINITY, f64::max),
+    );
     let origin = middle(Vector3::new(x0, y0, known().fold(f64::INFINITY, f64::min)), far);
     // Cells of a survey are subtracted before they are multiplied: nothing of 2.6e6 m is left to round.
     let (x0, y0) = (x0 - origin.x, y0 - origin.y);
@@ -142,13 +145,11 @@ impl HasPosition for Spot {
     }
 }
 
-/// Delaunay triangles over x and y. Of points that stand over each other the highest is kept.
-pub fn from_points(points: &[[f64; 3]], file: &str) -> Result<Relief, InputError> {
+/// Delaunay triangles over x and y, those with an edge above `longest` [m] left out. Of points that stand over each other the highest is kept.
+pub fn from_points(points: &[[f64; 3]], longest: Option<f64>, file: &str) -> Result<Relief, InputError> {
     let (origin, mut nodes) = localise(points.iter().map(|p| Vector3::from(*p)).collect());
     let before = nodes.len();
-    nodes.sort_unstable_by(|a, b| {
-        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(b.z.total_cmp(&a.z))
-    });
+    nodes.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(b.z.total_cmp(&a.z)));
     nodes.dedup_by(|next, kept| next.x == kept.x && next.y == kept.y);
     let mut notices = Vec::new();
     if nodes.len() < before {
@@ -165,8 +166,12 @@ pub fn from_points(points: &[[f64; 3]], file: &str) -> Result<Relief, InputError
     let spots: Vec<Spot> = nodes.iter().enumerate().map(spot).collect();
     let mesh = DelaunayTriangulation::<Spot>::bulk_load_stable(spots)
         .map_err(|e| InputError::in_file(file, format!("the points cannot be joined to triangles: {e}")))?;
-    let triangles: Vec<[u32; 3]> =
+    let mut triangles: Vec<[u32; 3]> =
         mesh.inner_faces().map(|face| face.vertices().map(|v| v.data().number)).collect();
+    if let Some(longest) = longest {
+        let edge = |a: u32, b: u32| (nodes[a as usize] - nodes[b as usize]).xy().norm();
+        triangles.retain(|&[a, b, c]| edge(a, b).max(edge(b, c)).max(edge(c, a)) <= longest);
+    }
     if triangles.is_empty() {
         return Err(InputError::in_file(
             file,

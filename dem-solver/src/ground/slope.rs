@@ -87,7 +87,8 @@ impl Raster {
     pub fn write_asc(&self, path: &Path) -> std::io::Result<()> {
         let [dx, dy] = self.spacing;
         let [nx, ny] = self.counts;
-        let mut text = format!("ncols {nx}\nnrows {ny}\nxllcenter {}\nyllcenter {}\n", self.corner[0], self.corner[1]);
+        let mut text =
+            format!("ncols {nx}\nnrows {ny}\nxllcenter {}\nyllcenter {}\n", self.corner[0], self.corner[1]);
         let _ = if dx == dy { writeln!(text, "cellsize {dx}") } else { writeln!(text, "dx {dx}\ndy {dy}") };
         text += "NODATA_value -9999\n";
         let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);

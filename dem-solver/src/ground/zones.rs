@@ -53,12 +53,14 @@ impl Zones {
 
     /// Zone at a local position; polygons count before the raster, the last one before the others.
     pub fn at(&self, position: &Vector3<f64>) -> u8 {
-        let polygon = self.polygons.iter().rev().find(|(corners, _)| contains(corners, position.x, position.y));
+        let polygon =
+            self.polygons.iter().rev().find(|(corners, _)| contains(corners, position.x, position.y));
         if let Some((_, zone)) = polygon {
             return *zone;
         }
         let number = self.raster.as_ref().and_then(|raster| raster.nearest(position.x, position.y));
-        let zone = |n: f64| self.numbers.iter().find(|(number, _)| *number as f64 == n).map(|(_, zone)| *zone);
+        let zone =
+            |n: f64| self.numbers.iter().find(|(number, _)| *number as f64 == n).map(|(_, zone)| *zone);
         number.and_then(zone).unwrap_or(0)
     }
 }
@@ -81,7 +83,8 @@ fn contains(corners: &[[f64; 2]], x: f64, y: f64) -> bool {
     let mut inside = false;
     let mut from = corners[corners.len() - 1];
     for &to in corners {
-        if (from[1] > y) != (to[1] > y) && x < (to[0] - from[0]) * (y - from[1]) / (to[1] - from[1]) + from[0] {
+        if (from[1] > y) != (to[1] > y) && x < (to[0] - from[0]) * (y - from[1]) / (to[1] - from[1]) + from[0]
+        {
             inside = !inside;
         }
         from = to;
@@ -99,7 +102,12 @@ mod tests {
         let zones = Zones {
             materials: ["ground", "scree", "wood", "rock"].map(String::from).into(),
             polygons: vec![(square(0.0, 4.0), 1), (square(2.0, 6.0), 2)],
-            raster: Some(Raster { corner: [10.0, 0.0], spacing: [2.0; 2], counts: [2, 2], heights: vec![7.0, 8.0, 9.0, f64::NAN] }),
+            raster: Some(Raster {
+                corner: [10.0, 0.0],
+                spacing: [2.0; 2],
+                counts: [2, 2],
+                heights: vec![7.0, 8.0, 9.0, f64::NAN],
+            }),
             numbers: vec![(7, 3), (9, 1)],
         };
         let at = |x, y| zones.at(&Vector3::new(x, y, 50.0));

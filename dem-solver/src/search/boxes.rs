@@ -212,10 +212,13 @@ mod tests {
         let items = items(500);
         let tree = BoxTree::new(500, |i| items[i]);
         let mut seen = 0;
-        tree.visit(|_| true, |_| {
-            seen += 1;
-            seen < 7
-        });
+        tree.visit(
+            |_| true,
+            |_| {
+                seen += 1;
+                seen < 7
+            },
+        );
         assert_eq!(seen, 7);
     }
 }

@@ -6,14 +6,17 @@
 use super::pairs::{Pair, PairElement, PairList};
 use super::tree::{Slab, SphereTree};
 use crate::ground::Ground;
+use crate::ground::look::arrival;
 use crate::rock::{Motion, Rock};
 use crate::wall::Kind;
 use crate::wall::closest::on_face;
 use crate::wall::motion::NodeMotion;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Distance between surfaces up to which pairs are listed, as a share of the smallest radius.
-const SKIN: f64 = 0.3;
+/// Distance between surfaces up to which pairs are listed, as a share of the smallest radius: between these,
+/// what the rock moves in [`STRIDES`] steps. Wider: fewer searches, more pairs that do not touch.
+const SKIN: [f64; 2] = [0.02, 0.3];
+const STRIDES: f64 = 12.0;
 
 /// Margin of the triangles that are kept, as a share of the rock's reach: at 10 m/s a look into the
 /// terrain's tree each 10 ms for a rock of 0.8 m.
@@ -31,6 +34,7 @@ pub struct Surroundings {
     /// Their nodes, which stand still.
     pub nodes: NodeMotion,
     searched: Option<(Vector3<f64>, UnitQuaternion<f64>)>,
+    skin: f64,
     /// Times that triangles were looked for.
     pub refreshes: u64,
 }
@@ -48,20 +52,22 @@ impl Surroundings {
         it
     }
 
-    /// Make sure that every pair that touches at `now` is listed.
-    pub fn update(&mut self, rock: &Rock, tree: &SphereTree, ground: &Ground, now: &Motion) {
-        let skin = SKIN * rock.smallest_radius;
+    /// Make sure that every pair that touches at `now` is listed; the steps under way are `h` [s] long.
+    pub fn update(&mut self, rock: &Rock, tree: &SphereTree, ground: &Ground, now: &Motion, h: f64) {
         if let Some((position, orientation)) = &self.searched {
             let turn = orientation.inverse() * now.orientation;
             // A point at distance r moves by 2 r sin(angle / 2).
-            if (now.position - position).norm() + 2.0 * turn.imag().norm() * rock.arm <= skin {
+            if (now.position - position).norm() + 2.0 * turn.imag().norm() * rock.arm <= self.skin {
                 return;
             }
         }
-        let need = rock.reach + skin;
+        let speed = now.velocity.norm() + now.angular_momentum.norm() / rock.inertia.min() * rock.arm;
+        let [least, most] = SKIN.map(|share| share * rock.smallest_radius);
+        let skin = (STRIDES * speed * h).clamp(least, most);
+        let need = tree.reach + skin;
         if (now.position - self.near_at).norm() + need > self.coverage {
             self.refreshes += 1;
-            (self.near_at, self.coverage) = (now.position, need + MARGIN * rock.reach);
+            (self.near_at, self.coverage) = (now.position, need + MARGIN * tree.reach);
             let near = &mut self.near;
             near.clear();
             ground.within(&now.position, self.coverage, |t| near.push(t));
@@ -71,6 +77,7 @@ impl Surroundings {
 
     fn search(&mut self, tree: &SphereTree, ground: &Ground, now: &Motion, skin: f64) {
         self.searched = Some((now.position, now.orientation));
+        self.skin = skin;
         let list = &mut self.pairs;
         list.searches += 1;
         list.pairs.clear();
@@ -108,19 +115,49 @@ impl Surroundings {
     }
 }
 
-/// Distance between the rock's spheres and the terrain [m], at most `limit`; 0 where they touch. It
-/// follows from the arguments alone.
-pub fn gap(rock: &Rock, tree: &SphereTree, ground: &Ground, now: &Motion, limit: f64) -> f64 {
+/// For how long [s], at most `most`, a flying rock is certain to touch nothing of the terrain; 0 where it
+/// touches already. It follows from the arguments alone.
+///
+/// A triangle is convex: it lies behind the plane through its point that is closest to a sphere, and until
+/// the sphere has reached that plane they cannot touch. Along the plane's normal the sphere's centre moves
+/// with the rock and its spin, bent by gravity and by the turn. Triangles further than `far` [m] from the rock
+/// are not looked at: no point of the rock goes that way sooner than its speed allows.
+pub fn free_time(
+    rock: &Rock,
+    tree: &SphereTree,
+    ground: &Ground,
+    now: &Motion,
+    gravity: &Vector3<f64>,
+    far: f64,
+    most: f64,
+) -> f64 {
     let to_own = now.rotation().transpose();
-    let mut least = limit;
-    ground.within(&now.position, rock.reach + limit, |number| {
+    let [velocity, pull] = [now.velocity, *gravity].map(|v| to_own * v);
+    let spin = (to_own * now.angular_momentum).component_div(&rock.inertia);
+    let rate = now.angular_momentum.norm() / rock.inertia.min();
+    // Largest acceleration of a point at the distance 1: the spin itself turns where the moments differ.
+    let bend = rate * rate * (rock.inertia.max() / rock.inertia.min());
+    let (speed, bow) = (velocity.norm() + rate * rock.arm, gravity.norm() + bend * rock.arm);
+    let way = |time: f64| (speed + 0.5 * bow * time) * time;
+    let mut least = arrival(far, speed, bow).min(most);
+    let rounding = 1e-9 * tree.reach;
+    ground.within(&now.position, tree.reach + way(least).min(far), |number| {
         let [a, b, c] = ground.corners(number).map(|p| to_own * (p - now.position));
         let slab = Slab::new([&a, &b, &c]);
-        tree.near_face(&slab, least, |sphere, _| {
-            let apart = on_face(&sphere.centre, [&a, &b, &c]).to_point.norm() - sphere.radius;
-            least = least.min(apart);
-            least
+        tree.near_face(&slab, way(least), |sphere, _| {
+            let to_point = on_face(&sphere.centre, [&a, &b, &c]).to_point;
+            let distance = to_point.norm();
+            let gap = distance - sphere.radius - rounding;
+            if gap <= 0.0 {
+                least = 0.0;
+            } else if gap < way(least) {
+                let normal = to_point / distance;
+                let approach = (velocity + spin.cross(&sphere.centre)).dot(&normal);
+                let bow = pull.dot(&normal).max(0.0) + bend * sphere.centre.norm();
+                least = least.min(arrival(gap, approach, bow));
+            }
+            way(least)
         });
     });
-    least.max(0.0)
+    least
 }

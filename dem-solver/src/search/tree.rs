@@ -10,6 +10,8 @@ pub struct SphereTree {
     tree: BoxTree,
     /// The spheres in the tree's order, and their numbers in the rock.
     spheres: Vec<(Sphere, u32)>,
+    /// Distance of their furthest point from the centre of mass [m].
+    pub reach: f64,
 }
 
 /// A triangle in the rock's own frame, with what leaves boxes out.
@@ -48,7 +50,8 @@ impl SphereTree {
             let Sphere { centre, radius } = sorted[i].0;
             Bounds::around(&centre.add_scalar(-radius), &centre.add_scalar(radius))
         };
-        Self { tree: BoxTree::new(sorted.len(), bounds), spheres: sorted }
+        let reach = spheres.iter().map(|s| s.centre.norm() + s.radius).fold(0.0, f64::max);
+        Self { tree: BoxTree::new(sorted.len(), bounds), spheres: sorted, reach }
     }
 
     /// Call `found` with the number of every sphere whose bounding box meets the box from `lowest`

@@ -6,14 +6,14 @@
 pub mod contact;
 pub mod dem;
 pub mod rock;
-pub mod terrain;
 pub mod spheres;
+pub mod terrain;
 
 pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
 pub use dem::DemSettings;
 pub use rock::{Cluster, RockSettings, Shape};
-pub use terrain::{NoData, TerrainSettings, ZoneSettings};
 pub use spheres::{BoxSettings, SpheresSettings};
+pub use terrain::{NoData, TerrainSettings, ZoneSettings};
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;

@@ -101,11 +101,15 @@ impl TerrainSettings {
 
     /// Refuse what makes no sense.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
-        for (key, value) in
-            [("rest_speed", Some(self.rest_speed)), ("rest_time", Some(self.rest_time)), ("longest_edge", self.longest_edge)]
-        {
+        for (key, value) in [
+            ("rest_speed", Some(self.rest_speed)),
+            ("rest_time", Some(self.rest_time)),
+            ("longest_edge", self.longest_edge),
+        ] {
             if let Some(v) = value.filter(|v| *v <= 0.0) {
-                return Err(scene.invalid(&format!("terrain.{key}"), format!("{key} = {v}: it must lie above 0")));
+                return Err(
+                    scene.invalid(&format!("terrain.{key}"), format!("{key} = {v}: it must lie above 0"))
+                );
             }
         }
         if self.zone.len() > MOST_MATERIALS {
@@ -129,7 +133,10 @@ impl TerrainSettings {
                 }
                 (None, Some(number)) if self.zones.is_none() => {
                     return Err(scene
-                        .invalid(&key("number"), format!("zone number {number} without a raster of zone numbers"))
+                        .invalid(
+                            &key("number"),
+                            format!("zone number {number} without a raster of zone numbers"),
+                        )
                         .try_instead("write zones = \"zones.asc\" under [terrain], or a polygon"));
                 }
                 _ => {}

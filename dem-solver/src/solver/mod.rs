@@ -107,7 +107,10 @@ impl DemSolver {
         if let Some(ground) = &ground {
             let Some(laws) = &laws else {
                 return Err(scene
-                    .invalid("terrain", "there is terrain and no contact law: the rocks would fall through it")
+                    .invalid(
+                        "terrain",
+                        "there is terrain and no contact law: the rocks would fall through it",
+                    )
                     .try_instead("add a table [[contact]]"));
             };
             ground_rows = rows(laws, &settings, &ground.materials)
@@ -217,7 +220,9 @@ fn rows(laws: &Laws, settings: &Settings, walls: &[String]) -> Result<Vec<Vec<u1
             let rock = &rock.material;
             (
                 format!("no table [[contact]] is for `{rock}` and `{wall}`"),
-                format!("add one with between = [\"{rock}\", \"{wall}\"], or one without `between` for all others"),
+                format!(
+                    "add one with between = [\"{rock}\", \"{wall}\"], or one without `between` for all others"
+                ),
             )
         })
     };
@@ -327,7 +332,9 @@ impl DemSolver {
             let prefix = if many { format!("{}_", rock.name) } else { String::new() };
             let start = Vector3::from(settings.rocks[number].position) - self.model.origin;
             let (motion, time) = (&body.motion, self.committed.time);
-            path::results(rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings);
+            path::results(
+                rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings,
+            );
         }
         if let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out)
             && let Err(e) = picture::write(&out.join(picture::PICTURE), &self.model, ground, &trajectory.rows)

@@ -1,8 +1,8 @@
 //! The way of a rock over terrain: what is followed of it step by step, and what it amounts to.
 //!
 //! An impact is a touch after a flight that lasted longer than the shortest contact. Jump height is that
-//! of the rock's lowest point above the ground under its centre, along gravity, looked at ten times in a
-//! tenth of a second of flight. A rock has come to rest when its fastest point stayed slower than
+//! of the rock's lowest point above the ground under its centre, along gravity, looked at fifty times in a
+//! second of flight (what an apex between two looks has more is half a millimetre). A rock has come to rest when its fastest point stayed slower than
 //! `rest_speed` for `rest_time` while it touched the ground; it is out when its centre has left the
 //! terrain sideways, or has fallen below all of it.
 
@@ -13,7 +13,7 @@ use interface_defs::message::Measure;
 use nalgebra::Vector3;
 
 /// Time between two looks at the height of a flying rock [s].
-pub const LOOK: f64 = 0.01;
+pub const LOOK: f64 = 0.02;
 
 /// How a way ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +54,16 @@ pub struct Path {
 impl Path {
     /// Take in a step of `h` [s] that ends at `end` [s] with the motion `after`; `touching`: there were
     /// contacts in its middle.
-    pub fn step(&mut self, rock: &Rock, terrain: &TerrainSettings, after: &Motion, end: f64, h: f64, touching: bool, shortest: f64) {
+    pub fn step(
+        &mut self,
+        rock: &Rock,
+        terrain: &TerrainSettings,
+        after: &Motion,
+        end: f64,
+        h: f64,
+        touching: bool,
+        shortest: f64,
+    ) {
         let speed = after.velocity.norm();
         self.see(rock, after, end);
         if !touching {
@@ -67,7 +76,8 @@ impl Path {
         }
         self.touched = end;
         self.in_contact += h;
-        let fastest = speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
+        let fastest =
+            speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
         if fastest > terrain.rest_speed {
             self.slow_since = None;
         } else if self.slow_since.is_none() {
@@ -100,7 +110,14 @@ impl Path {
     }
 
     /// Whether the way has ended by `time` [s].
-    pub fn judge(&mut self, ground: &Ground, terrain: &TerrainSettings, down: &Vector3<f64>, motion: &Motion, time: f64) {
+    pub fn judge(
+        &mut self,
+        ground: &Ground,
+        terrain: &TerrainSettings,
+        down: &Vector3<f64>,
+        motion: &Motion,
+        time: f64,
+    ) {
         if self.ending.is_some() {
             return;
         }

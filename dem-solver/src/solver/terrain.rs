@@ -70,7 +70,7 @@ impl OnTerrain {
         let Some(laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
         let it = &model.rocks[rock];
         let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
-        around.update(it, &model.trees[rock], ground, now);
+        around.update(it, &model.trees[rock], ground, now, h);
         let surface = Surface::Ground(ground);
         let scene = Scene { rock: it, laws, surface, list: &around.pairs, motion: &around.nodes };
         if around.pairs.pairs.is_empty() {
@@ -88,7 +88,7 @@ impl OnTerrain {
         let Some(laws) = laws_on(model, ground, rock) else { return (0.0, 0) };
         let it = &model.rocks[rock];
         let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
-        around.update(it, &model.trees[rock], ground, now);
+        around.update(it, &model.trees[rock], ground, now, model.steps.step);
         let surface = Surface::Ground(ground);
         let scene = Scene { rock: it, laws, surface, list: &around.pairs, motion: &around.nodes };
         let elastic = evaluation.energy(scene, now, STILL);
@@ -119,7 +119,8 @@ impl OnTerrain {
         let shortest = model.steps.contact;
         let (touching, touched) = (contacts > 0, body.path.contact_since.is_some());
         body.path.step(&model.rocks[rock], terrain, &body.motion, end, h, touching, shortest);
-        let height = |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
+        let height =
+            |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
         if look && !touching {
             let height = height(body);
             body.path.height(height, end);
@@ -130,7 +131,8 @@ impl OnTerrain {
             _ => model.settings.interval / ROWS_PER_INTERVAL,
         };
         // Half a step less: a row is due at the step that is nearest.
-        let due = touching && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
+        let due = touching
+            && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
         if touching != touched || due {
             body.path.row = end;
             rows.push(Row::of(model, rock, body, end, height(body), touching));
@@ -138,7 +140,15 @@ impl OnTerrain {
     }
 
     /// Follow a rock's way to the instant `end` [s] of a flight. `look`: whether its height is due.
-    pub fn flew(&mut self, model: &Model, ground: &Ground, rock: usize, body: &mut Body, end: f64, look: bool) {
+    pub fn flew(
+        &mut self,
+        model: &Model,
+        ground: &Ground,
+        rock: usize,
+        body: &mut Body,
+        end: f64,
+        look: bool,
+    ) {
         body.path.flew(&model.rocks[rock], &body.motion, end);
         if look {
             let height = jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());

@@ -10,8 +10,7 @@ use interface_defs::toolkit::history::History;
 use std::io;
 use std::path::Path;
 
-/// Name of the file.
-pub const TRAJECTORY: &str = "trajectory.csv";
+pub use interface_defs::toolkit::run_dir::TRAJECTORY;
 
 const COLUMNS: [&str; 17] = [
     "time_s",
@@ -40,7 +39,14 @@ pub struct Row(pub [f64; COLUMNS.len()]);
 
 impl Row {
     /// Of rock number `rock` at `time` [s].
-    pub fn of(model: &Model, rock: usize, body: &Body, time: f64, height: Option<f64>, contact: bool) -> Self {
+    pub fn of(
+        model: &Model,
+        rock: usize,
+        body: &Body,
+        time: f64,
+        height: Option<f64>,
+        contact: bool,
+    ) -> Self {
         let (it, motion) = (&model.rocks[rock], &body.motion);
         let place = motion.position + model.origin;
         let spin = it.spin(motion);

@@ -7,10 +7,10 @@
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.
 
+use super::clear::clear_steps;
 use super::cut::Cut;
 use super::gauges::{Gauges, Moment};
 use super::measures::Passage;
-use super::clear::clear_steps;
 use super::state::{Body, State};
 use super::terrain::{OnTerrain, steps_per_look};
 use super::trajectory::Row;
@@ -80,7 +80,8 @@ impl Run {
             Some(wall) => (0..model.rocks.len()).map(|r| Zone::new(model, r, wall, &fields)).collect(),
             None => Vec::new(),
         };
-        let contacts = |r| if wall.is_some() || model.ground.is_some() { Zone::most_contacts(model, r) } else { 0 };
+        let contacts =
+            |r| if wall.is_some() || model.ground.is_some() { Zone::most_contacts(model, r) } else { 0 };
         Self {
             zones,
             fields,

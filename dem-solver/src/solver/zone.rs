@@ -9,8 +9,8 @@ use crate::rock::Motion;
 use crate::search::near::{NearList, NodeBox, Sweep};
 use crate::search::pairs::{Instant, PairList};
 use crate::wall::Wall;
-use crate::wall::surface::Surface;
 use crate::wall::motion::{MotionFields, NodeMotion, largest_difference};
+use crate::wall::surface::Surface;
 use interface_defs::Fault;
 
 /// Skin of the near list, as a share of the rock's reach: for the rock of the drop test

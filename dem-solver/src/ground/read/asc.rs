@@ -23,7 +23,8 @@ struct Header {
 pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     let mut words = Words::new(bytes);
     let header = header(&mut words, file)?;
-    let missing = |name: &str| InputError::in_file(file, format!("the header has no `{name}`; is this an ESRI grid?"));
+    let missing =
+        |name: &str| InputError::in_file(file, format!("the header has no `{name}`; is this an ESRI grid?"));
     let columns = header.columns.ok_or_else(|| missing("ncols"))?;
     let rows = header.rows.ok_or_else(|| missing("nrows"))?;
     let (west, middle_x) = header.west.ok_or_else(|| missing("xllcorner"))?;
@@ -44,7 +45,8 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     let mut heights = Vec::with_capacity(count);
     while heights.len() < count {
         let Some(word) = words.next() else {
-            let what = format!("the file ends after {} of {columns} x {rows} = {count} heights", heights.len());
+            let what =
+                format!("the file ends after {} of {columns} x {rows} = {count} heights", heights.len());
             return Err(InputError::in_file(format!("{file}:{}", words.line), what));
         };
         let Some(z) = number(word) else {
@@ -76,22 +78,43 @@ fn header(words: &mut Words, file: &str) -> Result<Header, InputError> {
         let fault = |what: String| InputError::in_file(format!("{file}:{line}"), what);
         let name = String::from_utf8_lossy(name).to_lowercase();
         let known = [
-            "ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value",
+            "ncols",
+            "nrows",
+            "xllcorner",
+            "xllcenter",
+            "yllcorner",
+            "yllcenter",
+            "cellsize",
+            "dx",
+            "dy",
+            "nodata_value",
         ];
         if !known.contains(&name.as_str()) {
-            return Err(fault(format!("`{}` is no line of the header of an ESRI grid", shown(name.as_bytes()))));
+            return Err(fault(format!(
+                "`{}` is no line of the header of an ESRI grid",
+                shown(name.as_bytes())
+            )));
         }
         let Some(word) = words.next() else { return Err(fault(format!("`{name}` has no value"))) };
         if name == "nodata_value" && word.eq_ignore_ascii_case(b"nan") {
             return Err(fault("`nan` as mark of cells without height cannot be read; write a number".into()));
         }
-        let value = number(word).ok_or_else(|| fault(format!("`{}` is no number for `{name}`", shown(word))))?;
+        let value =
+            number(word).ok_or_else(|| fault(format!("`{}` is no number for `{name}`", shown(word))))?;
         let count = || {
             let whole = value >= 1.0 && value.fract() == 0.0 && value <= 1e9;
-            if whole { Ok(value as usize) } else { Err(fault(format!("{name} = {value}: a whole number above 0 is due"))) }
+            if whole {
+                Ok(value as usize)
+            } else {
+                Err(fault(format!("{name} = {value}: a whole number above 0 is due")))
+            }
         };
         let size = || {
-            if value > 0.0 { Ok(Some(value)) } else { Err(fault(format!("{name} = {value}: it must lie above 0"))) }
+            if value > 0.0 {
+                Ok(Some(value))
+            } else {
+                Err(fault(format!("{name} = {value}: it must lie above 0")))
+            }
         };
         match name.as_str() {
             "ncols" => header.columns = Some(count()?),

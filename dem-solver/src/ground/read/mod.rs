@@ -3,6 +3,11 @@
 //! compared it with the file's size.
 
 pub mod asc;
+pub mod las;
+pub mod obj;
+pub mod stl;
+pub mod tif;
+pub mod xyz;
 
 use super::relief::Raster;
 use crate::settings::TerrainSettings;
@@ -30,10 +35,14 @@ pub enum Content {
 
 /// Read a terrain file; its extension says what it is.
 pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, InputError> {
-    let _ = settings;
     let file = path.display().to_string();
     match extension(path).as_str() {
         "asc" => asc::read(&bytes(path)?, &file).map(Content::Raster),
+        "tif" | "tiff" => tif::read(&bytes(path)?, &file).map(Content::Raster),
+        "xyz" | "txt" | "csv" => xyz::read(&bytes(path)?, &file).map(Content::Points),
+        "las" | "laz" => las::read(bytes(path)?, &settings.classes, &file).map(Content::Points),
+        "stl" => stl::read(&bytes(path)?, &file),
+        "obj" => obj::read(&bytes(path)?, &file),
         other => Err(InputError::in_file(file, format!("`.{other}` is no terrain that can be read"))
             .try_instead("known are .asc, .tif, .xyz, .las, .laz, .stl, .obj")),
     }
@@ -101,7 +110,8 @@ pub(crate) fn number(word: &[u8]) -> Option<f64> {
 
 /// A word as an error shows it: readable and short.
 pub(crate) fn shown(word: &[u8]) -> String {
-    let text: String = String::from_utf8_lossy(word).chars().take(24).flat_map(char::escape_default).collect();
+    let text: String =
+        String::from_utf8_lossy(word).chars().take(24).flat_map(char::escape_default).collect();
     if word.len() > 24 { text + "..." } else { text }
 }
 
@@ -110,6 +120,7 @@ pub fn raster(path: &Path) -> Result<Raster, InputError> {
     let file = path.display().to_string();
     match extension(path).as_str() {
         "asc" => asc::read(&bytes(path)?, &file),
+        "tif" | "tiff" => tif::read(&bytes(path)?, &file),
         other => Err(InputError::in_file(file, format!("`.{other}` is no raster that can be read"))
             .try_instead("known are .asc and .tif")),
     }
