@@ -18,6 +18,9 @@ use crate::wall::Wall;
 use crate::wall::motion::NodeMotion;
 use nalgebra::Vector3;
 
+/// Angle between two contacts up to which one that sets in takes over the spring of the other [rad].
+const BESIDE: f64 = 0.3;
+
 /// What a rock and its wall are at an instant.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
@@ -79,7 +82,7 @@ impl Evaluation {
 
     /// Find the contacts at `now` and their elastic energy; no forces.
     pub fn energy(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at);
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.wall.crossings.as_ref());
         let spheres = &scene.rock.spheres;
         let elements = &scene.list.elements;
         let of = |c: &Contact| {
@@ -95,7 +98,7 @@ impl Evaluation {
     /// memories after it go to [`Evaluation::memories`], forces on the wall to
     /// [`Evaluation::node_forces`].
     pub fn forces(&mut self, scene: Scene, now: &Motion, at: Instant, h: f64, before: &[Memory]) -> Sums {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at);
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.wall.crossings.as_ref());
         self.memories.clear();
         self.node_forces.clear();
         self.node_velocities.clear();
@@ -141,7 +144,7 @@ impl Evaluation {
             if law.remembers() {
                 self.memories.push(Memory {
                     sphere: contact.sphere,
-                    element: element.number,
+                    element: contact.key(element.number),
                     spring: self.touch.rotation * answer.spring,
                     moment: self.touch.rotation * answer.rolled,
                     normal: self.touch.rotation * contact.normal,
@@ -265,9 +268,22 @@ impl Evaluation {
         }
         let touch = &self.touch;
         let elements = &scene.wall.elements;
-        let neighbours = |a: u32, b: u32| elements[a as usize].shares_a_node(&elements[b as usize]);
+        // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
+        let of = |key: u32| elements.get(key as usize);
+        let neighbours = |a: u32, b: u32| of(a).zip(of(b)).is_some_and(|(a, b)| a.shares_a_node(b));
         let view = |contact| View { contact, touch, list: scene.list, way };
         inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
+        if scene.wall.crossings.is_some() {
+            // What sets in beside a contact that stays begins with that one's spring: a segment beyond a
+            // kink and the node that is subtracted then cancel.
+            for (contact, heir) in touch.contacts.iter().zip(&mut self.heirs).filter(|(_, h)| **h == NONE) {
+                let normal = touch.rotation * contact.normal;
+                let own = before.iter().enumerate().filter(|(_, m)| m.sphere == contact.sphere);
+                let apart = own.map(|(k, m)| ((m.normal - normal).norm_squared(), k as u32));
+                let nearest = apart.filter(|(a, _)| *a < BESIDE * BESIDE).min_by(|a, b| a.0.total_cmp(&b.0));
+                *heir = nearest.map_or(NONE, |(_, k)| k);
+            }
+        }
     }
 }
 
@@ -291,7 +307,7 @@ impl Heir for View<'_> {
         self.contact.sphere
     }
     fn element(&self) -> u32 {
-        self.list.elements[self.contact.element as usize].number
+        self.contact.key(self.list.elements[self.contact.element as usize].number)
     }
     fn normal(&self) -> Vector3<f64> {
         self.touch.rotation * self.contact.normal

@@ -22,6 +22,7 @@ use crate::rock::overlap::met;
 use crate::search::tree::SphereTree;
 use crate::settings::{STRUCTURE, Settings};
 use crate::wall::Wall;
+use crate::wall::hierarchy::Crossings;
 use fields::Fields;
 use gauges::Gauges;
 use interface_defs::message::{Hello, capability};
@@ -125,12 +126,15 @@ impl DemSolver {
 
     fn wall(&mut self, plan: &Plan, warnings: &mut Vec<String>) -> Result<Option<Wall>, Fault> {
         let Some(mesh) = &plan.wall else { return Ok(None) };
-        let wall = Wall::new(mesh)?;
+        let mut wall = Wall::new(mesh)?;
         let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
                 "there is a wall and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
+        if laws.continuous() {
+            wall.crossings = Some(Crossings::new(&wall.nodes, &wall.elements));
+        }
         let materials = [STRUCTURE.to_owned()];
         let rows = self.model.settings.rocks.iter().map(|rock| {
             laws.row(&rock.material, &materials).map_err(|wall| {
