@@ -1,7 +1,7 @@
 //! Extremes of mass, speed, stiffness, restitution and friction, and scenes of another size.
 
 use crate::bench::{Bench, Setup, cube, fixed_plane, sphere};
-use interface_defs::Fault;
+use interface_defs::{Fault, InterfaceMesh};
 
 /// A sphere of `mass` that is about to touch a fixed plane at 45 degrees; lengths follow from the mass.
 fn about_to_touch(mass: f64, speed: f64, young: f64, restitution: f64, friction: f64) -> (Bench, f64) {
@@ -116,4 +116,29 @@ fn a_scene_of_another_size_gives_the_same_answer() {
         let (p, v) = run(s);
         assert!((p - position).norm() < 1e-9 && (v - velocity).norm() < 1e-8, "{s}: {p} {position}");
     }
+}
+
+/// A sphere pressed between two walls 0.4 % narrower than itself: friction of both carries its weight, and
+/// it stays where it is. F = 4/3 E* sqrt(R) (0.4 mm / 2)^1.5 on each side is 17 times the weight.
+#[test]
+fn a_rock_wedged_between_two_walls_stays() {
+    let mut mesh = InterfaceMesh::default();
+    for x in [-0.0998, 0.0998] {
+        let a = mesh.node_count() as u32;
+        mesh.coordinates.extend([x, -1.0, -1.0, x, 1.0, -1.0, x, 1.0, 1.0, x, -1.0, 1.0]);
+        mesh.faces.extend([[a, a + 1, a + 2], [a, a + 2, a + 3]]);
+    }
+    mesh.masses = vec![f64::INFINITY; mesh.node_count()];
+    let scene = format!(
+        "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n{}[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e9\npoisson = 0.2\n\
+         restitution = 0.3\nfriction = 0.5\n",
+        sphere(0.1, 2500.0, "position = [0.0, 0.0, 0.0]")
+    );
+    let mut bench = Setup::new(scene, mesh).build();
+    for _ in 0..500 {
+        bench.advance(1e-3);
+        assert_eq!(bench.gauge("contacts"), [2.0; 3]);
+    }
+    // The tangential springs yield by m g / (2 k_t), below 1e-5 m.
+    assert!(bench.position().norm() < 1e-5 && bench.velocity().norm() < 1e-6, "{}", bench.velocity());
 }
