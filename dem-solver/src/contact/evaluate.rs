@@ -18,6 +18,9 @@ use crate::wall::motion::NodeMotion;
 use crate::wall::surface::Surface;
 use nalgebra::Vector3;
 
+/// Angle between two contacts up to which one that sets in takes over the spring of the other [rad].
+const BESIDE: f64 = 0.3;
+
 /// What a rock and its wall are at an instant.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
@@ -79,7 +82,7 @@ impl Evaluation {
 
     /// Find the contacts at `now` and their elastic energy; no forces.
     pub fn energy(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at);
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.surface.crossings());
         let spheres = &scene.rock.spheres;
         let elements = &scene.list.elements;
         let of = |c: &Contact| {
@@ -95,7 +98,7 @@ impl Evaluation {
     /// memories after it go to [`Evaluation::memories`], forces on the wall to
     /// [`Evaluation::node_forces`].
     pub fn forces(&mut self, scene: Scene, now: &Motion, at: Instant, h: f64, before: &[Memory]) -> Sums {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at);
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.surface.crossings());
         self.memories.clear();
         self.node_forces.clear();
         self.node_velocities.clear();
@@ -141,7 +144,7 @@ impl Evaluation {
             if law.remembers() {
                 self.memories.push(Memory {
                     sphere: contact.sphere,
-                    element: element.number,
+                    element: contact.key(element.number),
                     spring: self.touch.rotation * answer.spring,
                     moment: self.touch.rotation * answer.rolled,
                     normal: self.touch.rotation * contact.normal,
@@ -264,9 +267,21 @@ impl Evaluation {
             return;
         }
         let touch = &self.touch;
+        // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
         let neighbours = |a: u32, b: u32| scene.surface.share_a_node(a, b);
         let view = |contact| View { contact, touch, list: scene.list, way };
         inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
+        if scene.surface.crossings().is_some() {
+            // What sets in beside a contact that stays begins with that one's spring: a segment beyond a
+            // kink and the node that is subtracted then cancel.
+            for (contact, heir) in touch.contacts.iter().zip(&mut self.heirs).filter(|(_, h)| **h == NONE) {
+                let normal = touch.rotation * contact.normal;
+                let own = before.iter().enumerate().filter(|(_, m)| m.sphere == contact.sphere);
+                let apart = own.map(|(k, m)| ((m.normal - normal).norm_squared(), k as u32));
+                let nearest = apart.filter(|(a, _)| *a < BESIDE * BESIDE).min_by(|a, b| a.0.total_cmp(&b.0));
+                *heir = nearest.map_or(NONE, |(_, k)| k);
+            }
+        }
     }
 }
 
@@ -288,7 +303,7 @@ impl Heir for View<'_> {
         self.contact.sphere
     }
     fn element(&self) -> u32 {
-        self.list.elements[self.contact.element as usize].number
+        self.contact.key(self.list.elements[self.contact.element as usize].number)
     }
     fn normal(&self) -> Vector3<f64> {
         self.touch.rotation * self.contact.normal

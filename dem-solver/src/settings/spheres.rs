@@ -94,9 +94,8 @@ pub(super) fn complete(
     scene: &Scene,
 ) -> Result<(), InputError> {
     let mut total = 0_usize;
-    for at in 0..groups.len() {
+    for (at, group) in groups.iter_mut().enumerate() {
         let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
-        let group = &mut groups[at];
         if group.name.is_empty() {
             group.name = if at == 0 { "spheres".into() } else { format!("spheres_{}", at + 1) };
         }

@@ -29,6 +29,7 @@ use crate::rock::overlap::met;
 use crate::search::tree::SphereTree;
 use crate::settings::{RockSettings, STRUCTURE, Settings};
 use crate::wall::Wall;
+use crate::wall::hierarchy::Crossings;
 use fields::Fields;
 use gauges::Gauges;
 use interface_defs::message::{Hello, Measure, capability};
@@ -192,12 +193,15 @@ impl DemSolver {
 
     fn wall(&mut self, plan: &Plan, warnings: &mut Vec<String>) -> Result<Option<Wall>, Fault> {
         let Some(mesh) = &plan.wall else { return Ok(None) };
-        let wall = Wall::new(mesh)?.from(&self.model.origin);
+        let mut wall = Wall::new(mesh)?.from(&self.model.origin);
         let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
                 "there is a wall and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
+        if laws.continuous() {
+            wall.crossings = Some(Crossings::new(&wall.nodes, &wall.elements));
+        }
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
             .map_err(|(what, advice)| Fault::input(format!("{what}; {advice}")))?;

@@ -62,6 +62,8 @@ pub struct Wall {
     pub inverse_mass: Option<Vec<f64>>,
     /// Largest radius of a line [m].
     pub largest_radius: f64,
+    /// Where wires meet, if their contacts are to be continuous there.
+    pub crossings: Option<hierarchy::Crossings>,
 }
 
 impl Wall {
@@ -89,7 +91,7 @@ impl Wall {
         }
         let inverse_mass = (!mesh.masses.is_empty()).then(|| mesh.masses.iter().map(|m| 1.0 / m).collect());
         let largest_radius = elements.iter().map(|e| e.radius).fold(0.0, f64::max);
-        Ok(Self { nodes, elements, inverse_mass, largest_radius })
+        Ok(Self { nodes, elements, inverse_mass, largest_radius, crossings: None })
     }
 
     /// The same, seen from `origin` [m].

@@ -2,6 +2,7 @@
 //! numbers; a contact asks them who neighbours whom, and what inertia it meets.
 
 use super::Wall;
+use super::hierarchy::Crossings;
 use crate::ground::Ground;
 
 /// A contact partner.
@@ -14,10 +15,21 @@ pub enum Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// True if two elements hold a common node.
+    /// The crossings of wires, where the law is continuous there.
+    pub fn crossings(&self) -> Option<&Crossings> {
+        match self {
+            Self::Wall(wall) => wall.crossings.as_ref(),
+            Self::Ground(_) => None,
+        }
+    }
+
+    /// True if two elements hold a common node. Numbers beyond the elements, which are crossings, do not.
     pub fn share_a_node(&self, a: u32, b: u32) -> bool {
         match self {
-            Self::Wall(wall) => wall.elements[a as usize].shares_a_node(&wall.elements[b as usize]),
+            Self::Wall(wall) => {
+                let of = |key: u32| wall.elements.get(key as usize);
+                of(a).zip(of(b)).is_some_and(|(a, b)| a.shares_a_node(b))
+            }
             Self::Ground(ground) => ground.share_a_node(a, b),
         }
     }

@@ -1,8 +1,10 @@
 //! The solver through its contract: scenes with exact or published answers, invariances, repeatability.
 
 mod bench;
+mod borders;
 mod clusters;
 mod energy;
+mod extremes;
 mod granular;
 mod impact;
 mod input;
