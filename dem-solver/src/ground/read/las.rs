@@ -24,7 +24,10 @@ pub fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>,
         Ok(Ok(read)) => read,
         Ok(Err(e)) => return Err(InputError::in_file(file, format!("cannot be read as LAS: {e}"))),
         Err(_) => {
-            return Err(InputError::in_file(file, "cannot be read as LAS: its compressed points are damaged"));
+            return Err(InputError::in_file(
+                file,
+                "cannot be read as LAS: its compressed points are damaged",
+            ));
         }
     };
     if points.is_empty() {
