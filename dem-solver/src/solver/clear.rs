@@ -4,6 +4,7 @@
 //! of the rock's spheres, and how fast each closes, bound the time until one can touch. The answer follows from the state alone, so that equal input gives equal bytes.
 
 use super::Model;
+use super::state::{Body, State};
 use crate::ground::Ground;
 use crate::ground::look::Parabola;
 use crate::rock::Motion;
@@ -29,4 +30,17 @@ pub fn clear_steps(model: &Model, ground: &Ground, rock: usize, now: &Motion, h:
     let horizon = h * most as f64;
     let time = free_time(it, tree, ground, now, &gravity, FARTHEST * tree.reach, horizon);
     if time < horizon { (time / h) as usize } else { most }
+}
+
+/// Steps, at most `most`, that all rocks fly freely over the terrain; 0 while one touches.
+pub fn clear_of_all(model: &Model, state: &State, h: f64, most: usize) -> usize {
+    let Some(ground) = &model.ground else { return 0 };
+    if state.bodies.iter().any(|body| body.contacts > 0) {
+        return 0;
+    }
+    let fewer = |clear: usize, (rock, body): (usize, &Body)| match clear {
+        0 => 0,
+        _ => clear_steps(model, ground, rock, &body.motion, h, clear),
+    };
+    state.bodies.iter().enumerate().fold(most, fewer)
 }

@@ -7,11 +7,11 @@
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.
 
-use super::clear::clear_steps;
+use super::clear::clear_of_all;
 use super::cut::Cut;
 use super::gauges::{Gauges, Moment};
 use super::measures::Passage;
-use super::state::{Body, State};
+use super::state::State;
 use super::terrain::{OnTerrain, steps_per_look};
 use super::trajectory::Row;
 use super::watch::watch;
@@ -280,7 +280,7 @@ impl Run {
                 };
                 body.track.follow(rock, &model.settings, self.level, &passage);
                 if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-                    let due = to % look == 0 || to == cut.steps;
+                    let due = to.is_multiple_of(look) || to == cut.steps;
                     terrain.flew(model, ground, r, body, window.start + time(to), due);
                 }
             }
@@ -310,7 +310,7 @@ impl Run {
         let (mut step, mut next_try) = (0, 0);
         while step < cut.steps {
             if flies && step >= next_try {
-                let clear = self.clear(model, state, cut.h, cut.steps - step);
+                let clear = clear_of_all(model, state, cut.h, cut.steps - step);
                 if clear >= FEWEST.min(cut.steps - step) {
                     self.fly(model, state, window, cut, step..step + clear, output);
                     step += clear;
@@ -336,17 +336,6 @@ impl Run {
         }
         self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
         Ok(())
-    }
-
-    /// Steps, at most `most`, that all rocks fly freely over the terrain.
-    fn clear(&self, model: &Model, state: &State, h: f64, most: usize) -> usize {
-        let Some(ground) = &model.ground else { return 0 };
-        let touching = state.bodies.iter().any(|body| body.contacts > 0);
-        let steps = |clear: usize, (rock, body): (usize, &Body)| match clear {
-            0 => 0,
-            _ => clear_steps(model, ground, rock, &body.motion, h, clear),
-        };
-        if touching { 0 } else { state.bodies.iter().enumerate().fold(most, steps) }
     }
 
     /// One step of one rock.
@@ -447,7 +436,7 @@ impl Run {
         body.track.follow(it, &model.settings, self.level, &Passage { after: &after, ..passage });
         if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
             let end = if step + 1 == cut.steps { window.end() } else { window.start + h * (step + 1) as f64 };
-            let look = (step + 1) % steps_per_look(h) == 0 || step + 1 == cut.steps;
+            let look = (step + 1).is_multiple_of(steps_per_look(h)) || step + 1 == cut.steps;
             terrain.stepped(model, ground, rock, body, end, h, on_ground, look);
         }
         Ok(())
