@@ -6,6 +6,7 @@
 //! under the whole load is loaded in steps.
 
 use crate::config::NewtonConfig;
+use crate::assembly::Assembly;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, OnIteration, Problem};
 use crate::tangent::Slack;
@@ -18,20 +19,31 @@ const SETTINGS: NewtonConfig = NewtonConfig { tolerance: 1e-12, max_iterations: 
 /// Most load steps before it gives up.
 const MOST_STEPS: u32 = 32;
 
+/// A structure in equilibrium.
+#[derive(Debug, Clone)]
+pub struct Form {
+    /// Displacement from the structure as modelled [m].
+    pub displacement: Vec<f64>,
+    /// History of the elements there.
+    pub history: Vec<f64>,
+}
+
 /// Displacements [m] of static equilibrium under the dead load, moving supports at their place at
 /// t = 0, and what it took.
 pub fn find_form(
     model: &Model,
     newton: &mut Newton,
     on_iteration: OnIteration,
-) -> Result<(Vec<f64>, Info), Failure> {
+) -> Result<(Form, Info), Failure> {
     let mut start = vec![0.0; model.dof_count()];
+    let history = model.start_history();
+    let mut assembly = Assembly::new(model);
     model.prescribe(0.0, &mut start);
     let mut done = Info::default();
     if newton.tangent.is_empty() {
-        return Ok((start, done));
+        return Ok((Form { displacement: start, history }, done));
     }
-    newton.tangent.assemble(model, &start, 1.0, Slack::Exact);
+    newton.tangent.assemble(model, &start, &history, 1.0, Slack::Exact);
     done.factorisations += 1;
     if newton.tangent.factorise().is_err() {
         sag(model, newton, &mut start);
@@ -39,9 +51,9 @@ pub fn find_form(
     }
     let mut steps = 1;
     loop {
-        let mut u = start.clone();
-        match loaded(model, newton, steps, &mut u, &mut done, on_iteration) {
-            Ok(()) => return Ok((u, done)),
+        let mut form = Form { displacement: start.clone(), history: history.clone() };
+        match loaded(model, newton, &mut assembly, steps, &mut form, &mut done, on_iteration) {
+            Ok(()) => return Ok((form, done)),
             Err(Failure::Stopped(fault)) => return Err(Failure::Stopped(fault)),
             Err(failure) if steps >= MOST_STEPS => return Err(failure),
             Err(_) => steps *= 2,
@@ -53,21 +65,31 @@ pub fn find_form(
 fn loaded(
     model: &Model,
     newton: &mut Newton,
+    assembly: &mut Assembly,
     steps: u32,
-    u: &mut [f64],
+    form: &mut Form,
     done: &mut Info,
     on_iteration: OnIteration,
 ) -> Result<(), Failure> {
-    let zero = vec![0.0; u.len()];
+    let zero = vec![0.0; form.displacement.len()];
     for step in 1..=steps {
         let part = f64::from(step) / f64::from(steps);
         let load: Vec<f64> = model.dead_load.iter().map(|p| part * p).collect();
-        let problem = Problem { load: &load, start: &zero, inertia: 0.0, share: 1.0, mean_stress: false };
+        let problem = Problem {
+            load: &load,
+            start: &zero,
+            inertia: 0.0,
+            share: 1.0,
+            mean_stress: false,
+            history: &form.history,
+            viscosity: (&[], 0.0),
+        };
         let mut before = done.iterations;
-        let info = newton.solve(model, &problem, &SETTINGS, u, &mut |_, residual| {
+        let info = newton.solve(model, &problem, &SETTINGS, &mut form.displacement, &mut |_, residual| {
             before += 1;
             on_iteration(before, residual)
         })?;
+        assembly.settle(&model.elements, &form.displacement, &mut form.history);
         done.iterations += info.iterations;
         done.factorisations += info.factorisations;
         done.unstable = info.unstable;
@@ -80,6 +102,7 @@ fn sag(model: &Model, newton: &mut Newton, u: &mut [f64]) {
     newton.tangent.assemble_blocks(model, 1.0, |cable| {
         Matrix3::from_diagonal_element(START_SAG * cable.axial_stiffness())
     });
+    newton.tangent.add_film(model, u, &model.start_history(), START_SAG);
     if newton.tangent.factorise().is_err() {
         // Something is connected to no support: Newton says what, with a shifted tangent.
         return;

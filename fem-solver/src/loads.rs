@@ -55,9 +55,14 @@ pub struct Loads {
 }
 
 impl Loads {
-    /// Find the force in `plan`. A force of the other kind than the scheme needs is taken in its
+    /// Find the force in `plan`, for a structure of so many degrees of freedom. A force of the other kind than the scheme needs is taken in its
     /// place, with a warning.
-    pub fn new(needs: Needs, plan: &Plan, mesh: &InterfaceMesh) -> Result<(Self, Vec<String>), Fault> {
+    pub fn new(
+        needs: Needs,
+        plan: &Plan,
+        mesh: &InterfaceMesh,
+        dofs: usize,
+    ) -> Result<(Self, Vec<String>), Fault> {
         let layout = Layout::new(&plan.takes, mesh, 0);
         let find = |sampling| {
             let spec = plan.takes.iter().find(|f| f.name == name::FORCE && f.sampling == sampling)?;
@@ -100,7 +105,7 @@ impl Loads {
             );
             return Err(Fault::input(what));
         }
-        let memory = || vec![0.0; 3 * mesh.node_count()];
+        let memory = || vec![0.0; dofs];
         let loads = Self {
             nodes: mesh.node_count(),
             mean,
@@ -231,7 +236,7 @@ mod tests {
         let mut plan = plan;
         plan.takes.iter_mut().for_each(|f| f.samples = 1);
         let (mut loads, warnings) =
-            Loads::new(Needs::of(Some(scheme(0.5))), &plan, &mesh()).expect("is fine");
+            Loads::new(Needs::of(Some(scheme(0.5))), &plan, &mesh(), 3).expect("is fine");
         assert!(warnings.is_empty());
         loads.begin_part(&[4.0, 0.0, 0.0, 8.0, 0.0, 0.0], 0, &[0.0; 3]);
         for step in 0..4 {
@@ -246,7 +251,7 @@ mod tests {
     fn end_forces_are_joined_by_straight_lines() {
         let mut plan = Plan { takes: Needs::of(Some(scheme(0.0))).fields(), ..Default::default() };
         plan.takes[0].samples = 2;
-        let (mut loads, _) = Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh()).expect("is fine");
+        let (mut loads, _) = Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
         assert_eq!(loads.parts(), 2);
         let input = [6.0, 0.0, 0.0, 7.0, 0.0, 0.0];
         loads.begin_part(&input, 0, &[2.0, 0.0, 0.0]);
@@ -261,7 +266,7 @@ mod tests {
         let plan =
             Plan { takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)], ..Default::default() };
         let (mut loads, warnings) =
-            Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh()).expect("is fine");
+            Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
         assert!(warnings[0].contains("lag of half a window"), "{warnings:?}");
         loads.begin_part(&[5.0, 0.0, 0.0], 0, &[0.0; 3]);
         assert_eq!(loads.of_step(&scheme(0.0), 0, 1).end[0], 5.0);

@@ -47,6 +47,7 @@ pub struct March {
     /// Displacement at t = 0 [m].
     pub origin: Vec<f64>,
     rest_force: Vec<f64>,
+    nodes: usize,
     time_step: f64,
     shortcuts: bool,
     skipped: bool,
@@ -91,13 +92,14 @@ impl March {
             force: if balances_at_end { start.force.clone() } else { Vec::new() },
             load: vec![0.0; ends],
             at_rest: start.at_rest,
+            history: start.history.clone(),
+            events: Vec::with_capacity(model.elements.len()),
             ..State::default()
         };
         if scheme.is_some_and(|s| s.inertia) && !start.at_rest {
             // The first step of an implicit scheme starts from a balance of its own.
-            let nodes = model.node_count();
             for dof in (0..n).filter(|dof| !model.held[*dof]) {
-                committed.acceleration[dof] = start.force[dof] / model.mass[dof % nodes];
+                committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof);
             }
         }
         let reaction = recorder.total_reaction(&start.force, &start.displacement);
@@ -122,7 +124,8 @@ impl March {
             },
             recorder,
             loads,
-            trial: committed.clone(),
+            trial: State { events: Vec::with_capacity(model.elements.len()), ..committed.clone() },
+            nodes: model.node_count(),
             committed,
             origin: start.displacement,
             rest_force: start.force,
@@ -276,7 +279,7 @@ impl March {
 
     /// Write the samples of motion that lie at the end of step `step` of `steps`.
     fn answer(&self, step: usize, steps: usize, output: &mut [f64]) {
-        let nodes = self.origin.len() / 3;
+        let nodes = self.nodes;
         let due = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
         if !self.displacement_samples.is_empty()
             && let Some(sample) = due(self.displacement_samples.len())
@@ -300,11 +303,11 @@ impl March {
 
     /// Energies at the window's end, reactions and scene gauges over the window.
     fn write_gauges(&mut self, model: &Model, output: &mut [f64]) {
-        let kernel = match &mut self.engine {
-            Engine::Explicit(e) => &mut e.kernel,
-            Engine::Implicit(i) => i.kernel(),
+        let parts = match &mut self.engine {
+            Engine::Explicit(e) => e.parts(),
+            Engine::Implicit(i) => i.parts(),
         };
-        self.energies.of(model, kernel, &self.trial, &mut self.energy_now);
+        self.energies.of(model, parts, &self.trial, &mut self.energy_now);
         let gauges = &mut output[self.gauges_from..];
         let (triples, _) = gauges.as_chunks_mut::<3>();
         for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {

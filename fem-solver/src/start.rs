@@ -3,7 +3,8 @@
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::critical_step::highest_frequency;
-use crate::form_finding::find_form;
+use crate::assembly::Assembly;
+use crate::form_finding::{Form, find_form};
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, spring_dofs};
@@ -25,6 +26,8 @@ const CLOSE: f64 = 0.9;
 pub struct Start {
     /// Displacement from the structure as modelled [m].
     pub displacement: Vec<f64>,
+    /// History of the elements there.
+    pub history: Vec<f64>,
     /// Force of dead load and elements on every degree of freedom [N].
     pub force: Vec<f64>,
     /// Whether it is in static equilibrium.
@@ -76,11 +79,11 @@ impl Start {
         on_progress(format!("{} nodes, {} cables: analysing", model.node_count(), model.cables.len()))
             .map_err(NoStart::Stopped)?;
         let mut newton = Newton::new(model);
-        let (displacement, form_finding) = match config.structure.form_finding {
+        let (Form { displacement, history }, form_finding) = match config.structure.form_finding {
             FormFinding::None => {
                 let mut u = vec![0.0; model.dof_count()];
                 model.prescribe(0.0, &mut u);
-                (u, Info::default())
+                (Form { displacement: u, history: model.start_history() }, Info::default())
             }
             FormFinding::Static => {
                 let mut last: Option<Instant> = None;
@@ -101,7 +104,9 @@ impl Start {
         };
         let mut force = model.dead_load.clone();
         let mut kernel = Kernel::new(&model.cables, model.node_count());
-        let cable_force = kernel.pull(&displacement, &mut force).sqrt();
+        let cables = kernel.pull(&displacement, &mut force);
+        let others = Assembly::new(model).pull(&model.elements, &displacement, &history, &mut force);
+        let cable_force = cables.max(others).sqrt();
         for (dof, k) in spring_dofs(model) {
             force[dof] -= k * displacement[dof];
         }
@@ -110,12 +115,12 @@ impl Start {
         let frequency = match config.fem.integrator {
             Integrator::Static => 0.0,
             _ if newton.tangent.is_empty() => 0.0,
-            _ => highest_frequency(model, &mut newton.tangent, &displacement),
+            _ => highest_frequency(model, &mut newton.tangent, &displacement, &history),
         };
         let critical_step = 2.0 / frequency;
         let mut warnings = Vec::new();
         if form_finding.unstable
-            && let Some(dof) = newton.not_held(model, &displacement)
+            && let Some(dof) = newton.not_held(model, &displacement, &history)
         {
             warnings.push(format!(
                 "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
@@ -127,6 +132,7 @@ impl Start {
         let at_rest = residual <= AT_REST * scale || residual == 0.0;
         Ok(Self {
             displacement,
+            history,
             force,
             at_rest,
             frequency,

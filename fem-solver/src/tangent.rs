@@ -1,5 +1,6 @@
 //! The global tangent over the free degrees of freedom: pattern once, numbers as often as needed.
 
+use crate::assembly::Assembly;
 use crate::element::Cable;
 use crate::linear_solver::{Cholesky, NotPositive};
 use crate::model::Model;
@@ -35,6 +36,10 @@ pub struct Tangent {
     diagonal: Vec<usize>,
     /// Positions of each cable's blocks: (1,1) and (2,2) by their lower triangles, (1,2) in full.
     cables: Vec<[usize; 21]>,
+    /// The other elements.
+    assembly: Assembly,
+    /// Positions of the lower triangles of their tangents, by rows, one after the other.
+    elements: Vec<usize>,
     cholesky: Cholesky,
 }
 
@@ -44,14 +49,19 @@ impl Tangent {
         let mut free = vec![HELD; model.dof_count()];
         let mut dofs = Vec::new();
         for node in 0..model.node_count() {
-            for dof in (0..3).map(|c| model.dof(node, c)).filter(|dof| !model.held[*dof]) {
+            let turns = (0..3).filter_map(|c| model.rotation(node, c));
+            let dofs_of_node = (0..3).map(|c| model.dof(node, c)).chain(turns);
+            for dof in dofs_of_node.filter(|dof| !model.held[*dof]) {
                 free[dof] = dofs.len();
                 dofs.push(dof);
             }
         }
         let mut columns: Vec<_> = (0..dofs.len()).map(|j| BTreeSet::from([j])).collect();
         let places: Vec<_> = model.cables.iter().map(|c| block_dofs(model, &free, c)).collect();
-        for (row, column) in places.iter().flatten().flatten() {
+        let assembly = Assembly::new(model);
+        let others: Vec<_> =
+            (0..model.elements.len()).flat_map(|i| triangle(&free, assembly.dofs(i))).collect();
+        for (row, column) in places.iter().flatten().chain(&others).flatten() {
             columns[*column].insert(*row);
         }
         let mut starts = vec![0];
@@ -66,9 +76,10 @@ impl Tangent {
         };
         let sink = rows.len();
         let cables = places.iter().map(|p| p.map(|at| at.map_or(sink, |(i, j)| position(i, j)))).collect();
+        let elements = others.iter().map(|at| at.map_or(sink, |(i, j)| position(i, j))).collect();
         let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
         let cholesky = Cholesky::new(dofs.len(), starts.clone(), rows.clone());
-        Self { free, dofs, values: vec![0.0; sink + 1], starts, rows, diagonal, cables, cholesky }
+        Self { free, dofs, values: vec![0.0; sink + 1], starts, rows, diagonal, cables, assembly, elements, cholesky }
     }
 
     /// Number of free degrees of freedom.
@@ -87,7 +98,7 @@ impl Tangent {
     }
 
     /// `share` times the tangent of all elements at the displacements `u`.
-    pub fn assemble(&mut self, model: &Model, u: &[f64], share: f64, slack: Slack) {
+    pub fn assemble(&mut self, model: &Model, u: &[f64], history: &[f64], share: f64, slack: Slack) {
         self.assemble_blocks(model, share, |cable| {
             let w = model.relative(u, cable);
             let response = cable.response(&w);
@@ -104,6 +115,16 @@ impl Tangent {
                 Slack::Taut => response.tangent,
             }
         });
+        let mut at = self.elements.iter();
+        for (i, element) in model.elements.iter().enumerate() {
+            let k = self.assembly.tangent(i, element, u, history, slack);
+            let n = k.len().isqrt();
+            for row in 0..n {
+                for (column, at) in (0..=row).zip(&mut at) {
+                    self.values[*at] += share * 0.5 * (k[row * n + column] + k[column * n + row]);
+                }
+            }
+        }
     }
 
     /// The same with a tangent of one's own for each cable.
@@ -130,11 +151,44 @@ impl Tangent {
         }
     }
 
+    /// Add to the tangent, for each element that is no cable, `part` of its largest stiffness between its nodes, in every
+    /// direction: a soap film over what it spans.
+    pub fn add_film(&mut self, model: &Model, u: &[f64], history: &[f64], part: f64) {
+        let mut at = 0;
+        for (i, element) in model.elements.iter().enumerate() {
+            let k = self.assembly.tangent(i, element, u, history, Slack::Taut);
+            let n = k.len().isqrt();
+            let stiffness = (0..n).map(|d| k[d * n + d]).fold(0.0, f64::max) * part;
+            let nodes = element.nodes().len();
+            let per_node = n / nodes;
+            for row in 0..n {
+                for column in 0..=row {
+                    let share = if row == column { nodes as f64 - 1.0 } else { -1.0 };
+                    if row % per_node == column % per_node && row % per_node < 3 {
+                        self.values[self.elements[at]] += share * stiffness;
+                    } else if row == column {
+                        self.values[self.elements[at]] += stiffness;
+                    }
+                    at += 1;
+                }
+            }
+        }
+    }
+
     /// Add `factor` [1/s2] times the lumped masses.
     pub fn add_mass(&mut self, model: &Model, factor: f64) {
-        let n = model.node_count();
         for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
-            self.values[*at] += factor * model.mass[dof % n];
+            self.values[*at] += factor * model.dof_mass(*dof);
+        }
+    }
+
+    /// Add `factor` times what stands in `amounts` for each degree of freedom of the structure; empty = nothing.
+    pub fn add_diagonal(&mut self, amounts: &[f64], factor: f64) {
+        if amounts.is_empty() {
+            return;
+        }
+        for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
+            self.values[*at] += factor * amounts[*dof];
         }
     }
 
@@ -182,6 +236,15 @@ impl Tangent {
             }
         }
     }
+}
+
+/// Row and column, in the lower triangle of all, of each entry of the lower triangle of one element, by rows.
+fn triangle<'a>(free: &'a [usize], dofs: &'a [usize]) -> impl Iterator<Item = Option<(usize, usize)>> + 'a {
+    let pairs = (0..dofs.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+    pairs.map(|(row, column)| {
+        let (a, b) = (free[dofs[row]], free[dofs[column]]);
+        (a != HELD && b != HELD).then(|| (a.max(b), a.min(b)))
+    })
 }
 
 /// Entries of the lower triangle of a 3 x 3 block.

@@ -4,6 +4,7 @@ mod allocation;
 mod common;
 mod contract;
 mod dynamics;
+mod elements;
 mod input;
 mod statics;
 
