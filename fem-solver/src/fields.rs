@@ -76,7 +76,9 @@ impl Fields {
             element.line_forces(u, history, &mut others[at..at + count]);
             at += count;
         }
-        for (force, (slack, broken)) in self.tension.iter_mut().zip(self.slack.iter_mut().zip(&mut self.broken)) {
+        for (force, (slack, broken)) in
+            self.tension.iter_mut().zip(self.slack.iter_mut().zip(&mut self.broken))
+        {
             *broken = f64::from(u8::from(force.is_nan()));
             *force = if force.is_nan() { 0.0 } else { *force };
             *slack = f64::from(u8::from(*force == 0.0));
@@ -85,11 +87,11 @@ impl Fields {
             points: &self.points,
             cells: if mesh.lines.is_empty() { Cells::Vertices } else { Cells::Lines(&mesh.lines) },
             point_data: vec![("displacement", 3, &self.displacement), ("velocity", 3, &self.velocity)],
-            cell_data: if mesh.lines.is_empty() { Vec::new() } else { vec![
-                    ("tension", 1, &self.tension),
-                    ("slack", 1, &self.slack),
-                    ("broken", 1, &self.broken),
-                ] },
+            cell_data: if mesh.lines.is_empty() {
+                Vec::new()
+            } else {
+                vec![("tension", 1, &self.tension), ("slack", 1, &self.slack), ("broken", 1, &self.broken)]
+            },
         };
         self.series.add(time, &vtu).map_err(|e| cannot_write(&e))
     }

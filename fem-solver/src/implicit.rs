@@ -12,9 +12,9 @@
 //!
 //! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
 
+use crate::assembly::{Assembly, Event};
 use crate::config::{FemConfig, Integrator, NewtonConfig};
 use crate::explicit::free_masses;
-use crate::assembly::{Assembly, Event};
 use crate::kernel::Kernel;
 use crate::lanes::{add, sum_of};
 use crate::model::Model;

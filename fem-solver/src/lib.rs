@@ -6,7 +6,7 @@
 //! - [`model`]: nodes, elements, supports, loads, lumped masses; the generator of nets
 //! - [`element`], [`material`]: each element with energy, force, tangent, history; laws
 //! - [`assembly`]: elements one by one
-//! - [`kernel`], [`lanes`]: all cables at once, fast; loops over long vectors
+//! - [`kernel`], [`scattered`], [`lanes`]: all cables at once, fast; loops over long vectors
 //! - [`tangent`], [`linear_solver`], [`newton`]: the sparse tangent, its Cholesky factor, Newton's iteration
 //! - [`form_finding`], [`critical_step`], [`start`]: the state at t = 0 and the longest step
 //! - [`explicit`], [`implicit`]: one step in time
@@ -37,6 +37,7 @@ pub mod model;
 pub mod moving_mean;
 pub mod newton;
 pub mod record;
+pub mod scattered;
 pub mod solver;
 pub mod start;
 pub mod state;

@@ -16,6 +16,9 @@ use interface_defs::message::{Fault, Plan};
 use interface_defs::solver::Window;
 use std::ops::Range;
 
+/// A window in which Newton fails is cut into at most so many times the steps before it is given up.
+const FINEST: usize = 8;
+
 /// The scheme in time.
 enum Engine {
     Explicit(Box<Explicit>),
@@ -31,6 +34,10 @@ pub struct Counts {
     pub newton: u64,
     /// Factorisations, form finding included.
     pub factorisations: u64,
+    /// Windows begun anew with twice the steps, because Newton had failed.
+    pub refined: u64,
+    /// Steps whose tangent was not positive and had to be shifted.
+    pub unstable: u64,
     /// Committed windows in which nothing loaded or moved the structure.
     pub skipped: u64,
 }
@@ -193,6 +200,7 @@ impl March {
         self.recorder.step(model, &self.trial, &step, &mut peaks);
     }
 
+    /// Advance over the window; where Newton fails, again from its start with twice the steps.
     fn advance(
         &mut self,
         model: &Model,
@@ -200,9 +208,34 @@ impl March {
         input: &[f64],
         output: &mut [f64],
     ) -> Result<(), Fault> {
+        let mut finer = 1;
+        loop {
+            match self.advance_by(model, window, input, output, finer) {
+                Ok(()) => return Ok(()),
+                Err(fault) if finer >= FINEST || matches!(self.engine, Engine::Explicit(_)) => {
+                    return Err(fault);
+                }
+                Err(_) => {
+                    finer *= 2;
+                    self.counts.refined += 1;
+                    self.trial.copy_from(&self.committed);
+                    self.trial.at_rest = false;
+                }
+            }
+        }
+    }
+
+    fn advance_by(
+        &mut self,
+        model: &Model,
+        window: &Window,
+        input: &[f64],
+        output: &mut [f64],
+        finer: usize,
+    ) -> Result<(), Fault> {
         self.recorder.begin();
         let part = Window { length: window.length / self.parts as f64, ..*window };
-        let steps = part.steps(self.time_step) * self.parts;
+        let steps = part.steps(self.time_step) * self.parts * finer;
         let h = window.length / steps as f64;
         let per_load = steps / self.loads.parts();
         for step in 0..steps {
@@ -245,6 +278,7 @@ impl March {
                     .step(model, &mut self.trial, &load, time, h)
                     .map_err(|failure| failure.describe(model))?;
                 self.counts.newton += info.iterations;
+                self.counts.unstable += u64::from(info.unstable);
                 self.counts.factorisations += info.factorisations;
                 let (after, before) = (&self.trial.displacement, &self.part_start);
                 if scheme.takes_mean_only() {

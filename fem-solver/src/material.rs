@@ -184,7 +184,9 @@ mod tests {
                 work += 0.5 * (before + now.stress) * end / f64::from(steps);
                 (history, before) = (now.history, now.stress);
             }
-            assert!((at_once.stress - before).abs() < 1e-12 && (at_once.history[1] - history[1]).abs() < 1e-12);
+            assert!(
+                (at_once.stress - before).abs() < 1e-12 && (at_once.history[1] - history[1]).abs() < 1e-12
+            );
             let (stored, dissipated) = law.energy(end, &[0.0; HISTORY]);
             // The trapezoidal rule errs in the four steps with a kink, by E (end / steps)^2 / 8 each.
             assert!((stored + dissipated - work).abs() < 4.0 * 20.0 * (end / 2000.0_f64).powi(2), "{end}");

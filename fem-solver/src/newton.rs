@@ -6,8 +6,8 @@
 //! rule takes the mean stress of the step in place of the stress in its middle, so that it stores
 //! exactly the work that it does ([`Kernel::pull_between`]); the tangent stays that of the middle.
 
-use crate::config::NewtonConfig;
 use crate::assembly::Assembly;
+use crate::config::NewtonConfig;
 use crate::kernel::Kernel;
 use crate::linear_solver::NotPositive;
 use crate::model::Model;
@@ -204,7 +204,8 @@ impl Newton {
             let step = self.step(model, problem, u, before, settings.line_search, &mut sizes);
             // Rounding of u alone, and of the tensions that cancel at a node.
             let noise = f64::EPSILON * (stiffness * largest(u) + sizes.tension);
-            rounding = (self.roundings * noise * (self.tangent.len() as f64).sqrt()).min(COARSEST * sizes.scale);
+            rounding =
+                (self.roundings * noise * (self.tangent.len() as f64).sqrt()).min(COARSEST * sizes.scale);
             let travel = u.iter().zip(problem.start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             settled = step * length <= 1e-6 * travel;
             info.iterations += 1;

@@ -88,7 +88,11 @@ impl Lines {
         let cables = self.cables.iter().map(|c| {
             let cable = &model.cables[*c];
             let w = model.relative(u, cable);
-            if self.elongation { (cable.span + w).norm() - cable.span.norm() } else { cable.response(&w).tension }
+            if self.elongation {
+                (cable.span + w).norm() - cable.span.norm()
+            } else {
+                cable.response(&w).tension
+            }
         });
         let mut largest = cables.fold(f64::NEG_INFINITY, f64::max);
         for i in &self.elements {

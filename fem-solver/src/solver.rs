@@ -84,7 +84,8 @@ impl FemSolver {
     /// Make ready for windows from `start`, under a plan that has been checked.
     pub(crate) fn begin(&mut self, start: Start, plan: &Plan) -> Result<Ready, Fault> {
         let mesh = self.model.interface_mesh(&start.displacement);
-        let (loads, load_warnings) = Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh, self.model.dof_count())?;
+        let (loads, load_warnings) =
+            Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh, self.model.dof_count())?;
         let shortest = start.time_step.min(plan.window) / HALVINGS;
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
         let recorder = Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
@@ -108,7 +109,9 @@ impl FemSolver {
         let mut initial = vec![0.0; answer];
         march.initial(&self.model, &mut initial);
         let mut fields = match (&self.options.out, self.field_interval) {
-            (Some(out), Some(interval)) => Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh, &self.model)?),
+            (Some(out), Some(interval)) => {
+                Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh, &self.model)?)
+            }
             _ => None,
         };
         if let Some(fields) = &mut fields {
@@ -242,11 +245,25 @@ impl Solver for FemSolver {
             }
         }
         let counts = prepared.march.counts;
+        if counts.refined > 0 {
+            warnings.push(format!(
+                "Newton failed in {} windows, iterations of the coupling included: they were begun anew with shorter steps",
+                counts.refined
+            ));
+        }
+        if counts.unstable > 0 {
+            warnings.push(format!(
+                "the tangent was not positive at the end of {} steps (slack, or close to buckling): it was shifted, which slows \
+                 Newton down and leaves its answer as it is",
+                counts.unstable
+            ));
+        }
         let counts = [
             ("sub_steps", counts.steps),
             ("newton_iterations", counts.newton),
             ("skipped_windows", counts.skipped),
             ("factorisations", counts.factorisations),
+            ("refined_windows", counts.refined),
         ];
         let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })

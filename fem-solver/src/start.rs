@@ -1,9 +1,9 @@
 //! The start of a run: form finding, critical step, time step. What `check` tells and `prepare` does.
 
+use crate::assembly::Assembly;
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::critical_step::highest_frequency;
-use crate::assembly::Assembly;
 use crate::form_finding::{Form, find_form};
 use crate::kernel::Kernel;
 use crate::model::Model;
@@ -85,7 +85,7 @@ impl Start {
                 model.prescribe(0.0, &mut u);
                 (Form { displacement: u, history: model.start_history() }, Info::default())
             }
-            FormFinding::Static => {
+            way => {
                 let mut last: Option<Instant> = None;
                 let mut told = |iteration, residual| {
                     if last.is_some_and(|at| at.elapsed() < BETWEEN_REPORTS) {
@@ -96,7 +96,7 @@ impl Start {
                         "form finding: iteration {iteration}, residual {residual:.1e} of its limit"
                     ))
                 };
-                find_form(model, &mut newton, &mut told).map_err(|failure| match failure {
+                find_form(model, &mut newton, way, &mut told).map_err(|failure| match failure {
                     Failure::Stopped(fault) => NoStart::Stopped(fault),
                     failure => NoStart::Input(not_found(scene, model, &failure)),
                 })?
@@ -122,6 +122,13 @@ impl Start {
         if form_finding.unstable
             && let Some(dof) = newton.not_held(model, &displacement, &history)
         {
+            if config.fem.integrator == Integrator::Static {
+                let what =
+                    format!("the structure is a mechanism: nothing but a load holds {}", model.dof_name(dof));
+                return Err(NoStart::Input(scene.invalid("structure", what).try_instead(
+                    "support or connect that node, give its cables tension, or use an integrator with inertia",
+                )));
+            }
             warnings.push(format!(
                 "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
                 model.dof_name(dof)

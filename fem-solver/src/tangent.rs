@@ -5,7 +5,6 @@ use crate::element::Cable;
 use crate::linear_solver::{Cholesky, NotPositive};
 use crate::model::Model;
 use nalgebra::Matrix3;
-use std::collections::BTreeSet;
 
 /// Marks a degree of freedom that a support holds.
 const HELD: usize = usize::MAX;
@@ -56,20 +55,11 @@ impl Tangent {
                 dofs.push(dof);
             }
         }
-        let mut columns: Vec<_> = (0..dofs.len()).map(|j| BTreeSet::from([j])).collect();
         let places: Vec<_> = model.cables.iter().map(|c| block_dofs(model, &free, c)).collect();
         let assembly = Assembly::new(model);
         let others: Vec<_> =
             (0..model.elements.len()).flat_map(|i| triangle(&free, assembly.dofs(i))).collect();
-        for (row, column) in places.iter().flatten().chain(&others).flatten() {
-            columns[*column].insert(*row);
-        }
-        let mut starts = vec![0];
-        let mut rows = Vec::new();
-        for column in &columns {
-            rows.extend(column);
-            starts.push(rows.len());
-        }
+        let (starts, rows) = pattern(dofs.len(), || places.iter().flatten().chain(&others).flatten());
         let position = |row: usize, column: usize| {
             let inside = rows[starts[column]..starts[column + 1]].binary_search(&row);
             starts[column] + inside.expect("the pattern holds every entry of every element")
@@ -79,7 +69,18 @@ impl Tangent {
         let elements = others.iter().map(|at| at.map_or(sink, |(i, j)| position(i, j))).collect();
         let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
         let cholesky = Cholesky::new(dofs.len(), starts.clone(), rows.clone());
-        Self { free, dofs, values: vec![0.0; sink + 1], starts, rows, diagonal, cables, assembly, elements, cholesky }
+        Self {
+            free,
+            dofs,
+            values: vec![0.0; sink + 1],
+            starts,
+            rows,
+            diagonal,
+            cables,
+            assembly,
+            elements,
+            cholesky,
+        }
     }
 
     /// Number of free degrees of freedom.
@@ -192,6 +193,23 @@ impl Tangent {
         }
     }
 
+    /// Sum of the magnitudes in each row of the tangent at `u` when all is taut, for every degree of freedom of the
+    /// structure: a bound of its stiffness.
+    pub fn row_sums(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vec<f64> {
+        self.assemble(model, u, history, 1.0, Slack::Taut);
+        let mut sums = vec![0.0; model.dof_count()];
+        for j in 0..self.dofs.len() {
+            for at in self.starts[j]..self.starts[j + 1] {
+                let (row, size) = (self.rows[at], self.values[at].abs());
+                sums[self.dofs[j]] += size;
+                if row != j {
+                    sums[self.dofs[row]] += size;
+                }
+            }
+        }
+        sums
+    }
+
     /// Add `amount` [N/m] to every diagonal entry.
     pub fn shift(&mut self, amount: f64) {
         for at in &self.diagonal {
@@ -236,6 +254,39 @@ impl Tangent {
             }
         }
     }
+}
+
+/// Columns of the lower triangle of order `n` that has a diagonal and the given entries `(row, column)`, which may repeat.
+fn pattern<'a, I>(n: usize, entries: impl Fn() -> I) -> (Vec<usize>, Vec<usize>)
+where
+    I: Iterator<Item = &'a (usize, usize)>,
+{
+    let mut next = vec![1_usize; n + 1];
+    next[n] = 0;
+    entries().for_each(|(_, column)| next[*column] += 1);
+    let mut sum = 0;
+    next.iter_mut().for_each(|count| (*count, sum) = (sum, sum + *count));
+    let begins = next.clone();
+    let mut all = vec![0_usize; sum];
+    let mut put = |row: usize, column: usize| {
+        all[next[column]] = row;
+        next[column] += 1;
+    };
+    (0..n).for_each(|j| put(j, j));
+    entries().for_each(|(row, column)| put(*row, *column));
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    for j in 0..n {
+        let column = &mut all[begins[j]..begins[j + 1]];
+        column.sort_unstable();
+        let first = rows.len();
+        for row in column {
+            if rows.len() == first || rows[rows.len() - 1] != *row {
+                rows.push(*row);
+            }
+        }
+        starts.push(rows.len());
+    }
+    (starts, rows)
 }
 
 /// Row and column, in the lower triangle of all, of each entry of the lower triangle of one element, by rows.

@@ -62,6 +62,11 @@ pub enum FormFinding {
     /// At rest in static equilibrium under the dead load.
     #[default]
     Static,
+    /// The same, starting from the shape in which every cable keeps its force per length as modelled: for nets and
+    /// ropes with prestress.
+    ForceDensity,
+    /// The same, starting from where dynamic relaxation leads: slow, and hard to upset.
+    DynamicRelaxation,
     /// At rest as modelled, whatever forces that leaves.
     None,
 }

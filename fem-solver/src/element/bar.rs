@@ -217,7 +217,8 @@ mod tests {
     fn it_breaks_at_its_force_and_not_before_and_loses_its_energy() {
         let mut bar = bar(Law::elastic(8e9, 0.0, true));
         let stretched = |u: f64| [0.0, 0.0, 0.0, u, 0.0, 0.0];
-        bar.rupture.force = 0.5 * (bar.force(&stretched(0.01), &[0.0; 4]) + bar.force(&stretched(0.011), &[0.0; 4]));
+        bar.rupture.force =
+            0.5 * (bar.force(&stretched(0.01), &[0.0; 4]) + bar.force(&stretched(0.011), &[0.0; 4]));
         let mut history = bar.start_history();
         assert!(!bar.breaks(&stretched(0.01), &mut history));
         let before = bar.energy(&stretched(0.011), &history);

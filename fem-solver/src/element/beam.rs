@@ -308,8 +308,7 @@ impl Element for Beam {
     }
 
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
-        forces[0] =
-            if history[BROKEN] > 0.0 { f64::NAN } else { self.force(&self.shape(u, history)) };
+        forces[0] = if history[BROKEN] > 0.0 { f64::NAN } else { self.force(&self.shape(u, history)) };
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {

@@ -116,8 +116,7 @@ impl Element for Brake {
 
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         let (_, elongation) = self.segment(u);
-        forces[0] =
-            if history[2] > 0.0 { f64::NAN } else { self.law.stress(elongation, history).stress };
+        forces[0] = if history[2] > 0.0 { f64::NAN } else { self.law.stress(elongation, history).stress };
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {
@@ -137,11 +136,7 @@ mod tests {
             length: 1.0,
             mass: 5.0,
             radius: 0.0,
-            law: Law {
-                hardening: vec![(0.0, 5e4), (0.5, 1e5)],
-                limit: 0.5,
-                ..Law::elastic(5e6, 0.0, true)
-            },
+            law: Law { hardening: vec![(0.0, 5e4), (0.5, 1e5)], limit: 0.5, ..Law::elastic(5e6, 0.0, true) },
             rupture: Rupture::NEVER,
         }
     }

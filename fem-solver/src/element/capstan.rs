@@ -272,8 +272,7 @@ mod tests {
             for segments in [2, 3, 10, 60] {
                 let rest: Vec<f64> = (0..segments).map(|_| 1.0 + 0.5 * noise()).collect();
                 let lengths: Vec<f64> = rest.iter().map(|r| r * (1.01 + 0.02 * noise())).collect();
-                let factors: Vec<f64> =
-                    (1..segments).map(|_| (friction * (1.0 + noise())).exp()).collect();
+                let factors: Vec<f64> = (1..segments).map(|_| (friction * (1.0 + noise())).exp()).collect();
                 let end = slide(&lengths, &rest, &factors);
                 let (a, b): (f64, f64) = (rest.iter().sum(), end.rest.iter().sum());
                 assert!((a - b).abs() < 1e-13 * a);

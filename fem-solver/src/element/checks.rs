@@ -107,12 +107,17 @@ impl<'a> Case<'a> {
                 continue;
             }
             if self.conservative {
-                assert!((energy - force[j]).abs() <= 1e-6 * largest, "dW/du_{j} = {energy}, force {}", force[j]);
+                assert!(
+                    (energy - force[j]).abs() <= 1e-6 * largest,
+                    "dW/du_{j} = {energy}, force {}",
+                    force[j]
+                );
             }
             for i in 0..n {
                 let k = self.compared(&tangent, i, j, n);
                 // Both sides of a pair with rotations are compared by their mean: see `symmetric`.
-                let slope = if self.symmetric() { 0.5 * (forces[i] + self.slope(j, i, size)) } else { forces[i] };
+                let slope =
+                    if self.symmetric() { 0.5 * (forces[i] + self.slope(j, i, size)) } else { forces[i] };
                 assert!((slope - k).abs() <= 2e-5 * stiffness, "df_{i}/du_{j} = {slope}, tangent {k}");
             }
         }
@@ -171,7 +176,10 @@ impl<'a> Case<'a> {
         let scale = self.work_function(&self.u).abs() + stiffness * self.size() * self.size() * 1e-3;
         assert!(change.abs() <= (force + stiffness * slip) * slip * 64.0 + 1e-12 * scale, "{change} J");
         let total: Vector3<f64> = before.chunks(3).map(Vector3::from_column_slice).sum();
-        assert!(total.norm() <= 64.0 * f64::EPSILON * force.max(1e-300), "the forces do not add up to 0: {total}");
+        assert!(
+            total.norm() <= 64.0 * f64::EPSILON * force.max(1e-300),
+            "the forces do not add up to 0: {total}"
+        );
     }
 
     /// Lumped and consistent mass are of one sum, and the consistent one is symmetric and positive.

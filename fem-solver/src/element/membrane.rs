@@ -176,9 +176,8 @@ impl Membrane {
 
     /// `f_1, f_2` and the strain.
     fn strain(&self, u: &[f64]) -> ([Vector3<f64>; 2], Vector3<f64>) {
-        let growth = [0, 1].map(|a: usize| {
-            (0..3).map(|i| self.slopes[i][a] * vector(u, 3 * i)).sum::<Vector3<f64>>()
-        });
+        let growth =
+            [0, 1].map(|a: usize| (0..3).map(|i| self.slopes[i][a] * vector(u, 3 * i)).sum::<Vector3<f64>>());
         let f = [self.axes[0] + growth[0], self.axes[1] + growth[1]];
         // f_a . f_b - A_a . A_b without the cancellation of two numbers near 1.
         let pair = |a: usize, b: usize| {
@@ -204,11 +203,13 @@ impl Element for Membrane {
         answer.tension = 0.0;
         answer.force.fill(0.0);
         // Columns of B_I: dE / dx_I.
-        let b = self.slopes.map(|g| Matrix3::from_rows(&[
-            (g.x * f[0]).transpose(),
-            (g.y * f[1]).transpose(),
-            (g.x * f[1] + g.y * f[0]).transpose(),
-        ]));
+        let b = self.slopes.map(|g| {
+            Matrix3::from_rows(&[
+                (g.x * f[0]).transpose(),
+                (g.y * f[1]).transpose(),
+                (g.x * f[1] + g.y * f[0]).transpose(),
+            ])
+        });
         for (i, b) in b.iter().enumerate() {
             add_vector(answer.force, 3 * i, &(volume * b.transpose() * s));
         }
@@ -259,7 +260,8 @@ mod tests {
     }
 
     fn fabrics() -> Vec<Fabric> {
-        let isotropic = |prestress, wrinkles| Fabric::Isotropic { young: 2e8, poisson: 0.3, prestress, wrinkles };
+        let isotropic =
+            |prestress, wrinkles| Fabric::Isotropic { young: 2e8, poisson: 0.3, prestress, wrinkles };
         let fibres = Fabric::Fibres {
             directions: [Vector2::new(0.8, 0.6), Vector2::new(-0.6, 0.8)],
             young: [3e8, 1e8],
@@ -285,7 +287,8 @@ mod tests {
     #[test]
     fn a_uniform_strain_gives_the_stress_of_the_textbook() {
         // The patch test: stretched by 1e-6 along its first axis, all corners follow.
-        let membrane = membrane(Fabric::Isotropic { young: 2e8, poisson: 0.3, prestress: [0.0; 3], wrinkles: true });
+        let membrane =
+            membrane(Fabric::Isotropic { young: 2e8, poisson: 0.3, prestress: [0.0; 3], wrinkles: true });
         let corners = CORNERS.map(Vector3::from);
         let u: Vec<f64> = corners
             .iter()
@@ -294,8 +297,10 @@ mod tests {
         let force = Case::new(&membrane, &[], &u).force();
         let (s1, s2) = (2e8 / 0.91 * 1e-6, 2e8 / 0.91 * 0.3 * 1e-6);
         for i in 0..3 {
-            let exact = membrane.area * 0.002
-                * (s1 * membrane.slopes[i].x * membrane.axes[0] + s2 * membrane.slopes[i].y * membrane.axes[1]);
+            let exact = membrane.area
+                * 0.002
+                * (s1 * membrane.slopes[i].x * membrane.axes[0]
+                    + s2 * membrane.slopes[i].y * membrane.axes[1]);
             assert!((vector(&force, 3 * i) - exact).norm() < 1e-5 * exact.norm());
         }
     }

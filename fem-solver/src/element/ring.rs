@@ -278,7 +278,8 @@ mod tests {
     fn it_unloads_steeper_than_it_loads_and_keeps_the_difference() {
         let (ring, points) = ring(4);
         // All nodes move outwards: widths grow by 2 d, the perimeter by 4 sqrt 2 d.
-        let grown = |d: f64| points.iter().flat_map(|p| <[f64; 3]>::from(p.normalize() * d)).collect::<Vec<_>>();
+        let grown =
+            |d: f64| points.iter().flat_map(|p| <[f64; 3]>::from(p.normalize() * d)).collect::<Vec<_>>();
         let mut history = ring.start_history();
         let mut work = 0.0;
         let steps = 4000;

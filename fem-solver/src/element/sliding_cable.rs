@@ -109,9 +109,11 @@ impl SlidingCable {
             return borrowed;
         }
         shape.factors.clear();
-        shape.factors.extend(shape.segments.windows(2).map(|pair| {
-            (self.friction * capstan::wrap(&pair[0].direction(), &pair[1].direction())).exp()
-        }));
+        shape.factors.extend(
+            shape.segments.windows(2).map(|pair| {
+                (self.friction * capstan::wrap(&pair[0].direction(), &pair[1].direction())).exp()
+            }),
+        );
         shape.returned.slide(&self.law(), &shape.lengths, &history[RESTS..], &shape.factors);
         let tensions = shape.forces.iter_mut().zip(&shape.returned.tension);
         tensions.for_each(|(force, t)| *force = t.force.max(0.0));
@@ -175,7 +177,8 @@ impl SlidingCable {
         if slack == Slack::Taut {
             // Every segment for itself, at least just taut: stiffer than what slides.
             for (i, (segment, rest)) in shape.segments.iter().zip(&self.lengths).enumerate() {
-                let axial = self.young * self.area * segment.length.powi(2) / rest.powi(3) + shape.forces[i] / rest;
+                let axial =
+                    self.young * self.area * segment.length.powi(2) / rest.powi(3) + shape.forces[i] / rest;
                 add_pair(k, n, 3 * i, 3 * i + 3, &segment.tangent(axial, shape.forces[i]));
             }
             return;
@@ -195,7 +198,8 @@ impl SlidingCable {
             if let Slack::Regularised(part) = slack
                 && shape.forces[i] == 0.0
             {
-                let soft = nalgebra::Matrix3::from_diagonal_element(part * self.young * self.area / self.lengths[i]);
+                let soft =
+                    nalgebra::Matrix3::from_diagonal_element(part * self.young * self.area / self.lengths[i]);
                 add_block(k, n, 3 * i, 3 * i, &soft);
                 add_block(k, n, 3 * i + 3, 3 * i + 3, &soft);
                 add_block(k, n, 3 * i, 3 * i + 3, &-soft);
@@ -335,7 +339,9 @@ mod tests {
     }
 
     fn points() -> Vec<Vector3<f64>> {
-        [[0.0, 0.0, 0.0], [1.0, 0.2, -0.3], [1.8, 1.0, 0.1], [2.5, 1.1, 0.9], [3.0, 0.0, 1.0]].map(Vector3::from).into()
+        [[0.0, 0.0, 0.0], [1.0, 0.2, -0.3], [1.8, 1.0, 0.1], [2.5, 1.1, 0.9], [3.0, 0.0, 1.0]]
+            .map(Vector3::from)
+            .into()
     }
 
     #[test]

@@ -231,7 +231,10 @@ impl Model {
                     match self.rotation(node, c) {
                         Some(dof) => self.dead_load[dof] += entry.moment[c],
                         None if entry.moment[c] != 0.0 => {
-                            let what = format!("node {} has no rotations: no moment acts on it", self.node_name(node));
+                            let what = format!(
+                                "node {} has no rotations: no moment acts on it",
+                                self.node_name(node)
+                            );
                             return Err(scene.invalid(&format!("structure.loads.{i}.moment"), what));
                         }
                         None => {}

@@ -72,7 +72,13 @@ pub fn rectangular_net(generator: &Generator) -> Generated {
         Held::Corners => groups[1].nodes.clone(),
         Held::None => Vec::new(),
     };
-    Generated { nodes, cables, sets: Vec::new(), groups, held: held.into_iter().map(|n| n as usize).collect() }
+    Generated {
+        nodes,
+        cables,
+        sets: Vec::new(),
+        groups,
+        held: held.into_iter().map(|n| n as usize).collect(),
+    }
 }
 
 #[cfg(test)]

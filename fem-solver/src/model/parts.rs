@@ -1,13 +1,15 @@
 //! From `[[structure.parts]]` to elements, with every input error located.
 
 use super::{Model, Part};
-use crate::config::part::{BeamPart, BrakePart, CablePart, MembranePart, PartConfig, RingPart, SlidingCablePart};
+use crate::config::part::{
+    BeamPart, BrakePart, CablePart, MembranePart, PartConfig, RingPart, SlidingCablePart,
+};
 use crate::config::structure::StructureConfig;
 use crate::config::{not_negative, positive};
 use crate::element::bar::Rupture;
-use crate::element::sliding_cable::Memory;
 use crate::element::membrane::{Fabric, Membrane};
 use crate::element::ring::{Mechanism, Ring};
+use crate::element::sliding_cable::Memory;
 use crate::element::{AnyElement, Bar, Beam, Brake, Cable, SlidingCable};
 use crate::material::Law;
 use interface_defs::mesh::Group;
@@ -56,16 +58,18 @@ impl Model {
             let key = Key { scene, key: format!("structure.parts.{i}") };
             let (name, own) = config.head();
             if name.is_empty() || self.parts.iter().any(|p| p.name == name) {
-                return Err(key.invalid("name", format!("there is a part `{name}` already, or it has no name")));
+                return Err(
+                    key.invalid("name", format!("there is a part `{name}` already, or it has no name"))
+                );
             }
             let found = sets.iter().find(|s| s.name == name);
             let cells = match (own.is_empty(), found) {
                 (false, _) => own,
                 (true, Some(set)) => &set.cells[..],
                 (true, None) => {
-                    return Err(key
-                        .invalid("name", format!("the part `{name}` has no cells"))
-                        .try_instead("write cells = [[node, node, ...], ...], or use the name of a set of the mesh"));
+                    return Err(key.invalid("name", format!("the part `{name}` has no cells")).try_instead(
+                        "write cells = [[node, node, ...], ...], or use the name of a set of the mesh",
+                    ));
                 }
             };
             let first = (self.elements.len(), self.cables.len());
@@ -90,10 +94,17 @@ impl Model {
         Ok(())
     }
 
-    fn check_cell(&self, key: &Key, place: &str, config: &PartConfig, cell: &[usize]) -> Result<(), InputError> {
+    fn check_cell(
+        &self,
+        key: &Key,
+        place: &str,
+        config: &PartConfig,
+        cell: &[usize],
+    ) -> Result<(), InputError> {
         let (fewest, most) = config.nodes();
         if cell.len() < fewest || cell.len() > most {
-            let wanted = if most == usize::MAX { format!("{fewest} or more") } else { format!("{fewest} to {most}") };
+            let wanted =
+                if most == usize::MAX { format!("{fewest} or more") } else { format!("{fewest} to {most}") };
             let what = format!("an element of this part has {} nodes, it takes {wanted}", cell.len());
             return Err(key.invalid(place, what));
         }
@@ -110,7 +121,13 @@ impl Model {
         Ok(())
     }
 
-    fn add_cell(&mut self, key: &Key, place: &str, config: &PartConfig, cell: &[usize]) -> Result<(), InputError> {
+    fn add_cell(
+        &mut self,
+        key: &Key,
+        place: &str,
+        config: &PartConfig,
+        cell: &[usize],
+    ) -> Result<(), InputError> {
         let spans: Vec<_> = cell.windows(2).map(|p| self.nodes[p[1]] - self.nodes[p[0]]).collect();
         let element: AnyElement = match config {
             PartConfig::Cable(part) => match cable(key, part, [cell[0], cell[1]], spans[0])? {
@@ -124,7 +141,9 @@ impl Model {
             PartConfig::Brake(part) => brake(key, part, [cell[0], cell[1]], spans[0])?.into(),
             PartConfig::Beam(part) => beam(key, place, part, [cell[0], cell[1]], spans[0])?.into(),
             PartConfig::Ring(part) => ring(key, part, cell, &self.nodes)?.into(),
-            PartConfig::Membrane(part) => membrane(key, place, part, [cell[0], cell[1], cell[2]], &self.nodes)?.into(),
+            PartConfig::Membrane(part) => {
+                membrane(key, place, part, [cell[0], cell[1], cell[2]], &self.nodes)?.into()
+            }
         };
         self.elements.push(element);
         Ok(())
@@ -165,12 +184,13 @@ fn rupture(key: &Key, force: Option<f64>, strain: Option<f64>) -> Result<Rupture
 /// Rows of a table: abscissae that increase, ordinates above 0.
 fn check_table(key: &Key, name: &str, rows: &[[f64; 2]]) -> Result<(), InputError> {
     if let Some(row) = rows.iter().find(|row| !(row[1] > 0.0 && row.iter().all(|x| x.is_finite()))) {
-        return Err(key.invalid(name, format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1])));
+        return Err(
+            key.invalid(name, format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1]))
+        );
     }
     match rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
-        Some(pair) => {
-            Err(key.invalid(name, format!("the first column must increase, {} follows {}", pair[1][0], pair[0][0])))
-        }
+        Some(pair) => Err(key
+            .invalid(name, format!("the first column must increase, {} follows {}", pair[1][0], pair[0][0]))),
         None => Ok(()),
     }
 }
@@ -286,7 +306,13 @@ fn brake(key: &Key, part: &BrakePart, nodes: [usize; 2], span: Vector3<f64>) -> 
     })
 }
 
-fn beam(key: &Key, place: &str, part: &BeamPart, nodes: [usize; 2], span: Vector3<f64>) -> Result<Beam, InputError> {
+fn beam(
+    key: &Key,
+    place: &str,
+    part: &BeamPart,
+    nodes: [usize; 2],
+    span: Vector3<f64>,
+) -> Result<Beam, InputError> {
     key.positive("young", part.young, "Pa")?;
     key.positive("area", part.area, "m2")?;
     key.positive("inertia", part.inertia[0].min(part.inertia[1]), "m4")?;
@@ -326,7 +352,10 @@ fn ring(key: &Key, part: &RingPart, cell: &[usize], nodes: &[Vector3<f64>]) -> R
     key.not_negative("mass", part.mass, "kg")?;
     key.not_negative("radius", part.radius, "m")?;
     if let Some(factor) = part.unloading.iter().find(|f| !(**f >= 1.0 && f.is_finite())) {
-        return Err(key.invalid("unloading", format!("it unloads with {factor} of its stiffness, it must be 1 or more")));
+        return Err(key.invalid(
+            "unloading",
+            format!("it unloads with {factor} of its stiffness, it must be 1 or more"),
+        ));
     }
     let perimeter = part.perimeter.unwrap_or(std::f64::consts::PI * part.diameter);
     key.positive("perimeter", perimeter, "m")?;
@@ -371,7 +400,8 @@ fn membrane(
         [young] => {
             let poisson = part.poisson.unwrap_or(0.3);
             if !(-1.0..0.5 + 1e-12).contains(&poisson) || poisson <= -1.0 {
-                return Err(key.invalid("poisson", format!("it is {poisson}, it must lie above -1 and not above 0.5")));
+                return Err(key
+                    .invalid("poisson", format!("it is {poisson}, it must lie above -1 and not above 0.5")));
             }
             let [first, second] = part.prestress;
             Fabric::Isotropic { young, poisson, prestress: [first, second, 0.0], wrinkles: part.wrinkles }

@@ -5,6 +5,7 @@ mod common;
 mod contract;
 mod dynamics;
 mod elements;
+mod extremes;
 mod input;
 mod statics;
 
