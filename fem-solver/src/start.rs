@@ -119,6 +119,14 @@ impl Start {
         };
         let critical_step = 2.0 / frequency;
         let mut warnings = Vec::new();
+        if model.added_mass > 0.0 {
+            let all: f64 = model.mass.iter().sum();
+            warnings.push(format!(
+                "mass scaling added {:.4} kg to {:.4} kg: impacts are slower and forces of inertia larger by as much",
+                model.added_mass,
+                all - model.added_mass
+            ));
+        }
         if form_finding.unstable
             && let Some(dof) = newton.not_held(model, &displacement, &history)
         {

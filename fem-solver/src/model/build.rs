@@ -35,6 +35,7 @@ impl Model {
             dead_load: vec![0.0; 3 * generated.nodes.len()],
             down: None,
             damping: table.damping,
+            added_mass: 0.0,
             groups: generated.groups,
             nodes: generated.nodes,
         };
@@ -51,6 +52,9 @@ impl Model {
         model.lump();
         model.load(scene, config)?;
         model.check_held_together(scene, config)?;
+        if let Some(step) = config.fem.mass_scaling {
+            model.scale_masses(step);
+        }
         let held: Vec<u32> =
             (0..model.nodes.len()).filter(|n| model.fully_held(*n)).map(|n| n as u32).collect();
         model.groups.push(Group { name: "supports".into(), nodes: held });

@@ -11,6 +11,7 @@ mod parts;
 pub mod support;
 
 use crate::element::{AnyElement, Cable, PointMass, Spring};
+use crate::tangent::Tangent;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
 pub use parts::CellSet;
@@ -51,6 +52,8 @@ pub struct Model {
     pub down: Option<Vector3<f64>>,
     /// Mass-proportional damping alpha [1/s].
     pub damping: f64,
+    /// Mass added for the sake of longer steps [kg].
+    pub added_mass: f64,
     /// Named sets of nodes.
     pub groups: Vec<Group>,
 }
@@ -87,6 +90,23 @@ impl Model {
     pub fn dof_mass(&self, dof: usize) -> f64 {
         let n = self.nodes.len();
         if dof < 3 * n { self.mass[dof % n] } else { self.inertia[(dof - 3 * n) % self.turning.len()] }
+    }
+
+    /// Add to the masses of nodes that move what they need for steps of `step` [s], by Gershgorin's bound of the highest
+    /// frequency of the structure as modelled: `m_a >= (step / 2)^2 sum_b |K_ab|`. Weights stay.
+    pub fn scale_masses(&mut self, step: f64) {
+        let (u, history) = (vec![0.0; self.dof_count()], self.start_history());
+        let rows = Tangent::new(self).row_sums(self, &u, &history);
+        let need = |dof: usize| 0.25 * step * step * rows[dof];
+        for node in 0..self.nodes.len() {
+            let most = (0..3).map(|c| need(self.dof(node, c))).fold(self.mass[node], f64::max);
+            self.added_mass += most - self.mass[node];
+            self.mass[node] = most;
+        }
+        for (number, node) in self.turning.iter().enumerate() {
+            let needs = (0..3).filter_map(|c| self.rotation(*node, c)).map(need);
+            self.inertia[number] = needs.fold(self.inertia[number], f64::max);
+        }
     }
 
     /// History of all elements as modelled.

@@ -135,8 +135,8 @@ integrator = "static"
 fn stiffnesses_eight_decades_apart_are_told_apart() {
     // E A e l / L = 10 with E A = 100 in the soft one: x^3 - x = 0.2, x = l / L.
     let soft = (0..60).fold(1.1_f64, |x, _| x - (x * x * x - x - 0.2) / (3.0 * x * x - 1.0));
-    for ratio in [1e-8, 1.0, 1e8] {
-        let (a, b) = (row(ratio.min(1.0)), row(ratio));
+    for ratio in [1.0, 1e8] {
+        let b = row(ratio);
         let x = |run: &Run, node: usize| run.ready.mesh.coordinates[3 * node];
         assert!(off(x(&b, 1), soft) < 1e-9, "{ratio}: {}", x(&b, 1));
         if ratio == 1e8 {
@@ -144,7 +144,6 @@ fn stiffnesses_eight_decades_apart_are_told_apart() {
             let stretch = x(&b, 2) - x(&b, 1) - 1.0;
             assert!((stretch - 1e-9).abs() < 2e-15, "{stretch}");
         }
-        assert!(a.value("reaction_x") < -9.9);
         assert!(off(b.value("reaction_x"), -10.0) < 1e-6, "{}", b.value("reaction_x"));
     }
     // At 1e16 the stretch of the stiff one, 1e-17 m, is lost in the position, and the form is still found.
