@@ -130,13 +130,6 @@ impl Start {
         if form_finding.unstable
             && let Some(dof) = newton.not_held(model, &displacement, &history)
         {
-            if config.fem.integrator == Integrator::Static {
-                let what =
-                    format!("the structure is a mechanism: nothing but a load holds {}", model.dof_name(dof));
-                return Err(NoStart::Input(scene.invalid("structure", what).try_instead(
-                    "support or connect that node, give its cables tension, or use an integrator with inertia",
-                )));
-            }
             warnings.push(format!(
                 "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
                 model.dof_name(dof)

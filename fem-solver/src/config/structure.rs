@@ -65,7 +65,8 @@ pub enum FormFinding {
     /// The same, starting from the shape in which every cable keeps its force per length as modelled: for nets and
     /// ropes with prestress.
     ForceDensity,
-    /// The same, starting from where dynamic relaxation leads: slow, and hard to upset.
+    /// The same, starting from where dynamic relaxation leads: slow, and hard to upset. Bars that may be compressed can come
+    /// to rest buckled.
     DynamicRelaxation,
     /// At rest as modelled, whatever forces that leaves.
     None,

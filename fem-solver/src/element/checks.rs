@@ -113,11 +113,11 @@ impl<'a> Case<'a> {
                     force[j]
                 );
             }
-            for i in 0..n {
+            for (i, slope) in forces.iter().enumerate() {
                 let k = self.compared(&tangent, i, j, n);
                 // Both sides of a pair with rotations are compared by their mean: see `symmetric`.
                 let slope =
-                    if self.symmetric() { 0.5 * (forces[i] + self.slope(j, i, size)) } else { forces[i] };
+                    if self.symmetric() { 0.5 * (forces[i] + self.slope(j, i, size)) } else { *slope };
                 assert!((slope - k).abs() <= 2e-5 * stiffness, "df_{i}/du_{j} = {slope}, tangent {k}");
             }
         }

@@ -126,6 +126,9 @@ fn tension_field(young: f64, poisson: f64, e: &Vector3<f64>, c: &Matrix3<f64>, s
     (0.5 * young * large * large, young * large * along, young * tangent + soft)
 }
 
+/// Axes in the plane, slopes of the shape functions [1/m], area [m2].
+pub type Geometry = ([Vector3<f64>; 2], [Vector2<f64>; 3], f64);
+
 /// A triangle of membrane.
 #[derive(Debug, Clone)]
 pub struct Membrane {
@@ -148,10 +151,7 @@ pub struct Membrane {
 impl Membrane {
     /// Axes, slopes of the shape functions and area of the triangle `x`; the first axis lies as near to `along` as the
     /// plane allows. `None` where it has no area, or `along` is normal to it.
-    pub fn geometry(
-        x: &[Vector3<f64>; 3],
-        along: &Vector3<f64>,
-    ) -> Option<([Vector3<f64>; 2], [Vector2<f64>; 3], f64)> {
+    pub fn geometry(x: &[Vector3<f64>; 3], along: &Vector3<f64>) -> Option<Geometry> {
         let (a, b) = (x[1] - x[0], x[2] - x[0]);
         let normal = a.cross(&b);
         let area = 0.5 * normal.norm();

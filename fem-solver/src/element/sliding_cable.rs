@@ -75,7 +75,7 @@ struct Shape {
 
 /// Memory of an element, which no answer depends on.
 #[derive(Debug, Clone, Default)]
-pub struct Memory(RefCell<Shape>);
+pub struct Memory(Box<RefCell<Shape>>);
 
 impl SlidingCable {
     fn law(&self) -> Law {

@@ -103,8 +103,11 @@ impl Model {
     ) -> Result<(), InputError> {
         let (fewest, most) = config.nodes();
         if cell.len() < fewest || cell.len() > most {
-            let wanted =
-                if most == usize::MAX { format!("{fewest} or more") } else { format!("{fewest} to {most}") };
+            let wanted = match most {
+                usize::MAX => format!("{fewest} or more"),
+                _ if most == fewest => fewest.to_string(),
+                _ => format!("{fewest} to {most}"),
+            };
             let what = format!("an element of this part has {} nodes, it takes {wanted}", cell.len());
             return Err(key.invalid(place, what));
         }

@@ -176,7 +176,7 @@ fn faults_of_parts_are_named_with_their_place_and_numbers() {
         (part(&format!("{brake}curve = [[0.01, 5e4]]")), "its travel must grow"),
         (part(&format!("{brake}curve = [[0.2, 5e4], [0.1, 6e4]]")), "must increase, 0.1 follows 0.2"),
         (part(&format!("{brake}stroke = -1.0")), "must lie above 0"),
-        (part(&brake.replace("[0, 1]", "[0, 1, 2]")), "has 3 nodes, it takes 2 to 2"),
+        (part(&brake.replace("[0, 1]", "[0, 1, 2]")), "has 3 nodes, it takes 2"),
         (part(&brake.replace("[0, 1]", "[0, 9]")), "no node 9; nodes are 0 to 2"),
         (part(&format!("{beam}inertia = [0.0, 1e-6]")), "must lie above 0"),
         (part(&format!("{beam}inertia = [1e-6, 1e-6]\nup = [1.0, 0.0, 0.0]")), "`up` lies along the beam"),

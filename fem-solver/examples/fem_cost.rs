@@ -1,4 +1,4 @@
-//! What a Newton iteration and an explicit step cost: `cargo run --release -p fem-solver --example cost [-- --full]`.
+//! What a Newton iteration and an explicit step cost: `cargo run --release -p fem-solver --example fem_cost [-- --full]`.
 //!
 //! Square cable nets, edges held. One Newton iteration is assembly, factorisation and solution, on one thread; the
 //! fastest of some rounds counts, so that a busy machine disturbs less. `--full` goes on to 1e6 degrees of freedom.
@@ -58,7 +58,7 @@ fn fastest(rounds: usize, mut what: impl FnMut()) -> f64 {
 /// A displacement without symmetry.
 fn displaced(model: &Model) -> Vec<f64> {
     (0..model.dof_count())
-        .map(|dof| if model.held[dof] { 0.0 } else { 1e-3 * (dof as f64 * 0.7).sin() })
+        .map(|dof| if model.held[dof] { 0.0 } else { 1e-6 * (dof as f64 * 0.7).sin() })
         .collect()
 }
 
