@@ -150,7 +150,7 @@ fn relax(model: &Model, newton: &mut Newton, history: &[f64], u: &mut [f64]) {
     let n = u.len();
     let free: Vec<bool> = model.held.iter().map(|held| !held).collect();
     let (mut velocity, mut force) = (vec![0.0; n], vec![0.0; n]);
-    let mut mass = newton.tangent.row_sums(model, u, history);
+    let mut mass = fictitious_masses(model, newton, history, u);
     let (mut energy, mut since) = (0.0, 0);
     for _ in 0..MOST_RELAXING {
         force.copy_from_slice(&model.dead_load);
@@ -174,13 +174,25 @@ fn relax(model: &Model, newton: &mut Newton, history: &[f64], u: &mut [f64]) {
             velocity.fill(0.0);
             energy = 0.0;
             if since > RETAKEN {
-                mass = newton.tangent.row_sums(model, u, history);
+                mass = fictitious_masses(model, newton, history, u);
                 since = 0;
             }
             continue;
         }
         u.iter_mut().zip(&velocity).for_each(|(u, v)| *u += v);
     }
+}
+
+/// A bound of the stiffness of each degree of freedom, the same in all directions of a node: what is soft across a cable
+/// becomes stiff as the cable turns.
+fn fictitious_masses(model: &Model, newton: &mut Newton, history: &[f64], u: &[f64]) -> Vec<f64> {
+    let mut sums = newton.tangent.row_sums(model, u, history);
+    for node in 0..model.node_count() {
+        let dofs = [0, 1, 2].map(|c| model.dof(node, c));
+        let most = dofs.iter().map(|dof| sums[*dof]).fold(0.0, f64::max);
+        dofs.iter().for_each(|dof| sums[*dof] = most);
+    }
+    sums
 }
 
 /// Add the shape of a soap film under the dead load, [`START_SAG`] deep.

@@ -153,8 +153,9 @@ impl Newton {
             accepted: vec![0.0; n],
             direction: vec![0.0; n],
             free: vec![0.0; tangent.len()],
-            // Elements other than cables take lengths as roots, and turn vectors before they differ.
-            roundings: if model.elements.is_empty() { 2.0 } else { 8.0 },
+            // Elements other than cables take lengths as roots, turn vectors before they differ, and turn moments into
+            // forces over short arms.
+            roundings: if model.elements.is_empty() { 2.0 } else { 32.0 },
             tangent,
         }
     }
