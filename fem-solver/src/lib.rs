@@ -4,8 +4,9 @@
 //!
 //! - [`config`]: the tables `[structure]`, `[fem]`, `[[gauge]]`
 //! - [`model`]: nodes, elements, supports, loads, lumped masses; the generator of nets
-//! - [`element`]: cable, grounded spring, point mass, each with energy, force and tangent
-//! - [`kernel`], [`lanes`]: all cables at once, fast; loops over long vectors
+//! - [`element`], [`material`]: each element with energy, force, tangent, history; laws
+//! - [`assembly`]: elements one by one
+//! - [`kernel`], [`scattered`], [`lanes`]: all cables at once, fast; loops over long vectors
 //! - [`tangent`], [`linear_solver`], [`newton`]: the sparse tangent, its Cholesky factor, Newton's iteration
 //! - [`form_finding`], [`critical_step`], [`start`]: the state at t = 0 and the longest step
 //! - [`explicit`], [`implicit`]: one step in time
@@ -16,6 +17,7 @@
 //! Displacements count from the structure as modelled inside, and from t = 0 at the interface.
 //! Nothing here knows what loads the structure.
 
+pub mod assembly;
 pub mod check;
 pub mod config;
 pub mod critical_step;
@@ -30,10 +32,12 @@ pub mod lanes;
 pub mod linear_solver;
 pub mod loads;
 pub mod march;
+pub mod material;
 pub mod model;
 pub mod moving_mean;
 pub mod newton;
 pub mod record;
+pub mod scattered;
 pub mod solver;
 pub mod start;
 pub mod state;

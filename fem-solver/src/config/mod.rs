@@ -2,6 +2,7 @@
 
 pub mod fem;
 pub mod gauge;
+pub mod part;
 pub mod structure;
 
 pub use fem::{FemConfig, Integrator, NewtonConfig};

@@ -1,5 +1,6 @@
 //! `[structure]`: a generated net, or nodes and elements one by one.
 
+use super::part::PartConfig;
 use serde::{Deserialize, Serialize};
 
 /// What is built. All lengths count in the structure as it is modelled, before form finding.
@@ -18,6 +19,12 @@ pub struct StructureConfig {
     /// Cables between two nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cables: Vec<CableEntry>,
+    /// Named sets of elements: cables with hardening and rupture, sliding ropes, brakes, beams, and more.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartConfig>,
+    /// Grounded dashpots.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dampers: Vec<DamperEntry>,
     /// Grounded springs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub springs: Vec<SpringEntry>,
@@ -55,6 +62,12 @@ pub enum FormFinding {
     /// At rest in static equilibrium under the dead load.
     #[default]
     Static,
+    /// The same, starting from the shape in which every cable keeps its force per length as modelled: for nets and
+    /// ropes with prestress.
+    ForceDensity,
+    /// The same, starting from where dynamic relaxation leads: slow, and hard to upset. Bars that may be compressed can come
+    /// to rest buckled.
+    DynamicRelaxation,
     /// At rest as modelled, whatever forces that leaves.
     None,
 }
@@ -204,6 +217,14 @@ entry! {
 }
 
 entry! {
+    /// A grounded dashpot at each of some nodes: `f = -c v`.
+    DamperEntry {
+        /// Viscosity in x, y and z [N s/m].
+        viscosity: [f64; 3],
+    }
+}
+
+entry! {
     /// A point mass at each of some nodes.
     MassEntry {
         /// Mass of each [kg].
@@ -215,7 +236,11 @@ entry! {
     /// A constant load on each of some nodes.
     LoadEntry {
         /// Force on each [N].
+        #[serde(default)]
         force: [f64; 3],
+        /// Moment on each, where it has rotations [N m]. Default none.
+        #[serde(default, skip_serializing_if = "is_nothing")]
+        moment: [f64; 3],
     }
 }
 
@@ -225,10 +250,17 @@ entry! {
         /// Directions that are held: letters of `xyz`. Default all.
         #[serde(default = "all_directions")]
         directions: String,
+        /// Axes about which nodes with rotations are held: letters of `xyz`. Default none: hinged.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        rotations: String,
         /// Prescribed displacement: rows `[t, ux, uy, uz]` [s, m], straight between them, constant outside.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         motion: Vec<[f64; 4]>,
     }
+}
+
+fn is_nothing(moment: &[f64; 3]) -> bool {
+    *moment == [0.0; 3]
 }
 
 fn all_directions() -> String {

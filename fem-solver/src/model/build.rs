@@ -21,6 +21,12 @@ impl Model {
         let generated = base(scene, table)?;
         let mut model = Self {
             cables: Vec::new(),
+            elements: Vec::new(),
+            parts: Vec::new(),
+            turning: Vec::new(),
+            turning_number: Vec::new(),
+            inertia: Vec::new(),
+            dashpots: Vec::new(),
             springs: Vec::new(),
             point_masses: Vec::new(),
             mass: vec![0.0; generated.nodes.len()],
@@ -29,12 +35,15 @@ impl Model {
             dead_load: vec![0.0; 3 * generated.nodes.len()],
             down: None,
             damping: table.damping,
+            added_mass: 0.0,
             groups: generated.groups,
             nodes: generated.nodes,
         };
         not_negative(scene, "structure.damping", table.damping, "1/s")?;
         model.add_groups(scene, table)?;
         model.add_cables(scene, table, &generated.cables)?;
+        model.add_parts(scene, table, &generated.sets)?;
+        model.number_rotations();
         for node in generated.held {
             model.hold(node, [true; 3]);
         }
@@ -43,6 +52,9 @@ impl Model {
         model.lump();
         model.load(scene, config)?;
         model.check_held_together(scene, config)?;
+        if let Some(step) = config.fem.mass_scaling {
+            model.scale_masses(step);
+        }
         let held: Vec<u32> =
             (0..model.nodes.len()).filter(|n| model.fully_held(*n)).map(|n| n as u32).collect();
         model.groups.push(Group { name: "supports".into(), nodes: held });
@@ -122,6 +134,17 @@ impl Model {
                 self.springs.push(Spring { node, stiffness: entry.stiffness.into() });
             }
         }
+        for (i, entry) in table.dampers.iter().enumerate() {
+            let key = format!("structure.dampers.{i}");
+            for viscosity in entry.viscosity {
+                not_negative(scene, &format!("{key}.viscosity"), viscosity, "N s/m")?;
+            }
+            for node in self.place(scene, &key, entry.place())? {
+                let own = (0..3).map(|c| (self.dof(node, c), entry.viscosity[c])).filter(|(_, c)| *c > 0.0);
+                let own: Vec<_> = own.collect();
+                self.dashpots.extend(own);
+            }
+        }
         for (i, entry) in table.masses.iter().enumerate() {
             let key = format!("structure.masses.{i}");
             positive(scene, &format!("{key}.mass"), entry.mass, "kg")?;
@@ -136,12 +159,22 @@ impl Model {
         for (i, entry) in table.supports.iter().enumerate() {
             let key = format!("structure.supports.{i}");
             let directions = ['x', 'y', 'z'].map(|c| entry.directions.contains(c));
-            if entry.directions.is_empty() || entry.directions.chars().any(|c| !"xyz".contains(c)) {
+            let no_axis = |letters: &str| letters.chars().any(|c| !"xyz".contains(c));
+            if no_axis(&entry.rotations) {
+                let what = format!("`{}` is no set of axes, write letters of xyz", entry.rotations);
+                return Err(scene.invalid(&format!("{key}.rotations"), what));
+            }
+            if (entry.directions.is_empty() && entry.rotations.is_empty()) || no_axis(&entry.directions) {
                 let what = format!("`{}` is no set of directions, write letters of xyz", entry.directions);
                 return Err(scene.invalid(&format!("{key}.directions"), what));
             }
             for node in self.place(scene, &key, entry.place())? {
                 self.hold(node, directions);
+                for (component, letter) in ['x', 'y', 'z'].into_iter().enumerate() {
+                    if let Some(dof) = self.rotation(node, component) {
+                        self.held[dof] |= entry.rotations.contains(letter);
+                    }
+                }
                 if entry.motion.is_empty() {
                     continue;
                 }
@@ -167,6 +200,17 @@ impl Model {
                 self.mass[node] += cable.nodal_mass();
             }
         }
+        for element in &self.elements {
+            let nodes = element.nodes();
+            let (mut mass, mut inertia) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
+            element.lump(&mut mass, &mut inertia);
+            for (i, node) in nodes.iter().enumerate() {
+                self.mass[*node] += mass[i];
+                if let Some(number) = self.turning_number[*node] {
+                    self.inertia[number] += inertia[i];
+                }
+            }
+        }
         for point in &self.point_masses {
             self.mass[point.node] += point.mass;
         }
@@ -188,6 +232,17 @@ impl Model {
                 for c in 0..3 {
                     let dof = self.dof(node, c);
                     self.dead_load[dof] += entry.force[c];
+                    match self.rotation(node, c) {
+                        Some(dof) => self.dead_load[dof] += entry.moment[c],
+                        None if entry.moment[c] != 0.0 => {
+                            let what = format!(
+                                "node {} has no rotations: no moment acts on it",
+                                self.node_name(node)
+                            );
+                            return Err(scene.invalid(&format!("structure.loads.{i}.moment"), what));
+                        }
+                        None => {}
+                    }
                 }
             }
         }
@@ -200,6 +255,7 @@ impl Model {
         let generated = config.structure.generator.is_some();
         let mut used = vec![false; self.nodes.len()];
         let ends = self.cables.iter().flat_map(|c| c.nodes);
+        let ends = ends.chain(self.elements.iter().flat_map(|e| e.nodes().to_vec()));
         let others = self.springs.iter().map(|s| s.node).chain(self.point_masses.iter().map(|m| m.node));
         ends.chain(others).for_each(|node| used[node] = true);
         let lonely = |node: &usize| !(used[*node] || generated && self.fully_held(*node));
@@ -270,8 +326,9 @@ impl Model {
 
     /// How far a point may lie from a node that it names [m]: half of its shortest cable.
     fn reach(&self, node: usize) -> f64 {
-        let ends = self.cables.iter().filter(|c| c.nodes.contains(&node));
-        let half = ends.map(|c| 0.5 * c.span.norm()).fold(f64::INFINITY, f64::min);
+        let ends = self.lines().map(|(line, _)| line).filter(|line| line.contains(&node));
+        let span = |line: [usize; 2]| (self.nodes[line[1]] - self.nodes[line[0]]).norm();
+        let half = ends.map(|line| 0.5 * span(line)).fold(f64::INFINITY, f64::min);
         if half.is_finite() { half * (1.0 + SAME_POINT) } else { SAME_POINT * self.extent().max(1.0) }
     }
 }
@@ -285,7 +342,7 @@ fn base(scene: &Scene, table: &StructureConfig) -> Result<Generated, InputError>
                 .try_instead("write a generator, or nodes = [[x, y, z], ...] and cables between them"));
         }
         let nodes = table.nodes.iter().map(|p| Vector3::from(*p)).collect();
-        return Ok(Generated { nodes, cables: Vec::new(), groups: Vec::new(), held: Vec::new() });
+        return Ok(Generated { nodes, ..Generated::default() });
     };
     if !table.nodes.is_empty() || !table.cables.is_empty() {
         let key = if table.nodes.is_empty() { "structure.cables" } else { "structure.nodes" };

@@ -1,15 +1,20 @@
 //! Generated nets.
 
+use super::CellSet;
 use crate::config::structure::{Generator, Held};
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
 
-/// Nodes, cables (pairs of nodes), groups and held nodes of a generated structure.
+/// Nodes, cables (pairs of nodes), named cells, groups and held nodes of a generated structure, or of one that was
+/// read from a file.
+#[derive(Debug, Clone, Default)]
 pub struct Generated {
     /// Nodes [m].
     pub nodes: Vec<Vector3<f64>>,
     /// Two nodes for each cable.
     pub cables: Vec<[usize; 2]>,
+    /// Named cells, to which the parts of the scene give elements.
+    pub sets: Vec<CellSet>,
     /// Groups.
     pub groups: Vec<Group>,
     /// Nodes that are held in all directions.
@@ -67,7 +72,13 @@ pub fn rectangular_net(generator: &Generator) -> Generated {
         Held::Corners => groups[1].nodes.clone(),
         Held::None => Vec::new(),
     };
-    Generated { nodes, cables, groups, held: held.into_iter().map(|n| n as usize).collect() }
+    Generated {
+        nodes,
+        cables,
+        sets: Vec::new(),
+        groups,
+        held: held.into_iter().map(|n| n as usize).collect(),
+    }
 }
 
 #[cfg(test)]
