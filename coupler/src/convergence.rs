@@ -27,6 +27,14 @@ pub struct Residual {
 }
 
 impl Residual {
+    /// Nothing is known: no number.
+    pub const UNKNOWN: Self = Self {
+        displacement: f64::NAN,
+        displacement_increment: f64::NAN,
+        velocity: f64::NAN,
+        velocity_increment: f64::NAN,
+    };
+
     /// Whether displacement and velocity each pass one of the two tolerances.
     pub fn passes(&self, tolerance: &Tolerance) -> bool {
         let one = |residual: f64, increment: f64| {

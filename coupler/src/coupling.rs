@@ -234,7 +234,8 @@ impl<'a> Coupling<'a> {
         Ok((self.dem.finish()?, self.fem.finish()?))
     }
 
-    /// Iterate one window. Weak coupling is the same with one iteration that is not judged.
+    /// Iterate one window. Weak coupling is the same with one iteration that is not judged: of its
+    /// residual only the displacement is told.
     fn window(
         &mut self,
         span: Span,
@@ -250,7 +251,10 @@ impl<'a> Coupling<'a> {
             if let Some(reason) = self.pass(span, iteration, agreement, observer)? {
                 return Ok(Outcome::Rejected(reason));
             }
-            residual = agreement.interface.residual(span.length);
+            residual = match self.settings.scheme {
+                Scheme::Weak => agreement.interface.displacement_residual(),
+                Scheme::Strong => agreement.interface.residual(span.length),
+            };
             let factor = self.settings.acceleration.factor();
             observer
                 .iteration(&Iteration { span, iteration, residual, factor })

@@ -192,6 +192,13 @@ impl Interface {
         }
     }
 
+    /// Residual in displacement `answer - iterate` over the judged nodes; nothing else of it is known then.
+    pub fn displacement_residual(&self) -> Residual {
+        let samples = self.answer.u.iter().zip(&self.iterate.u);
+        let distances = samples.map(|(answer, iterate)| largest_distance(answer, iterate, &self.in_reach));
+        Residual { displacement: distances.fold(0.0, f64::max), ..Residual::UNKNOWN }
+    }
+
     /// Residual `answer - iterate` over the judged nodes, for a window of `length` [s].
     pub fn residual(&self, length: f64) -> Residual {
         let mut residual = Residual::default();

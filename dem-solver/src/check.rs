@@ -1,6 +1,8 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
-use crate::settings::{ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings};
+use crate::settings::{
+    ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings, Shape, TerrainSettings,
+};
 use crate::solver::DemSolver;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
@@ -18,7 +20,9 @@ struct Resolved<'a> {
     gravity: [f64; 3],
     rock: &'a [RockSettings],
     #[serde(skip_serializing_if = "Option::is_none")]
-    contact: Option<[&'a ContactSettings; 1]>,
+    contact: Option<&'a [ContactSettings]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    terrain: Option<&'a TerrainSettings>,
     dem: DemSettings,
 }
 
@@ -29,11 +33,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let steps = &model.steps;
     let mut report = CheckReport { warnings: solver.notices().to_vec(), ..CheckReport::default() };
     let (mut seconds, mut spheres, mut mass) = (0.0, 0, 0.0);
-    for rock in &model.rocks {
-        let [nx, ny, nz] = rock.counts;
+    for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks) {
         report.builds.push(format!(
-            "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({nx} x {ny} x {nz}) of \
-             radius {:.6} m",
+            "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
+             radius {:.6} m{}",
             rock.name,
             rock.solid.describe(),
             rock.mass,
@@ -41,19 +44,34 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
             rock.inertia.y,
             rock.inertia.z,
             rock.spheres.len(),
-            rock.smallest_radius
+            rock.origin,
+            rock.smallest_radius,
+            if rock.has_equal_spheres() { "" } else { " and more" },
         ));
+        if rock.spheres.len() > 1 || !matches!(settings.shape, Shape::Sphere { .. }) {
+            let accuracy = rock.accuracy(settings)?;
+            report.builds.push(format!("rock `{}`: error of the spheres: {accuracy}", rock.name));
+            report.numbers.insert(format!("{}_surface_error_m", rock.name), accuracy.largest());
+            report.numbers.insert(format!("{}_volume_error", rock.name), accuracy.volume);
+        }
         // On a net with cells of a third of the rock, six rows of its spheres touch.
         seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
         spheres += rock.spheres.len();
         mass += rock.mass;
     }
-    match &model.law {
-        Some(law) => {
-            report.builds.push(law.describe());
+    if let Some(ground) = &model.ground {
+        report.builds.push(ground.describe());
+        report.numbers.insert("triangles".into(), ground.triangles.len() as f64);
+    }
+    match &model.laws {
+        Some(laws) => {
+            report.builds.extend(laws.describe());
             report.builds.push(format!(
-                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s (free fall until end_time) on a fixed wall",
-                steps.step, steps.critical, steps.speed
+                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s ({}) on a fixed wall",
+                steps.step,
+                steps.critical,
+                steps.speed,
+                if model.ground.is_some() { "all its energy" } else { "free fall until end_time" }
             ));
         }
         None => report.builds.push(format!("no contact; step {:.4e} s", steps.step)),
@@ -72,10 +90,11 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         ("spheres", spheres as f64),
         ("mass_kg", mass),
     ];
-    report.numbers = numbers.map(|(name, value)| (name.to_owned(), value)).into();
-    if let Some(damping) = model.law.as_ref().and_then(|law| law.damping.as_ref()) {
-        report.numbers.insert("dashpot_ratio".into(), damping.ratio);
-        if damping.mass == EffectiveMass::Rock {
+    report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
+    let dashpots = || model.laws.iter().flat_map(|laws| &laws.walls).filter_map(|law| law.damping.as_ref());
+    if let Some(most) = dashpots().map(|d| d.ratio).reduce(f64::max) {
+        report.numbers.insert("dashpot_ratio".into(), most);
+        if dashpots().any(|d| d.mass == EffectiveMass::Rock) {
             let heaviest = model.rocks.iter().map(|rock| rock.mass).fold(0.0, f64::max);
             report.numbers.insert("dashpot_mass_kg".into(), heaviest);
         }
@@ -86,13 +105,14 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
 
 fn resolved(settings: &Settings) -> toml::Table {
     let mut dem = settings.dem.clone();
-    if dem.time_step.is_none() && settings.contact.is_some() {
+    if dem.time_step.is_none() && !settings.contacts.is_empty() {
         dem.steps_per_contact = dem.steps_per_contact.or(Some(DemSettings::STEPS_PER_CONTACT));
     }
     let tables = Resolved {
         gravity: settings.gravity.into(),
         rock: &settings.rocks,
-        contact: settings.contact.as_ref().map(|c| [c]),
+        contact: (!settings.contacts.is_empty()).then_some(&settings.contacts),
+        terrain: settings.terrain.as_ref(),
         dem,
     };
     toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML")

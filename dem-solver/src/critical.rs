@@ -12,8 +12,11 @@
 //! would be z instead of 2 z, but of first order in the damping.)
 
 use crate::contact::Law;
+use crate::contact::laws::Laws;
+use crate::contact::rolling::STIFFNESS;
+use crate::ground::Ground;
 use crate::rock::Rock;
-use crate::settings::{DemSettings, EffectiveMass, Settings};
+use crate::settings::{DemSettings, EffectiveMass, RockSettings, RollingName, Settings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
@@ -45,11 +48,12 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// For these rocks under this law; a step above the critical one is refused unless allowed.
+    /// For these rocks under these laws; a step above the critical one is refused unless allowed.
     pub fn new(
         settings: &Settings,
         rocks: &[Rock],
-        law: Option<&Law>,
+        laws: Option<&Laws>,
+        ground: Option<&Ground>,
         scene: &Scene,
     ) -> Result<Self, InputError> {
         let mut steps = Self {
@@ -61,19 +65,22 @@ impl Steps {
         };
         for (rock, table) in rocks.iter().zip(&settings.rocks) {
             let velocity = nalgebra::Vector3::from(table.velocity);
-            let speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
+            let mut speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
+            if let Some(ground) = ground {
+                speed = speed.min(fastest_on(ground, settings, rock, table));
+            }
             steps.speed = steps.speed.max(speed);
             let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
             steps.step = steps.step.min(TURN / spin);
             // A rock that never moves lands nowhere, and may still be touched by a wall.
-            if let Some(law) = law {
+            for law in laws.iter().flat_map(|laws| laws.of(&table.material)) {
                 steps.limit(rock, law, if speed > 0.0 { speed } else { 1.0 });
             }
         }
         let dem = &settings.dem;
         if let Some(step) = dem.time_step {
             steps.step = step;
-        } else if law.is_some() {
+        } else if steps.contact.is_finite() {
             let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
             let turning = steps.step;
             steps.step = steps.contact / per_contact;
@@ -99,8 +106,7 @@ impl Steps {
 
     fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) {
         let radius = rock.smallest_radius;
-        let [nx, ny, nz] = rock.counts.map(f64::from);
-        let face = (nx * ny).max(ny * nz).max(nx * nz);
+        let face = rock.facing;
         let stiffness = |mass: f64| {
             let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * radius);
             law.normal.load(radius, overlap).stiffness
@@ -113,9 +119,14 @@ impl Steps {
         let mut fastest = (face * flat / rock.mass).max(single * mobility(rock.arm));
         if let Some(tangential) = &law.tangential {
             let ratio = tangential.stiffness_ratio;
-            let half_edge = rock.highest_corner.max();
+            let half_edge = rock.highest_corner.max().max(-rock.lowest_corner.min());
             fastest = fastest.max(ratio * face * flat * mobility(half_edge));
             fastest = fastest.max(ratio * single * mobility(rock.arm + radius));
+        }
+        if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
+            let arm = rolling.friction * radius;
+            let turned = STIFFNESS * arm * arm / inertia;
+            fastest = fastest.max(turned * face * flat).max(turned * single);
         }
         let ratio = law.damping.map_or(0.0, |d| match d.mass {
             EffectiveMass::Local => d.ratio,
@@ -125,6 +136,18 @@ impl Steps {
         self.contact = self.contact.min(law.normal.duration(radius, rock.mass / face, speed));
         self.stiffness = self.stiffness.max(flat);
     }
+}
+
+/// Speed that a rock cannot exceed above the lowest corner of the box around a terrain: all its energy in
+/// translation [m/s].
+fn fastest_on(ground: &Ground, settings: &Settings, rock: &Rock, table: &RockSettings) -> f64 {
+    let motion = rock.start(table, settings.gravity);
+    let start = motion.position - ground.origin;
+    let drop = |axis: usize| {
+        let g = settings.gravity[axis];
+        (g * (ground.lowest[axis] - start[axis])).max(g * (ground.highest[axis] - start[axis])).max(0.0)
+    };
+    (2.0 * (rock.kinetic_energy(&motion) / rock.mass + drop(0) + drop(1) + drop(2))).sqrt()
 }
 
 /// Largest stable step of an oscillator of `frequency` [rad/s] and damping ratio `ratio` [s].

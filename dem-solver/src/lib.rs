@@ -5,19 +5,27 @@
 //!
 //! - [`settings`]: the tables of a scene, with units and defaults
 //! - [`rock`]: mass, spheres, motion, rotation
+//! - [`shape`]: the true solid of a rock as a closed surface
+//! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
 //! - [`wall`]: the interface mesh as contact partner
+//! - [`ground`]: the terrain, and a static tree over it
 //! - [`search`]: which spheres may touch which elements
 //! - [`contact`]: the law of contact, part by part
 //! - [`critical`]: the largest stable step
+//! - [`granular`]: thousands of separate spheres instead of rocks
 //! - [`solver`]: the contract, and the order of one step
 //! - [`check`](mod@check): what would be built
 
 pub mod check;
+pub mod cluster;
 pub mod contact;
 pub mod critical;
+pub mod granular;
+pub mod ground;
 pub mod rock;
 pub mod search;
 pub mod settings;
+pub mod shape;
 pub mod solver;
 pub mod wall;
 
@@ -30,6 +38,9 @@ pub const PROGRAM: Program = Program {
     name: "dem-solver",
     role: "dem",
     about: "Rocks as rigid sphere clusters: contact, rotation, flight",
-    build: |scene, options| Ok(Box::new(DemSolver::new(scene, options)?)),
-    check: check::check,
+    build: |scene, options| match scene.has("spheres") {
+        true => Ok(Box::new(granular::GranularSolver::new(scene, options)?)),
+        false => Ok(Box::new(DemSolver::new(scene, options)?)),
+    },
+    check: |scene| if scene.has("spheres") { granular::check::check(scene) } else { check::check(scene) },
 };

@@ -1,4 +1,4 @@
-//! The program `dem-solver`: run, check and serve its part of a scene.
+//! The program `dem-solver`: run, check and serve its part of a scene; make clusters.
 
 use interface_defs::toolkit::alloc::CountingAllocator;
 use interface_defs::toolkit::program;
@@ -8,5 +8,5 @@ use std::process::ExitCode;
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn main() -> ExitCode {
-    program::main(&dem_solver::PROGRAM)
+    program::main_with(&dem_solver::PROGRAM, &[dem_solver::cluster::command::COMMAND])
 }

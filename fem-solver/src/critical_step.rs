@@ -16,11 +16,10 @@ const APART: usize = 8;
 
 /// Highest angular frequency [rad/s] at the displacements `u`, slack cables counted as just taut. 0 if
 /// nothing can move or nothing is stiff. Every free degree of freedom must have a mass.
-pub fn highest_frequency(model: &Model, tangent: &mut Tangent, u: &[f64]) -> f64 {
-    tangent.assemble(model, u, 1.0, Slack::Taut);
+pub fn highest_frequency(model: &Model, tangent: &mut Tangent, u: &[f64], history: &[f64]) -> f64 {
+    tangent.assemble(model, u, history, 1.0, Slack::Taut);
     let n = tangent.len();
-    let nodes = model.node_count();
-    let root: Vec<f64> = tangent.dofs().iter().map(|dof| 1.0 / model.mass[dof % nodes].sqrt()).collect();
+    let root: Vec<f64> = tangent.dofs().iter().map(|dof| 1.0 / model.dof_mass(*dof).sqrt()).collect();
     let (mut diagonal, mut beside) = (Vec::with_capacity(MOST), Vec::with_capacity(MOST));
     let (mut before, mut now) = (vec![0.0; n], start_vector(n));
     let (mut scaled, mut next) = (vec![0.0; n], vec![0.0; n]);

@@ -1,5 +1,6 @@
 //! Energies of a structure, from its state.
 
+use crate::assembly::Assembly;
 use crate::explicit::free_masses;
 use crate::kernel::Kernel;
 use crate::lanes::{dot, weighted_square};
@@ -44,13 +45,24 @@ impl Energies {
 
     /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
     /// supports have given, negated. Potential and stored energy count from the structure as modelled.
-    pub fn of(&self, model: &Model, kernel: &mut Kernel, state: &State, to: &mut Vec<f64>) {
+    pub fn of(
+        &self,
+        model: &Model,
+        (kernel, assembly): (&mut Kernel, &mut Assembly),
+        state: &State,
+        to: &mut Vec<f64>,
+    ) {
         let u = &state.displacement;
         let kinetic = 0.5 * weighted_square(&self.mass, &state.velocity);
         let potential = -dot(&model.dead_load, u);
         let springs: f64 = self.springs.iter().map(|(dof, k)| 0.5 * k * u[*dof] * u[*dof]).sum();
+        let (mut stored, mut dissipated) = (kernel.energy(u) + springs, state.dissipated);
+        if !assembly.is_empty() {
+            let own = assembly.energy(&model.elements, u, &state.history);
+            (stored, dissipated) = (stored + own.stored, dissipated + own.dissipated);
+        }
         to.clear();
-        to.extend([kinetic, potential, kernel.energy(u) + springs, state.dissipated, state.received]);
+        to.extend([kinetic, potential, stored, dissipated, state.received]);
         if self.moving_supports {
             to.push(-state.support_work);
         }

@@ -12,6 +12,7 @@
 //! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
 //! `h < 2 / w`, whatever the damping.
 
+use crate::assembly::{Assembly, Event};
 use crate::kernel::Kernel;
 use crate::lanes::{LANES, add, drift, total, wide};
 use crate::model::Model;
@@ -22,6 +23,7 @@ use crate::state::State;
 pub struct Explicit {
     /// The cables.
     pub kernel: Kernel,
+    assembly: Assembly,
     springs: Vec<(usize, f64)>,
     /// 1 / mass of each degree of freedom, 0 where held [1/kg].
     inverse_mass: Vec<f64>,
@@ -43,6 +45,7 @@ impl Explicit {
         let n = model.dof_count();
         Self {
             kernel: Kernel::new(&model.cables, model.node_count()),
+            assembly: Assembly::new(model),
             springs: spring_dofs(model),
             inverse_mass: mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect(),
             mass,
@@ -58,7 +61,19 @@ impl Explicit {
         drift(&mut self.middle, &state.displacement, &state.velocity, 0.5 * h);
         model.prescribe(time + 0.5 * h, &mut self.middle);
         add(&mut self.force, &model.dead_load, outer);
-        let largest = self.kernel.pull(&self.middle, &mut self.force);
+        let mut largest = self.kernel.pull(&self.middle, &mut self.force);
+        if !self.assembly.is_empty() {
+            let history = &mut state.history;
+            let pulled =
+                self.assembly.pull_and_settle(&model.elements, &self.middle, history, &mut self.force);
+            largest = largest.max(pulled);
+            let broken = self.assembly.broken().iter();
+            state.events.extend(broken.map(|(element, tension)| Event {
+                time: time + h,
+                element: *element,
+                tension: *tension,
+            }));
+        }
         for (dof, k) in &self.springs {
             self.force[*dof] -= k * self.middle[*dof];
         }
@@ -71,23 +86,50 @@ impl Explicit {
         let (v, u) = (&mut state.velocity, &mut state.displacement);
         let squares = kick_and_drift(&kick, v, u, &self.middle, &self.force, &self.inverse_mass, &self.mass);
         state.dissipated += 0.25 * model.damping * h * squares;
+        self.dash(model, state, h);
         for ((dof, motion), v0) in model.moving.iter().zip(&self.support_velocity) {
             let (before, after) = (motion.at(time), motion.at(time + h));
             let v1 = (after - before) / h;
             state.support_work -= self.force[*dof] * (after - before);
-            let mass = model.mass[dof % model.node_count()];
+            let mass = model.dof_mass(*dof);
             self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
             state.velocity[*dof] = v1;
         }
         model.prescribe(time + h, &mut state.displacement);
         largest
     }
+
+    /// The cables and the other elements.
+    pub fn parts(&mut self) -> (&mut Kernel, &mut Assembly) {
+        (&mut self.kernel, &mut self.assembly)
+    }
+
+    /// What grounded dashpots take: `m (v_1 - v_0)/h + (c + a m)(v_0 + v_1)/2 = f` solved again where there is
+    /// one, as the damping of all is.
+    fn dash(&mut self, model: &Model, state: &mut State, h: f64) {
+        for (dof, viscosity) in &model.dashpots {
+            if model.held[*dof] {
+                continue;
+            }
+            let (mass, after) = (self.mass[*dof], state.velocity[*dof]);
+            let own = 0.5 * model.damping * h;
+            // The kick gave v_1 = ((1 - a h/2) v_0 + h f/m) / (1 + a h/2).
+            let before = ((1.0 + own) * after - h * self.force[*dof] / mass) / (1.0 - own);
+            let both = own + 0.5 * viscosity * h / mass;
+            let damped = ((1.0 - both) * before + h * self.force[*dof] / mass) / (1.0 + both);
+            state.velocity[*dof] = damped;
+            state.displacement[*dof] = self.middle[*dof] + 0.5 * h * damped;
+            let twice = |after: f64| (before + after) * (before + after);
+            let was = 0.25 * model.damping * h * mass * twice(after);
+            let is = 0.25 * (model.damping * mass + viscosity) * h * twice(damped);
+            state.dissipated += is - was;
+        }
+    }
 }
 
 /// Mass of each degree of freedom, 0 where held: what takes part in the kinetic energy.
 pub fn free_masses(model: &Model) -> Vec<f64> {
-    let n = model.node_count();
-    (0..model.dof_count()).map(|dof| if model.held[dof] { 0.0 } else { model.mass[dof % n] }).collect()
+    (0..model.dof_count()).map(|dof| if model.held[dof] { 0.0 } else { model.dof_mass(dof) }).collect()
 }
 
 /// Factors of the kick and of the second drift.

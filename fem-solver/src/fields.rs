@@ -1,5 +1,6 @@
 //! Field files: the structure with displacement, velocity and tension, for ParaView.
 
+use crate::assembly::Assembly;
 use crate::loads::{difference_to_node_major, to_node_major};
 use crate::model::Model;
 use crate::state::State;
@@ -17,11 +18,14 @@ pub struct Fields {
     velocity: Vec<f64>,
     points: Vec<f64>,
     tension: Vec<f64>,
+    slack: Vec<f64>,
+    broken: Vec<f64>,
+    assembly: Assembly,
 }
 
 impl Fields {
     /// A series in `dir`, a file at the first committed time at or after each multiple of `interval` [s].
-    pub fn create(dir: &Path, interval: f64, mesh: &InterfaceMesh) -> Result<Self, Fault> {
+    pub fn create(dir: &Path, interval: f64, mesh: &InterfaceMesh, model: &Model) -> Result<Self, Fault> {
         let series = Series::create(dir, "structure").map_err(|e| cannot_write(&e))?;
         let n = mesh.coordinates.len();
         let memory = || vec![0.0; n];
@@ -33,6 +37,9 @@ impl Fields {
             velocity: memory(),
             points: memory(),
             tension: vec![0.0; mesh.lines.len()],
+            slack: vec![0.0; mesh.lines.len()],
+            broken: vec![0.0; mesh.lines.len()],
+            assembly: Assembly::new(model),
         })
     }
 
@@ -57,14 +64,34 @@ impl Fields {
         for ((point, start), u) in self.points.iter_mut().zip(&mesh.coordinates).zip(&self.displacement) {
             *point = start + u;
         }
-        for (tension, cable) in self.tension.iter_mut().zip(&model.cables) {
+        let (cables, others) = self.tension.split_at_mut(model.cables.len());
+        for (tension, cable) in cables.iter_mut().zip(&model.cables) {
             *tension = cable.response(&model.relative(&state.displacement, cable)).tension;
+        }
+        let mut at = 0;
+        for (i, element) in model.elements.iter().enumerate() {
+            let count = element.line_count();
+            let history = self.assembly.history(i, &state.history);
+            let u = self.assembly.gather(i, &state.displacement);
+            element.line_forces(u, history, &mut others[at..at + count]);
+            at += count;
+        }
+        for (force, (slack, broken)) in
+            self.tension.iter_mut().zip(self.slack.iter_mut().zip(&mut self.broken))
+        {
+            *broken = f64::from(u8::from(force.is_nan()));
+            *force = if force.is_nan() { 0.0 } else { *force };
+            *slack = f64::from(u8::from(*force == 0.0));
         }
         let vtu = Vtu {
             points: &self.points,
             cells: if mesh.lines.is_empty() { Cells::Vertices } else { Cells::Lines(&mesh.lines) },
             point_data: vec![("displacement", 3, &self.displacement), ("velocity", 3, &self.velocity)],
-            cell_data: if mesh.lines.is_empty() { Vec::new() } else { vec![("tension", 1, &self.tension)] },
+            cell_data: if mesh.lines.is_empty() {
+                Vec::new()
+            } else {
+                vec![("tension", 1, &self.tension), ("slack", 1, &self.slack), ("broken", 1, &self.broken)]
+            },
         };
         self.series.add(time, &vtu).map_err(|e| cannot_write(&e))
     }

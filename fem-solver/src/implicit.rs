@@ -12,6 +12,7 @@
 //!
 //! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
 
+use crate::assembly::{Assembly, Event};
 use crate::config::{FemConfig, Integrator, NewtonConfig};
 use crate::explicit::free_masses;
 use crate::kernel::Kernel;
@@ -87,6 +88,9 @@ pub struct Implicit {
     newton: Newton,
     settings: NewtonConfig,
     kernel: Kernel,
+    assembly: Assembly,
+    /// Viscosity of the dashpot at each degree of freedom [N s/m]; empty without any.
+    viscosity: Vec<f64>,
     springs: Vec<(usize, f64)>,
     mass: Vec<f64>,
     /// Displacement in the middle of the last step [m].
@@ -109,6 +113,8 @@ impl Implicit {
             newton,
             settings,
             kernel: Kernel::new(&model.cables, model.node_count()),
+            assembly: Assembly::new(model),
+            viscosity: viscosities(model),
             springs: spring_dofs(model),
             mass: free_masses(model),
             middle: vec![0.0; n],
@@ -139,7 +145,11 @@ impl Implicit {
         }
         for i in 0..self.load.len() {
             let (v0, a0) = (state.velocity[i], state.acceleration[i]);
-            let inert = self.mass[i] * (known.velocity * v0 + known.acceleration * a0);
+            let mut inert = self.mass[i] * (known.velocity * v0 + known.acceleration * a0);
+            if !self.viscosity.is_empty() && inertia {
+                let (velocity, acceleration) = self.known_rate(h);
+                inert += self.viscosity[i] * (velocity * v0 + acceleration * a0);
+            }
             self.load[i] = model.dead_load[i] + load.balance[i] - inert;
             if self.mass[i] > 0.0 && inertia {
                 state.displacement[i] += h * v0 + 0.5 * h * h * a0;
@@ -157,6 +167,8 @@ impl Implicit {
             inertia: factor,
             share: 1.0 - alpha_f,
             mean_stress: self.scheme.takes_mean_only(),
+            history: &state.history,
+            viscosity: (&self.viscosity, if inertia { (1.0 - alpha_f) * gamma / (beta * h) } else { 0.0 }),
         };
         let info = self.newton.solve(
             model,
@@ -167,13 +179,28 @@ impl Implicit {
         )?;
         self.advance_rates(damping, state, h);
         let largest = self.balance(model, state, load);
+        if !self.assembly.is_empty() {
+            self.assembly.settle(&model.elements, &state.displacement, &mut state.history);
+            let broken = self.assembly.broken().iter();
+            state.events.extend(broken.map(|(element, tension)| Event {
+                time: time + h,
+                element: *element,
+                tension: *tension,
+            }));
+        }
         self.book_supports(model, state, h);
         Ok((largest, info))
     }
 
-    /// The cables.
-    pub fn kernel(&mut self) -> &mut Kernel {
-        &mut self.kernel
+    /// The cables and the other elements.
+    pub fn parts(&mut self) -> (&mut Kernel, &mut Assembly) {
+        (&mut self.kernel, &mut self.assembly)
+    }
+
+    /// What of `v_(1-af)` is known before the step is solved, per unit of velocity and acceleration at its start.
+    fn known_rate(&self, h: f64) -> (f64, f64) {
+        let Scheme { alpha_f, beta, gamma, .. } = self.scheme;
+        ((1.0 - alpha_f) * (1.0 - gamma / beta) + alpha_f, (1.0 - alpha_f) * h * (1.0 - 0.5 * gamma / beta))
     }
 
     /// What of `M a_(1-am) + alpha M v_(1-af)` is known before the step is solved, per unit of
@@ -207,6 +234,9 @@ impl Implicit {
             // The midpoint rule knows no accelerations at the ends; its own is the best guess for the next.
             state.acceleration[i] = if midpoint { (v1 - v0) / h } else { a1 };
             self.squares[i] = self.mass[i] * ((v0 + v1) * (v0 + v1));
+            if !self.viscosity.is_empty() {
+                state.dissipated += 0.25 * h * self.viscosity[i] * ((v0 + v1) * (v0 + v1));
+            }
         }
         if damping > 0.0 && inertia {
             state.dissipated += 0.25 * damping * h * sum_of(&self.squares);
@@ -220,12 +250,21 @@ impl Implicit {
         }
         if self.scheme.takes_mean_only() {
             add(&mut self.force, &model.dead_load, load.balance);
-            let largest = self.kernel.pull_between(&self.before, &state.displacement, &mut self.force);
+            let mut largest = self.kernel.pull_between(&self.before, &state.displacement, &mut self.force);
+            if !self.assembly.is_empty() {
+                let history = &state.history;
+                let pulled = self.assembly.pull(&model.elements, &self.middle, history, &mut self.force);
+                largest = largest.max(pulled);
+            }
             pull_springs(&self.springs, &self.middle, &mut self.force);
             return largest;
         }
         add(&mut self.force, &model.dead_load, load.end);
-        let largest = self.kernel.pull(&state.displacement, &mut self.force);
+        let mut largest = self.kernel.pull(&state.displacement, &mut self.force);
+        if !self.assembly.is_empty() {
+            let (u, history) = (&state.displacement, &state.history);
+            largest = largest.max(self.assembly.pull(&model.elements, u, history, &mut self.force));
+        }
         pull_springs(&self.springs, &state.displacement, &mut self.force);
         for (mean, end) in self.force.iter_mut().zip(&mut state.force) {
             let now = *mean;
@@ -241,12 +280,22 @@ impl Implicit {
             let du = state.displacement[*dof] - self.before[*dof];
             state.support_work -= self.force[*dof] * du;
             if self.scheme.inertia {
-                let mass = model.mass[dof % model.node_count()];
+                let mass = model.dof_mass(*dof);
                 let v1 = state.velocity[*dof];
                 self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
             }
         }
     }
+}
+
+/// Viscosity of the dashpot at each degree of freedom that moves, empty without any.
+fn viscosities(model: &Model) -> Vec<f64> {
+    if model.dashpots.is_empty() {
+        return Vec::new();
+    }
+    let mut all = vec![0.0; model.dof_count()];
+    model.dashpots.iter().filter(|(dof, _)| !model.held[*dof]).for_each(|(dof, c)| all[*dof] += c);
+    all
 }
 
 /// Factors of what is known of inertia and damping.

@@ -3,18 +3,22 @@
 //! The formulas are those of [`crate::element::Cable`]. Cables whose nodes follow each other form a
 //! *run*: first nodes `a, a + 1, ...`, second nodes `b, b + 1, ...`. Its displacements are plain slices,
 //! so the loops have neither indices nor bounds checks, and neither roots nor divisions. Small gaps
-//! are filled with cables that carry nothing: a generated net is a handful of runs. A cable of an
-//! irregular structure may be a run of its own, right but several times slower. Sums are taken in
-//! one fixed order.
+//! are filled with cables that carry nothing: a generated net is a handful of runs. Where runs are short, as in an
+//! irregular structure, [`Scattered`] pulls instead. Sums are taken in one fixed order.
 
 use crate::element::Cable;
 use crate::lanes::{add_to, largest_of, subtract_from, sum_of, wide};
+use crate::scattered::Scattered;
 use std::ops::Range;
 
 /// Cables in a run, at most: what a run computes in between stays in the nearest cache.
 const LONGEST: usize = 256;
 /// Cables without effect that are put in a row to join two runs; one more run costs as much as some ten.
 const LARGEST_GAP: usize = 8;
+/// Runs with fewer cables than this on average are slower than [`Scattered`].
+const SHORT: usize = 16;
+/// Below that many cables nothing is gained.
+const FEWEST_SCATTERED: usize = 64;
 
 #[derive(Debug, Clone)]
 struct Run {
@@ -47,6 +51,8 @@ pub struct Kernel {
     pull: [Vec<f64>; 3],
     /// Squared tension, or energy, of each cable of one run.
     scalar: Vec<f64>,
+    /// The same cables in another order, where runs are short.
+    scattered: Option<Scattered>,
 }
 
 /// One run: the slices that its loops go over, all of one length.
@@ -96,6 +102,9 @@ impl Kernel {
         let longest = kernel.runs.iter().map(|r| r.cables.len()).max().unwrap_or(0);
         kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest]);
         kernel.scalar = vec![0.0; longest];
+        if cables.len() >= FEWEST_SCATTERED && kernel.runs.len() * SHORT > cables.len() {
+            kernel.scattered = Some(Scattered::new(cables, node_count));
+        }
         kernel
     }
 
@@ -137,6 +146,9 @@ impl Kernel {
     /// Add what the cables pull on their nodes (minus the internal force) to `force` [N], at the
     /// displacements `u` [m]; both component-major. Returns the largest tension, squared [N2].
     pub fn pull(&mut self, u: &[f64], force: &mut [f64]) -> f64 {
+        if let Some(scattered) = &mut self.scattered {
+            return scattered.pull(u, force);
+        }
         let n = self.node_count;
         let mut largest = 0.0;
         for run in &self.runs {
@@ -192,6 +204,9 @@ impl Kernel {
 
     /// Stored energy [J] at the displacements `u` [m]; 0 as modelled.
     pub fn energy(&mut self, u: &[f64]) -> f64 {
+        if let Some(scattered) = &mut self.scattered {
+            return scattered.energy(u);
+        }
         let n = self.node_count;
         let mut sum = 0.0;
         for run in &self.runs {
@@ -387,6 +402,32 @@ mod tests {
         let mut there = vec![0.0; 3 * n];
         kernel.pull(&u, &mut there);
         assert!(still.iter().zip(&there).all(|(a, b)| (a - b).abs() < rounding));
+    }
+
+    #[test]
+    fn cables_without_order_are_pulled_as_those_in_rows_are() {
+        let (mut cables, n, u) = case();
+        // Each node gets another number, without a pattern.
+        let mut numbers: Vec<usize> = (0..n).collect();
+        let mut noise = crate::element::checks::random(5);
+        (1..n).rev().for_each(|i| numbers.swap(i, ((noise() + 0.5) * (i + 1) as f64) as usize));
+        let to = |i: usize| numbers[i];
+        let mut rows = Kernel::new(&cables, n);
+        let mut expected = vec![0.0; 3 * n];
+        let largest = rows.pull(&u, &mut expected);
+        cables.iter_mut().for_each(|c| c.nodes = c.nodes.map(to));
+        let mut moved = vec![0.0; 3 * n];
+        (0..3 * n).for_each(|i| moved[i / n * n + to(i % n)] = u[i]);
+        let mut kernel = Kernel::new(&cables, n);
+        assert!(kernel.scattered.is_some(), "{} runs", kernel.run_count());
+        let mut force = vec![0.0; 3 * n];
+        assert_eq!(kernel.pull(&moved, &mut force), largest);
+        // Sums over a node's four cables in another order.
+        let rounding = 16.0 * f64::EPSILON * largest.sqrt();
+        for i in 0..3 * n {
+            assert!((force[i / n * n + to(i % n)] - expected[i]).abs() <= rounding);
+        }
+        assert!((kernel.energy(&moved) / rows.energy(&u) - 1.0).abs() < 1e-12);
     }
 
     #[test]

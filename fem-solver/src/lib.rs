@@ -5,8 +5,9 @@
 //! - [`config`]: the tables `[structure]`, `[fem]`, `[[gauge]]`
 //! - [`read`]: mesh files of other programs
 //! - [`model`]: nodes, elements, supports, loads, lumped masses; generated structures
-//! - [`element`]: cable, grounded spring, point mass, each with energy, force and tangent
-//! - [`kernel`], [`lanes`]: all cables at once, fast; loops over long vectors
+//! - [`element`], [`material`]: each element with energy, force, tangent, history; laws
+//! - [`assembly`]: elements one by one
+//! - [`kernel`], [`scattered`], [`lanes`]: all cables at once, fast; loops over long vectors
 //! - [`tangent`], [`linear_solver`], [`newton`]: the sparse tangent, its Cholesky factor, Newton's iteration
 //! - [`form_finding`], [`critical_step`], [`start`]: the state at t = 0 and the longest step
 //! - [`explicit`], [`implicit`]: one step in time
@@ -17,6 +18,7 @@
 //! Displacements count from the structure as modelled inside, and from t = 0 at the interface.
 //! Nothing here knows what loads the structure.
 
+pub mod assembly;
 pub mod check;
 pub mod config;
 pub mod critical_step;
@@ -31,11 +33,13 @@ pub mod lanes;
 pub mod linear_solver;
 pub mod loads;
 pub mod march;
+pub mod material;
 pub mod model;
 pub mod moving_mean;
 pub mod newton;
 pub mod read;
 pub mod record;
+pub mod scattered;
 pub mod solver;
 pub mod start;
 pub mod state;

@@ -1,6 +1,7 @@
 //! The interface force of a window: which samples a plan brings, and the load of each step.
 
 use crate::implicit::{Scheme, StepLoad};
+use crate::lanes::wide;
 use interface_defs::field::{FieldSpec, Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
@@ -55,9 +56,14 @@ pub struct Loads {
 }
 
 impl Loads {
-    /// Find the force in `plan`. A force of the other kind than the scheme needs is taken in its
+    /// Find the force in `plan`, for a structure of so many degrees of freedom. A force of the other kind than the scheme needs is taken in its
     /// place, with a warning.
-    pub fn new(needs: Needs, plan: &Plan, mesh: &InterfaceMesh) -> Result<(Self, Vec<String>), Fault> {
+    pub fn new(
+        needs: Needs,
+        plan: &Plan,
+        mesh: &InterfaceMesh,
+        dofs: usize,
+    ) -> Result<(Self, Vec<String>), Fault> {
         let layout = Layout::new(&plan.takes, mesh, 0);
         let find = |sampling| {
             let spec = plan.takes.iter().find(|f| f.name == name::FORCE && f.sampling == sampling)?;
@@ -100,7 +106,7 @@ impl Loads {
             );
             return Err(Fault::input(what));
         }
-        let memory = || vec![0.0; 3 * mesh.node_count()];
+        let memory = || vec![0.0; dofs];
         let loads = Self {
             nodes: mesh.node_count(),
             mean,
@@ -168,32 +174,41 @@ impl Loads {
     }
 }
 
-/// From node-major to component-major.
-pub fn to_component_major(from: &[f64], nodes: usize, to: &mut [f64]) {
-    let (x, rest) = to.split_at_mut(nodes);
-    let (y, z) = rest.split_at_mut(nodes);
-    let (vectors, _) = from.as_chunks::<3>();
-    for (((v, x), y), z) in vectors.iter().zip(x).zip(y).zip(z) {
-        [*x, *y, *z] = *v;
+wide! {
+    /// From node-major to component-major.
+    pub fn to_component_major(from: &[f64], nodes: usize, to: &mut [f64]) {
+        let (x, rest) = to.split_at_mut(nodes);
+        let (y, rest) = rest.split_at_mut(nodes);
+        let z = &mut rest[..nodes];
+        let (vectors, _) = from[..3 * nodes].as_chunks::<3>();
+        for (((v, x), y), z) in vectors.iter().zip(x).zip(y).zip(z) {
+            (*x, *y, *z) = (v[0], v[1], v[2]);
+        }
     }
 }
 
-/// `a - b`, from component-major to node-major.
-pub fn difference_to_node_major(a: &[f64], b: &[f64], nodes: usize, to: &mut [f64]) {
-    let (ax, ay, az) = (&a[..nodes], &a[nodes..2 * nodes], &a[2 * nodes..3 * nodes]);
-    let (bx, by, bz) = (&b[..nodes], &b[nodes..2 * nodes], &b[2 * nodes..3 * nodes]);
-    let (vectors, _) = to[..3 * nodes].as_chunks_mut::<3>();
-    for (i, v) in vectors.iter_mut().enumerate() {
-        *v = [ax[i] - bx[i], ay[i] - by[i], az[i] - bz[i]];
+wide! {
+    /// `a - b`, from component-major to node-major.
+    pub fn difference_to_node_major(a: &[f64], b: &[f64], nodes: usize, to: &mut [f64]) {
+        let (ax, ay, az) = (&a[..nodes], &a[nodes..2 * nodes], &a[2 * nodes..3 * nodes]);
+        let (bx, by, bz) = (&b[..nodes], &b[nodes..2 * nodes], &b[2 * nodes..3 * nodes]);
+        let (vectors, _) = to[..3 * nodes].as_chunks_mut::<3>();
+        let vectors = &mut vectors[..nodes];
+        for i in 0..nodes {
+            vectors[i] = [ax[i] - bx[i], ay[i] - by[i], az[i] - bz[i]];
+        }
     }
 }
 
-/// From component-major to node-major.
-pub fn to_node_major(from: &[f64], nodes: usize, to: &mut [f64]) {
-    let (x, y, z) = (&from[..nodes], &from[nodes..2 * nodes], &from[2 * nodes..3 * nodes]);
-    let (vectors, _) = to[..3 * nodes].as_chunks_mut::<3>();
-    for (i, v) in vectors.iter_mut().enumerate() {
-        *v = [x[i], y[i], z[i]];
+wide! {
+    /// From component-major to node-major.
+    pub fn to_node_major(from: &[f64], nodes: usize, to: &mut [f64]) {
+        let (x, y, z) = (&from[..nodes], &from[nodes..2 * nodes], &from[2 * nodes..3 * nodes]);
+        let (vectors, _) = to[..3 * nodes].as_chunks_mut::<3>();
+        let vectors = &mut vectors[..nodes];
+        for i in 0..nodes {
+            vectors[i] = [x[i], y[i], z[i]];
+        }
     }
 }
 
@@ -231,7 +246,7 @@ mod tests {
         let mut plan = plan;
         plan.takes.iter_mut().for_each(|f| f.samples = 1);
         let (mut loads, warnings) =
-            Loads::new(Needs::of(Some(scheme(0.5))), &plan, &mesh()).expect("is fine");
+            Loads::new(Needs::of(Some(scheme(0.5))), &plan, &mesh(), 3).expect("is fine");
         assert!(warnings.is_empty());
         loads.begin_part(&[4.0, 0.0, 0.0, 8.0, 0.0, 0.0], 0, &[0.0; 3]);
         for step in 0..4 {
@@ -246,7 +261,7 @@ mod tests {
     fn end_forces_are_joined_by_straight_lines() {
         let mut plan = Plan { takes: Needs::of(Some(scheme(0.0))).fields(), ..Default::default() };
         plan.takes[0].samples = 2;
-        let (mut loads, _) = Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh()).expect("is fine");
+        let (mut loads, _) = Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
         assert_eq!(loads.parts(), 2);
         let input = [6.0, 0.0, 0.0, 7.0, 0.0, 0.0];
         loads.begin_part(&input, 0, &[2.0, 0.0, 0.0]);
@@ -261,7 +276,7 @@ mod tests {
         let plan =
             Plan { takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)], ..Default::default() };
         let (mut loads, warnings) =
-            Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh()).expect("is fine");
+            Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
         assert!(warnings[0].contains("lag of half a window"), "{warnings:?}");
         loads.begin_part(&[5.0, 0.0, 0.0], 0, &[0.0; 3]);
         assert_eq!(loads.of_step(&scheme(0.0), 0, 1).end[0], 5.0);

@@ -16,6 +16,9 @@ use interface_defs::message::{Fault, Plan};
 use interface_defs::solver::Window;
 use std::ops::Range;
 
+/// A window in which Newton fails is cut into at most so many times the steps before it is given up.
+const FINEST: usize = 8;
+
 /// The scheme in time.
 enum Engine {
     Explicit(Box<Explicit>),
@@ -31,6 +34,10 @@ pub struct Counts {
     pub newton: u64,
     /// Factorisations, form finding included.
     pub factorisations: u64,
+    /// Windows begun anew with twice the steps, because Newton had failed.
+    pub refined: u64,
+    /// Steps whose tangent was not positive and had to be shifted.
+    pub unstable: u64,
     /// Committed windows in which nothing loaded or moved the structure.
     pub skipped: u64,
 }
@@ -47,6 +54,7 @@ pub struct March {
     /// Displacement at t = 0 [m].
     pub origin: Vec<f64>,
     rest_force: Vec<f64>,
+    nodes: usize,
     time_step: f64,
     shortcuts: bool,
     skipped: bool,
@@ -91,13 +99,14 @@ impl March {
             force: if balances_at_end { start.force.clone() } else { Vec::new() },
             load: vec![0.0; ends],
             at_rest: start.at_rest,
+            history: start.history.clone(),
+            events: Vec::with_capacity(model.elements.len()),
             ..State::default()
         };
         if scheme.is_some_and(|s| s.inertia) && !start.at_rest {
             // The first step of an implicit scheme starts from a balance of its own.
-            let nodes = model.node_count();
             for dof in (0..n).filter(|dof| !model.held[*dof]) {
-                committed.acceleration[dof] = start.force[dof] / model.mass[dof % nodes];
+                committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof);
             }
         }
         let reaction = recorder.total_reaction(&start.force, &start.displacement);
@@ -122,7 +131,8 @@ impl March {
             },
             recorder,
             loads,
-            trial: committed.clone(),
+            trial: State { events: Vec::with_capacity(model.elements.len()), ..committed.clone() },
+            nodes: model.node_count(),
             committed,
             origin: start.displacement,
             rest_force: start.force,
@@ -190,6 +200,7 @@ impl March {
         self.recorder.step(model, &self.trial, &step, &mut peaks);
     }
 
+    /// Advance over the window; where Newton fails, again from its start with twice the steps.
     fn advance(
         &mut self,
         model: &Model,
@@ -197,9 +208,34 @@ impl March {
         input: &[f64],
         output: &mut [f64],
     ) -> Result<(), Fault> {
+        let mut finer = 1;
+        loop {
+            match self.advance_by(model, window, input, output, finer) {
+                Ok(()) => return Ok(()),
+                Err(fault) if finer >= FINEST || matches!(self.engine, Engine::Explicit(_)) => {
+                    return Err(fault);
+                }
+                Err(_) => {
+                    finer *= 2;
+                    self.counts.refined += 1;
+                    self.trial.copy_from(&self.committed);
+                    self.trial.at_rest = false;
+                }
+            }
+        }
+    }
+
+    fn advance_by(
+        &mut self,
+        model: &Model,
+        window: &Window,
+        input: &[f64],
+        output: &mut [f64],
+        finer: usize,
+    ) -> Result<(), Fault> {
         self.recorder.begin();
         let part = Window { length: window.length / self.parts as f64, ..*window };
-        let steps = part.steps(self.time_step) * self.parts;
+        let steps = part.steps(self.time_step) * self.parts * finer;
         let h = window.length / steps as f64;
         let per_load = steps / self.loads.parts();
         for step in 0..steps {
@@ -242,6 +278,7 @@ impl March {
                     .step(model, &mut self.trial, &load, time, h)
                     .map_err(|failure| failure.describe(model))?;
                 self.counts.newton += info.iterations;
+                self.counts.unstable += u64::from(info.unstable);
                 self.counts.factorisations += info.factorisations;
                 let (after, before) = (&self.trial.displacement, &self.part_start);
                 if scheme.takes_mean_only() {
@@ -276,7 +313,7 @@ impl March {
 
     /// Write the samples of motion that lie at the end of step `step` of `steps`.
     fn answer(&self, step: usize, steps: usize, output: &mut [f64]) {
-        let nodes = self.origin.len() / 3;
+        let nodes = self.nodes;
         let due = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
         if !self.displacement_samples.is_empty()
             && let Some(sample) = due(self.displacement_samples.len())
@@ -300,11 +337,11 @@ impl March {
 
     /// Energies at the window's end, reactions and scene gauges over the window.
     fn write_gauges(&mut self, model: &Model, output: &mut [f64]) {
-        let kernel = match &mut self.engine {
-            Engine::Explicit(e) => &mut e.kernel,
-            Engine::Implicit(i) => i.kernel(),
+        let parts = match &mut self.engine {
+            Engine::Explicit(e) => e.parts(),
+            Engine::Implicit(i) => i.parts(),
         };
-        self.energies.of(model, kernel, &self.trial, &mut self.energy_now);
+        self.energies.of(model, parts, &self.trial, &mut self.energy_now);
         let gauges = &mut output[self.gauges_from..];
         let (triples, _) = gauges.as_chunks_mut::<3>();
         for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {

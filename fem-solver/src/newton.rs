@@ -6,6 +6,7 @@
 //! rule takes the mean stress of the step in place of the stress in its middle, so that it stores
 //! exactly the work that it does ([`Kernel::pull_between`]); the tangent stays that of the middle.
 
+use crate::assembly::Assembly;
 use crate::config::NewtonConfig;
 use crate::kernel::Kernel;
 use crate::linear_solver::NotPositive;
@@ -40,6 +41,10 @@ pub struct Problem<'a> {
     pub share: f64,
     /// Whether cables pull with their mean stress between `u_0` and `u`.
     pub mean_stress: bool,
+    /// Committed history of the elements.
+    pub history: &'a [f64],
+    /// Viscosity of each degree of freedom [N s/m], empty = none, and what it counts in stiffness [1/s].
+    pub viscosity: (&'a [f64], f64),
 }
 
 /// What an iteration did.
@@ -114,6 +119,7 @@ pub struct Newton {
     /// Tangent of the structure.
     pub tangent: Tangent,
     kernel: Kernel,
+    assembly: Assembly,
     springs: Vec<(usize, f64)>,
     mass: Vec<f64>,
     residual: Vec<f64>,
@@ -121,6 +127,8 @@ pub struct Newton {
     accepted: Vec<f64>,
     direction: Vec<f64>,
     free: Vec<f64>,
+    /// How many roundings of the displacements a residual may show.
+    roundings: f64,
 }
 
 /// Sizes of one evaluation [N].
@@ -137,20 +145,24 @@ impl Newton {
         let n = model.dof_count();
         Self {
             kernel: Kernel::new(&model.cables, model.node_count()),
+            assembly: Assembly::new(model),
             springs: spring_dofs(model),
-            mass: (0..n).map(|dof| model.mass[dof % model.node_count()]).collect(),
+            mass: (0..n).map(|dof| model.dof_mass(dof)).collect(),
             residual: vec![0.0; n],
             balance_at: vec![0.0; n],
             accepted: vec![0.0; n],
             direction: vec![0.0; n],
             free: vec![0.0; tangent.len()],
+            // Elements other than cables take lengths as roots, turn vectors before they differ, and turn moments into
+            // forces over short arms.
+            roundings: if model.elements.is_empty() { 2.0 } else { 32.0 },
             tangent,
         }
     }
 
     /// The degree of freedom that the structure does not hold in the static equilibrium `u`, if any.
-    pub fn not_held(&mut self, model: &Model, u: &[f64]) -> Option<usize> {
-        self.tangent.assemble(model, u, 1.0, Slack::Regularised(SLACK_SHARE));
+    pub fn not_held(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Option<usize> {
+        self.tangent.assemble(model, u, history, 1.0, Slack::Regularised(SLACK_SHARE));
         self.tangent.first_not_positive()
     }
 
@@ -165,7 +177,7 @@ impl Newton {
     ) -> Result<Info, Failure> {
         let slack = if problem.inertia > 0.0 { Slack::Exact } else { Slack::Regularised(SLACK_SHARE) };
         let mut info = Info::default();
-        let mut sizes = self.evaluate(problem, u);
+        let mut sizes = self.evaluate(model, problem, u);
         let (mut rounding, mut settled, mut shift) = (0.0, true, 0.0);
         let mut last_residual = 0.0;
         loop {
@@ -190,10 +202,11 @@ impl Newton {
             let stiffness = self.tangent.largest_diagonal();
             let (length, before) = (largest(&self.direction), self.work());
             self.accepted.copy_from_slice(u);
-            let step = self.step(problem, u, before, settings.line_search, &mut sizes);
+            let step = self.step(model, problem, u, before, settings.line_search, &mut sizes);
             // Rounding of u alone, and of the tensions that cancel at a node.
             let noise = f64::EPSILON * (stiffness * largest(u) + sizes.tension);
-            rounding = (2.0 * noise * (self.tangent.len() as f64).sqrt()).min(COARSEST * sizes.scale);
+            rounding =
+                (self.roundings * noise * (self.tangent.len() as f64).sqrt()).min(COARSEST * sizes.scale);
             let travel = u.iter().zip(problem.start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             settled = step * length <= 1e-6 * travel;
             info.iterations += 1;
@@ -202,7 +215,7 @@ impl Newton {
     }
 
     /// Residual at `u`, and the sizes of what it is made of.
-    fn evaluate(&mut self, problem: &Problem, u: &[f64]) -> Sizes {
+    fn evaluate(&mut self, model: &Model, problem: &Problem, u: &[f64]) -> Sizes {
         for ((at, u1), u0) in self.balance_at.iter_mut().zip(u).zip(problem.start) {
             *at = u0 + problem.share * (u1 - u0);
         }
@@ -212,14 +225,22 @@ impl Newton {
         } else {
             self.kernel.pull(&self.balance_at, &mut self.residual)
         };
-        let tension = squared.sqrt();
+        let mut tension = squared.sqrt();
+        if !self.assembly.is_empty() {
+            let at = &self.balance_at;
+            let pulled = self.assembly.pull(&model.elements, at, problem.history, &mut self.residual);
+            tension = tension.max(pulled.sqrt());
+        }
         for (dof, k) in &self.springs {
             self.residual[*dof] -= k * self.balance_at[*dof];
         }
         let internal = norm(&self.residual);
         let (mut inertia, mut load) = (0.0, 0.0);
         for (i, r) in self.residual.iter_mut().enumerate() {
-            let inert = problem.inertia * self.mass[i] * (u[i] - problem.start[i]);
+            let mut inert = problem.inertia * self.mass[i] * (u[i] - problem.start[i]);
+            if let Some(c) = problem.viscosity.0.get(i) {
+                inert += problem.viscosity.1 * c * (u[i] - problem.start[i]);
+            }
             inertia += inert * inert;
             load += problem.load[i] * problem.load[i];
             *r += problem.load[i] - inert;
@@ -242,8 +263,9 @@ impl Newton {
             *shift = 0.0;
         }
         loop {
-            self.tangent.assemble(model, &self.balance_at, problem.share, slack);
+            self.tangent.assemble(model, &self.balance_at, problem.history, problem.share, slack);
             self.tangent.add_mass(model, problem.inertia);
+            self.tangent.add_diagonal(problem.viscosity.0, problem.viscosity.1);
             let scale = self.tangent.largest_diagonal().max(f64::MIN_POSITIVE);
             if *shift > 0.0 {
                 self.tangent.shift(*shift * scale);
@@ -291,6 +313,7 @@ impl Newton {
     /// apart in size, first by decades.
     fn step(
         &mut self,
+        model: &Model,
         problem: &Problem,
         u: &mut [f64],
         before: f64,
@@ -302,7 +325,7 @@ impl Newton {
             for ((u, a), d) in u.iter_mut().zip(&self.accepted).zip(&self.direction) {
                 *u = a + s * d;
             }
-            *sizes = self.evaluate(problem, u);
+            *sizes = self.evaluate(model, problem, u);
             let work = self.work();
             if !search || work.abs() <= ENOUGH * before.abs() || (work > 0.0 && s == 1.0) {
                 break;

@@ -1,8 +1,8 @@
 //! What is recorded at every step: support reactions, scene gauges, largest values.
 
+use crate::assembly::Assembly;
 use crate::config::structure::Where;
 use crate::config::{GaugeConfig, Quantity};
-use crate::element::Cable;
 use crate::model::Model;
 use crate::moving_mean::MovingMean;
 use crate::newton::spring_dofs;
@@ -51,7 +51,65 @@ enum Probe {
     Displacement(Vec<usize>),
     Velocity(Vec<usize>),
     Force(Supports),
-    Tension(Vec<usize>),
+    Lines(Lines),
+}
+
+/// Elements whose axial force, or elongation, is recorded.
+#[derive(Debug, Clone)]
+struct Lines {
+    cables: Vec<usize>,
+    elements: Vec<usize>,
+    elongation: bool,
+}
+
+impl Lines {
+    fn of(model: &Model, nodes: &[usize], gauge: &GaugeConfig) -> Self {
+        let elongation = gauge.quantity == Quantity::Elongation;
+        if let Some(part) = model.parts.iter().find(|p| Some(&p.name) == gauge.group.as_ref()) {
+            return Self { cables: part.cables.clone(), elements: part.elements.clone(), elongation };
+        }
+        let single = gauge.at.is_some();
+        let belongs = |own: &[usize]| {
+            let inside = |n: &usize| nodes.contains(n);
+            if single { own.iter().any(inside) } else { own.iter().all(inside) }
+        };
+        let cables = (0..model.cables.len()).filter(|c| belongs(&model.cables[*c].nodes)).collect();
+        let lines = (0..model.elements.len()).filter(|e| !model.elements[*e].lines().is_empty());
+        let elements = lines.filter(|e| belongs(model.elements[*e].nodes())).collect();
+        Self { cables, elements, elongation }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.cables.is_empty() && self.elements.is_empty()
+    }
+
+    fn largest(&self, model: &Model, state: &State, assembly: &mut Assembly, forces: &mut [f64]) -> f64 {
+        let u = &state.displacement;
+        let cables = self.cables.iter().map(|c| {
+            let cable = &model.cables[*c];
+            let w = model.relative(u, cable);
+            if self.elongation {
+                (cable.span + w).norm() - cable.span.norm()
+            } else {
+                cable.response(&w).tension
+            }
+        });
+        let mut largest = cables.fold(f64::NEG_INFINITY, f64::max);
+        for i in &self.elements {
+            let element = &model.elements[*i];
+            let history = assembly.history(*i, &state.history);
+            let own = assembly.gather(*i, u);
+            if self.elongation {
+                largest = largest.max(element.elongation(own));
+                continue;
+            }
+            let forces = &mut forces[..element.line_count()];
+            element.line_forces(own, history, forces);
+            // What is broken carries nothing.
+            largest = forces.iter().map(|f| if f.is_nan() { 0.0 } else { *f }).fold(largest, f64::max);
+        }
+        largest
+    }
 }
 
 /// What a step leaves to be recorded.
@@ -83,6 +141,8 @@ pub struct Recorder {
     reaction: [Triple; 3],
     values: Vec<Triple>,
     elapsed: f64,
+    assembly: Assembly,
+    line_forces: Vec<f64>,
 }
 
 impl Recorder {
@@ -127,22 +187,14 @@ impl Recorder {
                     }
                     (Probe::Force(supports), vec!["fx", "fy", "fz"], "N")
                 }
-                Quantity::Tension => {
-                    let single = gauge.at.is_some();
-                    let belongs = |cable: &Cable| {
-                        let ends = cable.nodes.map(|n| nodes.contains(&n));
-                        if single { ends[0] || ends[1] } else { ends[0] && ends[1] }
-                    };
-                    let named = model.cable_groups.iter().find(|g| Some(&g.name) == gauge.group.as_ref());
-                    let cables: Vec<usize> = match named {
-                        Some(group) => group.cables.iter().map(|c| *c as usize).collect(),
-                        None => (0..model.cables.len()).filter(|c| belongs(&model.cables[*c])).collect(),
-                    };
-                    if cables.is_empty() {
+                Quantity::Tension | Quantity::Elongation => {
+                    let lines = Lines::of(model, &nodes, gauge);
+                    if lines.is_empty() {
                         let what = format!("there is no cable at the gauge `{}`", gauge.name);
                         return Err(scene.invalid(&key, what));
                     }
-                    (Probe::Tension(cables), vec!["tension"], "N")
+                    let (name, unit) = if lines.elongation { ("elongation", "m") } else { ("tension", "N") };
+                    (Probe::Lines(lines), vec![name], unit)
                 }
             };
             declared.extend(
@@ -160,7 +212,7 @@ impl Recorder {
     pub fn new(model: &Model, probes: &Probes, origin: &[f64], force: &[f64], samples: usize) -> Self {
         let total = Supports::of(model, |_| true);
         let at_rest = total.reaction(force, origin);
-        let count = probes.0.iter().map(|p| if matches!(p, Probe::Tension(_)) { 1 } else { 3 }).sum();
+        let count = probes.0.iter().map(|p| if matches!(p, Probe::Lines(_)) { 1 } else { 3 }).sum();
         let forces = probes.0.iter().filter(|p| matches!(p, Probe::Force(_))).count();
         Self {
             total,
@@ -171,6 +223,8 @@ impl Recorder {
             reaction: [[0.0; 3]; 3],
             values: vec![[0.0; 3]; count],
             elapsed: 0.0,
+            assembly: Assembly::new(model),
+            line_forces: vec![0.0; model.elements.iter().map(|e| e.line_count()).max().unwrap_or(0)],
         }
     }
 
@@ -212,12 +266,9 @@ impl Recorder {
         let (mut at, mut force) = (0, 1);
         for probe in &self.probes {
             match probe {
-                Probe::Tension(cables) => {
-                    let tension = cables.iter().map(|c| {
-                        let cable = &model.cables[*c];
-                        cable.response(&model.relative(&state.displacement, cable)).tension
-                    });
-                    record(&mut self.values[at], tension.fold(f64::NEG_INFINITY, f64::max));
+                Probe::Lines(lines) => {
+                    let largest = lines.largest(model, state, &mut self.assembly, &mut self.line_forces);
+                    record(&mut self.values[at], largest);
                     at += 1;
                 }
                 Probe::Force(supports) => {

@@ -1,5 +1,6 @@
 //! The structure as a [`Solver`]: the contract's verbs, and nothing else.
 
+use crate::assembly::Event;
 use crate::config::Config;
 use crate::energy::Energies;
 use crate::fields::Fields;
@@ -83,7 +84,8 @@ impl FemSolver {
     /// Make ready for windows from `start`, under a plan that has been checked.
     pub(crate) fn begin(&mut self, start: Start, plan: &Plan) -> Result<Ready, Fault> {
         let mesh = self.model.interface_mesh(&start.displacement);
-        let (loads, load_warnings) = Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh)?;
+        let (loads, load_warnings) =
+            Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh, self.model.dof_count())?;
         let shortest = start.time_step.min(plan.window) / HALVINGS;
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
         let recorder = Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
@@ -107,7 +109,9 @@ impl FemSolver {
         let mut initial = vec![0.0; answer];
         march.initial(&self.model, &mut initial);
         let mut fields = match (&self.options.out, self.field_interval) {
-            (Some(out), Some(interval)) => Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh)?),
+            (Some(out), Some(interval)) => {
+                Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh, &self.model)?)
+            }
             _ => None,
         };
         if let Some(fields) = &mut fields {
@@ -139,6 +143,31 @@ impl FemSolver {
         }
         Ok(())
     }
+}
+
+/// What broke, in words: the first ones one by one.
+fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
+    const TOLD: usize = 20;
+    let told = events.iter().take(TOLD).map(|event| {
+        let element = event.element as usize;
+        let part = model.parts.iter().find(|p| p.elements.contains(&element));
+        let nodes = model.elements[element].nodes();
+        let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
+        format!(
+            "rupture at t = {:.6} s: {} (element {} of it, node {} to node {}) broke under {:.4e} N",
+            event.time,
+            part.map_or("an element".into(), |p| format!("`{}`", p.name)),
+            part.map_or(0, |p| element - p.elements[0]),
+            model.node_name(first),
+            model.node_name(last),
+            event.tension,
+        )
+    });
+    let mut told: Vec<_> = told.collect();
+    if let Some(last) = events.get(TOLD..).and_then(|rest| rest.last()) {
+        told.push(format!("{} more broke until t = {:.6} s", events.len() - TOLD, last.time));
+    }
+    told
 }
 
 impl Solver for FemSolver {
@@ -191,6 +220,7 @@ impl Solver for FemSolver {
             time,
         };
         let (mut measures, mut warnings) = (Vec::new(), Vec::new());
+        warnings.extend(ruptures(model, &prepared.march.committed.events));
         if model.held.contains(&true) || !model.springs.is_empty() {
             let (raw, mean) = (peaks.reaction, peaks.reaction_1ms);
             measures.push(measure("max_reaction", raw.value, "N", Some(raw.time)));
@@ -198,7 +228,7 @@ impl Solver for FemSolver {
         } else {
             warnings.push("max_reaction is absent: the structure has no supports".into());
         }
-        if model.cables.is_empty() {
+        if model.lines().next().is_none() {
             warnings.push("max_cable_force is absent: the structure has no cables".into());
         } else {
             measures.push(measure(
@@ -215,11 +245,25 @@ impl Solver for FemSolver {
             }
         }
         let counts = prepared.march.counts;
+        if counts.refined > 0 {
+            warnings.push(format!(
+                "Newton failed in {} windows, iterations of the coupling included: they were begun anew with shorter steps",
+                counts.refined
+            ));
+        }
+        if counts.unstable > 0 {
+            warnings.push(format!(
+                "the tangent was not positive at the end of {} steps (slack, or close to buckling): it was shifted, which slows \
+                 Newton down and leaves its answer as it is",
+                counts.unstable
+            ));
+        }
         let counts = [
             ("sub_steps", counts.steps),
             ("newton_iterations", counts.newton),
             ("skipped_windows", counts.skipped),
             ("factorisations", counts.factorisations),
+            ("refined_windows", counts.refined),
         ];
         let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })

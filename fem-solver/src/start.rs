@@ -1,9 +1,10 @@
 //! The start of a run: form finding, critical step, time step. What `check` tells and `prepare` does.
 
+use crate::assembly::Assembly;
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::critical_step::highest_frequency;
-use crate::form_finding::find_form;
+use crate::form_finding::{Form, find_form};
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, spring_dofs};
@@ -25,6 +26,8 @@ const CLOSE: f64 = 0.9;
 pub struct Start {
     /// Displacement from the structure as modelled [m].
     pub displacement: Vec<f64>,
+    /// History of the elements there.
+    pub history: Vec<f64>,
     /// Force of dead load and elements on every degree of freedom [N].
     pub force: Vec<f64>,
     /// Whether it is in static equilibrium.
@@ -76,13 +79,13 @@ impl Start {
         on_progress(format!("{} nodes, {} cables: analysing", model.node_count(), model.cables.len()))
             .map_err(NoStart::Stopped)?;
         let mut newton = Newton::new(model);
-        let (displacement, form_finding) = match config.structure.form_finding {
+        let (Form { displacement, history }, form_finding) = match config.structure.form_finding {
             FormFinding::None => {
                 let mut u = vec![0.0; model.dof_count()];
                 model.prescribe(0.0, &mut u);
-                (u, Info::default())
+                (Form { displacement: u, history: model.start_history() }, Info::default())
             }
-            FormFinding::Static => {
+            way => {
                 let mut last: Option<Instant> = None;
                 let mut told = |iteration, residual| {
                     if last.is_some_and(|at| at.elapsed() < BETWEEN_REPORTS) {
@@ -93,7 +96,7 @@ impl Start {
                         "form finding: iteration {iteration}, residual {residual:.1e} of its limit"
                     ))
                 };
-                find_form(model, &mut newton, &mut told).map_err(|failure| match failure {
+                find_form(model, &mut newton, way, &mut told).map_err(|failure| match failure {
                     Failure::Stopped(fault) => NoStart::Stopped(fault),
                     failure => NoStart::Input(not_found(scene, model, &failure)),
                 })?
@@ -101,7 +104,9 @@ impl Start {
         };
         let mut force = model.dead_load.clone();
         let mut kernel = Kernel::new(&model.cables, model.node_count());
-        let cable_force = kernel.pull(&displacement, &mut force).sqrt();
+        let cables = kernel.pull(&displacement, &mut force);
+        let others = Assembly::new(model).pull(&model.elements, &displacement, &history, &mut force);
+        let cable_force = cables.max(others).sqrt();
         for (dof, k) in spring_dofs(model) {
             force[dof] -= k * displacement[dof];
         }
@@ -110,12 +115,20 @@ impl Start {
         let frequency = match config.fem.integrator {
             Integrator::Static => 0.0,
             _ if newton.tangent.is_empty() => 0.0,
-            _ => highest_frequency(model, &mut newton.tangent, &displacement),
+            _ => highest_frequency(model, &mut newton.tangent, &displacement, &history),
         };
         let critical_step = 2.0 / frequency;
         let mut warnings = model.warnings.clone();
+        if model.added_mass > 0.0 {
+            let all: f64 = model.mass.iter().sum();
+            warnings.push(format!(
+                "mass scaling added {:.4} kg to {:.4} kg: impacts are slower and forces of inertia larger by as much",
+                model.added_mass,
+                all - model.added_mass
+            ));
+        }
         if form_finding.unstable
-            && let Some(dof) = newton.not_held(model, &displacement)
+            && let Some(dof) = newton.not_held(model, &displacement, &history)
         {
             warnings.push(format!(
                 "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
@@ -127,6 +140,7 @@ impl Start {
         let at_rest = residual <= AT_REST * scale || residual == 0.0;
         Ok(Self {
             displacement,
+            history,
             force,
             at_rest,
             frequency,

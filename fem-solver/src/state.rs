@@ -1,5 +1,7 @@
 //! The state of a structure at one instant.
 
+use crate::assembly::Event;
+
 /// Everything that a step starts from. Vectors are component-major over all degrees of freedom.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct State {
@@ -13,6 +15,10 @@ pub struct State {
     pub force: Vec<f64>,
     /// Interface force at this instant [N]; schemes that balance at the end only.
     pub load: Vec<f64>,
+    /// History of all elements: plastic strains, slips, reference rotations, what is broken.
+    pub history: Vec<f64>,
+    /// What has broken so far.
+    pub events: Vec<Event>,
     /// Energy dissipated by damping since t = 0 [J].
     pub dissipated: f64,
     /// Work of the interface force since t = 0 [J].
@@ -62,6 +68,9 @@ impl State {
         self.acceleration.copy_from_slice(&other.acceleration);
         self.force.copy_from_slice(&other.force);
         self.load.copy_from_slice(&other.load);
+        self.history.copy_from_slice(&other.history);
+        self.events.clear();
+        self.events.extend_from_slice(&other.events);
         self.dissipated = other.dissipated;
         self.received = other.received;
         self.support_work = other.support_work;

@@ -1,10 +1,10 @@
 //! The global tangent over the free degrees of freedom: pattern once, numbers as often as needed.
 
+use crate::assembly::Assembly;
 use crate::element::Cable;
 use crate::linear_solver::{Cholesky, NotPositive};
 use crate::model::Model;
 use nalgebra::Matrix3;
-use std::collections::BTreeSet;
 
 /// Marks a degree of freedom that a support holds.
 const HELD: usize = usize::MAX;
@@ -35,6 +35,10 @@ pub struct Tangent {
     diagonal: Vec<usize>,
     /// Positions of each cable's blocks: (1,1) and (2,2) by their lower triangles, (1,2) in full.
     cables: Vec<[usize; 21]>,
+    /// The other elements.
+    assembly: Assembly,
+    /// Positions of the lower triangles of their tangents, by rows, one after the other.
+    elements: Vec<usize>,
     cholesky: Cholesky,
 }
 
@@ -44,31 +48,39 @@ impl Tangent {
         let mut free = vec![HELD; model.dof_count()];
         let mut dofs = Vec::new();
         for node in 0..model.node_count() {
-            for dof in (0..3).map(|c| model.dof(node, c)).filter(|dof| !model.held[*dof]) {
+            let turns = (0..3).filter_map(|c| model.rotation(node, c));
+            let dofs_of_node = (0..3).map(|c| model.dof(node, c)).chain(turns);
+            for dof in dofs_of_node.filter(|dof| !model.held[*dof]) {
                 free[dof] = dofs.len();
                 dofs.push(dof);
             }
         }
-        let mut columns: Vec<_> = (0..dofs.len()).map(|j| BTreeSet::from([j])).collect();
         let places: Vec<_> = model.cables.iter().map(|c| block_dofs(model, &free, c)).collect();
-        for (row, column) in places.iter().flatten().flatten() {
-            columns[*column].insert(*row);
-        }
-        let mut starts = vec![0];
-        let mut rows = Vec::new();
-        for column in &columns {
-            rows.extend(column);
-            starts.push(rows.len());
-        }
+        let assembly = Assembly::new(model);
+        let others: Vec<_> =
+            (0..model.elements.len()).flat_map(|i| triangle(&free, assembly.dofs(i))).collect();
+        let (starts, rows) = pattern(dofs.len(), || places.iter().flatten().chain(&others).flatten());
         let position = |row: usize, column: usize| {
             let inside = rows[starts[column]..starts[column + 1]].binary_search(&row);
             starts[column] + inside.expect("the pattern holds every entry of every element")
         };
         let sink = rows.len();
         let cables = places.iter().map(|p| p.map(|at| at.map_or(sink, |(i, j)| position(i, j)))).collect();
+        let elements = others.iter().map(|at| at.map_or(sink, |(i, j)| position(i, j))).collect();
         let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
         let cholesky = Cholesky::new(dofs.len(), starts.clone(), rows.clone());
-        Self { free, dofs, values: vec![0.0; sink + 1], starts, rows, diagonal, cables, cholesky }
+        Self {
+            free,
+            dofs,
+            values: vec![0.0; sink + 1],
+            starts,
+            rows,
+            diagonal,
+            cables,
+            assembly,
+            elements,
+            cholesky,
+        }
     }
 
     /// Number of free degrees of freedom.
@@ -87,7 +99,7 @@ impl Tangent {
     }
 
     /// `share` times the tangent of all elements at the displacements `u`.
-    pub fn assemble(&mut self, model: &Model, u: &[f64], share: f64, slack: Slack) {
+    pub fn assemble(&mut self, model: &Model, u: &[f64], history: &[f64], share: f64, slack: Slack) {
         self.assemble_blocks(model, share, |cable| {
             let w = model.relative(u, cable);
             let response = cable.response(&w);
@@ -104,6 +116,16 @@ impl Tangent {
                 Slack::Taut => response.tangent,
             }
         });
+        let mut at = self.elements.iter();
+        for (i, element) in model.elements.iter().enumerate() {
+            let k = self.assembly.tangent(i, element, u, history, slack);
+            let n = k.len().isqrt();
+            for row in 0..n {
+                for (column, at) in (0..=row).zip(&mut at) {
+                    self.values[*at] += share * 0.5 * (k[row * n + column] + k[column * n + row]);
+                }
+            }
+        }
     }
 
     /// The same with a tangent of one's own for each cable.
@@ -130,12 +152,62 @@ impl Tangent {
         }
     }
 
+    /// Add to the tangent, for each element that is no cable, `part` of its largest stiffness between its nodes, in every
+    /// direction: a soap film over what it spans.
+    pub fn add_film(&mut self, model: &Model, u: &[f64], history: &[f64], part: f64) {
+        let mut at = 0;
+        for (i, element) in model.elements.iter().enumerate() {
+            let k = self.assembly.tangent(i, element, u, history, Slack::Taut);
+            let n = k.len().isqrt();
+            let stiffness = (0..n).map(|d| k[d * n + d]).fold(0.0, f64::max) * part;
+            let nodes = element.nodes().len();
+            let per_node = n / nodes;
+            for row in 0..n {
+                for column in 0..=row {
+                    let share = if row == column { nodes as f64 - 1.0 } else { -1.0 };
+                    if row % per_node == column % per_node && row % per_node < 3 {
+                        self.values[self.elements[at]] += share * stiffness;
+                    } else if row == column {
+                        self.values[self.elements[at]] += stiffness;
+                    }
+                    at += 1;
+                }
+            }
+        }
+    }
+
     /// Add `factor` [1/s2] times the lumped masses.
     pub fn add_mass(&mut self, model: &Model, factor: f64) {
-        let n = model.node_count();
         for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
-            self.values[*at] += factor * model.mass[dof % n];
+            self.values[*at] += factor * model.dof_mass(*dof);
         }
+    }
+
+    /// Add `factor` times what stands in `amounts` for each degree of freedom of the structure; empty = nothing.
+    pub fn add_diagonal(&mut self, amounts: &[f64], factor: f64) {
+        if amounts.is_empty() {
+            return;
+        }
+        for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
+            self.values[*at] += factor * amounts[*dof];
+        }
+    }
+
+    /// Sum of the magnitudes in each row of the tangent at `u` when all is taut, for every degree of freedom of the
+    /// structure: a bound of its stiffness.
+    pub fn row_sums(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vec<f64> {
+        self.assemble(model, u, history, 1.0, Slack::Taut);
+        let mut sums = vec![0.0; model.dof_count()];
+        for j in 0..self.dofs.len() {
+            for at in self.starts[j]..self.starts[j + 1] {
+                let (row, size) = (self.rows[at], self.values[at].abs());
+                sums[self.dofs[j]] += size;
+                if row != j {
+                    sums[self.dofs[row]] += size;
+                }
+            }
+        }
+        sums
     }
 
     /// Add `amount` [N/m] to every diagonal entry.
@@ -182,6 +254,48 @@ impl Tangent {
             }
         }
     }
+}
+
+/// Columns of the lower triangle of order `n` that has a diagonal and the given entries `(row, column)`, which may repeat.
+fn pattern<'a, I>(n: usize, entries: impl Fn() -> I) -> (Vec<usize>, Vec<usize>)
+where
+    I: Iterator<Item = &'a (usize, usize)>,
+{
+    let mut next = vec![1_usize; n + 1];
+    next[n] = 0;
+    entries().for_each(|(_, column)| next[*column] += 1);
+    let mut sum = 0;
+    next.iter_mut().for_each(|count| (*count, sum) = (sum, sum + *count));
+    let begins = next.clone();
+    let mut all = vec![0_usize; sum];
+    let mut put = |row: usize, column: usize| {
+        all[next[column]] = row;
+        next[column] += 1;
+    };
+    (0..n).for_each(|j| put(j, j));
+    entries().for_each(|(row, column)| put(*row, *column));
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    for j in 0..n {
+        let column = &mut all[begins[j]..begins[j + 1]];
+        column.sort_unstable();
+        let first = rows.len();
+        for row in column {
+            if rows.len() == first || rows[rows.len() - 1] != *row {
+                rows.push(*row);
+            }
+        }
+        starts.push(rows.len());
+    }
+    (starts, rows)
+}
+
+/// Row and column, in the lower triangle of all, of each entry of the lower triangle of one element, by rows.
+fn triangle<'a>(free: &'a [usize], dofs: &'a [usize]) -> impl Iterator<Item = Option<(usize, usize)>> + 'a {
+    let pairs = (0..dofs.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+    pairs.map(|(row, column)| {
+        let (a, b) = (free[dofs[row]], free[dofs[column]]);
+        (a != HELD && b != HELD).then(|| (a.max(b), a.min(b)))
+    })
 }
 
 /// Entries of the lower triangle of a 3 x 3 block.

@@ -52,6 +52,12 @@ pub trait Solver {
     /// Accept the last solve: its end is the committed state from now on.
     fn commit(&mut self) -> Result<(), Fault>;
 
+    /// Whether nothing more will happen, so that a run of this solver alone may end before its time. It
+    /// follows from the committed state.
+    fn has_ended(&self) -> bool {
+        false
+    }
+
     /// The run is over. Write what is left to write and say what was done.
     fn finish(&mut self) -> Result<Statistics, Fault>;
 }
@@ -68,6 +74,9 @@ impl<S: Solver + ?Sized> Solver for Box<S> {
     }
     fn commit(&mut self) -> Result<(), Fault> {
         (**self).commit()
+    }
+    fn has_ended(&self) -> bool {
+        (**self).has_ended()
     }
     fn finish(&mut self) -> Result<Statistics, Fault> {
         (**self).finish()

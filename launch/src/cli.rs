@@ -1,13 +1,16 @@
 //! The command line.
 
+use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
 use clap::{Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::screen::{complain, tell};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// Rocks on nets: co-simulation of a contact solver and a structure's solver
@@ -47,6 +50,13 @@ enum Command {
     Check {
         #[command(flatten)]
         input: Input,
+    },
+    /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, with its error: `dem-solver cluster`
+    #[command(disable_help_flag = true)]
+    Cluster {
+        /// As `dem-solver cluster` takes them: SHAPE --spheres N -o FILE; --help tells more
+        #[arg(value_name = "ARGUMENTS", trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
     },
     /// Remove what dead runs left behind in shared memory
     Clean,
@@ -94,6 +104,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             tell(&estimate::check(&input.scene, &input.sets)?);
             Ok(Exit::Done)
         }
+        Command::Cluster { arguments } => hand_over("dem-solver", "cluster", &arguments),
         Command::Clean => {
             let removed = ipc::clean();
             if removed.is_empty() {
@@ -104,6 +115,19 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             }
             Ok(Exit::Done)
         }
+    }
+}
+
+/// Let a program of this project beside this one do the whole work, and end as it does.
+fn hand_over(program: &str, command: &str, arguments: &[OsString]) -> Result<Exit, Stop> {
+    let file = beside(program)
+        .map_err(|what| InputError::new(what).try_instead("build all programs with cargo build --release"))?;
+    let status = std::process::Command::new(file).arg(command).args(arguments).status();
+    match status.map(|s| s.code()) {
+        Ok(Some(0)) => Ok(Exit::Done),
+        Ok(Some(2)) => Ok(Exit::BadInput),
+        Ok(_) => Ok(Exit::Failed),
+        Err(e) => Err(InputError::new(format!("{program} cannot be started: {e}")).into()),
     }
 }
 

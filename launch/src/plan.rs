@@ -133,7 +133,7 @@ impl Plan {
     /// What `scene` requires. A program that is not there is bad input.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
         let processes = Processes::of(scene)?;
-        let dem = scene.has("rock") || processes.dem.is_some();
+        let dem = scene.has("rock") || scene.has("spheres") || processes.dem.is_some();
         let fem = scene.has("structure") || processes.fem.is_some();
         let parts: &[Part] = match (dem, fem) {
             (true, true) => &[Part::Coupler, Part::Dem, Part::Fem],

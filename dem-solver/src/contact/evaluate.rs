@@ -8,25 +8,28 @@
 //!
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
-use super::Law;
+use super::laws::WallLaws;
 use super::memory::{Heir, Memory, NONE, inherit};
-use super::tangential::into_plane;
+use super::pair::{Meeting, Past};
 use super::touch::{Contact, Touch};
 use crate::rock::{Motion, Rock};
 use crate::search::pairs::{Instant, PairElement, PairList};
-use crate::wall::Wall;
 use crate::wall::motion::NodeMotion;
+use crate::wall::surface::Surface;
 use nalgebra::Vector3;
+
+/// Angle between two contacts up to which one that sets in takes over the spring of the other [rad].
+const BESIDE: f64 = 0.3;
 
 /// What a rock and its wall are at an instant.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
     /// The rock.
     pub rock: &'a Rock,
-    /// The law of its contacts.
-    pub law: &'a Law,
-    /// The wall.
-    pub wall: &'a Wall,
+    /// The laws of its contacts.
+    pub laws: WallLaws<'a>,
+    /// What it touches.
+    pub surface: Surface<'a>,
     /// Pairs that may touch.
     pub list: &'a PairList,
     /// Motion of the near nodes in the window.
@@ -79,9 +82,13 @@ impl Evaluation {
 
     /// Find the contacts at `now` and their elastic energy; no forces.
     pub fn energy(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at);
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.surface.crossings());
         let spheres = &scene.rock.spheres;
-        let of = |c: &Contact| scene.law.normal.load(spheres[c.sphere as usize].radius, c.overlap).energy;
+        let elements = &scene.list.elements;
+        let of = |c: &Contact| {
+            let law = scene.laws.of(elements[c.element as usize].number);
+            c.share * law.normal.load(spheres[c.sphere as usize].radius, c.overlap).energy
+        };
         self.touch.contacts.iter().map(of).sum()
     }
 
@@ -91,7 +98,7 @@ impl Evaluation {
     /// memories after it go to [`Evaluation::memories`], forces on the wall to
     /// [`Evaluation::node_forces`].
     pub fn forces(&mut self, scene: Scene, now: &Motion, at: Instant, h: f64, before: &[Memory]) -> Sums {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at);
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.surface.crossings());
         self.memories.clear();
         self.node_forces.clear();
         self.node_velocities.clear();
@@ -101,56 +108,63 @@ impl Evaluation {
         }
         self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
         let motion = self.own_motion(scene.rock, now);
-        if scene.law.tangential.is_some() {
+        let remembers = scene.laws.any(|law| law.remembers());
+        if remembers {
             self.find_heirs(scene, sums.fastest * h, before);
         }
-        let needs_rates = scene.law.damping.is_some() || scene.law.tangential.is_some();
-        let contacts = self.touch.contacts.len();
-        for i in 0..contacts {
-            let contact = &self.touch.contacts[i];
+        let needs_rates = scene.laws.any(|law| law.needs_rates());
+        let rolls = scene.laws.any(|law| law.rolling.is_some());
+        let contacts = self.touch.count();
+        let inertia = if rolls { scene.rock.inertia.min() / contacts as f64 } else { 0.0 };
+        for (i, contact) in self.touch.contacts.iter().enumerate() {
             let sphere = &scene.rock.spheres[contact.sphere as usize];
             let element = &scene.list.elements[contact.element as usize];
+            let law = scene.laws.of(element.number);
             let arm = sphere.centre + contact.normal * (contact.distance - element.radius);
-            let load = scene.law.normal.load(sphere.radius, contact.overlap);
-            let [a, b, c] = element.nodes.map(|n| n as usize);
-            let [na, nb, nc] = contact.weights;
             let relative = if needs_rates {
                 self.relative_velocity(&motion, contact, element, &arm)
             } else {
                 Vector3::zeros()
             };
-            let approach = relative.dot(&contact.normal);
-            let mut pressed = load.force;
-            let mut dashpot = 0.0;
-            if let Some(damping) = &scene.law.damping {
+            let dashpot = law.damping.as_ref().map_or(0.0, |damping| {
                 let wall = inverse_mass(scene, element, contact.weights);
-                dashpot = damping.coefficient(scene.rock.mass, contacts, wall);
-                let viscous = dashpot * load.stiffness.sqrt() * approach;
-                // Rocks do not stick.
-                pressed = (load.force + viscous).max(0.0);
-                sums.damped += (pressed - load.force) * approach;
-            }
-            let mut force = contact.normal * -pressed;
-            if let Some(tangential) = &scene.law.tangential {
-                let slip = relative - contact.normal * approach;
-                let spring = inherited_spring(&self.touch, contact, self.heirs[i], before);
-                let grip = tangential.grip(load.stiffness, dashpot, spring, slip, pressed, h);
-                force += grip.force;
-                sums.rubbed -= grip.force.dot(&slip);
-                sums.sheared += grip.energy;
+                damping.coefficient(scene.rock.mass, contacts, wall)
+            });
+            let meeting = Meeting {
+                normal: contact.normal,
+                overlap: contact.overlap,
+                radius: sphere.radius,
+                velocity: relative,
+                spin: motion[1],
+                inertia,
+                dashpot,
+            };
+            let past = if remembers { self.past(self.heirs[i], before) } else { Past::default() };
+            let answer = law.answer(&meeting, &past, h);
+            if law.remembers() {
                 self.memories.push(Memory {
                     sphere: contact.sphere,
-                    element: element.number,
-                    spring: self.touch.rotation * grip.spring,
+                    element: contact.key(element.number),
+                    spring: self.touch.rotation * answer.spring,
+                    moment: self.touch.rotation * answer.rolled,
                     normal: self.touch.rotation * contact.normal,
                     overlap: contact.overlap,
-                    energy: grip.energy,
+                    energy: answer.sheared,
                 });
             }
-            sums.elastic += load.energy;
+            let (share, force) = (contact.share, answer.force * contact.share);
+            sums.damped += answer.damped * share;
+            sums.rubbed += answer.rubbed * share;
+            sums.sheared += answer.sheared * share;
+            sums.elastic += answer.load.energy * share;
             sums.penetration = sums.penetration.max(contact.overlap / sphere.radius);
             sums.force += force;
             sums.torque += arm.cross(&force);
+            if rolls {
+                sums.torque += answer.moment * share;
+            }
+            let [a, b, c] = element.nodes.map(|n| n as usize);
+            let [na, nb, nc] = contact.weights;
             let f = &mut self.node_forces;
             f[a] -= force * na;
             f[b] -= force * nb;
@@ -202,6 +216,17 @@ impl Evaluation {
         ago.fold(0.0, f64::max)
     }
 
+    /// What a contact has from before, in the rock's own frame.
+    #[inline]
+    fn past(&self, heir: u32, before: &[Memory]) -> Past {
+        if heir == NONE {
+            return Past::default();
+        }
+        let memory = &before[heir as usize];
+        let own = |v: &Vector3<f64>| self.touch.rotation.tr_mul(v);
+        Past { spring: own(&memory.spring), moment: own(&memory.moment), overlap: memory.overlap }
+    }
+
     /// Velocity [m/s] and angular velocity [rad/s] of the rock in its own frame.
     fn own_motion(&self, rock: &Rock, now: &Motion) -> [Vector3<f64>; 2] {
         let spin = self.touch.rotation.tr_mul(&now.angular_momentum).component_div(&rock.inertia);
@@ -242,32 +267,28 @@ impl Evaluation {
             return;
         }
         let touch = &self.touch;
-        let elements = &scene.wall.elements;
-        let neighbours = |a: u32, b: u32| elements[a as usize].shares_a_node(&elements[b as usize]);
+        // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
+        let neighbours = |a: u32, b: u32| scene.surface.share_a_node(a, b);
         let view = |contact| View { contact, touch, list: scene.list, way };
         inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
+        if scene.surface.crossings().is_some() {
+            // What sets in beside a contact that stays begins with that one's spring: a segment beyond a
+            // kink and the node that is subtracted then cancel.
+            for (contact, heir) in touch.contacts.iter().zip(&mut self.heirs).filter(|(_, h)| **h == NONE) {
+                let normal = touch.rotation * contact.normal;
+                let own = before.iter().enumerate().filter(|(_, m)| m.sphere == contact.sphere);
+                let apart = own.map(|(k, m)| ((m.normal - normal).norm_squared(), k as u32));
+                let nearest = apart.filter(|(a, _)| *a < BESIDE * BESIDE).min_by(|a, b| a.0.total_cmp(&b.0));
+                *heir = nearest.map_or(NONE, |(_, k)| k);
+            }
+        }
     }
 }
 
 /// `sum N_a^2 / m_a` of the wall's point [1/kg]; 0 where the wall does not tell its masses.
 #[inline]
-fn inverse_mass(scene: Scene, element: &PairElement, [na, nb, nc]: [f64; 3]) -> f64 {
-    let Some(inverse) = &scene.wall.inverse_mass else { return 0.0 };
-    let [a, b, c] = element.nodes.map(|n| inverse[scene.list.numbers[n as usize] as usize]);
-    na * na * a + nb * nb * b + nc * nc * c
-}
-
-/// Spring that a contact has from before, in the rock's own frame.
-#[inline]
-fn inherited_spring(touch: &Touch, contact: &Contact, heir: u32, before: &[Memory]) -> Vector3<f64> {
-    if heir == NONE {
-        return Vector3::zeros();
-    }
-    let memory = &before[heir as usize];
-    let own = touch.rotation.tr_mul(&memory.spring);
-    let spring = into_plane(&own, &contact.normal);
-    // Thornton's scaling: the grip shrinks with the contact area, at once.
-    if contact.overlap < memory.overlap { spring * (contact.overlap / memory.overlap).sqrt() } else { spring }
+fn inverse_mass(scene: Scene, element: &PairElement, weights: [f64; 3]) -> f64 {
+    scene.surface.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
 }
 
 struct View<'a> {
@@ -282,7 +303,7 @@ impl Heir for View<'_> {
         self.contact.sphere
     }
     fn element(&self) -> u32 {
-        self.list.elements[self.contact.element as usize].number
+        self.contact.key(self.list.elements[self.contact.element as usize].number)
     }
     fn normal(&self) -> Vector3<f64> {
         self.touch.rotation * self.contact.normal

@@ -18,11 +18,13 @@ pub struct Memory {
     pub element: u32,
     /// Force of the tangential spring at the state's instant [N], along the axes of space.
     pub spring: Vector3<f64>,
+    /// Moment of the rolling spring at the state's instant [N m], along the axes of space.
+    pub moment: Vector3<f64>,
     /// Normal in the middle of the last step, from the sphere to the wall, along the axes of space.
     pub normal: Vector3<f64>,
     /// Overlap in the middle of the last step [m].
     pub overlap: f64,
-    /// Energy of the tangential spring [J].
+    /// Energy of the tangential and rolling springs [J].
     pub energy: f64,
 }
 
@@ -127,7 +129,8 @@ mod tests {
     }
 
     fn memory(sphere: u32, element: u32, normal: Vector3<f64>) -> Memory {
-        Memory { sphere, element, normal, spring: Vector3::zeros(), overlap: 1.0, energy: 0.0 }
+        let zero = Vector3::zeros();
+        Memory { sphere, element, normal, spring: zero, moment: zero, overlap: 1.0, energy: 0.0 }
     }
 
     fn heirs(contacts: &[New], memories: &[Memory], neighbours: impl Fn(u32, u32) -> bool) -> Vec<u32> {

@@ -1,11 +1,14 @@
-//! Elastic force along the normal, wall rigid.
+//! Elastic force along the normal.
 //!
-//! Hertz: `k = 2 E* sqrt(R d)`, `F = 2/3 k d`, energy `2/5 F d`, with `E* = E / (1 - nu^2)`.
+//! Hertz: `k = 2 E* sqrt(R* d)`, `F = 2/3 k d`, energy `2/5 F d`, with
+//! `1/E* = (1 - nu^2) / E + (1 - nu'^2) / E'`; the second term is that of the other side, 0 where it is
+//! rigid.
 //! Linear: constant `k`, `F = k d`, energy `1/2 F d`; from a modulus
 //! `k = pi E* R sqrt(a (2 - a))` with a = 0.05, the contact area at 5 % indentation.
 //!
 //! Source: handbook 1.2, 1.3, 1.5.
 
+use super::elastic::Elastic;
 use super::restitution;
 use crate::settings::{ContactSettings, LawName};
 use std::f64::consts::PI;
@@ -36,23 +39,20 @@ pub struct Load {
 }
 
 impl Normal {
-    /// From the scene's table, which has been checked.
-    pub fn new(settings: &ContactSettings) -> Self {
-        let modulus = |young: f64| young / (1.0 - settings.poisson.expect("checked: young needs it").powi(2));
-        match (settings.law, settings.young, settings.stiffness) {
-            (LawName::HertzMindlin, Some(young), _) => Self::Hertz(modulus(young)),
-            (LawName::Linear, _, Some(stiffness)) => Self::Linear(stiffness),
-            (LawName::Linear, Some(young), _) => {
+    /// From the scene's table, which has been checked, between two elastic sides.
+    pub fn new(settings: &ContactSettings, sides: Option<&Elastic>) -> Self {
+        let modulus = || sides.expect("checked: the law has a modulus or a stiffness").modulus();
+        match (settings.law, settings.stiffness) {
+            (LawName::HertzMindlin, _) => Self::Hertz(modulus()),
+            (LawName::Linear, Some(stiffness)) => Self::Linear(stiffness),
+            (LawName::Linear, None) => {
                 let area = (INDENTATION * (2.0 - INDENTATION)).sqrt();
-                Self::LinearPerRadius(PI * modulus(young) * area)
-            }
-            (LawName::HertzMindlin, None, _) | (LawName::Linear, None, None) => {
-                unreachable!("checked: the law has a modulus or a stiffness")
+                Self::LinearPerRadius(PI * modulus() * area)
             }
         }
     }
 
-    /// Load of a sphere of `radius` [m] at `overlap` > 0 [m].
+    /// Load at effective radius `radius` [m] and `overlap` > 0 [m].
     #[inline]
     pub fn load(&self, radius: f64, overlap: f64) -> Load {
         match *self {

@@ -1,28 +1,51 @@
-//! Tangential spring with Coulomb slip, incremental, scaled down as the contact unloads.
+//! Tangential spring with Coulomb slip.
 //!
-//! Over a step h with slip rate v_t in the middle, `k_t = k_n 2 (1 - nu) / (2 - nu)` (Mindlin, wall
-//! rigid) and dashpot `c_t = 2 g sqrt(m* k_t)`:
-//! - `f = b f_n - k_t v_t h/2` in the middle, `b = sqrt(d / d_old)` where the overlap shrinks, else 1;
+//! Over a step h with slip rate v_t in the middle, `k_t = k_n 4 G* / E*` (Mindlin; with a rigid wall
+//! `k_n 2 (1 - nu) / (2 - nu)`) and dashpot `c_t = 2 g sqrt(m* k_t)`:
+//! - `f = b f_n - k_t v_t h/2` in the middle. Incremental: b = 1. Scaled on unloading:
+//!   `b = sqrt(d / d_old)` where the overlap shrinks, else 1: the grip goes with the contact area.
+//!   Secant: b is the ratio of the stiffnesses, so that the force is `-k_t(d)` times the slip;
 //! - limit `mu F_n`: an elastic part beyond it is scaled to it and has no dashpot; else the dashpot is
-//!   scaled until the sum is at the limit;
+//!   scaled until the sum is at the limit. `mu = mu_d + (mu_s - mu_d) exp(-b |v_t|)` where the scene
+//!   names a dynamic coefficient;
 //! - `f_(n+1) = f - k_t v_t h/2`, within the limit.
 //!
 //! Two half increments make the middle force of second order; in stick, slip times force is then the
 //! change of `f^2 / (2 k_t)` to rounding, so that a loss is a loss. Spin about the normal turns the
 //! spring only with the tangent plane.
 //!
-//! Source: Thornton et al. (2013), Powder Technology 233, 30 (unloading); handbook 1.3, variant U and
-//! the reference implementation's limit.
+//! Energy: on loading the incremental spring grows stiffer at constant force and loses energy, the
+//! secant one gains it; on unloading the scaled and the secant one lose what goes with the stiffness,
+//! the incremental one gains. Only the scaled one never creates energy, hence the default.
+//!
+//! Source: Thornton et al. (2013), Powder Technology 233, 30; handbook 1.3, variants I, U and S and the
+//! reference implementation's limit.
 
+use crate::settings::TangentialName;
 use nalgebra::Vector3;
 
 /// Friction of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tangential {
-    /// Coulomb coefficient.
+    /// Coulomb coefficient at rest.
     pub friction: f64,
     /// Tangential over normal stiffness.
     pub stiffness_ratio: f64,
+    /// How the spring follows the overlap.
+    pub history: TangentialName,
+    /// Whether the normal stiffness grows with the root of the overlap.
+    pub grows: bool,
+    /// Coefficient in fast slip, if it is another one.
+    pub sliding: Option<Sliding>,
+}
+
+/// Friction in slip, below or above that at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sliding {
+    /// Coulomb coefficient in fast slip.
+    pub friction: f64,
+    /// How fast it is reached [s/m].
+    pub decay: f64,
 }
 
 /// Tangential force of one contact in a step.
@@ -37,9 +60,24 @@ pub struct Grip {
 }
 
 impl Tangential {
-    /// With Poisson's ratio of the rock; the wall is rigid.
-    pub fn new(friction: f64, poisson: f64) -> Self {
-        Self { friction, stiffness_ratio: 2.0 * (1.0 - poisson) / (2.0 - poisson) }
+    /// What of the force of the spring is left as the overlap goes from `before` (0: there was none) to
+    /// `overlap` [m].
+    #[inline]
+    pub fn carried(&self, overlap: f64, before: f64) -> f64 {
+        let follows = match self.history {
+            TangentialName::Incremental => false,
+            TangentialName::UnloadingScaled => overlap < before,
+            TangentialName::Secant => self.grows && before > 0.0,
+        };
+        if follows { (overlap / before).sqrt() } else { 1.0 }
+    }
+
+    #[inline]
+    fn coefficient(&self, slip: &Vector3<f64>) -> f64 {
+        match &self.sliding {
+            Some(s) => s.friction + (self.friction - s.friction) * (-s.decay * slip.norm()).exp(),
+            None => self.friction,
+        }
     }
 
     /// Force in a step of `h` [s] (0: at an instant) of a contact with normal stiffness
@@ -56,7 +94,7 @@ impl Tangential {
         h: f64,
     ) -> Grip {
         let stiffness = self.stiffness_ratio * normal_stiffness;
-        let limit = self.friction * pressed;
+        let limit = self.coefficient(&slip) * pressed;
         let half = slip * (0.5 * h * stiffness);
         let trial = spring - half;
         let size = trial.norm();
@@ -101,7 +139,13 @@ pub fn into_plane(force: &Vector3<f64>, normal: &Vector3<f64>) -> Vector3<f64> {
 mod tests {
     use super::*;
 
-    const LAW: Tangential = Tangential { friction: 0.5, stiffness_ratio: 0.8 };
+    const LAW: Tangential = Tangential {
+        friction: 0.5,
+        stiffness_ratio: 0.8,
+        history: TangentialName::UnloadingScaled,
+        grows: true,
+        sliding: None,
+    };
 
     #[test]
     fn in_stick_the_work_of_the_slip_is_the_energy_of_the_spring() {
@@ -131,6 +175,37 @@ mod tests {
         }
         let sliding = LAW.grip(1e5, 5.0, Vector3::zeros(), Vector3::x(), 100.0, 1.0);
         assert!((sliding.force + Vector3::x() * 50.0).norm() < 1e-13);
+    }
+
+    #[test]
+    fn friction_falls_from_rest_to_fast_slip() {
+        let law = Tangential { sliding: Some(Sliding { friction: 0.2, decay: 5.0 }), ..LAW };
+        for (speed, friction) in [(0.0, 0.5), (0.2, 0.2 + 0.3 / std::f64::consts::E), (100.0, 0.2)] {
+            let slip = Vector3::y() * speed;
+            let grip = law.grip(1e5, 0.0, Vector3::x() * 1e3, slip, 100.0, 1e-9);
+            assert!((grip.force.norm() / (100.0 * friction) - 1.0).abs() < 1e-14, "{speed} m/s: {grip:?}");
+        }
+    }
+
+    #[test]
+    fn the_spring_follows_the_overlap_as_its_variant_says() {
+        let share = |history, grows, d| Tangential { history, grows, ..LAW }.carried(d, 1e-3);
+        let (deeper, less) = (4e-3, 2.5e-4);
+        assert_eq!(
+            [
+                share(TangentialName::Incremental, true, deeper),
+                share(TangentialName::Incremental, true, less)
+            ],
+            [1.0; 2]
+        );
+        let scaled = TangentialName::UnloadingScaled;
+        assert_eq!([share(scaled, true, deeper), share(scaled, true, less)], [1.0, 0.5]);
+        let secant = TangentialName::Secant;
+        assert_eq!(
+            [share(secant, true, deeper), share(secant, true, less), share(secant, false, less)],
+            [2.0, 0.5, 1.0]
+        );
+        assert_eq!(Tangential { history: secant, ..LAW }.carried(1e-3, 0.0), 1.0);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::search::near::inverse_square;
 use crate::search::pairs::{Instant, Pair, PairList};
 use crate::wall::Kind;
 use crate::wall::closest::{Feature, on_face, on_line};
-use crate::wall::hierarchy::{Candidate, keep_contacts};
+use crate::wall::hierarchy::{Candidate, Crossings, keep_contacts};
 use crate::wall::motion::NodeMotion;
 use nalgebra::{Matrix3, Vector3};
 
@@ -21,11 +21,34 @@ pub struct Contact {
     pub overlap: f64,
     /// Weights of the element's nodes at the point.
     pub weights: [f64; 3],
+    /// How often it counts: 1, but for nodes that several wires share.
+    pub share: f64,
     /// Number of the sphere.
     pub sphere: u32,
     /// Place of the element in the pair list.
     pub element: u32,
+    /// Number of the wall's node that it stands for, if it counts for all wires there.
+    pub node: Option<u32>,
     feature: Feature,
+}
+
+impl Contact {
+    /// What its memory is kept under: the element's number `element`, or a number beyond all elements.
+    pub fn key(&self, element: u32) -> u32 {
+        self.node.map_or(element, |node| !node)
+    }
+}
+
+/// A node of wires within reach of a sphere.
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    /// Its place in the pair list.
+    node: u32,
+    /// Wires whose closest point it is, less those that are too many.
+    share: f64,
+    /// A wire that it belongs to, and which of its ends.
+    element: u32,
+    end: usize,
 }
 
 impl Candidate for Contact {
@@ -43,7 +66,8 @@ impl Candidate for Contact {
     }
 }
 
-/// A line of the pair list as the rock sees it; a point is one without length.
+/// A line of the pair list as the rock sees it; a point is one without length. Of a face: a corner, and
+/// its unit normal as the edge.
 #[derive(Debug, Clone, Copy)]
 struct Segment {
     start: Vector3<f64>,
@@ -61,6 +85,8 @@ pub struct Touch {
     pub contacts: Vec<Contact>,
     nodes: Vec<Vector3<f64>>,
     segments: Vec<Segment>,
+    corners: Vec<Corner>,
+    spare: Vec<Contact>,
 }
 
 impl Touch {
@@ -71,8 +97,22 @@ impl Touch {
         self.contacts.reserve(contacts);
     }
 
-    /// Find the contacts of `rock` at `now`.
-    pub fn find(&mut self, rock: &Rock, list: &PairList, motion: &NodeMotion, now: &Motion, at: Instant) {
+    /// Number of contacts, shared points counted by their shares.
+    pub fn count(&self) -> usize {
+        let sum: f64 = self.contacts.iter().map(|c| c.share).sum();
+        if sum >= 1.0 { sum as usize } else { self.contacts.len().min(1) }
+    }
+
+    /// Find the contacts of `rock` at `now`. With `crossings` those with wires are continuous.
+    pub fn find(
+        &mut self,
+        rock: &Rock,
+        list: &PairList,
+        motion: &NodeMotion,
+        now: &Motion,
+        at: Instant,
+        crossings: Option<&Crossings>,
+    ) {
         self.contacts.clear();
         if list.pairs.is_empty() {
             return;
@@ -88,10 +128,78 @@ impl Touch {
                 rest = others;
                 self.try_pair(sphere, pair, list);
             }
-            if self.contacts.len() > first + 1 {
+            if let Some(crossings) = crossings {
+                self.share_out(first, sphere, number, list, crossings);
+            } else if self.contacts.len() > first + 1 {
                 let kept = keep_contacts(&mut self.contacts[first..]);
                 self.contacts.truncate(first + kept);
             }
+        }
+    }
+
+    /// Make of the candidates from `first` on contacts that are continuous at the nodes of wires.
+    fn share_out(
+        &mut self,
+        first: usize,
+        sphere: &Sphere,
+        number: u32,
+        list: &PairList,
+        crossings: &Crossings,
+    ) {
+        self.corners.clear();
+        self.spare.clear();
+        let is_line = |c: &Contact| list.elements[c.element as usize].kind == Kind::Line;
+        let mut kept = first;
+        for i in first..self.contacts.len() {
+            let contact = self.contacts[i];
+            if !is_line(&contact) {
+                self.spare.push(contact);
+                continue;
+            }
+            let element = &list.elements[contact.element as usize];
+            let reach = sphere.radius + element.radius;
+            for end in 0..2 {
+                let node = element.nodes[end];
+                let known = self.corners.iter().position(|c| c.node == node);
+                let apart = self.nodes[node as usize] - sphere.centre;
+                let corner = match known {
+                    Some(known) => known,
+                    None if apart.norm_squared() < reach * reach => {
+                        let excess = crossings.excess(list.numbers[node as usize]);
+                        self.corners.push(Corner { node, share: -excess, element: contact.element, end });
+                        self.corners.len() - 1
+                    }
+                    None => continue,
+                };
+                // The closest point of the wire is this end.
+                if contact.weights[end] == 1.0 {
+                    self.corners[corner].share += 1.0;
+                }
+            }
+            if contact.feature != Feature::Node {
+                self.contacts[kept] = contact;
+                kept += 1;
+            }
+        }
+        self.contacts.truncate(kept);
+        let others = keep_contacts(&mut self.spare);
+        self.contacts.extend_from_slice(&self.spare[..others]);
+        for corner in self.corners.iter().filter(|c| c.share != 0.0) {
+            let to_point = self.nodes[corner.node as usize] - sphere.centre;
+            let distance = to_point.norm();
+            let mut weights = [0.0; 3];
+            weights[corner.end] = 1.0;
+            self.contacts.push(Contact {
+                normal: to_point / distance,
+                distance,
+                overlap: sphere.radius + list.elements[corner.element as usize].radius - distance,
+                weights,
+                share: corner.share,
+                sphere: number,
+                element: corner.element,
+                node: Some(list.numbers[corner.node as usize]),
+                feature: Feature::Node,
+            });
         }
     }
 
@@ -105,8 +213,11 @@ impl Touch {
         }
         self.segments.clear();
         for element in &list.elements {
-            let [start, end, _] = element.nodes.map(|n| self.nodes[n as usize]);
-            let edge = end - start;
+            let [start, end, third] = element.nodes.map(|n| self.nodes[n as usize]);
+            let edge = match element.kind {
+                Kind::Line | Kind::Point => end - start,
+                Kind::Face => (end - start).cross(&(third - start)).try_normalize(0.0).unwrap_or_default(),
+            };
             let inverse_square = inverse_square(&edge);
             self.segments.push(Segment { start, edge, inverse_square, radius: element.radius });
         }
@@ -122,6 +233,10 @@ impl Touch {
             Kind::Line | Kind::Point => {
                 on_line(&sphere.centre, &segment.start, &segment.edge, segment.inverse_square)
             }
+            // Most pairs of a list are too far from the plane: that is seen at once, rounding left aside.
+            Kind::Face if segment.edge.dot(&(sphere.centre - segment.start)).abs() > reach * (1.0 + 1e-9) => {
+                return;
+            }
             Kind::Face => on_face(&sphere.centre, element.nodes.map(|n| &self.nodes[n as usize])),
         };
         let square = closest.to_point.norm_squared();
@@ -132,8 +247,10 @@ impl Touch {
                 distance,
                 overlap: reach - distance,
                 weights: closest.weights,
+                share: 1.0,
                 sphere: pair.sphere,
                 element: pair.element,
+                node: None,
                 feature: closest.feature,
             });
         }

@@ -10,7 +10,7 @@
 //! Source: handbook 1.8; data of the drop test.
 
 use super::Sphere;
-use crate::settings::rock::MOST_SPHERES;
+use crate::cluster::MOST_SPHERES;
 use nalgebra::Vector3;
 
 /// A lattice of equal spheres in a box centred at the origin.
@@ -26,10 +26,10 @@ pub struct Lattice {
 
 impl Lattice {
     /// The lattice in a box with edges `size` [m] whose number of spheres is nearest to `asked`
-    /// (1 to 27 000); of two equally near ones, the coarser.
+    /// (1 to 50 000); of two equally near ones, the coarser.
     pub fn nearest(size: [f64; 3], asked: u32) -> Self {
         let mut best = Self::with(size, 1);
-        for along in 2..=30 {
+        for along in 2..=36 {
             let next = Self::with(size, along);
             if next.total() > u64::from(MOST_SPHERES)
                 || next.total().abs_diff(asked.into()) >= best.total().abs_diff(asked.into())

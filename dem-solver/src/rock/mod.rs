@@ -1,16 +1,22 @@
 //! Rocks: what is constant of them, and what moves.
 //!
-//! - [`cluster`]: the spheres that fill a solid
+//! - [`cluster`]: the spheres that fill a box
+//! - [`outermost`]: the spheres that may be the furthest in a direction, or touch a plane together
 //! - [`solid`]: mass, inertia and surface of the true solid
 //! - [`rotation`]: free rotation that keeps the angular momentum
 //! - [`overlap`]: whether two rocks have met
 
 pub mod cluster;
+pub mod outermost;
 pub mod overlap;
 pub mod rotation;
 pub mod solid;
 
-use crate::settings::{RockSettings, Shape};
+use crate::cluster::{Accuracy, MOST_SPHERES, Wish, files, make};
+use crate::settings::rock::Method;
+use crate::settings::{Cluster, RockSettings, Shape};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use solid::Solid;
 
@@ -37,8 +43,11 @@ pub struct Rock {
     pub spheres: Vec<Sphere>,
     /// Those spheres of which one is the furthest in any direction.
     pub outermost: Vec<u32>,
-    /// Spheres along x, y, z.
-    pub counts: [u32; 3],
+    /// In words, how the spheres were placed.
+    pub origin: String,
+    /// So many spheres of the smallest radius would be as stiff together, at equal overlap, as those that touch
+    /// a plane at once.
+    pub facing: f64,
     /// Smallest box in its own frame around all spheres: lowest corner [m].
     pub lowest_corner: Vector3<f64>,
     /// Highest corner [m].
@@ -54,36 +63,39 @@ pub struct Rock {
 }
 
 impl Rock {
-    /// From the scene's table, which has been checked. The second part tells the user if the number
-    /// of spheres is not the one that was asked for.
-    pub fn new(settings: &RockSettings) -> (Self, Option<String>) {
-        let solid = Solid::new(&settings.shape);
-        let volume = solid.volume();
-        let mass =
-            settings.mass.unwrap_or_else(|| settings.density.expect("mass or density, checked") * volume);
-        let (spheres, counts, notice) = match settings.shape {
-            Shape::Sphere { radius } => (vec![Sphere { centre: Vector3::zeros(), radius }], [1, 1, 1], None),
-            Shape::Box { size } => {
-                let asked = settings.cluster.unwrap_or_default().spheres;
-                let lattice = cluster::Lattice::nearest(size, asked);
-                let took = lattice.total();
-                let [nx, ny, nz] = lattice.counts;
-                let notice = (took != u64::from(asked)).then(|| {
-                    format!(
-                        "rock `{}`: {asked} spheres do not fill the box evenly; took {nx} x {ny} x {nz} = {took}",
-                        settings.name
-                    )
-                });
-                (lattice.spheres(), lattice.counts, notice)
-            }
+    /// Rock number `at` of the scene, from its table, which has been checked. Reads the files that it
+    /// names and makes its spheres. The second part is what the user should know.
+    pub fn new(at: usize, settings: &RockSettings, scene: &Scene) -> Result<(Self, Vec<String>), InputError> {
+        let refuse = |key: &str, error: InputError| {
+            scene.invalid(&format!("rock.{at}.{key}"), format!("rock `{}`: {error}", settings.name))
         };
-        let outermost = cluster::outermost(counts);
+        let (solid, mut notices) = Solid::new(&settings.shape).map_err(|e| refuse("shape", e))?;
+        let mass = settings
+            .mass
+            .unwrap_or_else(|| settings.density.expect("mass or density, checked") * solid.volume());
+        let cluster = settings.cluster.clone().unwrap_or_default();
+        let Spheres { mut spheres, origin, outermost, facing, notice } =
+            match (&settings.shape, &cluster.file) {
+                (_, Some(file)) => Spheres::read(file).map_err(|e| refuse("cluster.file", e))?,
+                (Shape::Sphere { radius }, None) => Spheres::single(*radius),
+                (Shape::Box { size }, None) if cluster.method != Some(Method::Medial) => {
+                    Spheres::lattice(*size, cluster.spheres.unwrap_or(64))
+                }
+                (shape, None) => {
+                    Spheres::medial(shape, &cluster, &settings.name).map_err(|e| refuse("shape", e))?
+                }
+            };
+        notices.extend(notice);
+        for sphere in &mut spheres {
+            sphere.centre = solid.own(&sphere.centre);
+        }
         let mut rock = Self {
             name: settings.name.clone(),
             mass,
             inertia: solid.inertia(mass),
-            outermost,
-            counts,
+            outermost: outermost.unwrap_or_default(),
+            origin,
+            facing: facing.unwrap_or(1.0),
             lowest_corner: Vector3::repeat(f64::INFINITY),
             highest_corner: Vector3::repeat(f64::NEG_INFINITY),
             reach: 0.0,
@@ -99,13 +111,31 @@ impl Rock {
             rock.smallest_radius = rock.smallest_radius.min(sphere.radius);
         }
         rock.reach = rock.lowest_corner.abs().sup(&rock.highest_corner.abs()).norm();
-        (rock, notice)
+        if facing.is_none() {
+            rock.outermost = outermost::of(&rock.spheres);
+            rock.facing = outermost::facing(&rock.spheres, &rock.solid.surface());
+        }
+        let notices = notices.into_iter().map(|n| format!("rock `{}`: {n}", rock.name)).collect();
+        Ok((rock, notices))
+    }
+
+    /// Whether all its spheres have one radius.
+    pub fn has_equal_spheres(&self) -> bool {
+        self.spheres.iter().all(|s| s.radius == self.smallest_radius)
+    }
+
+    /// The error of its spheres against its true surface.
+    pub fn accuracy(&self, settings: &RockSettings) -> Result<Accuracy, InputError> {
+        let (mut surface, _) = settings.shape.surface(false)?;
+        surface.points.iter_mut().for_each(|p| *p = self.solid.own(p));
+        Ok(Accuracy::of(&surface, &self.spheres))
     }
 
     /// Motion at t = 0 as the scene has it; `gravity` [m/s2] is the acceleration before any contact.
     pub fn start(&self, settings: &RockSettings, gravity: Vector3<f64>) -> Motion {
         let [w, x, y, z] = settings.orientation;
-        let orientation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let shape = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let orientation = self.solid.turn().map_or(shape, |turn| shape * turn);
         let spin: Vector3<f64> = settings.angular_velocity.into();
         let own = orientation.inverse_transform_vector(&spin);
         Motion {
@@ -145,6 +175,74 @@ impl Rock {
     }
 }
 
+/// The spheres of a rock in its shape's own axes, and what is known of them by the way they were made.
+struct Spheres {
+    spheres: Vec<Sphere>,
+    origin: String,
+    outermost: Option<Vec<u32>>,
+    facing: Option<f64>,
+    notice: Option<String>,
+}
+
+impl Spheres {
+    fn single(radius: f64) -> Self {
+        Self {
+            spheres: vec![Sphere { centre: Vector3::zeros(), radius }],
+            origin: "itself".into(),
+            outermost: Some(vec![0]),
+            facing: Some(1.0),
+            notice: None,
+        }
+    }
+
+    fn lattice(size: [f64; 3], asked: u32) -> Self {
+        let lattice = cluster::Lattice::nearest(size, asked);
+        let took = lattice.total();
+        let [nx, ny, nz] = lattice.counts;
+        let [x, y, z] = lattice.counts.map(f64::from);
+        let notice = (took != u64::from(asked))
+            .then(|| format!("{asked} spheres do not fill the box evenly; took {nx} x {ny} x {nz} = {took}"));
+        Self {
+            spheres: lattice.spheres(),
+            origin: format!("{nx} x {ny} x {nz}"),
+            outermost: Some(cluster::outermost(lattice.counts)),
+            facing: Some((x * y).max(y * z).max(x * z)),
+            notice,
+        }
+    }
+
+    fn medial(shape: &Shape, cluster: &Cluster, name: &str) -> Result<Self, InputError> {
+        let wish = Wish {
+            spheres: cluster.spheres.unwrap_or(1).clamp(1, MOST_SPHERES),
+            fit: cluster.fit.unwrap_or_default(),
+            smallest_radius: cluster.smallest_radius.unwrap_or(0.0),
+        };
+        tracing::info!("rock `{name}`: making a cluster of {} spheres", wish.spheres);
+        let mut told = 0.0;
+        let spheres = make(&shape.surface(false)?.0, &wish, |done| {
+            if done >= told + 0.25 {
+                told = done;
+                tracing::info!("rock `{name}`: cluster {:.0} % done", 100.0 * done);
+            }
+        });
+        let notice = (spheres.len() < wish.spheres as usize).then(|| {
+            format!("{} spheres fill the shape without error; {} were asked for", spheres.len(), wish.spheres)
+        });
+        Ok(Self { spheres, origin: "medial".into(), outermost: None, facing: None, notice })
+    }
+
+    fn read(file: &std::path::Path) -> Result<Self, InputError> {
+        let spheres = files::read(file)?;
+        let groups = files::groups(&spheres);
+        let notice = (groups > 1).then(|| {
+            format!(
+                "its spheres are {groups} groups that do not overlap: a thin wire falls through between them"
+            )
+        });
+        Ok(Self { spheres, origin: format!("of {}", file.display()), outermost: None, facing: None, notice })
+    }
+}
+
 /// What moves of a rock, all at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
@@ -179,11 +277,11 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::Cluster;
 
     fn cube(spheres: u32) -> RockSettings {
         RockSettings {
             name: "cube".into(),
+            material: "rock".into(),
             position: [0.0; 3],
             velocity: [0.0; 3],
             orientation: [1.0, 0.0, 0.0, 0.0],
@@ -191,15 +289,20 @@ mod tests {
             mass: Some(180.0),
             density: None,
             shape: Shape::Box { size: [0.41; 3] },
-            cluster: Some(Cluster { spheres }),
+            cluster: Some(Cluster::of(spheres)),
         }
+    }
+
+    fn rock(settings: &RockSettings) -> (Rock, Vec<String>) {
+        let scene = Scene::from_text("test.toml", "").expect("a scene");
+        Rock::new(0, settings, &scene).unwrap_or_else(|e| panic!("{e}"))
     }
 
     /// V-D10. The printed inertia has four digits; ours is the formula itself.
     #[test]
     fn mass_and_inertia_are_those_of_the_cube_however_many_spheres_fill_it() {
         for spheres in [1, 8, 64, 512, 4096, 22_232, 27_000] {
-            let (rock, _) = Rock::new(&cube(spheres));
+            let (rock, _) = rock(&cube(spheres));
             assert_eq!(rock.mass, 180.0);
             for moment in rock.inertia.iter() {
                 assert!((moment / 5.043 - 1.0).abs() < 1e-12, "{moment}");
@@ -210,9 +313,9 @@ mod tests {
 
     #[test]
     fn the_number_of_spheres_that_was_taken_is_told_only_where_it_differs() {
-        assert_eq!(Rock::new(&cube(64)).1, None);
-        let notice = Rock::new(&cube(22_232)).1.expect("no cube number");
-        assert!(notice.contains("28 x 28 x 28 = 21952"), "{notice}");
+        assert!(rock(&cube(64)).1.is_empty());
+        let notices = rock(&cube(22_232)).1;
+        assert!(notices[0].contains("28 x 28 x 28 = 21952"), "{notices:?}");
     }
 
     #[test]
@@ -220,7 +323,7 @@ mod tests {
         let mut settings = cube(64);
         settings.orientation = [0.8, 0.3, -0.4, 0.2];
         settings.position = [1.0, 2.0, 3.0];
-        let (rock, _) = Rock::new(&settings);
+        let (rock, _) = rock(&settings);
         let motion = rock.start(&settings, Vector3::zeros());
         let down = Vector3::new(0.2, -0.5, -0.7).normalize();
         let every = rock
@@ -237,7 +340,7 @@ mod tests {
         settings.shape = Shape::Box { size: [0.2, 0.4, 0.6] };
         settings.orientation = [0.9, 0.1, 0.3, -0.2];
         settings.angular_velocity = [1.0, -2.0, 3.0];
-        let (rock, _) = Rock::new(&settings);
+        let (rock, _) = rock(&settings);
         let motion = rock.start(&settings, Vector3::zeros());
         let spin = rock.spin(&motion);
         assert!((spin - Vector3::new(1.0, -2.0, 3.0)).norm() < 1e-14);

@@ -27,12 +27,14 @@ pub fn met(a: &Rock, at: &Motion, b: &Rock, bt: &Motion, tree: &SphereTree) -> b
 mod tests {
     use super::*;
     use crate::settings::{Cluster, RockSettings, Shape};
+    use interface_defs::toolkit::scene::Scene;
     use nalgebra::Vector3;
 
     #[test]
     fn rocks_have_met_when_spheres_overlap_not_when_their_bounds_do() {
         let settings = |position: [f64; 3]| RockSettings {
             name: "r".into(),
+            material: "rock".into(),
             position,
             velocity: [0.0; 3],
             orientation: [1.0, 0.0, 0.0, 0.0],
@@ -40,11 +42,12 @@ mod tests {
             mass: Some(1.0),
             density: None,
             shape: Shape::Box { size: [1.0; 3] },
-            cluster: Some(Cluster { spheres: 64 }),
+            cluster: Some(Cluster::of(64)),
         };
         let place = |position| {
             let settings = settings(position);
-            let (rock, _) = Rock::new(&settings);
+            let scene = Scene::from_text("test.toml", "").expect("a scene");
+            let (rock, _) = Rock::new(0, &settings, &scene).unwrap_or_else(|e| panic!("{e}"));
             let motion = rock.start(&settings, Vector3::zeros());
             (rock, motion)
         };

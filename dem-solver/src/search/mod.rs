@@ -8,6 +8,8 @@
 //! Both lists only leave out what cannot touch, and what is done with them runs in one fixed order,
 //! so that no result depends on when a list was made.
 
+pub mod boxes;
 pub mod near;
 pub mod pairs;
+pub mod terrain;
 pub mod tree;

@@ -1,52 +1,108 @@
-//! The tree over a rock's spheres in its own frame. The only module that names parry.
+//! The tree over a rock's spheres in its own frame.
 
+use super::boxes::{Bounds, BoxTree, morton_order};
 use crate::rock::Sphere;
 use nalgebra::Vector3;
-use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::math::Vector;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
 /// Built once: a rigid cluster never changes in its own frame.
+#[derive(Debug, Clone)]
 pub struct SphereTree {
-    tree: Bvh,
+    tree: BoxTree,
+    /// The spheres in the tree's order, and their numbers in the rock.
+    spheres: Vec<(Sphere, u32)>,
+    /// Distance of their furthest point from the centre of mass [m].
+    pub reach: f64,
+}
+
+/// A triangle in the rock's own frame, with what leaves boxes out.
+#[derive(Debug, Clone, Copy)]
+pub struct Slab {
+    bounds: [Vector3<f64>; 2],
+    start: Vector3<f64>,
+    /// Unit normal; zero for a triangle without area, which its box alone then bounds.
+    normal: Vector3<f64>,
+}
+
+impl Slab {
+    /// Of the triangle `corners`.
+    pub fn new([a, b, c]: [&Vector3<f64>; 3]) -> Self {
+        let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
+        Self { bounds: [a.inf(b).inf(c), a.sup(b).sup(c)], start: *a, normal }
+    }
+
+    /// A distance [m] that no point of the box is nearer than.
+    #[inline]
+    pub fn distance(&self, bounds: &Bounds) -> f64 {
+        let (middle, half) = bounds.middle_and_half();
+        let off_plane = self.normal.dot(&(middle - self.start)).abs() - self.normal.abs().dot(&half);
+        let [lowest, highest] = &self.bounds;
+        let beside = (lowest - middle - half).sup(&(middle - half - highest)).max();
+        off_plane.max(beside)
+    }
 }
 
 impl SphereTree {
     /// The tree over `spheres`.
     pub fn new(spheres: &[Sphere]) -> Self {
-        let leaves: Vec<Aabb> = spheres
-            .iter()
-            .map(|s| aabb(&s.centre.add_scalar(-s.radius), &s.centre.add_scalar(s.radius)))
-            .collect();
-        Self { tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves) }
+        let order = morton_order(spheres.len(), |i| spheres[i].centre);
+        let sorted: Vec<_> = order.into_iter().map(|i| (spheres[i as usize], i)).collect();
+        let bounds = |i: usize| {
+            let Sphere { centre, radius } = sorted[i].0;
+            Bounds::around(&centre.add_scalar(-radius), &centre.add_scalar(radius))
+        };
+        let reach = spheres.iter().map(|s| s.centre.norm() + s.radius).fold(0.0, f64::max);
+        Self { tree: BoxTree::new(sorted.len(), bounds), spheres: sorted, reach }
     }
 
     /// Call `found` with the number of every sphere whose bounding box meets the box from `lowest`
     /// to `highest` [m], in no particular order. Allocates nothing.
     pub fn near(&self, lowest: &Vector3<f64>, highest: &Vector3<f64>, mut found: impl FnMut(u32)) {
-        let query = aabb(lowest, highest);
-        for sphere in self.tree.intersect_aabb(&query) {
-            found(sphere);
-        }
+        let query = Bounds::around(lowest, highest);
+        self.tree.visit(
+            |bounds| bounds.meets(&query),
+            |i| {
+                let (Sphere { centre, radius }, number) = &self.spheres[i];
+                let meets = |a: usize| centre[a] + radius >= lowest[a] && centre[a] - radius <= highest[a];
+                if meets(0) && meets(1) && meets(2) {
+                    found(*number);
+                }
+                true
+            },
+        );
     }
-}
 
-fn aabb(lowest: &Vector3<f64>, highest: &Vector3<f64>) -> Aabb {
-    Aabb::new(Vector::new(lowest.x, lowest.y, lowest.z), Vector::new(highest.x, highest.y, highest.z))
+    /// Call `found` with every sphere, and its number, that may be nearer than `limit` [m] to the
+    /// triangle; what `found` answers is the limit from there on. Allocates nothing.
+    pub fn near_face(&self, face: &Slab, limit: f64, mut found: impl FnMut(&Sphere, u32) -> f64) {
+        let limit = std::cell::Cell::new(limit);
+        self.tree.visit(
+            |bounds| face.distance(bounds) <= limit.get(),
+            |i| {
+                let (sphere, number) = &self.spheres[i];
+                limit.set(found(sphere, *number));
+                true
+            },
+        );
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wall::closest::on_face;
 
-    #[test]
-    fn the_tree_finds_what_a_look_at_every_sphere_finds() {
+    fn spheres(count: u32) -> Vec<Sphere> {
         let sphere = |i: u32| {
             let at = |f: f64| (f64::from(i) * f).sin();
             Sphere { centre: Vector3::new(at(1.3), at(2.7), at(3.1)), radius: 0.02 + 0.01 * at(0.7).abs() }
         };
+        (0..count).map(sphere).collect()
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_look_at_every_sphere_finds() {
         for count in [1, 2, 3, 500] {
-            let spheres: Vec<Sphere> = (0..count).map(sphere).collect();
+            let spheres = spheres(count);
             let tree = SphereTree::new(&spheres);
             let (lowest, highest) = (Vector3::new(-0.2, -0.6, -1.0), Vector3::new(0.7, 0.1, 1.0));
             let mut found = Vec::new();
@@ -58,5 +114,26 @@ mod tests {
             let every: Vec<u32> = (0..count).filter(|k| meets(&spheres[*k as usize])).collect();
             assert_eq!(found, every);
         }
+    }
+
+    #[test]
+    fn no_sphere_near_a_triangle_is_left_out_and_most_others_are() {
+        let spheres = spheres(500);
+        let tree = SphereTree::new(&spheres);
+        let corners = [[-2.0, -1.0, -0.9], [2.0, -1.0, 0.9], [0.0, 2.0, 0.1]].map(Vector3::from);
+        let [a, b, c] = &corners;
+        let near = |s: &Sphere| on_face(&s.centre, [a, b, c]).to_point.norm() <= s.radius + 0.03;
+        let (mut found, mut seen) = (Vec::new(), 0);
+        tree.near_face(&Slab::new([a, b, c]), 0.03, |s, k| {
+            seen += 1;
+            if near(s) {
+                found.push(k);
+            }
+            0.03
+        });
+        found.sort_unstable();
+        let every: Vec<u32> = (0..500).filter(|k| near(&spheres[*k as usize])).collect();
+        assert_eq!(found, every);
+        assert!(!every.is_empty() && seen < 200, "{seen} spheres looked at for {}", every.len());
     }
 }

@@ -1,21 +1,32 @@
-//! `[[contact]]`: the law between a rock and the wall, and its parameters.
+//! `[[contact]]`: the law of a pair of materials, and its parameters.
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// One `[[contact]]`. The wall is rigid; the rock's material is given.
+/// One `[[contact]]`. A wall is rigid unless its modulus is given; two rocks in contact are both elastic.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSettings {
+    /// Names of the two materials: a rock's or sphere's first, if the other is a wall's. Default: every
+    /// pair that no other table names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between: Option<[String; 2]>,
     /// Normal law: `hertz_mindlin` (force ~ overlap^1.5) or `linear` (force ~ overlap).
     pub law: LawName,
     /// Young's modulus of the rock [Pa]. `linear` takes it or `stiffness`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub young: Option<f64>,
-    /// Poisson's ratio of the rock, 0 to 0.5. Needed with `young` and with friction.
+    /// Poisson's ratio of the rock, 0 to 0.5. Needed with `young` and with friction (unless
+    /// `stiffness_ratio` is given).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
+    /// Young's modulus of the other side [Pa]. Default: a wall is rigid, another rock is as `young`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_young: Option<f64>,
+    /// Poisson's ratio of the other side. Needed with `wall_young`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_poisson: Option<f64>,
     /// `linear` only: normal stiffness of a contact [N/m].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
@@ -26,12 +37,89 @@ pub struct ContactSettings {
     /// Damping ratio g in `c = 2 g sqrt(m* k)`; 0: no dashpot is built.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping_ratio: Option<f64>,
-    /// Coulomb coefficient. Default 0: no tangential part is built.
+    /// Coulomb coefficient (at rest, if `friction_dynamic` is given). Default 0: no tangential part is built.
     #[serde(default)]
     pub friction: f64,
+    /// Coulomb coefficient in fast slip: `mu_d + (mu - mu_d) exp(-decay |v_t|)`. Default: as `friction`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_dynamic: Option<f64>,
+    /// How fast friction falls from `friction` to `friction_dynamic` [s/m]. Default 500.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_decay: Option<f64>,
+    /// How the tangential spring follows the overlap. Default `unloading_scaled`, the one of the three
+    /// that never creates energy.
+    #[serde(default, skip_serializing_if = "TangentialName::is_default")]
+    pub tangential: TangentialName,
+    /// Tangential over normal stiffness. Default: Mindlin's, from the Poisson's ratios.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_ratio: Option<f64>,
+    /// Rolling resistance: limit of its moment over radius and normal force. Default 0: none is built.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rolling_friction: f64,
+    /// Kind of rolling resistance. Default `constant`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rolling: Option<RollingName>,
+    /// Damping ratio of the spring of `rolling = "spring"`. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rolling_damping: Option<f64>,
     /// Which mass a contact's dashpot is scaled with. Default `local`.
     #[serde(default)]
     pub effective_mass: EffectiveMass,
+    /// Which of several wires and faces that a sphere touches are contacts. Default `nearest`.
+    #[serde(default, skip_serializing_if = "HierarchyName::is_default")]
+    pub hierarchy: HierarchyName,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// How the tangential spring follows the overlap.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TangentialName {
+    /// The force changes by the increments of slip alone.
+    Incremental,
+    /// The same, and shrinks with the contact area as the contact unloads.
+    #[default]
+    UnloadingScaled,
+    /// The force is the present stiffness times the slip since the touch.
+    Secant,
+}
+
+impl TangentialName {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Kind of rolling resistance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RollingName {
+    /// A moment of constant size against the spin (type A).
+    Constant,
+    /// A spring and a dashpot up to that moment (type C): it holds a rock at rest on a slope.
+    Spring,
+}
+
+/// Which of several elements that a sphere touches are contacts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HierarchyName {
+    /// Nearer ones discard those on or behind their tangent plane (double hierarchy, as the reference
+    /// implementation). At kinks towards the sphere the force jumps.
+    #[default]
+    Nearest,
+    /// Every wire pushes and the nodes that they share pull, so that force and energy are continuous over
+    /// kinks and crossings. Lines only; faces as `nearest`.
+    Continuous,
+}
+
+impl HierarchyName {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// Normal law of a contact.
@@ -58,9 +146,12 @@ pub enum EffectiveMass {
 }
 
 impl ContactSettings {
-    /// Refuse what makes no sense.
-    pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
-        let invalid = |key: &str, what: String| scene.invalid(&format!("contact.0.{key}"), what);
+    /// Decay of friction where the scene does not say [s/m].
+    pub const FRICTION_DECAY: f64 = 500.0;
+
+    /// Refuse what makes no sense; this is table number `number`.
+    pub(super) fn check(&self, scene: &Scene, number: usize) -> Result<(), InputError> {
+        let invalid = |key: &str, what: String| scene.invalid(&format!("contact.{number}.{key}"), what);
         match (self.law, self.young, self.stiffness) {
             (LawName::HertzMindlin, _, Some(_)) => {
                 return Err(invalid(
@@ -81,7 +172,13 @@ impl ContactSettings {
             }
             _ => {}
         }
-        for (key, value) in [("young", self.young), ("stiffness", self.stiffness)] {
+        let above_zero = [
+            ("young", self.young),
+            ("stiffness", self.stiffness),
+            ("wall_young", self.wall_young),
+            ("stiffness_ratio", self.stiffness_ratio),
+        ];
+        for (key, value) in above_zero {
             if let Some(v) = value.filter(|v| *v <= 0.0) {
                 return Err(invalid(key, format!("{key} = {v}: it must lie above 0")));
             }
@@ -90,7 +187,7 @@ impl ContactSettings {
             Some(nu) if !(0.0..=0.5).contains(&nu) => {
                 return Err(invalid("poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")));
             }
-            None if self.young.is_some() || self.friction > 0.0 => {
+            None if self.young.is_some() || (self.friction > 0.0 && self.stiffness_ratio.is_none()) => {
                 return Err(invalid(
                     "poisson",
                     "Poisson's ratio is needed with `young` and with friction".into(),
@@ -128,12 +225,99 @@ impl ContactSettings {
             }
             _ => {}
         }
-        if self.friction < 0.0 {
-            return Err(invalid(
-                "friction",
-                format!("a friction of {}: it must be 0 or more", self.friction),
-            ));
+        let not_negative = [
+            ("friction", Some(self.friction)),
+            ("friction_dynamic", self.friction_dynamic),
+            ("friction_decay", self.friction_decay),
+            ("rolling_friction", Some(self.rolling_friction)),
+            ("rolling_damping", self.rolling_damping),
+        ];
+        for (key, value) in not_negative {
+            if let Some(v) = value.filter(|v| *v < 0.0) {
+                let words = key.replace('_', " ");
+                return Err(invalid(key, format!("a {words} of {v}: it must be 0 or more")));
+            }
         }
-        Ok(())
+        self.check_sides(&invalid)?;
+        self.check_parts(&invalid)
     }
+
+    /// The other side's modulus.
+    fn check_sides(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
+        match (self.wall_young, self.wall_poisson) {
+            (Some(_), _) if self.young.is_none() => {
+                Err(invalid("wall_young", "wall_young is the partner of `young`, which is missing".into()))
+            }
+            (Some(_), None) => {
+                Err(invalid("wall_poisson", "Poisson's ratio of the wall is needed with `wall_young`".into()))
+            }
+            (None, Some(_)) => Err(invalid("wall_poisson", "wall_poisson without `wall_young`".into())
+                .try_instead("leave it out: the wall is rigid")),
+            (_, Some(nu)) if !(0.0..=0.5).contains(&nu) => {
+                Err(invalid("wall_poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Keys of parts that are not built.
+    fn check_parts(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
+        let slides = self.friction > 0.0;
+        let springs = self.rolling == Some(RollingName::Spring);
+        let idle = [
+            ("friction_dynamic", self.friction_dynamic.is_some() && !slides, "without `friction`"),
+            (
+                "friction_decay",
+                self.friction_decay.is_some() && self.friction_dynamic.is_none(),
+                "without `friction_dynamic`",
+            ),
+            ("stiffness_ratio", self.stiffness_ratio.is_some() && !slides, "without `friction`"),
+            ("rolling", self.rolling.is_some() && self.rolling_friction == 0.0, "without `rolling_friction`"),
+            ("rolling_damping", self.rolling_damping.is_some() && !springs, "without rolling = \"spring\""),
+        ];
+        match idle.into_iter().find(|(_, idle, _)| *idle) {
+            Some((key, _, why)) => {
+                Err(invalid(key, format!("`{key}` {why} does nothing")).try_instead("leave it out"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Whether this table names the pair, in either order; a table without names does not.
+    pub fn names(&self, a: &str, b: &str) -> bool {
+        self.between.as_ref().is_some_and(|[x, y]| (x == a && y == b) || (x == b && y == a))
+    }
+}
+
+/// Check all tables: each for itself, no pair twice, and no material that is not among `known`.
+pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) -> Result<(), InputError> {
+    for (number, contact) in contacts.iter().enumerate() {
+        contact.check(scene, number)?;
+        let twice = contacts[..number].iter().position(|other| match (&contact.between, &other.between) {
+            (Some([a, b]), Some(_)) => other.names(a, b),
+            (None, None) => true,
+            _ => false,
+        });
+        if let Some(first) = twice {
+            let key = if contact.between.is_some() { ".between" } else { "" };
+            let what = match &contact.between {
+                Some([a, b]) => format!("the pair `{a}`, `{b}` has a table already, number {}", first + 1),
+                None => {
+                    format!("two tables [[contact]] without `between`, the first is number {}", first + 1)
+                }
+            };
+            return Err(scene
+                .invalid(&format!("contact.{number}{key}"), what)
+                .try_instead("keep one of them, or name another pair: between = [\"rock\", \"structure\"]"));
+        }
+        if let Some(unknown) = contact.between.iter().flatten().find(|name| !known.contains(name)) {
+            return Err(scene
+                .invalid(
+                    &format!("contact.{number}.between"),
+                    format!("nothing is of the material `{unknown}`"),
+                )
+                .try_instead(format!("the scene has {}", known.join(", "))));
+        }
+    }
+    Ok(())
 }

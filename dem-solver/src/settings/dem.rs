@@ -15,6 +15,9 @@ pub struct DemSettings {
     /// Default 50, and never a step above half the critical one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_per_contact: Option<f64>,
+    /// Threads for many separate spheres; the results do not depend on it. Default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub threads: Option<usize>,
     /// Whether a step above the critical one is taken all the same. Default false.
     #[serde(default)]
     pub allow_unstable: bool,
@@ -33,6 +36,9 @@ impl DemSettings {
         }
         if let Some(step) = self.time_step.filter(|s| *s <= 0.0) {
             return Err(scene.invalid("dem.time_step", format!("a step of {step} s: it must lie above 0")));
+        }
+        if let Some(threads) = self.threads.filter(|t| !(1..=256).contains(t)) {
+            return Err(scene.invalid("dem.threads", format!("{threads} threads: 1 to 256 are possible")));
         }
         if let Some(steps) = self.steps_per_contact.filter(|s| *s < 1.0) {
             let what = format!("{steps} steps per contact: at least 1 is needed");

@@ -1,14 +1,19 @@
-//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[dem]`.
+//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[terrain]`, `[dem]`; or
+//! `[[spheres]]`, `[box]`, `[[contact]]`, `[dem]`.
 //!
 //! Every struct here is what the user writes: names, units and defaults stand at its fields.
 
 pub mod contact;
 pub mod dem;
 pub mod rock;
+pub mod spheres;
+pub mod terrain;
 
-pub use contact::{ContactSettings, EffectiveMass, LawName};
+pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
 pub use dem::DemSettings;
 pub use rock::{Cluster, RockSettings, Shape};
+pub use spheres::{BoxSettings, SpheresSettings};
+pub use terrain::{NoData, TerrainSettings, ZoneSettings};
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;
@@ -20,8 +25,76 @@ use nalgebra::Vector3;
 pub struct Settings {
     /// `[[rock]]`, at least one.
     pub rocks: Vec<RockSettings>,
-    /// `[[contact]]`, at most one in this version; it applies to everything.
-    pub contact: Option<ContactSettings>,
+    /// `[[contact]]`, at most one for each pair of materials and one for all others.
+    pub contacts: Vec<ContactSettings>,
+    /// `[terrain]`.
+    pub terrain: Option<TerrainSettings>,
+    /// `[dem]`.
+    pub dem: DemSettings,
+    /// `gravity` [m/s2].
+    pub gravity: Vector3<f64>,
+    /// `end_time` [s].
+    pub end_time: f64,
+    /// `[output] interval` of the rows of a run alone [s].
+    pub interval: f64,
+    /// `[output] fields`: interval of the field files [s].
+    pub fields: Option<f64>,
+}
+
+impl Settings {
+    /// Read and check them.
+    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+        let mut rocks: Vec<RockSettings> = scene.read("rock")?.unwrap_or_default();
+        if scene.has("spheres") {
+            return Err(scene
+                .invalid(
+                    "spheres",
+                    "[[spheres]] beside [[rock]]: separate spheres and rocks do not meet in this version",
+                )
+                .try_instead("keep one of the two"));
+        }
+        if rocks.is_empty() {
+            return Err(scene
+                .invalid("rock", "the scene has no rock")
+                .try_instead("add a table [[rock]] with position, mass and shape"));
+        }
+        rock::complete(&mut rocks, scene)?;
+        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
+        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
+        dem.check(scene)?;
+        let terrain: Option<TerrainSettings> = scene.read("terrain")?;
+        if let Some(terrain) = &terrain {
+            terrain.check(scene)?;
+        }
+        contact::check_all(&contacts, &materials(&rocks, terrain.as_ref()), scene)?;
+        let output = Output::of(scene)?;
+        Ok(Self {
+            rocks,
+            contacts,
+            terrain,
+            dem,
+            gravity: scene.gravity()?.into(),
+            end_time: scene.end_time()?,
+            interval: output.interval,
+            fields: output.fields,
+        })
+    }
+
+    /// Direction of gravity; without gravity: -z.
+    pub fn down(&self) -> Vector3<f64> {
+        self.gravity.try_normalize(0.0).unwrap_or(-Vector3::z())
+    }
+}
+
+/// All that many separate spheres take from a scene, checked, with defaults filled in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GranularSettings {
+    /// `[[spheres]]`, at least one.
+    pub spheres: Vec<SpheresSettings>,
+    /// `[box]`.
+    pub walls: Option<BoxSettings>,
+    /// `[[contact]]`, at least one.
+    pub contacts: Vec<ContactSettings>,
     /// `[dem]`.
     pub dem: DemSettings,
     /// `gravity` [m/s2].
@@ -32,40 +105,61 @@ pub struct Settings {
     pub fields: Option<f64>,
 }
 
-impl Settings {
+impl GranularSettings {
     /// Read and check them.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
-        let mut rocks: Vec<RockSettings> = scene.read("rock")?.unwrap_or_default();
-        if rocks.is_empty() {
+        if scene.has("rock") || scene.has("structure") {
+            let key = if scene.has("rock") { "rock" } else { "structure" };
             return Err(scene
-                .invalid("rock", "the scene has no rock")
-                .try_instead("add a table [[rock]] with position, mass and shape"));
+                .invalid(
+                    key,
+                    format!("[[spheres]] beside `{key}`: separate spheres meet each other and a [box] only"),
+                )
+                .try_instead("keep one of the two"));
         }
-        rock::complete(&mut rocks, scene)?;
-        let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        if contacts.len() > 1 {
+        let walls: Option<BoxSettings> = scene.read("box")?;
+        if let Some(walls) = &walls {
+            walls.check(scene)?;
+        }
+        let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
+        spheres::complete(&mut groups, walls.as_ref(), scene)?;
+        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
+        let mut known: Vec<String> = groups.iter().map(|g| g.material.clone()).collect();
+        known.extend(walls.iter().map(|w| w.material.clone()));
+        contact::check_all(&contacts, &known, scene)?;
+        if contacts.is_empty() {
             return Err(scene
-                .invalid("contact.1", format!("{} tables [[contact]], one is known", contacts.len()))
-                .try_instead("this version has one contact for everything: keep one table"));
-        }
-        let contact = contacts.pop();
-        if let Some(contact) = &contact {
-            contact.check(scene)?;
+                .invalid("spheres", "there are spheres and no contact law")
+                .try_instead("add a table [[contact]]"));
         }
         let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         dem.check(scene)?;
         Ok(Self {
-            rocks,
-            contact,
+            spheres: groups,
+            walls,
+            contacts,
             dem,
             gravity: scene.gravity()?.into(),
             end_time: scene.end_time()?,
             fields: Output::of(scene)?.fields,
         })
     }
+}
 
-    /// Direction of gravity; without gravity: -z.
-    pub fn down(&self) -> Vector3<f64> {
-        self.gravity.try_normalize(0.0).unwrap_or(-Vector3::z())
+/// Material of the structure's surface.
+pub const STRUCTURE: &str = "structure";
+
+/// Names of all materials of the scene, each once: those of the rocks, the structure's, the terrain's.
+fn materials(rocks: &[RockSettings], terrain: Option<&TerrainSettings>) -> Vec<String> {
+    let of_rocks = rocks.iter().map(|r| r.material.as_str());
+    let of_terrain = terrain.into_iter().flat_map(|t| {
+        [t.material.as_str()].into_iter().chain(t.zone.iter().map(|zone| zone.material.as_str()))
+    });
+    let mut names: Vec<String> = Vec::new();
+    for name in of_rocks.chain([STRUCTURE]).chain(of_terrain) {
+        if !names.iter().any(|n| n == name) {
+            names.push(name.into());
+        }
     }
+    names
 }

@@ -1,11 +1,11 @@
 //! `[[rock]]`: a rigid body and the spheres that stand for it in contact.
 
+use crate::cluster::{Fit, MOST_SPHERES};
+pub use crate::shape::Shape;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use serde::{Deserialize, Serialize};
-
-/// Most spheres of a cluster.
-pub const MOST_SPHERES: u32 = 27_000;
+use std::path::{Path, PathBuf};
 
 /// One `[[rock]]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,6 +15,9 @@ pub struct RockSettings {
     /// for further ones `rock_2`, `rock_3`, ...
     #[serde(default)]
     pub name: String,
+    /// Name of its material, for `[[contact]] between`. Default `rock`.
+    #[serde(default = "rock_material")]
+    pub material: String,
     /// Centre of mass [m].
     pub position: [f64; 3],
     /// Velocity of the centre of mass [m/s]. Default 0.
@@ -35,39 +38,54 @@ pub struct RockSettings {
     pub density: Option<f64>,
     /// The true solid: its mass, centre and inertia are the rock's.
     pub shape: Shape,
-    /// The spheres that stand for the solid in contact. Default: a box has 64, a sphere is one.
+    /// The spheres that stand for the solid in contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cluster: Option<Cluster>,
 }
 
-/// The true solid, centred in its own axes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Shape {
-    /// A box.
-    Box {
-        /// Edge lengths along x, y, z [m].
-        size: [f64; 3],
-    },
-    /// A sphere.
-    Sphere {
-        /// Radius [m].
-        radius: f64,
-    },
-}
-
-/// `cluster` of a rock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// `cluster` of a rock: made of so many spheres, or read from a file.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cluster {
-    /// Number of spheres, 1 to 27 000. A cube takes the nearest cube number.
-    pub spheres: u32,
+    /// Number of spheres, 1 to 50 000. A box takes the nearest number that fills it as a lattice (a
+    /// cube: a cube number); other methods take exactly so many. Default: 64 for a box, 1 for a sphere, else 500.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spheres: Option<u32>,
+    /// How to place them. Default: `lattice` for a box, else `medial`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<Method>,
+    /// With `medial`: where the spheres end. Default `volume`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fit: Option<Fit>,
+    /// With `medial`: least radius where the solid has room for it [m]. Small spheres make edges sharp, and are
+    /// soft: a wire is pulled past their centre early. Default 0: as the error asks for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smallest_radius: Option<f64>,
+    /// In place of all these: spheres from a file, `x y z r` text or Kratos `.clu`, in the shape's own axes;
+    /// relative to the scene file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
 }
 
-impl Default for Cluster {
-    fn default() -> Self {
-        Self { spheres: 64 }
+/// How spheres are placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Equal spheres in rows; boxes only.
+    Lattice,
+    /// Balls of the medial axis, by their error.
+    Medial,
+}
+
+impl Cluster {
+    /// So many spheres.
+    pub fn of(spheres: u32) -> Self {
+        Self { spheres: Some(spheres), ..Self::default() }
     }
+}
+
+fn rock_material() -> String {
+    "rock".into()
 }
 
 fn no_turn() -> [f64; 4] {
@@ -125,29 +143,68 @@ fn check_shape(
     key: &dyn Fn(&str) -> String,
     scene: &Scene,
 ) -> Result<(), InputError> {
-    match rock.shape {
-        Shape::Box { size } => {
-            if let Some(bad) = size.iter().find(|a| **a <= 0.0) {
-                return Err(
-                    scene.invalid(&key("shape.size"), format!("an edge of {bad} m: it must lie above 0"))
-                );
-            }
-            let cluster = rock.cluster.get_or_insert_default();
-            if !(1..=MOST_SPHERES).contains(&cluster.spheres) {
-                let what = format!("{} spheres: 1 to {MOST_SPHERES} are possible", cluster.spheres);
-                return Err(scene.invalid(&key("cluster.spheres"), what));
-            }
+    if let Err((name, what)) = rock.shape.check() {
+        return Err(scene.invalid(&key(&format!("shape.{name}")), what));
+    }
+    if let Shape::Mesh { file, .. } = &mut rock.shape {
+        *file = absolute(file, scene);
+    }
+    let cluster = rock.cluster.get_or_insert_default();
+    let medial = match (&rock.shape, cluster.method) {
+        (Shape::Box { .. }, method) => method == Some(Method::Medial),
+        (_, Some(Method::Lattice)) => {
+            return Err(scene
+                .invalid(&key("cluster.method"), "a lattice fills a box, not this shape")
+                .try_instead("leave `method` out"));
         }
-        Shape::Sphere { radius } => {
-            if radius <= 0.0 {
-                let what = format!("a radius of {radius} m: it must lie above 0");
-                return Err(scene.invalid(&key("shape.radius"), what));
-            }
-            if let Some(cluster) = rock.cluster.filter(|c| c.spheres != 1) {
-                let what = format!("a sphere is one sphere, not {}", cluster.spheres);
-                return Err(scene.invalid(&key("cluster.spheres"), what).try_instead("leave `cluster` out"));
-            }
+        (_, _) => true,
+    };
+    if let Some(file) = &mut cluster.file {
+        *file = absolute(file, scene);
+        let rest = [
+            ("spheres", cluster.spheres.is_some()),
+            ("method", cluster.method.is_some()),
+            ("fit", cluster.fit.is_some()),
+            ("smallest_radius", cluster.smallest_radius.is_some()),
+        ];
+        return match rest.iter().find(|(_, there)| *there) {
+            Some((name, _)) => Err(scene
+                .invalid(&key(&format!("cluster.{name}")), "the cluster is read from a file as it is")
+                .try_instead(format!("keep one of `file` and `{name}`"))),
+            None => Ok(()),
+        };
+    }
+    if let (Shape::Sphere { .. }, Some(n)) = (&rock.shape, cluster.spheres.filter(|n| *n != 1)) {
+        let what = format!("a sphere is one sphere, not {n}");
+        return Err(scene.invalid(&key("cluster.spheres"), what).try_instead("leave `cluster` out"));
+    }
+    let spheres = *cluster.spheres.get_or_insert(match rock.shape {
+        Shape::Box { .. } => 64,
+        Shape::Sphere { .. } => 1,
+        _ => 500,
+    });
+    if !(1..=MOST_SPHERES).contains(&spheres) {
+        let what = format!("{spheres} spheres: 1 to {MOST_SPHERES} are possible");
+        return Err(scene.invalid(&key("cluster.spheres"), what));
+    }
+    for (name, there) in
+        [("fit", cluster.fit.is_some()), ("smallest_radius", cluster.smallest_radius.is_some())]
+    {
+        if there && !medial {
+            return Err(scene
+                .invalid(&key(&format!("cluster.{name}")), format!("`{name}` belongs to the method `medial`"))
+                .try_instead("write cluster.method = \"medial\""));
         }
     }
-    Ok(())
+    match cluster.smallest_radius {
+        Some(r) if r < 0.0 => Err(scene
+            .invalid(&key("cluster.smallest_radius"), format!("a radius of {r} m: 0 or more is possible"))),
+        _ => Ok(()),
+    }
+}
+
+/// A path of the scene that means the same from anywhere.
+fn absolute(file: &Path, scene: &Scene) -> PathBuf {
+    let path = scene.resolve(file);
+    std::path::absolute(&path).unwrap_or(path)
 }

@@ -56,13 +56,14 @@ impl Fields {
         for (rock, body) in model.rocks.iter().zip(&state.bodies) {
             let motion = &body.motion;
             let spin = rock.spin(motion);
+            let place = motion.position + model.origin;
             for sphere in &rock.spheres {
                 let arm = motion.orientation * sphere.centre;
-                centres.extend_from_slice((motion.position + arm).as_slice());
+                centres.extend_from_slice((place + arm).as_slice());
                 velocities.extend_from_slice((motion.velocity + spin.cross(&arm)).as_slice());
             }
             for corner in rock.solid.surface().0 {
-                corners.extend_from_slice((motion.position + motion.orientation * corner).as_slice());
+                corners.extend_from_slice((place + motion.orientation * corner).as_slice());
             }
         }
         let spheres = Vtu {

@@ -3,7 +3,7 @@
 use super::Model;
 use super::state::State;
 use crate::rock::Rock;
-use crate::settings::Settings;
+use crate::settings::{RockSettings, Settings};
 use interface_defs::message::{Gauge, Role};
 use nalgebra::Vector3;
 
@@ -26,6 +26,8 @@ pub enum Moment {
 /// What the gauges are read against.
 #[derive(Debug, Clone)]
 pub struct Gauges {
+    /// What is added to local positions.
+    origin: Vector3<f64>,
     origins: Vec<Vector3<f64>>,
     down: Vector3<f64>,
     /// Energy of all springs in the middle of the step under way [J].
@@ -35,9 +37,11 @@ pub struct Gauges {
 
 impl Gauges {
     /// Those of a scene.
-    pub fn new(settings: &Settings) -> Self {
+    pub fn new(settings: &Settings, origin: Vector3<f64>) -> Self {
+        let start = |r: &RockSettings| Vector3::from(r.position) - origin;
         Self {
-            origins: settings.rocks.iter().map(|r| r.position.into()).collect(),
+            origin,
+            origins: settings.rocks.iter().map(start).collect(),
             down: settings.down(),
             springs: 0.0,
             values: Vec::with_capacity(PER_ROCK * settings.rocks.len() + TOGETHER),
@@ -121,9 +125,9 @@ impl Gauges {
         let (mut kinetic, mut potential, mut stored, mut contacts) = (0.0, 0.0, 0.0, 0);
         for ((rock, body), origin) in model.rocks.iter().zip(&state.bodies).zip(&self.origins) {
             let motion = &body.motion;
-            self.values.extend_from_slice(motion.position.as_slice());
+            self.values.extend_from_slice((motion.position + self.origin).as_slice());
             self.values.extend_from_slice(motion.velocity.as_slice());
-            self.values.push(-rock.depth(motion, &self.down));
+            self.values.push(-rock.depth(motion, &self.down) - self.origin.dot(&self.down));
             kinetic += rock.kinetic_energy(motion);
             potential -= rock.mass * model.settings.gravity.dot(&(motion.position - origin));
             stored += body.elastic + body.sheared;

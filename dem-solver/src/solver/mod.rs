@@ -3,34 +3,44 @@
 //! - [`state`]: what is committed and what is tried
 //! - [`zone`]: a rock's surroundings in a window
 //! - [`window`]: the steps of a window ([`cut`], [`watch`](mod@watch)), and [`flight`] where there is nothing to meet
-//! - [`gauges`], [`measures`], [`fields`]: what is told of it
+//! - [`clear`](mod@clear), [`path`]: over terrain, for how long a rock flies, and its way
+//! - [`gauges`], [`measures`], [`fields`], [`trajectory`], [`picture`]: what is told of it
 
+pub mod clear;
 pub mod cut;
 pub mod fields;
 pub mod flight;
 pub mod gauges;
 pub mod measures;
+pub mod path;
+pub mod picture;
 pub mod state;
+pub mod terrain;
+pub mod trajectory;
 pub mod watch;
 pub mod window;
 pub mod zone;
 
-use crate::contact::Law;
+use crate::contact::laws::Laws;
 use crate::critical::Steps;
+use crate::ground::Ground;
 use crate::rock::Rock;
 use crate::rock::overlap::met;
 use crate::search::tree::SphereTree;
-use crate::settings::{EffectiveMass, Settings};
+use crate::settings::{RockSettings, STRUCTURE, Settings};
 use crate::wall::Wall;
+use crate::wall::hierarchy::Crossings;
 use fields::Fields;
 use gauges::Gauges;
-use interface_defs::message::{Hello, capability};
+use interface_defs::message::{Hello, Measure, capability};
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Fault, FieldSpec, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name};
+use nalgebra::Vector3;
 use state::State;
+use trajectory::Trajectory;
 use window::Run;
 
 /// Most samples per window of any field.
@@ -43,6 +53,8 @@ pub struct Counts {
     pub sub_steps: u64,
     /// Windows in which nothing was in reach, solved in closed form.
     pub flight_windows: u64,
+    /// Steps flown in closed form.
+    pub flight_steps: u64,
     /// Evaluations of a contact.
     pub contact_evaluations: u64,
 }
@@ -55,8 +67,16 @@ pub struct Model {
     pub rocks: Vec<Rock>,
     /// A tree over the spheres of each.
     pub trees: Vec<SphereTree>,
-    /// The law of contact; `None`: nothing is touched.
-    pub law: Option<Law>,
+    /// The terrain.
+    pub ground: Option<Ground>,
+    /// What is added to the positions of a state to give the user's [m]; zero without terrain.
+    pub origin: Vector3<f64>,
+    /// The laws of contact; `None`: nothing is touched.
+    pub laws: Option<Laws>,
+    /// For each rock the number of its law with the structure.
+    pub rows: Vec<Vec<u16>>,
+    /// For each rock the numbers of its laws with the materials of the terrain.
+    pub ground_rows: Vec<Vec<u16>>,
     /// The step.
     pub steps: Steps,
     /// Whether savings may be used.
@@ -72,18 +92,48 @@ pub struct DemSolver {
     committed: State,
     trial: State,
     fields: Option<Fields>,
+    trajectory: Option<Trajectory>,
 }
 
 impl DemSolver {
     /// The solver of a scene.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
         let settings = Settings::of(scene)?;
-        let (rocks, notices): (Vec<Rock>, Vec<_>) = settings.rocks.iter().map(Rock::new).unzip();
-        let law = settings.contact.as_ref().map(Law::new);
-        let steps = Steps::new(&settings, &rocks, law.as_ref(), scene)?;
+        let rocks = settings.rocks.iter().enumerate().map(|(at, rock)| Rock::new(at, rock, scene));
+        let (rocks, notices): (Vec<Rock>, Vec<_>) = rocks.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+        let mut notices: Vec<String> = notices.into_iter().flatten().collect();
+        let laws = Laws::new(&settings.contacts);
+        let ground = settings.terrain.as_ref().map(|terrain| Ground::of(scene, terrain)).transpose()?;
+        let mut ground_rows = Vec::new();
+        if let Some(ground) = &ground {
+            let Some(laws) = &laws else {
+                return Err(scene
+                    .invalid(
+                        "terrain",
+                        "there is terrain and no contact law: the rocks would fall through it",
+                    )
+                    .try_instead("add a table [[contact]]"));
+            };
+            ground_rows = rows(laws, &settings, &ground.materials)
+                .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
+            notices.extend(ground.notices.iter().cloned());
+        }
+        let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
+        let steps = Steps::new(&settings, &rocks, laws.as_ref(), ground.as_ref(), scene)?;
         let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
-        let state = State::start(&settings, &rocks);
-        let model = Model { settings, rocks, trees, law, steps, shortcuts: options.shortcuts };
+        let state = State::start(&settings, &rocks, &origin);
+        let model = Model {
+            settings,
+            rocks,
+            trees,
+            ground,
+            origin,
+            laws,
+            rows: Vec::new(),
+            ground_rows,
+            steps,
+            shortcuts: options.shortcuts,
+        };
         if let Some((a, b)) = rocks_that_met(&model, &state) {
             let what = format!(
                 "rock `{}` and rock `{}` overlap at the start",
@@ -96,12 +146,13 @@ impl DemSolver {
         }
         Ok(Self {
             model,
-            notices: notices.into_iter().flatten().collect(),
+            notices,
             options: options.clone(),
             run: None,
             committed: state.clone(),
             trial: state,
             fields: None,
+            trajectory: None,
         })
     }
 
@@ -120,17 +171,42 @@ impl DemSolver {
         &self.committed
     }
 
+    /// Begin anew at t = 0 with rock number `rock` in another motion, its position in the user's
+    /// coordinates; terrain and trees stay. To be called between prepare and the first solve.
+    pub fn release(&mut self, rock: usize, motion: crate::rock::Motion) {
+        let body = &mut self.committed.bodies[rock];
+        self.model.settings.rocks[rock].position = motion.position.into();
+        *body = state::Body {
+            motion: crate::rock::Motion { position: motion.position - self.model.origin, ..motion },
+            memories: std::mem::take(&mut body.memories),
+            ground_memories: std::mem::take(&mut body.ground_memories),
+            sheared: 0.0,
+            elastic: 0.0,
+            contacts: 0,
+            track: measures::Track::default(),
+            path: path::Path::default(),
+        };
+        body.memories.clear();
+        body.ground_memories.clear();
+        (self.committed.time, self.committed.dissipated, self.committed.received) = (0.0, 0.0, 0.0);
+    }
+
     fn wall(&mut self, plan: &Plan, warnings: &mut Vec<String>) -> Result<Option<Wall>, Fault> {
         let Some(mesh) = &plan.wall else { return Ok(None) };
-        let wall = Wall::new(mesh)?;
-        let Some(law) = &self.model.law else {
+        let mut wall = Wall::new(mesh)?.from(&self.model.origin);
+        let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
                 "there is a wall and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
-        let local = law.damping.is_some_and(|d| d.mass == EffectiveMass::Local);
-        if local && wall.inverse_mass.is_none() {
-            self.model.law = Some(law.clone().without_local_masses());
+        if laws.continuous() {
+            wall.crossings = Some(Crossings::new(&wall.nodes, &wall.elements));
+        }
+        let materials = [STRUCTURE.to_owned()];
+        self.model.rows = rows(laws, &self.model.settings, &materials)
+            .map_err(|(what, advice)| Fault::input(format!("{what}; {advice}")))?;
+        if laws.use_local_masses() && wall.inverse_mass.is_none() {
+            self.model.laws = Some(laws.clone().without_local_masses());
             warnings.push(
                 "the structure does not tell its nodal masses: contacts damp with the rock's whole mass \
                  (effective_mass = \"rock\")"
@@ -139,6 +215,22 @@ impl DemSolver {
         }
         Ok(Some(wall))
     }
+}
+
+/// For each rock the numbers of its laws with `walls`. Errs with what is missing, and what to try.
+fn rows(laws: &Laws, settings: &Settings, walls: &[String]) -> Result<Vec<Vec<u16>>, (String, String)> {
+    let row = |rock: &RockSettings| {
+        laws.row(&rock.material, walls).map_err(|wall| {
+            let rock = &rock.material;
+            (
+                format!("no table [[contact]] is for `{rock}` and `{wall}`"),
+                format!(
+                    "add one with between = [\"{rock}\", \"{wall}\"], or one without `between` for all others"
+                ),
+            )
+        })
+    };
+    settings.rocks.iter().map(row).collect()
 }
 
 /// The first two rocks whose spheres overlap.
@@ -184,8 +276,8 @@ impl Solver for DemSolver {
             progress(Progress { what: "making the wall of the structure's mesh".into(), done: f64::NAN })?;
         }
         let wall = self.wall(plan, &mut warnings)?;
-        self.committed = State::start(&self.model.settings, &self.model.rocks);
-        let mut run = Run::new(&self.model, wall, plan);
+        self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
+        let mut run = Run::new(&self.model, wall, plan, self.options.out.is_some());
         for body in &mut self.committed.bodies {
             body.reserve(run.most_contacts());
         }
@@ -200,6 +292,9 @@ impl Solver for DemSolver {
             self.fields = Some(Fields::create(&out.join("fields"), interval, &self.model)?);
             self.write_fields()?;
         }
+        if let (Some(_), Some(out)) = (&self.model.ground, &self.options.out) {
+            self.trajectory = Some(Trajectory::create(out, &self.model, &self.committed)?);
+        }
         let mesh = plan.wall.clone().unwrap_or_default();
         Ok(Ready { mesh, gauges: Gauges::declared(&self.model.rocks), initial, warnings })
     }
@@ -212,18 +307,46 @@ impl Solver for DemSolver {
 
     fn commit(&mut self) -> Result<(), Fault> {
         std::mem::swap(&mut self.committed, &mut self.trial);
+        if let (Some(trajectory), Some(run)) = (&mut self.trajectory, &self.run) {
+            trajectory.add(run.rows())?;
+        }
         self.write_fields()
+    }
+
+    fn has_ended(&self) -> bool {
+        self.model.ground.is_some() && self.committed.bodies.iter().all(|b| b.path.ending.is_some())
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
         let counts = self.run.as_ref().map(Run::counts).unwrap_or_default();
         let wall = self.run.as_ref().is_some_and(Run::has_wall);
-        let (measures, warnings) = measures::results(&self.model.rocks, &self.committed, wall);
+        let (mut measures, mut warnings) = measures::results(&self.model.rocks, &self.committed, wall);
+        self.ways(&mut measures, &mut warnings);
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }
 
 impl DemSolver {
+    /// Measures of the ways over the terrain, and their picture.
+    fn ways(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
+        let Some(ground) = &self.model.ground else { return };
+        let settings = &self.model.settings;
+        let many = self.model.rocks.len() > 1;
+        for (number, (rock, body)) in self.model.rocks.iter().zip(&self.committed.bodies).enumerate() {
+            let prefix = if many { format!("{}_", rock.name) } else { String::new() };
+            let start = Vector3::from(settings.rocks[number].position) - self.model.origin;
+            let (motion, time) = (&body.motion, self.committed.time);
+            path::results(
+                rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings,
+            );
+        }
+        if let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out)
+            && let Err(e) = picture::write(&out.join(picture::PICTURE), &self.model, ground, &trajectory.rows)
+        {
+            warnings.push(format!("{} cannot be written: {e}", picture::PICTURE));
+        }
+    }
+
     fn write_fields(&mut self) -> Result<(), Fault> {
         match &mut self.fields {
             Some(fields) => fields.write_if_due(&self.model, &self.committed),

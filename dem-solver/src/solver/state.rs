@@ -1,9 +1,11 @@
 //! What a window starts from and ends with, all at one instant.
 
 use super::measures::Track;
+use super::path::Path;
 use crate::contact::memory::Memory;
 use crate::rock::{Motion, Rock};
 use crate::settings::Settings;
+use nalgebra::Vector3;
 
 /// State of all rocks at one instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +27,8 @@ pub struct Body {
     pub motion: Motion,
     /// What its contacts remember, by sphere; empty without friction.
     pub memories: Vec<Memory>,
+    /// What its contacts with the terrain remember, likewise.
+    pub ground_memories: Vec<Memory>,
     /// Energy of their tangential springs [J].
     pub sheared: f64,
     /// Energy of the normal springs [J].
@@ -33,18 +37,26 @@ pub struct Body {
     pub contacts: usize,
     /// What the measures are made of.
     pub track: Track,
+    /// What is known of its way over terrain.
+    pub path: Path,
 }
 
 impl State {
-    /// At t = 0.
-    pub fn start(settings: &Settings, rocks: &[Rock]) -> Self {
+    /// At t = 0; positions count from `origin` [m].
+    pub fn start(settings: &Settings, rocks: &[Rock], origin: &Vector3<f64>) -> Self {
+        let at = |rock: &Rock, table| {
+            let motion = rock.start(table, settings.gravity);
+            Motion { position: motion.position - origin, ..motion }
+        };
         let body = |(rock, table): (&Rock, _)| Body {
-            motion: rock.start(table, settings.gravity),
+            motion: at(rock, table),
             memories: Vec::new(),
+            ground_memories: Vec::new(),
             sheared: 0.0,
             elastic: 0.0,
             contacts: 0,
             track: Track::default(),
+            path: Path::default(),
         };
         Self {
             time: 0.0,
@@ -60,8 +72,9 @@ impl State {
         for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
             mine.motion = theirs.motion;
             mine.memories.clone_from(&theirs.memories);
+            mine.ground_memories.clone_from(&theirs.ground_memories);
             (mine.sheared, mine.elastic, mine.contacts) = (theirs.sheared, theirs.elastic, theirs.contacts);
-            mine.track = theirs.track;
+            (mine.track, mine.path) = (theirs.track, theirs.path);
         }
     }
 }
@@ -70,5 +83,6 @@ impl Body {
     /// Room for the memories of `contacts` contacts.
     pub fn reserve(&mut self, contacts: usize) {
         self.memories.reserve(contacts.saturating_sub(self.memories.len()));
+        self.ground_memories.reserve(contacts.saturating_sub(self.ground_memories.len()));
     }
 }

@@ -7,10 +7,13 @@
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.
 
+use super::clear::clear_of_all;
 use super::cut::Cut;
 use super::gauges::{Gauges, Moment};
 use super::measures::Passage;
 use super::state::State;
+use super::terrain::{OnTerrain, steps_per_look};
+use super::trajectory::Row;
 use super::watch::watch;
 use super::zone::{View, Zone};
 use super::{Counts, Model, flight, name_of, rocks_that_met};
@@ -21,6 +24,10 @@ use crate::wall::Wall;
 use crate::wall::motion::MotionFields;
 use interface_defs::{Fault, InterfaceMesh, Layout, Plan, Sampling, Window, name};
 use nalgebra::Vector3;
+use std::ops::Range;
+
+/// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
+const FEWEST: usize = 4;
 
 /// A prepared run.
 pub struct Run {
@@ -31,6 +38,8 @@ pub struct Run {
     /// Numbers of a request and of its answer.
     lengths: (usize, usize),
     gauges: Gauges,
+    /// What the rocks meet of the terrain.
+    terrain: Option<OnTerrain>,
     counts: Counts,
     most_contacts: usize,
     /// Furthest down that a node of the wall lies at rest [m].
@@ -50,7 +59,7 @@ struct Answer {
 
 impl Run {
     /// For a checked plan.
-    pub fn new(model: &Model, wall: Option<Wall>, plan: &Plan) -> Self {
+    pub fn new(model: &Model, wall: Option<Wall>, plan: &Plan, rows: bool) -> Self {
         let empty = InterfaceMesh::default();
         let mesh = plan.wall.as_ref().unwrap_or(&empty);
         let takes = Layout::new(&plan.takes, mesh, 0);
@@ -71,13 +80,15 @@ impl Run {
             Some(wall) => (0..model.rocks.len()).map(|r| Zone::new(model, r, wall, &fields)).collect(),
             None => Vec::new(),
         };
-        let contacts = |r| if wall.is_some() { Zone::most_contacts(model, r) } else { 0 };
+        let contacts =
+            |r| if wall.is_some() || model.ground.is_some() { Zone::most_contacts(model, r) } else { 0 };
         Self {
             zones,
             fields,
             answer,
             lengths: (takes.len(), gives.len()),
-            gauges: Gauges::new(&model.settings),
+            gauges: Gauges::new(&model.settings, model.origin),
+            terrain: model.ground.as_ref().map(|_| OnTerrain::new(model, rows)),
             counts: Counts::default(),
             most_contacts: (0..model.rocks.len()).map(contacts).max().unwrap_or(0),
             level: wall.as_ref().map(|w| w.depth(&model.settings.down())),
@@ -97,13 +108,20 @@ impl Run {
         self.wall.is_some()
     }
 
+    /// Rows of the ways over terrain in the window solved last.
+    pub fn rows(&self) -> &[Row] {
+        self.terrain.as_ref().and_then(|t| t.rows.as_deref()).unwrap_or_default()
+    }
+
     /// Work done, by name.
     pub fn counts(&self) -> Vec<(String, u64)> {
-        let searches = self.zones.iter().map(|z| z.pairs.searches).sum();
-        let near = self.zones.iter().map(|z| z.refreshes).sum();
+        let [found, looked] = self.terrain.as_ref().map(OnTerrain::searches).unwrap_or_default();
+        let searches = self.zones.iter().map(|z| z.pairs.searches).sum::<u64>() + found;
+        let near = self.zones.iter().map(|z| z.refreshes).sum::<u64>() + looked;
         [
             ("sub_steps", self.counts.sub_steps),
             ("flight_windows", self.counts.flight_windows),
+            ("flight_steps", self.counts.flight_steps),
             ("contact_evaluations", self.counts.contact_evaluations),
             ("candidate_refreshes", searches),
             ("near_refreshes", near),
@@ -144,13 +162,17 @@ impl Run {
         let flies = self.begin(model, state, window.length, input, output)?;
         let cut = self.cut(model, window);
         self.gauges.begin(state, &mut output[self.answer.gauges..]);
-        if flies {
+        if flies && model.ground.is_none() {
             self.counts.flight_windows += 1;
-            self.fly(model, state, window, cut, output);
+            self.fly(model, state, window, cut, 0..cut.steps, output);
+            self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
         } else {
-            self.step_through(model, state, window, cut, input, output)?;
+            self.step_through(model, state, window, cut, flies, input, output)?;
         }
         state.time = window.end();
+        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+            terrain.end(model, ground, state);
+        }
         if let Some((a, b)) = rocks_that_met(model, state) {
             return Err(Fault::broken(format!(
                 "rock `{}` and rock `{}` have met at {:.4} s; contact between rocks is not part of this version",
@@ -192,8 +214,9 @@ impl Run {
         input: &[f64],
         output: &mut [f64],
     ) -> Result<bool, Fault> {
-        self.starts.clear();
-        self.starts.extend(state.bodies.iter().map(|b| b.motion));
+        if let Some(terrain) = &mut self.terrain {
+            terrain.begin();
+        }
         let Some(wall) = &self.wall else { return Ok(model.shortcuts) };
         let view = View { model, wall, fields: &self.fields, input, length };
         let mut flies = model.shortcuts;
@@ -207,23 +230,45 @@ impl Run {
         Ok(flies)
     }
 
-    fn fly(&mut self, model: &Model, state: &mut State, window: &Window, cut: Cut, output: &mut [f64]) {
+    /// Fly the steps `range` in closed form.
+    fn fly(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        window: &Window,
+        cut: Cut,
+        range: Range<usize>,
+        output: &mut [f64],
+    ) {
         let gravity = model.settings.gravity;
-        flight::instants(&self.starts, &model.rocks, &gravity, cut.steps, cut.h, &mut self.instants);
+        self.starts.clear();
+        self.starts.extend(state.bodies.iter().map(|b| b.motion));
+        let look = steps_per_look(cut.h);
+        if model.ground.is_some() {
+            // Of all steps those at which a stepping run would look at the height.
+            let first = (range.start / look + 1) * look;
+            self.instants.clear();
+            self.instants.extend((first..range.end).step_by(look));
+            self.instants.push(range.end);
+        } else {
+            flight::instants(&self.starts, &model.rocks, &gravity, cut.steps, cut.h, &mut self.instants);
+        }
         for body in &mut state.bodies {
             state.dissipated += body.sheared;
             body.memories.clear();
-            (body.sheared, body.elastic) = (0.0, 0.0);
+            body.ground_memories.clear();
+            (body.sheared, body.elastic, body.contacts) = (0.0, 0.0, 0);
         }
-        let mut from = 0;
+        let mut from = range.start;
         for i in 0..self.instants.len() {
             let to = self.instants[i];
             let time = |step: usize| if step == cut.steps { window.length } else { cut.h * step as f64 };
+            let since = time(to) - time(range.start);
             for (r, body) in state.bodies.iter_mut().enumerate() {
                 let rock = &model.rocks[r];
                 let before = body.motion;
                 body.motion =
-                    flight::motion_at(rock, &self.starts[r], &before, &gravity, time(to), cut.h, to - from);
+                    flight::motion_at(rock, &self.starts[r], &before, &gravity, since, cut.h, to - from);
                 let passage = Passage {
                     start: window.start + time(from),
                     length: time(to) - time(from),
@@ -234,11 +279,22 @@ impl Run {
                     behind: false,
                 };
                 body.track.follow(rock, &model.settings, self.level, &passage);
+                if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+                    let due = to.is_multiple_of(look) || to == cut.steps;
+                    terrain.flew(model, ground, r, body, window.start + time(to), due);
+                }
             }
-            self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
+            if self.reads_steps(model) {
+                self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
+            }
             from = to;
         }
-        self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
+        self.counts.flight_steps += range.len() as u64;
+    }
+
+    /// Whether somebody asks for the smallest and largest values of all steps.
+    fn reads_steps(&self, model: &Model) -> bool {
+        self.wall.is_some() || model.ground.is_none()
     }
 
     fn step_through(
@@ -247,10 +303,21 @@ impl Run {
         state: &mut State,
         window: &Window,
         cut: Cut,
+        flies: bool,
         input: &[f64],
         output: &mut [f64],
     ) -> Result<(), Fault> {
-        for step in 0..cut.steps {
+        let (mut step, mut next_try) = (0, 0);
+        while step < cut.steps {
+            if flies && step >= next_try {
+                let clear = clear_of_all(model, state, cut.h, cut.steps - step);
+                if clear >= FEWEST.min(cut.steps - step) {
+                    self.fly(model, state, window, cut, step..step + clear, output);
+                    step += clear;
+                    continue;
+                }
+                next_try = step + FEWEST;
+            }
             for rock in 0..model.rocks.len() {
                 self.step(model, state, rock, window, cut, step, input, output)?;
             }
@@ -262,7 +329,10 @@ impl Run {
             } else if step + 1 == cut.steps {
                 self.at_end(model, state, input, window.length, cut.end(step), None)?;
             }
-            self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
+            if self.reads_steps(model) {
+                self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
+            }
+            step += 1;
         }
         self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
         Ok(())
@@ -299,7 +369,7 @@ impl Run {
             penetration: 0.0,
             behind: false,
         };
-        let mut elastic = 0.0;
+        let (mut elastic, mut sheared, mut lost) = (0.0, 0.0, 0.0);
         if let Some(wall) = &self.wall {
             let view = View { model, wall, fields: &self.fields, input, length: window.length };
             let at = cut.middle(step);
@@ -308,7 +378,8 @@ impl Run {
             let (evaluation, scene) = zone.parts(view);
             let sums = evaluation.forces(scene, &now, at, h, &body.memories);
             passage.behind = watch(evaluation, scene, &now, &sums, h, passage.start)?;
-            (force, torque, elastic) = (sums.force, sums.torque, sums.elastic);
+            (force, torque, elastic, sheared) = (sums.force, sums.torque, sums.elastic, sums.sheared);
+            lost = (sums.damped + sums.rubbed) * h;
             let contacts = evaluation.touch.contacts.len();
             if contacts > 0 {
                 // Its date is asked for once.
@@ -317,8 +388,6 @@ impl Run {
                 passage.penetration = sums.penetration;
             }
             std::mem::swap(&mut body.memories, &mut evaluation.memories);
-            state.dissipated += (sums.damped + sums.rubbed) * h - (sums.sheared - body.sheared);
-            body.sheared = sums.sheared;
             self.counts.contact_evaluations += contacts as u64;
             if contacts > 0 {
                 let share = cut.segments as f64 / cut.steps as f64;
@@ -331,6 +400,23 @@ impl Run {
                 }
             }
         }
+        let mut on_ground = 0;
+        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+            let (sums, contacts) = terrain.forces(model, ground, rock, body, &now, h, passage.start)?;
+            force += sums.force;
+            torque += sums.torque;
+            elastic += sums.elastic;
+            sheared += sums.sheared;
+            lost += (sums.damped + sums.rubbed) * h;
+            on_ground = contacts;
+            body.contacts = contacts;
+            self.counts.contact_evaluations += contacts as u64;
+            if sums.penetration > body.path.deepest.0 {
+                body.path.deepest = (sums.penetration, passage.start + 0.5 * h);
+            }
+        }
+        state.dissipated += lost - (sheared - body.sheared);
+        body.sheared = sheared;
         self.gauges.spring(rock, elastic + body.sheared);
         let after = &mut body.motion;
         after.acceleration = force / it.mass + model.settings.gravity;
@@ -348,6 +434,11 @@ impl Run {
         }
         let after = body.motion;
         body.track.follow(it, &model.settings, self.level, &Passage { after: &after, ..passage });
+        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+            let end = if step + 1 == cut.steps { window.end() } else { window.start + h * (step + 1) as f64 };
+            let look = (step + 1).is_multiple_of(steps_per_look(h)) || step + 1 == cut.steps;
+            terrain.stepped(model, ground, rock, body, end, h, on_ground, look);
+        }
         Ok(())
     }
 
@@ -361,19 +452,29 @@ impl Run {
         at: Instant,
         mut field: Option<(&mut [f64], usize)>,
     ) -> Result<(), Fault> {
+        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+            for (rock, body) in state.bodies.iter_mut().enumerate() {
+                (body.elastic, body.contacts) = terrain.energy(model, ground, rock, &body.motion);
+                self.counts.contact_evaluations += body.contacts as u64;
+            }
+        }
         let Some(wall) = &self.wall else { return Ok(()) };
         let view = View { model, wall, fields: &self.fields, input, length };
         for (zone, body) in self.zones.iter_mut().zip(&mut state.bodies) {
+            let (on_ground, contacts) =
+                if model.ground.is_some() { (body.elastic, body.contacts) } else { (0.0, 0) };
             zone.update(view, &body.motion, at)?;
             let (evaluation, scene) = zone.parts(view);
             if let Some((output, field)) = &mut field {
-                body.elastic = evaluation.forces(scene, &body.motion, at, 0.0, &body.memories).elastic;
+                let sums = evaluation.forces(scene, &body.motion, at, 0.0, &body.memories);
+                body.elastic = on_ground + sums.elastic;
                 add_forces(zone, output, *field, 1.0);
             } else {
-                body.elastic = evaluation.energy(scene, &body.motion, at);
+                body.elastic = on_ground + evaluation.energy(scene, &body.motion, at);
             }
-            body.contacts = zone.evaluation.touch.contacts.len();
-            self.counts.contact_evaluations += body.contacts as u64;
+            let on_wall = zone.evaluation.touch.contacts.len();
+            body.contacts = contacts + on_wall;
+            self.counts.contact_evaluations += on_wall as u64;
         }
         Ok(())
     }

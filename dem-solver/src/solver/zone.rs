@@ -4,11 +4,13 @@
 
 use super::Model;
 use crate::contact::evaluate::{Evaluation, Scene};
+use crate::contact::laws::WallLaws;
 use crate::rock::Motion;
 use crate::search::near::{NearList, NodeBox, Sweep};
 use crate::search::pairs::{Instant, PairList};
 use crate::wall::Wall;
 use crate::wall::motion::{MotionFields, NodeMotion, largest_difference};
+use crate::wall::surface::Surface;
 use interface_defs::Fault;
 
 /// Skin of the near list, as a share of the rock's reach: for the rock of the drop test
@@ -148,9 +150,11 @@ impl Zone {
 
     /// Contacts and forces, and what they are evaluated with. The pairs must be good.
     pub fn parts<'a>(&'a mut self, view: View<'a>) -> (&'a mut Evaluation, Scene<'a>) {
-        let law = view.model.law.as_ref().expect("prepared: a wall has a law");
+        let laws = &view.model.laws.as_ref().expect("prepared: a wall has laws").walls;
+        let laws = WallLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
         let rock = &view.model.rocks[self.rock];
-        let scene = Scene { rock, law, wall: view.wall, list: &self.pairs, motion: &self.motion };
+        let surface = Surface::Wall(view.wall);
+        let scene = Scene { rock, laws, surface, list: &self.pairs, motion: &self.motion };
         (&mut self.evaluation, scene)
     }
 

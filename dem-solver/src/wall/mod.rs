@@ -3,10 +3,12 @@
 //! - [`closest`]: the closest point of one element (first stage of the double hierarchy)
 //! - [`hierarchy`]: which of several elements' points are contacts (second stage)
 //! - [`motion`]: where its nodes are within a window
+//! - [`surface`]: wall or terrain, as a contact asks them
 
 pub mod closest;
 pub mod hierarchy;
 pub mod motion;
+pub mod surface;
 
 use interface_defs::{Fault, InterfaceMesh};
 use nalgebra::Vector3;
@@ -60,6 +62,8 @@ pub struct Wall {
     pub inverse_mass: Option<Vec<f64>>,
     /// Largest radius of a line [m].
     pub largest_radius: f64,
+    /// Where wires meet, if their contacts are to be continuous there.
+    pub crossings: Option<hierarchy::Crossings>,
 }
 
 impl Wall {
@@ -87,7 +91,13 @@ impl Wall {
         }
         let inverse_mass = (!mesh.masses.is_empty()).then(|| mesh.masses.iter().map(|m| 1.0 / m).collect());
         let largest_radius = elements.iter().map(|e| e.radius).fold(0.0, f64::max);
-        Ok(Self { nodes, elements, inverse_mass, largest_radius })
+        Ok(Self { nodes, elements, inverse_mass, largest_radius, crossings: None })
+    }
+
+    /// The same, seen from `origin` [m].
+    pub fn from(mut self, origin: &Vector3<f64>) -> Self {
+        self.nodes.iter_mut().for_each(|node| *node -= origin);
+        self
     }
 
     /// How far down its lowest node lies at t = 0, along `down` [m].

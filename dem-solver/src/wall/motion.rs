@@ -91,6 +91,17 @@ impl NodeMotion {
         self.transmitted.reserve(nodes * segments);
     }
 
+    /// Nodes that stand still at these positions, for whatever window.
+    pub fn hold(&mut self, positions: impl Iterator<Item = Vector3<f64>>) {
+        self.origin.clear();
+        self.origin.extend(positions);
+        self.count = self.origin.len();
+        self.increment.clear();
+        self.increment.resize(self.count, Vector3::zeros());
+        self.transmitted.clear();
+        (self.segment, self.rate) = (0.0, 0.0);
+    }
+
     /// Read the motion of `nodes` over a window of `length` [s]. `rest` has all nodes at t = 0.
     ///
     /// Errs with the first node whose displacement is not finite.

@@ -1,13 +1,17 @@
 //! The solver through its contract: scenes with exact or published answers, invariances, repeatability.
 
 mod bench;
+mod borders;
 mod clusters;
 mod energy;
+mod extremes;
+mod granular;
 mod impact;
 mod input;
 mod oblique;
 mod repeat;
 mod rolling;
+mod shapes;
 mod wires;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

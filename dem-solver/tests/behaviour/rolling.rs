@@ -88,6 +88,63 @@ fn a_ball_rolls_down_a_slope_that_holds_it_and_slips_down_one_that_does_not() {
     assert!((w / (21.239273 * r / 0.2) - 1.0).abs() < 4e-4, "{w}");
 }
 
+/// V-D8: a constant rolling moment `mu_r R m g` brakes a rolling ball by its work; the arm is R - d.
+#[test]
+fn a_ball_with_a_constant_rolling_moment_stops_where_its_work_is_done() {
+    let height = STONE.radius - STONE.overlap(STONE.mass() * G);
+    let more = format!(
+        "position = [0.0, 0.0, {height:?}]\nvelocity = [1.0, 0.0, 0.0]\nangular_velocity = [0.0, {:?}, 0.0]",
+        1.0 / height
+    );
+    let scene = STONE.scene(0.0, 0.5, &more, 0.5, 1e-4).replace("[dem]", "rolling_friction = 0.05\n[dem]");
+    let mut bench = Setup::new(scene, fixed_plane(24.0, 1)).build();
+    for _ in 0..3100 {
+        bench.advance(1e-3);
+    }
+    let stretch = STONE.radius / height;
+    let way = (1.0 + 0.4 * stretch * stretch) / (2.0 * 0.05 * G * stretch);
+    let x = bench.value("rock_x");
+    // The tangential spring yields by f / k_t, some 1e-5 m.
+    assert!((x - way).abs() < 5e-5, "{x} {way}");
+    assert!((x / 1.42711519 - 1.0).abs() < 1e-3, "the table: {x}");
+    assert!(
+        bench.velocity().norm() < 1e-6 && bench.spin().norm() < 1e-5,
+        "{} {}",
+        bench.velocity(),
+        bench.spin()
+    );
+}
+
+/// A rolling spring holds a ball on a slope below its limit and lets it roll above, braked by the
+/// limit: `a = g (sin - mu_r cos) / (1 + 0.4)`, here with the arm R - d.
+#[test]
+fn a_rolling_spring_holds_a_ball_on_a_slope_up_to_its_limit() {
+    let run = |slope: f64, time: usize, more: &str| {
+        let height = STONE.radius - STONE.overlap(STONE.mass() * G * slope.to_radians().cos());
+        let at = format!("position = [0.0, 0.0, {height:?}]");
+        let part = format!("rolling_friction = 0.1\nrolling = \"spring\"\n{more}[dem]");
+        let scene = STONE.scene(slope, 0.5, &at, 0.5, 1e-4).replace("[dem]", &part);
+        let mut bench = Setup::new(scene, fixed_plane(24.0, 1)).build();
+        let start = bench.energy();
+        for _ in 0..1000 * time {
+            bench.advance(1e-3);
+        }
+        (bench.value("rock_x"), bench.velocity().norm(), bench.energy() - start)
+    };
+    // tan 4 deg = 0.07 is held, tan 8 deg = 0.14 is not.
+    // At rest the spring is turned by m g r sin / k_r = 1.25e-3 rad; released at once it may swing to twice that.
+    let (x, v, energy) = run(4.0, 2, "rolling_damping = 0.3\n");
+    assert!(v < 1e-7 && x > 1.2e-3 * 0.2 && x < 2.5e-3 * 0.2, "{x} {v}");
+    assert!(energy.abs() < 1e-6 * STONE.mass() * G * STONE.radius, "{energy}");
+    let (sin, cos) = 8.0_f64.to_radians().sin_cos();
+    // The moment has reached its limit after 30 ms; then the speed grows evenly.
+    let ((_, before, _), (_, v, energy)) = (run(8.0, 1, ""), run(8.0, 2, ""));
+    let stretch = STONE.radius / (STONE.radius - STONE.overlap(STONE.mass() * G * cos));
+    let a = G * (sin - 0.1 * cos * stretch) / (1.0 + 0.4 * stretch * stretch);
+    assert!(((v - before) / a - 1.0).abs() < 1e-4, "{v} {before} {a}");
+    assert!(energy.abs() < 1e-3 * STONE.mass() * v * v, "{energy}");
+}
+
 /// Planes of V-D9: two triangles; jittered ones with random diagonals; slivers of 1:100.
 fn planes() -> [InterfaceMesh; 3] {
     let mut rough = plane(4.0, 16);

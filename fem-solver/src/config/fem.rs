@@ -31,6 +31,10 @@ pub struct FemConfig {
     pub gamma: Option<f64>,
     /// Iteration of the implicit schemes and of `static`.
     pub newton: NewtonConfig,
+    /// `central_difference` only: nodes that would need shorter steps than this [s] get as much more mass as they
+    /// need, without weight. The added mass is told as a warning. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_scaling: Option<f64>,
     /// Accept a `time_step` above the critical one (`central_difference` only). Default false.
     pub allow_unstable: bool,
 }
@@ -81,6 +85,14 @@ impl FemConfig {
             return Err(
                 scene.invalid("fem.newton.max_iterations", "no Newton iteration is allowed; write 1 or more")
             );
+        }
+        if let Some(step) = self.mass_scaling {
+            positive(scene, "fem.mass_scaling", step, "s")?;
+            if self.integrator != Integrator::CentralDifference {
+                let what =
+                    format!("mass_scaling is for central_difference, not for {}", self.integrator.name());
+                return Err(scene.invalid("fem.mass_scaling", what));
+            }
         }
         let gamma = self.gamma.unwrap_or(0.5);
         self.parameter(scene, "rho_inf", self.rho_inf, Integrator::GeneralizedAlpha, 0.0..=1.0)?;

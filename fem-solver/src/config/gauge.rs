@@ -29,7 +29,9 @@ pub enum Quantity {
     /// Force of the supports on the structure [N], sum over a group: `_fx`, `_fy`, `_fz`. Its value
     /// is the mean over the window, its extremes are those of single steps.
     Force,
-    /// Largest axial force [N] of the cables at the point, of those of a group of elements, or of those
-    /// with both ends in a group of nodes: `_tension`.
+    /// Largest axial force [N] of the elements at the point, of the part or the group of elements of that name, or of
+    /// those with all nodes in a group of nodes: `_tension`.
     Tension,
+    /// Largest elongation [m] against the structure as modelled, of the same elements: `_elongation`.
+    Elongation,
 }

@@ -57,10 +57,10 @@ pub enum Held {
 
 /// `type = "ring_net"`: rings in the plane of x and y, each in contact with four neighbours.
 ///
-/// Neighbouring rings share the node of their contact. A ring becomes what the section of the group
-/// `net` says; without one a polygon of cables through its contacts. That polygon is modelled at its
-/// chords, 0.9 of the perimeter of a round ring: a ring of wire without bending stiffness pulls only
-/// when it is stretched to a square of its perimeter, which `prestress = -0.117 E` says.
+/// Neighbouring rings share the node of their contact. The part `net` says what a ring becomes: a `ring`,
+/// or with `element = "cable"` a closed polygon of cables through its contacts. That polygon is modelled
+/// at its chords, 0.9 of the perimeter of a round ring: a ring of wire without bending stiffness pulls
+/// only when it is stretched to a square of its perimeter, which `prestress = -0.117 E` says.
 ///
 /// Group of elements: `net`. Groups of nodes: `edges`, `interior`, `x_min`, `x_max`, `y_min`, `y_max`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -87,7 +87,7 @@ pub struct RingNet {
 /// x runs along the barrier and is 0 in its middle, y points down the slope (the way that rocks
 /// come), z upwards; the feet stand on y = z = 0.
 ///
-/// | group of elements | made of | what |
+/// | group of elements | made for | what |
 /// |---|---|---|
 /// | `net` | cables or rings | the net between the ropes |
 /// | `posts` | beams | foot to head |

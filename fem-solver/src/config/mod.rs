@@ -3,6 +3,7 @@
 pub mod fem;
 pub mod gauge;
 pub mod generator;
+pub mod part;
 pub mod structure;
 
 pub use fem::{FemConfig, Integrator, NewtonConfig};

@@ -1,6 +1,7 @@
 //! `[structure]`: a mesh file, a generated structure, or nodes and elements one by one.
 
 use super::generator::Generator;
+use super::part::{CablePart, PartConfig};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -9,17 +10,15 @@ use std::path::PathBuf;
 #[serde(deny_unknown_fields)]
 pub struct StructureConfig {
     /// A mesh file, instead of `nodes` and `cables`: `.msh` (Gmsh 2.2 and 4.1, ASCII), `.inp` (CalculiX,
-    /// Abaqus) or `.mdpa` (Kratos), coordinates in metres. Its lines become cables; all else in the
-    /// scene binds to the names of its groups. The path is relative to the scene file.
+    /// Abaqus) or `.mdpa` (Kratos), coordinates in metres. `parts` say what the elements of its groups
+    /// become; lines in no part become cables. All else in the scene binds to the names of its groups.
+    /// The path is relative to the scene file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<PathBuf>,
     /// A generated structure, instead of `nodes` and `cables`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub generator: Option<Generator>,
-    /// What the elements of a group become, and their properties (of a mesh file or a generated structure).
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub sections: Vec<SectionEntry>,
-    /// Properties of every cable that does not state its own.
+    /// Properties of every cable, also of a part, that does not state its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cable: Option<CableConfig>,
     /// Nodes [m].
@@ -28,6 +27,13 @@ pub struct StructureConfig {
     /// Cables between two nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cables: Vec<CableEntry>,
+    /// Named sets of elements: cables with hardening and rupture, sliding ropes, brakes, beams, and more.
+    /// A part without `cells` is that of the mesh's group of its name.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartConfig>,
+    /// Grounded dashpots.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dampers: Vec<DamperEntry>,
     /// Grounded springs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub springs: Vec<SpringEntry>,
@@ -65,6 +71,12 @@ pub enum FormFinding {
     /// At rest in static equilibrium under the dead load.
     #[default]
     Static,
+    /// The same, starting from the shape in which every cable keeps its force per length as modelled: for nets and
+    /// ropes with prestress.
+    ForceDensity,
+    /// The same, starting from where dynamic relaxation leads: slow, and hard to upset. Bars that may be compressed can come
+    /// to rest buckled.
+    DynamicRelaxation,
     /// At rest as modelled, whatever forces that leaves.
     None,
 }
@@ -104,7 +116,7 @@ macro_rules! stated {
         }
     )*};
 }
-stated!(CableEntry, SectionEntry);
+stated!(CableEntry, CablePart);
 
 /// Properties of a cable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -156,50 +168,6 @@ pub struct CableEntry {
     pub radius: Option<f64>,
 }
 
-/// What the elements of a group become, and their properties; what it does not state comes from
-/// `[structure.cable]`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SectionEntry {
-    /// The group of elements.
-    pub group: String,
-    /// What they become. Default `cable`.
-    #[serde(default)]
-    pub element: ElementKind,
-    /// Young's modulus [Pa].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub young: Option<f64>,
-    /// Section [m2].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub area: Option<f64>,
-    /// Density [kg/m3].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub density: Option<f64>,
-    /// Second Piola-Kirchhoff stress as modelled [Pa]; below 0: slack.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub prestress: Option<f64>,
-    /// Whether it carries no compression.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tension_only: Option<bool>,
-    /// Radius that a contact sees [m].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub radius: Option<f64>,
-}
-
-/// What an element of a mesh becomes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ElementKind {
-    /// A line becomes a cable; a row of nodes one cable after the other.
-    #[default]
-    Cable,
-    /// A triangle or quadrilateral becomes a closed polygon of cables, one for each side: the wire of
-    /// a ring. Neighbours share nodes, never cables.
-    Polygon,
-    /// Nothing; its nodes can still be held, loaded and gauged by the name of the group.
-    None,
-}
-
 /// Nodes by number (from 0), by group, or the node at a point: exactly one of the three.
 #[derive(Debug, Clone, Copy)]
 pub struct Where<'a> {
@@ -248,6 +216,14 @@ entry! {
 }
 
 entry! {
+    /// A grounded dashpot at each of some nodes: `f = -c v`.
+    DamperEntry {
+        /// Viscosity in x, y and z [N s/m].
+        viscosity: [f64; 3],
+    }
+}
+
+entry! {
     /// A point mass at each of some nodes.
     MassEntry {
         /// Mass of each [kg].
@@ -259,7 +235,11 @@ entry! {
     /// A constant load on each of some nodes.
     LoadEntry {
         /// Force on each [N].
+        #[serde(default)]
         force: [f64; 3],
+        /// Moment on each, where it has rotations [N m]. Default none.
+        #[serde(default, skip_serializing_if = "is_nothing")]
+        moment: [f64; 3],
     }
 }
 
@@ -269,10 +249,17 @@ entry! {
         /// Directions that are held: letters of `xyz`. Default all.
         #[serde(default = "all_directions")]
         directions: String,
+        /// Axes about which nodes with rotations are held: letters of `xyz`. Default none: hinged.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        rotations: String,
         /// Prescribed displacement: rows `[t, ux, uy, uz]` [s, m], straight between them, constant outside.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         motion: Vec<[f64; 4]>,
     }
+}
+
+fn is_nothing(moment: &[f64; 3]) -> bool {
+    *moment == [0.0; 3]
 }
 
 fn all_directions() -> String {

@@ -2,12 +2,194 @@
 //!
 //! Displacements count from the structure as it is modelled. With `W` the energy, the internal
 //! force is `f = dW/du` and the tangent `K = df/du`; the tests of each file differentiate one to
-//! find the other. What many cables do at once, and fast, is in [`crate::kernel`].
+//! find the other. What many cables do at once, and fast, is in [`crate::kernel`]; all others go
+//! through [`Element`]. To add one: a file here, with `impl Element`, and a line in [`AnyElement`].
 
+pub mod bar;
+pub mod beam;
+pub mod brake;
 pub mod cable;
+mod capstan;
+#[cfg(test)]
+pub(crate) mod checks;
 pub mod mass;
+pub mod membrane;
+pub mod ring;
+pub mod segment;
+pub mod sliding_cable;
 pub mod spring;
 
+pub use bar::Bar;
+pub use beam::Beam;
+pub use brake::Brake;
 pub use cable::Cable;
 pub use mass::PointMass;
+pub use membrane::Membrane;
+pub use ring::Ring;
+pub use sliding_cable::SlidingCable;
 pub use spring::Spring;
+
+use crate::tangent::Slack;
+use std::fmt::Debug;
+use std::ops::Deref;
+
+/// Where an element writes its answer. Everything is overwritten but `tangent` where `None`.
+///
+/// Local degrees of freedom are node-major: x, y, z of the first node (and, where the element rotates,
+/// its rotations), then those of the next.
+#[derive(Debug)]
+pub struct Answer<'a> {
+    /// Internal force on each local degree of freedom [N, N m].
+    pub force: &'a mut [f64],
+    /// Its derivative, square, by rows [N/m, N, N m]. Need not be symmetric; the solver takes its
+    /// symmetric part.
+    pub tangent: Option<&'a mut [f64]>,
+    /// What the tangent of a slack part shall show.
+    pub slack: Slack,
+    /// History after these displacements.
+    pub history: &'a mut [f64],
+    /// Largest axial force [N].
+    pub tension: f64,
+}
+
+/// Energies of an element [J].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energy {
+    /// Stored, 0 as modelled.
+    pub stored: f64,
+    /// Dissipated by plastic flow, friction and rupture.
+    pub dissipated: f64,
+}
+
+/// A force on part of a structure.
+///
+/// An element is a function of displacements and of its committed history: whatever it remembers
+/// (plastic strain, slip, reference rotation, rupture) lies in the history, and nothing in itself.
+pub trait Element: Debug {
+    /// Its nodes.
+    fn nodes(&self) -> &[usize];
+
+    /// Whether its nodes have rotations: 6 degrees of freedom each in place of 3.
+    fn rotates(&self) -> bool {
+        false
+    }
+
+    /// History as modelled.
+    fn start_history(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Force, tangent and new history at the local displacements `u` [m, rad], from `history`.
+    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer);
+
+    /// Energies at `u`, from `history`.
+    fn energy(&self, u: &[f64], history: &[f64]) -> Energy;
+
+    /// Called when a step is done and `history` is that at its end `u`: whether the element breaks now. If
+    /// so it has written into `history` that it is broken.
+    fn breaks(&self, _u: &[f64], _history: &mut [f64]) -> bool {
+        false
+    }
+
+    /// Add its lumped mass to that of each of its nodes [kg], and its rotary inertia [kg m2].
+    fn lump(&self, mass: &mut [f64], inertia: &mut [f64]);
+
+    /// Consistent mass of one direction between its nodes, square, by rows [kg].
+    fn consistent_mass(&self, mass: &mut [f64]);
+
+    /// Lines that a contact sees, and that field files show.
+    fn lines(&self) -> Vec<[usize; 2]> {
+        Vec::new()
+    }
+
+    /// Number of its lines.
+    fn line_count(&self) -> usize {
+        self.lines().len()
+    }
+
+    /// Faces that a contact sees.
+    fn faces(&self) -> Vec<[usize; 3]> {
+        Vec::new()
+    }
+
+    /// Radius of its lines that a contact sees [m].
+    fn radius(&self) -> f64 {
+        0.0
+    }
+
+    /// Axial force of each of its lines [N]; `NaN` where broken.
+    fn line_forces(&self, _u: &[f64], _history: &[f64], _forces: &mut [f64]) {}
+
+    /// How much longer it is than as modelled [m]; 0 where that says nothing.
+    fn elongation(&self, _u: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// Critical step of central differences [s] for this element alone with its lumped masses: a lower
+    /// bound by Gershgorin's circles, `w^2 <= max_a sum_b |K_ab| / m_a`. Infinite without stiffness.
+    fn critical_step(&self, u: &[f64], history: &[f64]) -> f64 {
+        let (n, per_node) = (u.len(), if self.rotates() { 6 } else { 3 });
+        let (mut force, mut tangent, mut after) = (vec![0.0; n], vec![0.0; n * n], history.to_vec());
+        self.respond(
+            u,
+            history,
+            &mut Answer {
+                force: &mut force,
+                tangent: Some(&mut tangent),
+                slack: Slack::Taut,
+                history: &mut after,
+                tension: 0.0,
+            },
+        );
+        let nodes = self.nodes().len();
+        let (mut mass, mut inertia) = (vec![0.0; nodes], vec![0.0; nodes]);
+        self.lump(&mut mass, &mut inertia);
+        let square = (0..n).map(|a| {
+            let row: f64 = tangent[a * n..][..n].iter().map(|k| k.abs()).sum();
+            row / if a % per_node < 3 { mass[a / per_node] } else { inertia[a / per_node] }
+        });
+        2.0 / square.filter(|w| !w.is_nan()).fold(0.0, f64::max).sqrt()
+    }
+}
+
+/// Declares the elements: one enum over them that is an [`Element`] by reference.
+macro_rules! elements {
+    ($($(#[$doc:meta])* $name:ident,)*) => {
+        /// Any element that goes through [`Element`].
+        #[derive(Debug, Clone)]
+        pub enum AnyElement {
+            $($(#[$doc])* $name($name),)*
+        }
+
+        impl Deref for AnyElement {
+            type Target = dyn Element;
+
+            fn deref(&self) -> &Self::Target {
+                match self {
+                    $(Self::$name(element) => element,)*
+                }
+            }
+        }
+
+        $(impl From<$name> for AnyElement {
+            fn from(element: $name) -> Self {
+                Self::$name(element)
+            }
+        })*
+    };
+}
+
+elements! {
+    /// A bar or cable with a law of its own.
+    Bar,
+    /// A rope that slides over nodes.
+    SlidingCable,
+    /// An energy-dissipating device.
+    Brake,
+    /// A post.
+    Beam,
+    /// A ring of a ring net.
+    Ring,
+    /// A triangle of membrane.
+    Membrane,
+}

@@ -1,11 +1,12 @@
-//! Nodes, cables and groups from a mesh: that of a file, or a generated one. Sections say what the
-//! elements of a group become.
+//! Nodes, groups and cells from a mesh: that of a file, or a generated one. The parts of the scene say
+//! what the elements of a group become.
 
-use super::build::{cable, check_cable, properties};
+use super::build::check_cable;
 use super::generator::{Generated, Part, generate};
-use crate::config::structure::{CableConfig, ElementKind, StructureConfig};
-use crate::element::Cable;
-use crate::read::mesh::{Element, Kind, Mesh};
+use super::ropes::join;
+use crate::config::part::PartConfig;
+use crate::config::structure::StructureConfig;
+use crate::read::mesh::{Element, ElementGroup, Kind, Mesh};
 use crate::read::read;
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::input_error::InputError;
@@ -19,10 +20,12 @@ pub struct Base {
     pub nodes: Vec<Vector3<f64>>,
     /// Numbers of the nodes in the mesh file; empty where there is none.
     pub numbers: Vec<u64>,
-    /// Cables.
-    pub cables: Vec<Cable>,
-    /// Named sets of cables.
-    pub cable_groups: Vec<CableGroup>,
+    /// Lines in no part: cables of `[structure.cable]`.
+    pub lines: Vec<Cell>,
+    /// For each part of the scene the cells that the mesh gives it.
+    pub cells: Vec<Vec<Cell>>,
+    /// Number of elements of the mesh, and named sets of them.
+    pub elements: (usize, Vec<ElementGroup>),
     /// Named sets of nodes.
     pub groups: Vec<Group>,
     /// Nodes that are held in all directions.
@@ -33,14 +36,17 @@ pub struct Base {
     pub warnings: Vec<String>,
 }
 
-/// A named set of cables.
+/// A cell of a mesh, of which elements are made.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CableGroup {
-    /// Its name.
-    pub name: String,
-    /// Its cables by position.
-    pub cables: Vec<u32>,
+pub struct Cell {
+    /// Its nodes.
+    pub nodes: Vec<usize>,
+    /// The elements of the mesh that it is, by position.
+    pub from: Vec<u32>,
 }
+
+/// In no part.
+const NONE: u32 = u32::MAX;
 
 impl Base {
     /// The nodes of the scene, of its mesh file or of its generator.
@@ -57,7 +63,13 @@ impl Base {
                         .invalid("structure.mesh", what)
                         .try_instead("the path counts from the directory of the scene file"));
                 }
-                check_names(scene, table)?;
+                if let Some(key) = counts_nodes(table) {
+                    return Err(scene
+                        .invalid(&key, "a mesh file is bound by names, not by node numbers")
+                        .try_instead(
+                            "name the nodes in the mesh and write group = \"name\", or at = [x, y, z]",
+                        ));
+                }
                 Generated { mesh: read(&path)?, held: Vec::new(), parts: Vec::new() }
             }
             (None, Some(generator)) => generate(scene, generator)?,
@@ -78,58 +90,66 @@ impl Base {
                 "write mesh = \"file\", a generator, or nodes = [[x, y, z], ...] and cables between them",
             ));
         }
-        if !table.sections.is_empty() {
-            let what = "sections belong to the groups of a mesh file or a generated structure";
-            return Err(scene
-                .invalid("structure.sections", what)
-                .try_instead("write properties into `cables`"));
-        }
         let nodes = table.nodes.iter().map(|p| Vector3::from(*p)).collect();
-        Ok(Self { nodes, ..Self::default() })
+        Ok(Self { nodes, cells: vec![Vec::new(); table.parts.len()], ..Self::default() })
     }
 
-    /// The cables of a mesh by its sections, without the nodes that nothing uses.
+    /// The cells of a mesh by the parts of the scene, without the nodes that nothing uses.
     fn bound(scene: &Scene, table: &StructureConfig, generated: Generated) -> Result<Self, InputError> {
         let Generated { mesh, held, parts } = generated;
         if let Some(common) = &table.cable {
             check_cable(scene, "structure.cable", common)?;
         }
-        let sections = Sections::new(scene, table, &mesh, &parts)?;
-        let mut base = Self { framed: true, warnings: mesh.warnings.clone(), ..Self::default() };
-        // First cable of each element, and one more: elements become any number of cables.
-        let mut first = Vec::with_capacity(mesh.elements.len() + 1);
+        let owners = owners(scene, table, &mesh, &parts)?;
+        let mut base = Self {
+            framed: true,
+            warnings: mesh.warnings.clone(),
+            cells: vec![Vec::new(); table.parts.len()],
+            ..Self::default()
+        };
         for (position, element) in mesh.elements.iter().enumerate() {
-            first.push(base.cables.len() as u32);
-            sections.build(scene, table, &mesh, position, element, &mut base.cables)?;
+            let owner = table.parts.get(owners[position] as usize);
+            let Some(nodes) = cell(scene, table, &mesh, position, element, owner, owners[position])? else {
+                continue;
+            };
+            let list = match owner {
+                Some(_) => &mut base.cells[owners[position] as usize],
+                None => &mut base.lines,
+            };
+            list.push(Cell { nodes, from: vec![position as u32] });
         }
-        first.push(base.cables.len() as u32);
-        for group in &mesh.element_groups {
-            let cables = group.elements.iter().flat_map(|e| first[*e as usize]..first[*e as usize + 1]);
-            let cables: Vec<u32> = cables.collect();
-            if !cables.is_empty() {
-                base.cable_groups.push(CableGroup { name: group.name.clone(), cables });
+        for (i, part) in table.parts.iter().enumerate() {
+            if matches!(part, PartConfig::SlidingCable(_)) {
+                base.cells[i] = join(std::mem::take(&mut base.cells[i])).map_err(|fault| {
+                    let what =
+                        format!("the lines of `{}` make no ropes: {}", part.head().0, fault.words(&mesh));
+                    scene
+                        .invalid(&format!("structure.parts.{i}.name"), what)
+                        .try_instead("put ropes that meet into groups of their own")
+                })?;
             }
         }
+        base.elements = (mesh.elements.len(), mesh.element_groups);
         base.nodes = mesh.nodes;
         base.numbers = mesh.numbers;
         base.groups = mesh.node_groups;
         base.held = held;
-        base.leave_out(table);
+        if counts_nodes(table).is_none() {
+            base.leave_out(table);
+        }
         Ok(base)
     }
 
-    /// Leave out the nodes that no cable, no support and no entry with a group uses.
+    /// Leave out the nodes that no element, no support and no entry with a group uses.
     fn leave_out(&mut self, table: &StructureConfig) {
         let mut used = vec![false; self.nodes.len()];
-        self.cables
-            .iter()
-            .flat_map(|c| c.nodes)
-            .chain(self.held.iter().copied())
-            .for_each(|n| used[n] = true);
-        let entries = table.supports.iter().map(|e| &e.group).chain(table.springs.iter().map(|e| &e.group));
-        let entries =
-            entries.chain(table.masses.iter().map(|e| &e.group)).chain(table.loads.iter().map(|e| &e.group));
-        for name in entries.flatten() {
+        let cells = self.lines.iter().chain(self.cells.iter().flatten());
+        cells.flat_map(|c| &c.nodes).chain(&self.held).for_each(|n| used[*n] = true);
+        let supports = table.supports.iter().map(|e| &e.group);
+        let entries = supports.chain(table.springs.iter().map(|e| &e.group));
+        let entries = entries.chain(table.masses.iter().map(|e| &e.group));
+        let entries = entries.chain(table.loads.iter().map(|e| &e.group));
+        for name in entries.chain(table.dampers.iter().map(|e| &e.group)).flatten() {
             let group = self.groups.iter().find(|g| g.name == *name);
             group.into_iter().flat_map(|g| &g.nodes).for_each(|n| used[*n as usize] = true);
         }
@@ -147,189 +167,163 @@ impl Base {
         self.nodes.retain(|_| *flags.next().expect("there is a flag for each node"));
         let mut flags = used.iter();
         self.numbers.retain(|_| *flags.next().expect("there is a flag for each node"));
-        self.cables.iter_mut().for_each(|c| c.nodes = c.nodes.map(|n| place[n]));
-        self.held.iter_mut().for_each(|n| *n = place[*n]);
+        let cells = self.lines.iter_mut().chain(self.cells.iter_mut().flatten());
+        cells.flat_map(|c| &mut c.nodes).chain(&mut self.held).for_each(|n| *n = place[*n]);
         for group in &mut self.groups {
             group.nodes.retain(|n| used[*n as usize]);
             group.nodes.iter_mut().for_each(|n| *n = place[*n as usize] as u32);
         }
         self.groups.retain(|g| !g.nodes.is_empty());
         self.warnings.push(format!(
-            "{unused} nodes of the mesh belong to no cable and to no support, spring, mass or load: left out"
+            "{unused} nodes of the mesh belong to no element and to no support, spring, mass or load: left out"
         ));
     }
 }
 
-/// Numbers of nodes are those of a mesh file, not of the scene: a mesh is bound by names.
-fn check_names(scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
+/// The key of the first entry that counts nodes instead of naming them, if there is one.
+fn counts_nodes(table: &StructureConfig) -> Option<String> {
     let by_number = [
-        ("supports", table.supports.iter().position(|e| e.nodes.is_some())),
-        ("springs", table.springs.iter().position(|e| e.nodes.is_some())),
-        ("masses", table.masses.iter().position(|e| e.nodes.is_some())),
-        ("loads", table.loads.iter().position(|e| e.nodes.is_some())),
-        ("groups", (!table.groups.is_empty()).then_some(0)),
+        ("supports", "nodes", table.supports.iter().position(|e| e.nodes.is_some())),
+        ("springs", "nodes", table.springs.iter().position(|e| e.nodes.is_some())),
+        ("dampers", "nodes", table.dampers.iter().position(|e| e.nodes.is_some())),
+        ("masses", "nodes", table.masses.iter().position(|e| e.nodes.is_some())),
+        ("loads", "nodes", table.loads.iter().position(|e| e.nodes.is_some())),
+        ("groups", "nodes", (!table.groups.is_empty()).then_some(0)),
+        ("parts", "cells", table.parts.iter().position(|p| !p.head().1.is_empty())),
     ];
-    match by_number.into_iter().find_map(|(name, at)| Some((name, at?))) {
-        Some((name, at)) => Err(scene
-            .invalid(
-                &format!("structure.{name}.{at}.nodes"),
-                "a mesh file is bound by names, not by node numbers",
-            )
-            .try_instead("name the nodes in the mesh and write group = \"name\", or at = [x, y, z]")),
-        None => Ok(()),
-    }
+    by_number.into_iter().find_map(|(name, key, at)| Some(format!("structure.{name}.{}.{key}", at?)))
 }
 
-/// Which section each element has.
-struct Sections {
-    /// For each section what its elements become, and their properties; then the same for the parts
-    /// of a generated structure that no section names.
-    kinds: Vec<(ElementKind, Option<CableConfig>)>,
-    /// For each element the position of its section in `kinds`, or `NONE`.
-    of: Vec<u32>,
-    /// Properties of lines without a section.
-    common: Option<CableConfig>,
-}
-
-/// No section.
-const NONE: u32 = u32::MAX;
-
-impl Sections {
-    fn new(scene: &Scene, table: &StructureConfig, mesh: &Mesh, parts: &[Part]) -> Result<Self, InputError> {
-        let common = table.cable.clone();
-        let mut sections = Self { kinds: Vec::new(), of: vec![NONE; mesh.elements.len()], common };
-        for (i, entry) in table.sections.iter().enumerate() {
-            let key = format!("structure.sections.{i}");
-            let group = mesh.element_groups.iter().find(|g| g.name == entry.group).ok_or_else(|| {
+/// For each element of the mesh the part of the scene that it is in, or `NONE`.
+fn owners(
+    scene: &Scene,
+    table: &StructureConfig,
+    mesh: &Mesh,
+    made: &[Part],
+) -> Result<Vec<u32>, InputError> {
+    let mut owners = vec![NONE; mesh.elements.len()];
+    for (i, part) in table.parts.iter().enumerate() {
+        let key = format!("structure.parts.{i}.name");
+        let (name, own) = part.head();
+        let group = mesh.element_groups.iter().find(|g| g.name == name);
+        let group = match (group, own.is_empty()) {
+            (None, false) => continue,
+            (Some(group), true) => group,
+            (Some(_), false) => {
+                let what =
+                    format!("the part `{name}` has cells, and the mesh has a group of elements of that name");
+                return Err(scene
+                    .invalid(&key, what)
+                    .try_instead("leave out `cells`, or choose another name"));
+            }
+            (None, true) => {
                 let names: Vec<_> = mesh.element_groups.iter().map(|g| format!("`{}`", g.name)).collect();
                 let known = if names.is_empty() { "there are none".into() } else { names.join(", ") };
-                scene
-                    .invalid(
-                        &format!("{key}.group"),
-                        format!("there is no group of elements `{}`", entry.group),
-                    )
-                    .try_instead(format!("groups of elements here: {known}"))
-            })?;
-            let own = match entry.element {
-                ElementKind::None => None,
-                ElementKind::Cable | ElementKind::Polygon => {
-                    let own = properties(scene, &key, &entry.stated(), table.cable.as_ref())?;
-                    check_cable(scene, &key, &own)?;
-                    Some(own)
-                }
-            };
-            sections.kinds.push((entry.element, own));
-            for element in &group.elements {
-                let of = &mut sections.of[*element as usize];
-                if *of != NONE {
-                    let what = format!(
-                        "element {} is in the groups `{}` and `{}`, and both have a section",
-                        mesh.elements[*element as usize].number,
-                        table.sections[*of as usize].group,
-                        entry.group
-                    );
-                    return Err(scene.invalid(&format!("{key}.group"), what));
-                }
-                *of = i as u32;
+                let what = format!("there is no group of elements `{name}`");
+                return Err(scene
+                    .invalid(&key, what)
+                    .try_instead(format!("groups of elements here: {known}")));
             }
-        }
-        for part in parts {
-            let group = mesh.element_groups.iter().find(|g| g.name == part.group);
-            let elements = group.into_iter().flat_map(|g| &g.elements).copied();
-            let free: Vec<u32> = elements.filter(|e| sections.of[*e as usize] == NONE).collect();
-            if free.is_empty() {
-                continue;
-            }
-            let Some(element) = part.made.element() else {
+        };
+        for element in &group.elements {
+            let owner = &mut owners[*element as usize];
+            if *owner != NONE {
                 let what = format!(
-                    "the generated part `{}` is made of {}, and this program makes none of them unasked",
-                    part.group,
-                    part.made.name()
+                    "element {} is in the parts `{}` and `{name}`",
+                    mesh.elements[*element as usize].number,
+                    table.parts[*owner as usize].head().0,
                 );
-                return Err(scene.invalid("structure.generator", what).try_instead(
-                    "write a section for it: element = \"cable\" makes cables of them, \"none\" nothing",
-                ));
-            };
-            if table.cable.is_none() {
-                let what = format!(
-                    "the generated part `{}` has no section, and there is no table [structure.cable]",
-                    part.group
-                );
-                return Err(scene.invalid("structure", what).try_instead(
-                    "write [structure.cable] with young, area and density of its cables, or a section",
-                ));
+                return Err(scene.invalid(&key, what));
             }
-            free.iter().for_each(|e| sections.of[*e as usize] = sections.kinds.len() as u32);
-            sections.kinds.push((element, table.cable.clone()));
+            *owner = i as u32;
         }
-        Ok(sections)
     }
+    for part in made.iter().filter(|p| p.element != "cable") {
+        let group = mesh.element_groups.iter().find(|g| g.name == part.group);
+        let elements = group.into_iter().flat_map(|g| &g.elements);
+        if elements.into_iter().any(|e| owners[*e as usize] == NONE) {
+            let what = format!(
+                "the generated group `{}` is made for element = \"{}\", and no part says what becomes of it",
+                part.group, part.element
+            );
+            return Err(scene.invalid("structure.generator", what).try_instead(format!(
+                "write [[structure.parts]] with name = \"{}\" and an element; \"none\" makes nothing of it",
+                part.group
+            )));
+        }
+    }
+    Ok(owners)
+}
 
-    /// Append the cables of one element.
-    fn build(
-        &self,
-        scene: &Scene,
-        table: &StructureConfig,
-        mesh: &Mesh,
-        position: usize,
-        element: &Element,
-        cables: &mut Vec<Cable>,
-    ) -> Result<(), InputError> {
-        let section = self.of[position];
-        let (becomes, own) = match self.kinds.get(section as usize) {
-            Some((becomes, own)) => (*becomes, own),
-            // A point says where something is, and is nothing.
-            None if element.kind == Kind::Point => return Ok(()),
-            None => (ElementKind::Cable, &self.common),
-        };
-        let nodes = mesh.nodes_of(element);
-        let refused = |what: String| {
-            let at = (section as usize) < table.sections.len();
-            let key = if at { format!("structure.sections.{section}.element") } else { "structure".into() };
-            scene.invalid(&key, what)
-        };
-        let closed = match (becomes, element.kind) {
-            (ElementKind::None, _) => return Ok(()),
-            (ElementKind::Cable, Kind::Line2 | Kind::Row) => false,
-            (ElementKind::Polygon, Kind::Tri3 | Kind::Quad4) => true,
-            (ElementKind::Cable | ElementKind::Polygon, kind) => {
-                let what = format!(
-                    "{} cannot be made of {}, and {} is one of them",
-                    if becomes == ElementKind::Cable { "cables" } else { "polygons of cables" },
-                    kind.name(),
-                    describe(mesh, position)
-                );
-                return Err(refused(what).try_instead(match kind {
-                    Kind::Line3 => "save the mesh with elements of first order, or write a section with element = \"none\" for the group",
-                    Kind::Tri3 | Kind::Quad4 => "write a section for the group: element = \"polygon\" makes a ring of cables of each, \"none\" nothing",
-                    _ => "write a section with element = \"none\" for the group",
-                }));
-            }
-        };
-        let Some(own) = own else {
-            return Err(refused(format!(
-                "{} has no section, and there is no [structure.cable]",
-                describe(mesh, position)
-            ))
-            .try_instead(
-                "write sections for the groups of the mesh, or [structure.cable] for all of its lines",
-            ));
-        };
-        let ends = nodes.windows(2).map(|pair| [pair[0], pair[1]]);
-        let last = closed.then(|| [nodes[nodes.len() - 1], nodes[0]]);
-        for ends in ends.chain(last) {
-            let built = cable(&mesh.nodes, ends.map(|n| n as usize), own, None);
-            if !(built.length > 0.0 && built.length.is_finite()) {
-                return Err(refused(format!(
-                    "{} has the length {} m",
-                    describe(mesh, position),
-                    built.length
-                )));
-            }
-            cables.push(built);
-        }
-        Ok(())
+/// Whether an element of the part can be made of that shape; lines in no part are cables.
+fn takes(part: Option<&PartConfig>, kind: Kind) -> bool {
+    match part {
+        Some(PartConfig::Cable(_)) => matches!(kind, Kind::Line2 | Kind::Row | Kind::Tri3 | Kind::Quad4),
+        None | Some(PartConfig::SlidingCable(_)) => matches!(kind, Kind::Line2 | Kind::Row),
+        Some(PartConfig::Brake(_) | PartConfig::Beam(_)) => kind == Kind::Line2,
+        Some(PartConfig::Ring(_)) => matches!(kind, Kind::Tri3 | Kind::Quad4),
+        Some(PartConfig::Membrane(_)) => kind == Kind::Tri3,
+        Some(PartConfig::None(_)) => true,
     }
+}
+
+/// Nodes of the cell that an element of the mesh is; `None` where nothing becomes of it.
+fn cell(
+    scene: &Scene,
+    table: &StructureConfig,
+    mesh: &Mesh,
+    position: usize,
+    element: &Element,
+    part: Option<&PartConfig>,
+    number: u32,
+) -> Result<Option<Vec<usize>>, InputError> {
+    let key = if part.is_some() { format!("structure.parts.{number}.name") } else { "structure".into() };
+    if matches!(part, Some(PartConfig::None(_))) {
+        return Ok(None);
+    }
+    if !takes(part, element.kind) {
+        // A point says where something is, and is nothing.
+        if part.is_none() && element.kind == Kind::Point {
+            return Ok(None);
+        }
+        let what = format!(
+            "{} cannot be made of {}, and {} is one of them",
+            part.map_or("cables", PartConfig::elements),
+            element.kind.name(),
+            describe(mesh, position)
+        );
+        return Err(scene.invalid(&key, what).try_instead(match element.kind {
+            Kind::Line3 | Kind::Tri6 => {
+                "save the mesh with elements of first order, or write a part with element = \"none\" for the group"
+            }
+            Kind::Tri3 => {
+                "write a part for the group: element = \"membrane\" or \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
+            }
+            Kind::Quad4 => {
+                "write a part for the group: element = \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
+            }
+            _ => "write a part with another element for the group; \"none\" makes nothing of it",
+        }));
+    }
+    if part.is_none() && table.cable.is_none() {
+        let what =
+            format!("{} is in no part, and there is no table [structure.cable]", describe(mesh, position));
+        return Err(scene.invalid(&key, what).try_instead(
+            "write parts for the groups of the mesh, or [structure.cable] for all of its lines",
+        ));
+    }
+    let mut nodes: Vec<usize> = mesh.nodes_of(element).iter().map(|n| *n as usize).collect();
+    if matches!(part, Some(PartConfig::Cable(_))) && matches!(element.kind, Kind::Tri3 | Kind::Quad4) {
+        nodes.push(nodes[0]);
+    }
+    for pair in nodes.windows(2) {
+        let length = (mesh.nodes[pair[1]] - mesh.nodes[pair[0]]).norm();
+        if !(length > 0.0 && length.is_finite()) {
+            let what = format!("{} has the length {length} m", describe(mesh, position));
+            return Err(scene.invalid(&key, what));
+        }
+    }
+    Ok(Some(nodes))
 }
 
 /// An element in words, with its groups.

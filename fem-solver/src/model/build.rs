@@ -1,7 +1,8 @@
 //! From the table `[structure]` to a [`Model`], with every input error located.
 
 use super::Model;
-use super::base::Base;
+use super::base::{Base, Cell};
+use super::parts::Made;
 use super::support::Motion;
 use crate::config::structure::{CableConfig, Stated, StructureConfig, Where};
 use crate::config::{Config, not_negative, positive};
@@ -20,8 +21,13 @@ impl Model {
         let table = &config.structure;
         let base = Base::new(scene, table)?;
         let mut model = Self {
-            cables: base.cables,
-            cable_groups: base.cable_groups,
+            cables: Vec::new(),
+            elements: Vec::new(),
+            parts: Vec::new(),
+            turning: Vec::new(),
+            turning_number: Vec::new(),
+            inertia: Vec::new(),
+            dashpots: Vec::new(),
             springs: Vec::new(),
             point_masses: Vec::new(),
             mass: vec![0.0; base.nodes.len()],
@@ -30,6 +36,7 @@ impl Model {
             dead_load: vec![0.0; 3 * base.nodes.len()],
             down: None,
             damping: table.damping,
+            added_mass: 0.0,
             groups: base.groups,
             nodes: base.nodes,
             numbers: base.numbers,
@@ -37,7 +44,11 @@ impl Model {
         };
         not_negative(scene, "structure.damping", table.damping, "1/s")?;
         model.add_groups(scene, table)?;
-        model.add_cables(scene, table)?;
+        let mut made = vec![Made::default(); base.elements.0];
+        model.add_cables(scene, table, &base.lines, &mut made)?;
+        model.add_parts(scene, table, &base.cells, &mut made)?;
+        model.name_elements(base.elements.1, &made);
+        model.number_rotations();
         for node in base.held {
             model.hold(node, [true; 3]);
         }
@@ -46,6 +57,9 @@ impl Model {
         model.lump();
         model.load(scene, config)?;
         model.check_held_together(scene, config, base.framed)?;
+        if let Some(step) = config.fem.mass_scaling {
+            model.scale_masses(step);
+        }
         // A mesh file may have a group of that name; then it is the user's.
         if model.groups.iter().all(|g| g.name != "supports") {
             let held: Vec<u32> =
@@ -78,9 +92,24 @@ impl Model {
         Ok(())
     }
 
-    fn add_cables(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
+    fn add_cables(
+        &mut self,
+        scene: &Scene,
+        table: &StructureConfig,
+        lines: &[Cell],
+        made: &mut [Made],
+    ) -> Result<(), InputError> {
         if let Some(common) = &table.cable {
             check_cable(scene, "structure.cable", common)?;
+        }
+        for cell in lines {
+            let common =
+                table.cable.as_ref().expect("lines in no part are there only with [structure.cable]");
+            let first = self.cables.len();
+            let ends = cell.nodes.windows(2).map(|pair| [pair[0], pair[1]]);
+            self.cables.extend(ends.map(|ends| cable(&self.nodes, ends, common, None)));
+            let own = Made { elements: 0..0, cables: first..self.cables.len() };
+            cell.from.iter().for_each(|e| made[*e as usize] = own.clone());
         }
         for (i, entry) in table.cables.iter().enumerate() {
             let key = format!("structure.cables.{i}");
@@ -115,6 +144,17 @@ impl Model {
                 self.springs.push(Spring { node, stiffness: entry.stiffness.into() });
             }
         }
+        for (i, entry) in table.dampers.iter().enumerate() {
+            let key = format!("structure.dampers.{i}");
+            for viscosity in entry.viscosity {
+                not_negative(scene, &format!("{key}.viscosity"), viscosity, "N s/m")?;
+            }
+            for node in self.place(scene, &key, entry.place())? {
+                let own = (0..3).map(|c| (self.dof(node, c), entry.viscosity[c])).filter(|(_, c)| *c > 0.0);
+                let own: Vec<_> = own.collect();
+                self.dashpots.extend(own);
+            }
+        }
         for (i, entry) in table.masses.iter().enumerate() {
             let key = format!("structure.masses.{i}");
             positive(scene, &format!("{key}.mass"), entry.mass, "kg")?;
@@ -129,12 +169,22 @@ impl Model {
         for (i, entry) in table.supports.iter().enumerate() {
             let key = format!("structure.supports.{i}");
             let directions = ['x', 'y', 'z'].map(|c| entry.directions.contains(c));
-            if entry.directions.is_empty() || entry.directions.chars().any(|c| !"xyz".contains(c)) {
+            let no_axis = |letters: &str| letters.chars().any(|c| !"xyz".contains(c));
+            if no_axis(&entry.rotations) {
+                let what = format!("`{}` is no set of axes, write letters of xyz", entry.rotations);
+                return Err(scene.invalid(&format!("{key}.rotations"), what));
+            }
+            if (entry.directions.is_empty() && entry.rotations.is_empty()) || no_axis(&entry.directions) {
                 let what = format!("`{}` is no set of directions, write letters of xyz", entry.directions);
                 return Err(scene.invalid(&format!("{key}.directions"), what));
             }
             for node in self.place(scene, &key, entry.place())? {
                 self.hold(node, directions);
+                for (component, letter) in ['x', 'y', 'z'].into_iter().enumerate() {
+                    if let Some(dof) = self.rotation(node, component) {
+                        self.held[dof] |= entry.rotations.contains(letter);
+                    }
+                }
                 if entry.motion.is_empty() {
                     continue;
                 }
@@ -160,6 +210,17 @@ impl Model {
                 self.mass[node] += cable.nodal_mass();
             }
         }
+        for element in &self.elements {
+            let nodes = element.nodes();
+            let (mut mass, mut inertia) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
+            element.lump(&mut mass, &mut inertia);
+            for (i, node) in nodes.iter().enumerate() {
+                self.mass[*node] += mass[i];
+                if let Some(number) = self.turning_number[*node] {
+                    self.inertia[number] += inertia[i];
+                }
+            }
+        }
         for point in &self.point_masses {
             self.mass[point.node] += point.mass;
         }
@@ -181,6 +242,17 @@ impl Model {
                 for c in 0..3 {
                     let dof = self.dof(node, c);
                     self.dead_load[dof] += entry.force[c];
+                    match self.rotation(node, c) {
+                        Some(dof) => self.dead_load[dof] += entry.moment[c],
+                        None if entry.moment[c] != 0.0 => {
+                            let what = format!(
+                                "node {} has no rotations: no moment acts on it",
+                                self.node_name(node)
+                            );
+                            return Err(scene.invalid(&format!("structure.loads.{i}.moment"), what));
+                        }
+                        None => {}
+                    }
                 }
             }
         }
@@ -192,6 +264,7 @@ impl Model {
     fn check_held_together(&self, scene: &Scene, config: &Config, framed: bool) -> Result<(), InputError> {
         let mut used = vec![false; self.nodes.len()];
         let ends = self.cables.iter().flat_map(|c| c.nodes);
+        let ends = ends.chain(self.elements.iter().flat_map(|e| e.nodes().to_vec()));
         let others = self.springs.iter().map(|s| s.node).chain(self.point_masses.iter().map(|m| m.node));
         ends.chain(others).for_each(|node| used[node] = true);
         let lonely = |node: &usize| !(used[*node] || framed && self.fully_held(*node));
@@ -262,8 +335,9 @@ impl Model {
 
     /// How far a point may lie from a node that it names [m]: half of its shortest cable.
     fn reach(&self, node: usize) -> f64 {
-        let ends = self.cables.iter().filter(|c| c.nodes.contains(&node));
-        let half = ends.map(|c| 0.5 * c.span.norm()).fold(f64::INFINITY, f64::min);
+        let ends = self.lines().map(|(line, _)| line).filter(|line| line.contains(&node));
+        let span = |line: [usize; 2]| (self.nodes[line[1]] - self.nodes[line[0]]).norm();
+        let half = ends.map(|line| 0.5 * span(line)).fold(f64::INFINITY, f64::min);
         if half.is_finite() { half * (1.0 + SAME_POINT) } else { SAME_POINT * self.extent().max(1.0) }
     }
 }

@@ -1,17 +1,19 @@
 //! The structure as numbers: nodes, elements, supports, loads, lumped masses.
 //!
 //! Vectors over all degrees of freedom are component-major: the x of all nodes, then y, then z
-//! (`dof = component * nodes + node`), so that loops over neighbouring nodes run over slices.
+//! (`dof = component * nodes + node`), so that loops over neighbouring nodes run over slices; after them the
+//! rotations of the nodes that have any, in the same manner.
 //! At the interface they are node-major.
 
 mod base;
 mod build;
 mod generator;
+mod parts;
+mod ropes;
 pub mod support;
 
-pub use base::CableGroup;
-
-use crate::element::{Cable, PointMass, Spring};
+use crate::element::{AnyElement, Cable, PointMass, Spring};
+use crate::tangent::Tangent;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
 use support::Motion;
@@ -23,8 +25,18 @@ pub struct Model {
     pub nodes: Vec<Vector3<f64>>,
     /// Cables, in the order of the scene.
     pub cables: Vec<Cable>,
-    /// Named sets of cables.
-    pub cable_groups: Vec<CableGroup>,
+    /// Everything else: elements that go through [`crate::element::Element`].
+    pub elements: Vec<AnyElement>,
+    /// Named sets of elements: the parts of the scene, then the other groups of the mesh.
+    pub parts: Vec<Part>,
+    /// Nodes that have rotations, in order.
+    pub turning: Vec<usize>,
+    /// Number of each node among those that have rotations.
+    pub turning_number: Vec<Option<usize>>,
+    /// Lumped rotary inertia of each node that has rotations [kg m2].
+    pub inertia: Vec<f64>,
+    /// Grounded dashpots: degree of freedom and viscosity [N s/m].
+    pub dashpots: Vec<(usize, f64)>,
     /// Grounded springs.
     pub springs: Vec<Spring>,
     /// Point masses.
@@ -41,12 +53,25 @@ pub struct Model {
     pub down: Option<Vector3<f64>>,
     /// Mass-proportional damping alpha [1/s].
     pub damping: f64,
+    /// Mass added for the sake of longer steps [kg].
+    pub added_mass: f64,
     /// Named sets of nodes.
     pub groups: Vec<Group>,
     /// Numbers of the nodes in the mesh file, by which messages call them; empty where there is none.
     pub numbers: Vec<u64>,
     /// What the user should know of how it was built.
     pub warnings: Vec<String>,
+}
+
+/// A named set of elements.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// Its name.
+    pub name: String,
+    /// Its elements, by their numbers in [`Model::elements`].
+    pub elements: Vec<usize>,
+    /// Its cables, by their numbers in [`Model::cables`].
+    pub cables: Vec<usize>,
 }
 
 impl Model {
@@ -57,7 +82,41 @@ impl Model {
 
     /// Number of degrees of freedom, held ones included.
     pub fn dof_count(&self) -> usize {
-        3 * self.nodes.len()
+        3 * (self.nodes.len() + self.turning.len())
+    }
+
+    /// Degree of freedom of the rotation of a node about axis `component`, where it has one.
+    pub fn rotation(&self, node: usize, component: usize) -> Option<usize> {
+        let number = self.turning_number[node]?;
+        Some(3 * self.nodes.len() + component * self.turning.len() + number)
+    }
+
+    /// Lumped mass [kg] or rotary inertia [kg m2] of a degree of freedom.
+    pub fn dof_mass(&self, dof: usize) -> f64 {
+        let n = self.nodes.len();
+        if dof < 3 * n { self.mass[dof % n] } else { self.inertia[(dof - 3 * n) % self.turning.len()] }
+    }
+
+    /// Add to the masses of nodes that move what they need for steps of `step` [s], by Gershgorin's bound of the highest
+    /// frequency of the structure as modelled: `m_a >= (step / 2)^2 sum_b |K_ab|`. Weights stay.
+    pub fn scale_masses(&mut self, step: f64) {
+        let (u, history) = (vec![0.0; self.dof_count()], self.start_history());
+        let rows = Tangent::new(self).row_sums(self, &u, &history);
+        let need = |dof: usize| 0.25 * step * step * rows[dof];
+        for node in 0..self.nodes.len() {
+            let most = (0..3).map(|c| need(self.dof(node, c))).fold(self.mass[node], f64::max);
+            self.added_mass += most - self.mass[node];
+            self.mass[node] = most;
+        }
+        for (number, node) in self.turning.iter().enumerate() {
+            let needs = (0..3).filter_map(|c| self.rotation(*node, c)).map(need);
+            self.inertia[number] = needs.fold(self.inertia[number], f64::max);
+        }
+    }
+
+    /// History of all elements as modelled.
+    pub fn start_history(&self) -> Vec<f64> {
+        self.elements.iter().flat_map(|e| e.start_history()).collect()
     }
 
     /// Degree of freedom of a node in direction `component` (0, 1, 2).
@@ -68,7 +127,12 @@ impl Model {
     /// The node of a degree of freedom and its direction, in words.
     pub fn dof_name(&self, dof: usize) -> String {
         let n = self.nodes.len();
-        format!("node {} in {}", self.node_name(dof % n), ["x", "y", "z"][dof / n])
+        if dof < 3 * n {
+            return format!("node {} in {}", self.node_name(dof % n), ["x", "y", "z"][dof / n]);
+        }
+        let (turning, number) = (self.turning.len(), dof - 3 * n);
+        let node = self.turning[number % turning];
+        format!("node {} turning about {}", self.node_name(node), ["x", "y", "z"][number / turning])
     }
 
     /// A node and where it stands, in words.
@@ -109,14 +173,24 @@ impl Model {
         (high - low).norm()
     }
 
+    /// Lines and their radii: the cables, then those of the other elements.
+    pub fn lines(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
+        let cables = self.cables.iter().map(|c| (c.nodes, c.radius));
+        let others = self.elements.iter().flat_map(|e| {
+            let radius = e.radius();
+            e.lines().into_iter().map(move |line| (line, radius))
+        });
+        cables.chain(others)
+    }
+
     /// The interface mesh with the nodes displaced by `u`.
     pub fn interface_mesh(&self, u: &[f64]) -> InterfaceMesh {
         let node = |i: usize| self.nodes[i] + self.vector(u, i);
         InterfaceMesh {
             coordinates: (0..self.nodes.len()).flat_map(|i| <[f64; 3]>::from(node(i))).collect(),
-            lines: self.cables.iter().map(|c| c.nodes.map(|n| n as u32)).collect(),
-            faces: Vec::new(),
-            line_radius: self.cables.iter().map(|c| c.radius).collect(),
+            lines: self.lines().map(|(line, _)| line.map(|n| n as u32)).collect(),
+            faces: self.elements.iter().flat_map(|e| e.faces()).map(|f| f.map(|n| n as u32)).collect(),
+            line_radius: self.lines().map(|(_, radius)| radius).collect(),
             masses: (0..self.nodes.len())
                 .map(|i| if self.fully_held(i) { f64::INFINITY } else { self.mass[i] })
                 .collect(),

@@ -12,6 +12,7 @@ gravity = [0.0, 0.0, -9.81]
 [structure]
 generator = { type = "ring_net", rings = [8, 6], diameter = 0.3, center = [0.0, 0.0, 0.0] }
 cable = { young = 1e10, area = 2e-5, density = 7850.0 }
+parts = [{ name = "net", element = "cable" }]
 [[gauge]]
 name = "net"
 group = "net"
@@ -75,15 +76,12 @@ fn the_barrier_of_cables_finds_its_shape_and_bears_a_push() {
 #[test]
 fn a_barrier_with_rings_hangs_in_balance() {
     let text = with(&barrier(), "cells = [20, 8]", "cells = [6, 3]\nnet = \"rings\"");
-    let mut run = Run::alone(
-        &with(&text, "group = \"net\", element = \"cable\"", "group = \"net\", element = \"polygon\""),
-        0.05,
-    );
+    let mut run = Run::alone(&text, 0.05);
     let weight = weight(&run);
     run.step(0.05, &[]);
     assert!((run.value("reaction_z") - weight).abs() < 1e-5, "{} is not {weight}", run.value("reaction_z"));
     // Each ring has its own four cables.
-    let net = run.solver.model().cable_groups.iter().find(|g| g.name == "net").unwrap();
+    let net = run.solver.model().parts.iter().find(|g| g.name == "net").unwrap();
     assert_eq!(net.cables.len(), 4 * 18 * 3);
 }
 
@@ -95,26 +93,30 @@ fn a_part_that_no_element_is_there_for_is_refused_with_its_name_and_kind() {
     };
     let text = barrier();
     for (from, to, words) in [
-        ("{ group = \"posts\", element = \"none\" },", "", "the generated part `posts` is made of beams"),
         (
-            "{ group = \"top_rope\", element = \"cable\" },",
+            "{ name = \"posts\", element = \"none\" },",
             "",
-            "the generated part `top_rope` is made of sliding cables",
+            "the generated group `posts` is made for element = \"beam\"",
         ),
         (
-            "{ group = \"rope_brakes\", element = \"cable\" },",
+            "{ name = \"top_rope\", element = \"cable\" },",
             "",
-            "the generated part `rope_brakes` is made of brakes",
+            "the generated group `top_rope` is made for element = \"sliding_cable\"",
         ),
         (
-            "{ group = \"posts\", element = \"none\" },",
-            "{ group = \"post\", element = \"none\" },",
+            "{ name = \"rope_brakes\", element = \"cable\" },",
+            "",
+            "the generated group `rope_brakes` is made for element = \"brake\"",
+        ),
+        (
+            "{ name = \"posts\", element = \"none\" },",
+            "{ name = \"post\", element = \"none\" },",
             "groups of elements here: `net`, `posts`",
         ),
         (
-            "cells = [20, 8]",
-            "cells = [20, 8]\nnet = \"rings\"",
-            "cables cannot be made of quadrilaterals of 4 nodes, and element 0 of the group `net`",
+            "{ name = \"top_rope\", element = \"cable\" }",
+            "{ name = \"top_rope\", element = \"brake\", stiffness = 1e6 }",
+            "brakes cannot be made of rows of nodes, and element 899 of the group `top_rope`",
         ),
         ("cells = [20, 8]", "lean = -4.0", "posts of 4 m cannot lean by -4 m"),
         ("cells = [20, 8]", "fields = 0", "one field at least"),

@@ -165,3 +165,39 @@ fn the_resolved_scene_builds_the_same_structure() {
     assert_eq!(again.resolved, report.resolved);
     assert_eq!(again.numbers["critical_step_s"], report.numbers["critical_step_s"]);
 }
+
+#[test]
+fn faults_of_parts_are_named_with_their_place_and_numbers() {
+    let part = |what: &str| format!("{PAIR}\n[[structure.parts]]\nname = \"p\"\n{what}\n");
+    let brake = "element = \"brake\"\ncells = [[0, 1]]\nstiffness = 1e6\n";
+    let beam = "element = \"beam\"\ncells = [[0, 1]]\nyoung = 1e9\narea = 1e-3\ndensity = 1.0\n";
+    let rope = "element = \"sliding_cable\"\nyoung = 1e9\narea = 1e-4\ndensity = 1.0\n";
+    for (text, words) in [
+        (part(&format!("{brake}curve = [[0.01, 5e4]]")), "its travel must grow"),
+        (part(&format!("{brake}curve = [[0.2, 5e4], [0.1, 6e4]]")), "must increase, 0.1 follows 0.2"),
+        (part(&format!("{brake}stroke = -1.0")), "must lie above 0"),
+        (part(&brake.replace("[0, 1]", "[0, 1, 2]")), "has 3 nodes, it takes 2"),
+        (part(&brake.replace("[0, 1]", "[0, 9]")), "no node 9; nodes are 0 to 2"),
+        (part(&format!("{beam}inertia = [0.0, 1e-6]")), "must lie above 0"),
+        (part(&format!("{beam}inertia = [1e-6, 1e-6]\nup = [1.0, 0.0, 0.0]")), "`up` lies along the beam"),
+        (part(rope), "has no cells"),
+        (part(&format!("{rope}cells = [[0, 1, 2]]\nfriction = -0.1")), "must not lie below 0"),
+        (part(&format!("{rope}cells = [[0, 1, 2]]\nfrictoin = 0.1")), "frictoin"),
+        (
+            part(
+                "element = \"membrane\"\ncells = [[0, 1, 2]]\nthickness = 1e-3\ndensity = 1.0\nyoung = [1e9]",
+            ),
+            "has no area",
+        ),
+        (
+            part(
+                "element = \"ring\"\ncells = [[0, 1]]\ndiameter = 0.3\nperimeter_stiffness = 1e5\nbending_stiffness = 1e3\nmass = 1.0",
+            ),
+            "has 2 nodes, it takes 3 to 4",
+        ),
+        (part("element = \"hawser\"\ncells = [[0, 1]]"), "hawser"),
+    ] {
+        let message = refused(&text);
+        assert!(message.contains("test.toml:") && message.contains(words), "{message}");
+    }
+}

@@ -4,6 +4,8 @@ mod allocation;
 mod common;
 mod contract;
 mod dynamics;
+mod elements;
+mod extremes;
 mod generated;
 mod input;
 mod meshes;

@@ -134,22 +134,22 @@ fn what_no_element_can_be_made_of_is_refused_with_its_group_and_kind() {
         ),
         "{message}"
     );
-    let message = with("sections = [{ group = \"rope\", element = \"polygon\" }]");
+    let message = with(
+        "parts = [{ name = \"rope\", element = \"ring\", diameter = 1.0, perimeter_stiffness = 1.0, bending_stiffness = 1.0, mass = 1.0 }]",
+    );
     assert!(
-        message.contains(
-            "polygons of cables cannot be made of lines of 2 nodes, and element 1 of the group `rope`"
-        ),
+        message.contains("rings cannot be made of lines of 2 nodes, and element 1 of the group `rope`"),
         "{message}"
     );
     assert!(message.starts_with("test.toml:6:"), "{message}");
 }
 
 #[test]
-fn sections_say_what_a_group_becomes_and_give_its_properties() {
+fn parts_say_what_a_group_becomes_and_give_its_properties() {
     let files = Files::new("mixed.inp", MIXED);
     let scene = files.scene(&format!(
-        "mesh = \"mixed.inp\"\n{CABLE}\nsections = [{{ group = \"rope\", area = 2e-4, radius = 0.01 }}, {{ group = \"skin\", \
-         element = \"polygon\", prestress = 1e6 }}]\nsupports = [{{ group = \"ends\" }}]"
+        "mesh = \"mixed.inp\"\n{CABLE}\nparts = [{{ name = \"rope\", element = \"cable\", area = 2e-4, radius = 0.01 }}, {{ name = \"skin\", \
+         element = \"cable\", prestress = 1e6 }}]\nsupports = [{{ group = \"ends\" }}]"
     ));
     let solver = FemSolver::new(&scene, &Options::default()).unwrap();
     let model = solver.model();
@@ -159,17 +159,21 @@ fn sections_say_what_a_group_becomes_and_give_its_properties() {
     );
     assert_eq!(model.cables.iter().map(|c| c.area).collect::<Vec<_>>(), [2e-4, 2e-4, 1e-4, 1e-4, 1e-4]);
     assert_eq!(model.cables.iter().map(|c| c.prestress).collect::<Vec<_>>(), [0.0, 0.0, 1e6, 1e6, 1e6]);
-    let group = |name: &str| model.cable_groups.iter().find(|g| g.name == name).unwrap().cables.clone();
+    let group = |name: &str| model.parts.iter().find(|g| g.name == name).unwrap().cables.clone();
     assert_eq!((group("rope"), group("skin")), (vec![0, 1], vec![2, 3, 4]));
     assert_eq!(model.node_name(3), "40 at (1, 1, 0)", "nodes are called as in the file");
     assert_eq!(model.node_count(), 4, "node 50 is left out");
-    assert!(model.warnings[0].starts_with("1 nodes of the mesh belong to no cable"), "{:?}", model.warnings);
+    assert!(
+        model.warnings[0].starts_with("1 nodes of the mesh belong to no element"),
+        "{:?}",
+        model.warnings
+    );
 }
 
 #[test]
 fn a_group_that_becomes_nothing_leaves_its_other_nodes_out() {
     let files = Files::new("mixed.inp", MIXED);
-    let skin = "sections = [{ group = \"skin\", element = \"none\" }]\nsupports = [{ group = \"ends\" }]";
+    let skin = "parts = [{ name = \"skin\", element = \"none\" }]\nsupports = [{ group = \"ends\" }]";
     let scene = files.scene(&format!("mesh = \"mixed.inp\"\n{CABLE}\n{skin}"));
     let report = check(&scene).unwrap();
     assert_eq!(report.numbers["nodes"], 3.0);
@@ -184,32 +188,34 @@ fn a_group_that_becomes_nothing_leaves_its_other_nodes_out() {
 #[test]
 fn each_fault_of_a_binding_is_named_with_its_place() {
     let files = Files::new("mixed.inp", MIXED);
-    let skin = "{ group = \"skin\", element = \"none\" }";
+    let skin = "{ name = \"skin\", element = \"none\" }";
     for (structure, place, words) in [
         ("mesh = \"other.inp\"".to_owned(), "test.toml:4:", "there is no mesh file other.inp"),
         ("mesh = \"test.toml\"".to_owned(), "test.toml: ", "known are .msh (Gmsh)"),
         (
-            format!("mesh = \"mixed.inp\"\nsections = [{{ group = \"rop\" }}]\n{CABLE}"),
+            format!("mesh = \"mixed.inp\"\nparts = [{{ name = \"rop\", element = \"cable\" }}]\n{CABLE}"),
             "test.toml:5:",
             "groups of elements here: `rope`, `skin`",
         ),
         (
-            format!("mesh = \"mixed.inp\"\nsections = [{skin}, {skin}]\n{CABLE}"),
+            format!("mesh = \"mixed.inp\"\nparts = [{skin}, {skin}]\n{CABLE}"),
             "test.toml:5:",
-            "element 3 is in the groups `skin` and `skin`",
+            "element 3 is in the parts",
         ),
         (
-            format!("mesh = \"mixed.inp\"\nsections = [{skin}]"),
+            format!("mesh = \"mixed.inp\"\nparts = [{skin}]"),
             "test.toml:3:",
-            "element 1 of the group `rope` has no section",
+            "element 1 of the group `rope` is in no part",
         ),
         (
-            format!("mesh = \"mixed.inp\"\nsections = [{skin}, {{ group = \"rope\", young = 1e9 }}]"),
+            format!(
+                "mesh = \"mixed.inp\"\nparts = [{skin}, {{ name = \"rope\", element = \"cable\", young = 1e9 }}]"
+            ),
             "test.toml:5:",
             "no area is stated here",
         ),
         (
-            format!("mesh = \"mixed.inp\"\nsections = [{skin}]\n{CABLE}\nsupports = [{{ nodes = [0] }}]"),
+            format!("mesh = \"mixed.inp\"\nparts = [{skin}]\n{CABLE}\nsupports = [{{ nodes = [0] }}]"),
             "test.toml:7:",
             "bound by names, not by node numbers",
         ),
@@ -219,7 +225,7 @@ fn each_fault_of_a_binding_is_named_with_its_place() {
             "takes no further nodes",
         ),
         (
-            format!("mesh = \"mixed.inp\"\nsections = [{skin}]\n{CABLE}\nsupports = [{{ group = \"end\" }}]"),
+            format!("mesh = \"mixed.inp\"\nparts = [{skin}]\n{CABLE}\nsupports = [{{ group = \"end\" }}]"),
             "test.toml:7:",
             "groups here: `ends`",
         ),
@@ -230,25 +236,21 @@ fn each_fault_of_a_binding_is_named_with_its_place() {
             "test.toml:4:",
             "either a mesh file or a generator",
         ),
-        (
-            format!("sections = [{skin}]\nnodes = [[0.0, 0.0, 0.0]]"),
-            "test.toml:4:",
-            "sections belong to the groups",
-        ),
+        (format!("parts = [{skin}]\nnodes = [[0.0, 0.0, 0.0]]"), "test.toml:4:", "has no cells"),
     ] {
         let message = files.refused(&structure);
         assert!(message.starts_with(place), "{structure}: {message}");
         assert!(message.contains(words), "{structure}: {message}");
     }
     let twice = Files::new("twice.inp", &MIXED.replace("20, 1, 0, 0", "20, 0, 0, 0"));
-    let message = twice.refused(&format!("mesh = \"twice.inp\"\n{CABLE}\nsections = [{skin}]"));
+    let message = twice.refused(&format!("mesh = \"twice.inp\"\n{CABLE}\nparts = [{skin}]"));
     assert!(message.contains("element 1 of the group `rope` has the length 0 m"), "{message}");
 }
 
 #[test]
 fn a_group_of_the_file_called_supports_is_the_users() {
     let files = Files::new("mixed.inp", &MIXED.replace("NSET=ends", "NSET=supports"));
-    let skin = "sections = [{ group = \"skin\", element = \"none\" }]";
+    let skin = "parts = [{ name = \"skin\", element = \"none\" }]";
     let scene_ = files
         .scene(&format!("mesh = \"mixed.inp\"\n{CABLE}\n{skin}\nsupports = [{{ group = \"supports\" }}]"));
     let solver = FemSolver::new(&scene_, &Options::default()).unwrap();

@@ -38,6 +38,14 @@ pub struct Program {
     pub check: fn(&Scene) -> Result<CheckReport, InputError>,
 }
 
+/// A subcommand of one program, beside those that all solvers have.
+pub struct Extra {
+    /// Its name, arguments and help.
+    pub command: fn() -> clap::Command,
+    /// Do it.
+    pub run: fn(&clap::ArgMatches) -> Result<Exit, InputError>,
+}
+
 /// What the command line tells a solver beside the scene.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
@@ -147,17 +155,37 @@ pub fn seconds(text: &str) -> Result<f64, String> {
 
 /// The whole program: parse the command line, do it, print an error once, choose the exit code.
 pub fn main(program: &Program) -> ExitCode {
-    let command = Cli::command().name(program.name).about(program.about).version(env!("CARGO_PKG_VERSION"));
+    main_with(program, &[])
+}
+
+/// The same for a program with subcommands of its own.
+pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
+    let mut command =
+        Cli::command().name(program.name).about(program.about).version(env!("CARGO_PKG_VERSION"));
+    for extra in extras {
+        command = command.subcommand((extra.command)());
+    }
     let matches = command.get_matches();
+    if let Some((name, own)) = matches.subcommand()
+        && let Some(extra) = extras.iter().find(|e| (e.command)().get_name() == name)
+    {
+        let form = matches.get_one("log_format").copied().unwrap_or_default();
+        log::init(form, true);
+        return guarded(|| (extra.run)(own));
+    }
     let cli = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
         Err(e) => e.exit(),
     };
     let tell = !matches!(cli.command, Command::Run { quiet: true, .. } | Command::Check { .. });
     log::init(cli.log_format, tell);
+    guarded(|| execute(program, &cli.command))
+}
+
+/// Do it, print an error once, choose the exit code.
+fn guarded(work: impl FnOnce() -> Result<Exit, InputError>) -> ExitCode {
     // A broken invariant has told its story on stderr by then; the exit code is that of a failed run.
-    let outcome = std::panic::catch_unwind(|| execute(program, &cli.command));
-    match outcome {
+    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(exit)) => exit.into(),
         Ok(Err(error)) => {
             complain(&error.to_string());

@@ -11,6 +11,10 @@ pub const HISTORY: &str = "history.csv";
 pub const SUMMARY: &str = "summary.json";
 /// Rows per coupling iteration.
 pub const ITERATIONS: &str = "iterations.csv";
+/// Ways of rocks over terrain.
+pub const TRAJECTORY: &str = "trajectory.csv";
+/// A picture of them.
+pub const PICTURE: &str = "trajectory.svg";
 /// Fields for ParaView.
 pub const FIELDS: &str = "fields";
 /// The scene with every default filled in.
@@ -50,7 +54,7 @@ pub fn prepare(dir: &Path, force: bool) -> Result<(), InputError> {
 
 /// Remove results of an older run.
 fn remove_results(dir: &Path) -> io::Result<()> {
-    for name in [HISTORY, SUMMARY, ITERATIONS] {
+    for name in [HISTORY, SUMMARY, ITERATIONS, TRAJECTORY, PICTURE] {
         remove(&dir.join(name))?;
     }
     remove_all(&dir.join(FIELDS), is_field_file)

@@ -13,11 +13,13 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// Every key that may stand at the top of a scene.
-pub const KEYS: [&str; 14] = [
+pub const KEYS: [&str; 16] = [
     "title",
     "end_time",
     "gravity",
     "rock",
+    "spheres",
+    "box",
     "contact",
     "terrain",
     "structure",

@@ -216,6 +216,9 @@ impl<'a> Solo<'a> {
             }
             self.write_row(time(row + 1, 0))
                 .map_err(|e| Fault::broken(format!("history.csv cannot be written: {e}")))?;
+            if self.solver.has_ended() {
+                break;
+            }
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 //! Geometry, names and sources are described at [`Barrier`].
 
 use super::ring_net::Contacts;
-use super::{Generated, Made, Part, named};
+use super::{Generated, Part, named};
 use crate::config::generator::{Barrier, BarrierNet};
 use crate::read::mesh::{ElementGroup, Kind, Mesh};
 use nalgebra::Vector3;
@@ -74,10 +74,10 @@ impl<'a> Work<'a> {
         Vector3::new(along - self.half(), 0.0, 0.0) + up * self.post
     }
 
-    fn part(&mut self, group: &'static str, made: Made, elements: Vec<(Kind, Vec<usize>)>) {
+    fn part(&mut self, group: &'static str, element: &'static str, elements: Vec<(Kind, Vec<usize>)>) {
         let elements = elements.iter().map(|(kind, nodes)| self.mesh.push(*kind, nodes)).collect();
         self.mesh.element_groups.push(ElementGroup { name: group.into(), elements });
-        self.parts.push(Part { group, made });
+        self.parts.push(Part { group, element });
     }
 
     /// The net, with feet and heads.
@@ -114,7 +114,7 @@ impl<'a> Work<'a> {
         self.sides = [0, columns].map(|i| (0..=rows).map(|j| number(i, j)).collect());
         self.feet = (0..=self.table.fields).map(|k| number(k * per_field, 0)).collect();
         self.heads = (0..=self.table.fields).map(|k| number(k * per_field, rows)).collect();
-        self.part("net", Made::Cables, cables);
+        self.part("net", "cable", cables);
     }
 
     /// A ring in each cell; feet and heads are nodes of the ropes alone.
@@ -150,13 +150,13 @@ impl<'a> Work<'a> {
                 .collect();
         }
         let ring = |k: usize| (Kind::Quad4, contacts.of_ring(k % columns, k / columns).to_vec());
-        self.part("net", Made::Rings, (0..columns * rows).map(ring).collect());
+        self.part("net", "ring", (0..columns * rows).map(ring).collect());
     }
 
     fn posts(&mut self) {
         let posts = self.feet.iter().zip(&self.heads).map(|(foot, head)| (Kind::Line2, vec![*foot, *head]));
         let posts = posts.collect();
-        self.part("posts", Made::Beams, posts);
+        self.part("posts", "beam", posts);
     }
 
     /// A node on the way from `anchor` to `towards`, a brake's length from the anchor.
@@ -168,7 +168,7 @@ impl<'a> Work<'a> {
     /// Top, bottom and side ropes, the brakes of the first two, and the ropes to the side.
     fn bearing_ropes(&mut self) {
         let sides = self.sides.clone().map(|nodes| (Kind::Row, nodes)).to_vec();
-        self.part("side_ropes", Made::Cables, sides);
+        self.part("side_ropes", "cable", sides);
         let mut brakes = Vec::new();
         let mut lateral = Vec::new();
         for (group, share, mut rope) in
@@ -188,10 +188,10 @@ impl<'a> Work<'a> {
             });
             rope.insert(0, first);
             rope.push(last);
-            self.part(group, Made::SlidingCables, vec![(Kind::Row, rope)]);
+            self.part(group, "sliding_cable", vec![(Kind::Row, rope)]);
         }
-        self.part("rope_brakes", Made::Brakes, brakes);
-        self.part("lateral_ropes", Made::Cables, lateral);
+        self.part("rope_brakes", "brake", brakes);
+        self.part("lateral_ropes", "cable", lateral);
     }
 
     /// Two ropes from each head to the slope, a quarter of a field to either side.
@@ -209,8 +209,8 @@ impl<'a> Work<'a> {
                 brakes.push((Kind::Line2, vec![brake, anchor]));
             }
         }
-        self.part("upslope_ropes", Made::Cables, ropes);
-        self.part("upslope_brakes", Made::Brakes, brakes);
+        self.part("upslope_ropes", "cable", ropes);
+        self.part("upslope_brakes", "brake", brakes);
     }
 
     fn finish(mut self) -> Generated {

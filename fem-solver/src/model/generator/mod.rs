@@ -5,7 +5,6 @@ mod rectangular_net;
 mod ring_net;
 
 use crate::config::generator::{Barrier, Generator, Held};
-use crate::config::structure::ElementKind;
 use crate::config::{not_negative, positive};
 use crate::read::mesh::{ElementGroup, Mesh};
 use interface_defs::mesh::Group;
@@ -19,7 +18,7 @@ pub struct Generated {
     pub mesh: Mesh,
     /// Nodes that are held in all directions.
     pub held: Vec<usize>,
-    /// What the elements of each group are made to be, where the scene says nothing else.
+    /// What the elements of each group are made for.
     pub parts: Vec<Part>,
 }
 
@@ -28,54 +27,17 @@ pub struct Generated {
 pub struct Part {
     /// The group of its elements.
     pub group: &'static str,
-    /// What they are made to be.
-    pub made: Made,
-}
-
-/// What the elements of a part are made to be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Made {
-    /// Cables between two nodes, or along a row of nodes.
-    Cables,
-    /// Rings through four contacts.
-    Rings,
-    /// Beams between two nodes.
-    Beams,
-    /// Cables that slide over all nodes of a row between its ends.
-    SlidingCables,
-    /// Brakes between two nodes.
-    Brakes,
-}
-
-impl Made {
-    /// What this program makes of them unasked; `None` where a section has to say.
-    pub fn element(self) -> Option<ElementKind> {
-        match self {
-            Self::Cables => Some(ElementKind::Cable),
-            Self::Rings => Some(ElementKind::Polygon),
-            Self::Beams | Self::SlidingCables | Self::Brakes => None,
-        }
-    }
-
-    /// Their name, in the plural.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cables => "cables",
-            Self::Rings => "rings",
-            Self::Beams => "beams",
-            Self::SlidingCables => "sliding cables",
-            Self::Brakes => "brakes",
-        }
-    }
+    /// The element that they are made for, as `[[structure.parts]]` calls it.
+    pub element: &'static str,
 }
 
 impl Generated {
     /// A structure whose elements are all one part.
-    fn of_one_part(mut mesh: Mesh, group: &'static str, made: Made, held: Vec<usize>) -> Self {
+    fn of_one_part(mut mesh: Mesh, group: &'static str, element: &'static str, held: Vec<usize>) -> Self {
         let elements = (0..mesh.elements.len() as u32).collect();
         mesh.element_groups.push(ElementGroup { name: group.into(), elements });
         mesh.name_nodes();
-        Self { mesh, held, parts: vec![Part { group, made }] }
+        Self { mesh, held, parts: vec![Part { group, element }] }
     }
 }
 

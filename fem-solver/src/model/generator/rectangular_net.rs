@@ -1,6 +1,6 @@
 //! A net of square cells.
 
-use super::{Generated, Made, named};
+use super::{Generated, named};
 use crate::config::generator::{Held, RectangularNet};
 use crate::read::mesh::{Kind, Mesh};
 use nalgebra::Vector3;
@@ -56,7 +56,7 @@ pub fn rectangular_net(generator: &RectangularNet) -> Generated {
         Held::Corners => corners,
         Held::None => Vec::new(),
     };
-    Generated::of_one_part(mesh, "net", Made::Cables, held)
+    Generated::of_one_part(mesh, "net", "cable", held)
 }
 
 #[cfg(test)]

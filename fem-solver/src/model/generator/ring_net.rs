@@ -1,6 +1,6 @@
 //! A net of rings, each in contact with four neighbours.
 
-use super::{Generated, Made, named};
+use super::{Generated, named};
 use crate::config::generator::{Held, RingNet};
 use crate::read::mesh::{Kind, Mesh};
 use nalgebra::Vector3;
@@ -83,7 +83,7 @@ pub fn ring_net(generator: &RingNet) -> Generated {
         named("y_max", &y_max),
     ];
     let held = if generator.held == Held::Edges { edges } else { Vec::new() };
-    Generated::of_one_part(mesh, "net", Made::Rings, held)
+    Generated::of_one_part(mesh, "net", "ring", held)
 }
 
 #[cfg(test)]

@@ -1,0 +1,227 @@
+//! Cost of trajectories, and of a contact step, over generated slopes. One thread; processor time.
+//!
+//! `cargo run --release -p dem-solver --example trajectories [SECONDS PER FIGURE]`
+//!
+//! Targets: 20 trajectories per second and core with a rock of 1 000 spheres, 500 with one sphere, on a slope
+//! of a million triangles; a contact step of a cluster of 1 000 and of 19 683 spheres over 100 352 triangles in
+//! 4.4 and 10.2 microseconds (5 000 times less than the 22 and 51 ms of the reference implementation).
+
+use dem_solver::DemSolver;
+use dem_solver::ground::slope::Slope;
+use dem_solver::rock::Motion;
+use dem_solver::solver::path::Ending;
+use interface_defs::ipc::serve::cpu_seconds;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::{Plan, Solver, Window};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::path::Path;
+
+const INTERVAL: f64 = 0.05;
+const END: f64 = 120.0;
+
+/// A rock of some 0.5 m3 and 1 300 kg; what it meets is firm soil.
+fn scene(terrain: &str, shape: &str, young: f64, steps: f64) -> String {
+    format!(
+        "end_time = {END:?}\ngravity = [0.0, 0.0, -9.81]\n[[rock]]\nposition = [40.0, 100.0, 210.0]\ndensity = 2600.0\n{shape}\n\
+         [terrain]\nfile = \"{terrain}\"\n[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = {young:?}\npoisson = 0.25\n\
+         restitution = 0.35\nfriction = 0.6\n[dem]\nsteps_per_contact = {steps:?}\n[output]\ninterval = {INTERVAL:?}\n"
+    )
+}
+
+struct Runner {
+    solver: DemSolver,
+    output: Vec<f64>,
+    time: f64,
+    windows: u64,
+}
+
+impl Runner {
+    fn new(dir: &Path, text: &str) -> Self {
+        let scene = Scene::from_text(&dir.join("s.toml").display().to_string(), text).expect("a scene");
+        let mut solver =
+            DemSolver::new(&scene, &Options { out: None, shortcuts: true }).unwrap_or_else(|e| panic!("{e}"));
+        let ready = solver.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));
+        Self { output: ready.initial, solver, time: 0.0, windows: 0 }
+    }
+
+    fn advance(&mut self, length: f64) {
+        self.windows += 1;
+        let window = Window { number: self.windows, iteration: 1, start: self.time, length };
+        self.solver.solve(&window, &[], &mut self.output).unwrap_or_else(|e| panic!("{e}"));
+        self.solver.commit().expect("committed");
+        self.time += length;
+    }
+
+    fn release(&mut self, height: f64, y: f64, turn: [f64; 4]) {
+        let model = self.solver.model();
+        let ground = model.ground.as_ref().expect("a terrain");
+        let at = Vector3::new(8.0, y, 0.0);
+        let above = Vector3::new(at.x, at.y, ground.highest.z + ground.origin.z + 1.0) - ground.origin;
+        let z = above.z - ground.height(&above, &-Vector3::z()).expect("on the slope") + ground.origin.z;
+        let [a, b, c, d] = turn;
+        let motion = Motion {
+            position: Vector3::new(at.x, at.y, z + height),
+            velocity: Vector3::new(4.0, 0.0, -2.0),
+            orientation: UnitQuaternion::from_quaternion(Quaternion::new(a, b, c, d)),
+            angular_momentum: Vector3::zeros(),
+            acceleration: model.settings.gravity,
+            torque: Vector3::zeros(),
+        };
+        self.solver.release(0, motion);
+        (self.time, self.windows) = (0.0, 0);
+    }
+}
+
+/// Release number `k`: place along the top, orientation.
+fn start(k: usize) -> (f64, [f64; 4]) {
+    let part = |f: f64| (k as f64 * f).fract();
+    (
+        20.0 + 160.0 * part(0.618_034),
+        [1.0, part(0.414_214) - 0.5, part(0.732_051) - 0.5, part(0.236_068) - 0.5],
+    )
+}
+
+fn trajectories(dir: &Path, name: &str, shape: &str, young: f64, steps: f64, target: f64, seconds: f64) {
+    let mut runner = Runner::new(dir, &scene("million.asc", shape, young, steps));
+    let (mut most, mut rested, mut impacts, mut simulated, mut touching) = (0, 0, 0, 0.0, 0.0);
+    let mut ends = Vec::new();
+    let before = runner.solver.finish().expect("counts").counts;
+    let clock = cpu_seconds();
+    while (cpu_seconds() - clock) < seconds || ends.len() < 3 {
+        let (y, turn) = start(ends.len());
+        runner.release(1.5, y, turn);
+        while runner.time < END - 1e-9 && !runner.solver.has_ended() {
+            runner.advance(INTERVAL);
+        }
+        let body = &runner.solver.state().bodies[0];
+        rested += usize::from(matches!(body.path.ending, Some((Ending::Rest, _))));
+        most = most.max(body.path.impacts);
+        impacts += body.path.impacts;
+        touching += body.path.in_contact;
+        simulated += runner.time;
+        ends.push(body.motion.position);
+    }
+    let wall = cpu_seconds() - clock;
+    let count = ends.len() as f64;
+    let after = runner.solver.finish().expect("counts").counts;
+    let of = |name: &str| {
+        let find = |counts: &[(String, u64)]| counts.iter().find(|(n, _)| n == name).map_or(0, |(_, c)| *c);
+        (find(&after) - find(&before)) as f64
+    };
+    let (step, critical) = (runner.solver.model().steps.step, runner.solver.model().steps.critical);
+    println!(
+        "{name}: {:.1} trajectories/s (target {target}); {} runs, {rested} at rest, {:.1} impacts on average, {most} at \
+         most, {:.1} s each, {:.2} of it in contact",
+        count / wall,
+        ends.len(),
+        impacts as f64 / count,
+        simulated / count,
+        touching / simulated
+    );
+    println!(
+        "    step {step:.2e} s (critical {critical:.2e}), {:.0} contact steps of {:.0} ns, {:.1} touching pairs each, \
+         {:.0} steps flown",
+        of("sub_steps") / count,
+        1e9 * wall / of("sub_steps"),
+        of("contact_evaluations") / of("sub_steps"),
+        of("flight_steps") / count
+    );
+    drop(runner);
+    finer(dir, shape, young, steps, &ends);
+}
+
+/// End points against those with four times finer steps.
+fn finer(dir: &Path, shape: &str, young: f64, steps: f64, ends: &[Vector3<f64>]) {
+    let mut runner = Runner::new(dir, &scene("million.asc", shape, young, 4.0 * steps));
+    let count = ends.len().min(12);
+    let mut apart = Vec::new();
+    for (k, end) in ends.iter().take(count).enumerate() {
+        let (y, turn) = start(k);
+        runner.release(1.5, y, turn);
+        while runner.time < END - 1e-9 && !runner.solver.has_ended() {
+            runner.advance(INTERVAL);
+        }
+        apart.push((runner.solver.state().bodies[0].motion.position - end).norm());
+    }
+    apart.sort_by(f64::total_cmp);
+    println!(
+        "    end point against 4 times finer steps, {count} runs: median {:.2} m, largest {:.2} m",
+        apart[count / 2],
+        apart[count - 1]
+    );
+}
+
+/// Microseconds per contact step of a cluster that lies and slides on the slope.
+fn contact_step(dir: &Path, along: u32, target: f64, seconds: f64) {
+    let spheres = along.pow(3);
+    let shape = format!("shape = {{ type = \"box\", size = [0.8, 0.8, 0.8] }}\ncluster.spheres = {spheres}");
+    let mut runner = Runner::new(dir, &scene("small.asc", &shape, 1e10, 30.0));
+    runner.release(1.0, 30.0, [1.0, 0.1, 0.3, 0.05]);
+    // Down to the ground first.
+    while runner.solver.state().bodies[0].contacts == 0 {
+        runner.advance(1e-3);
+    }
+    let count = |runner: &mut Runner, name: &str| {
+        let counts = runner.solver.finish().expect("counts").counts;
+        counts.iter().find(|(n, _)| n == name).map_or(0, |(_, c)| *c) as f64
+    };
+    let names = ["sub_steps", "contact_evaluations", "candidate_refreshes"];
+    let before = names.map(|n| count(&mut runner, n));
+    let clock = cpu_seconds();
+    let mut in_steps = 0.0;
+    while (cpu_seconds() - clock) < seconds && !runner.solver.has_ended() {
+        let steps = count(&mut runner, "sub_steps");
+        let one = cpu_seconds();
+        runner.advance(1e-3);
+        // Windows that flew cost nothing to speak of, and are no contact steps.
+        if count(&mut runner, "sub_steps") > steps {
+            in_steps += cpu_seconds() - one;
+        }
+    }
+    let [steps, pairs, searches] = [0, 1, 2].map(|k| count(&mut runner, names[k]) - before[k]);
+    let (each, touching) = (1e6 * in_steps / steps, pairs / steps);
+    println!(
+        "contact step, {spheres} spheres over {} triangles: {each:.2} us (target {target}), {touching:.1} touching pairs, a \
+         search each {:.0} steps, {:.2} us beyond 100 ns per touching pair",
+        runner.solver.model().ground.as_ref().expect("a terrain").triangles.len(),
+        steps / searches.max(1.0),
+        each - 0.1 * touching
+    );
+}
+
+fn main() {
+    let seconds = std::env::args().nth(1).and_then(|s| s.parse().ok()).unwrap_or(10.0);
+    let dir = tempfile::tempdir().expect("a directory");
+    let slope = Slope {
+        corner: [0.0, 0.0],
+        spacing: 0.4,
+        counts: [1001, 501],
+        drop: 200.0,
+        foot: 0.0,
+        benches: 4,
+        roughness: 0.08,
+        seed: 5,
+    };
+    let clock = cpu_seconds();
+    slope.raster().write_asc(&dir.path().join("million.asc")).expect("written");
+    Slope { counts: [225, 225], spacing: 0.5, drop: 60.0, ..slope }
+        .raster()
+        .write_asc(&dir.path().join("small.asc"))
+        .expect("written");
+    println!("two slopes generated and written in {:.2} s", (cpu_seconds() - clock));
+    let clock = cpu_seconds();
+    let sphere = "shape = { type = \"sphere\", radius = 0.5 }";
+    let cube = "shape = { type = \"box\", size = [0.8, 0.8, 0.8] }\ncluster.spheres = 1000";
+    let runner = Runner::new(dir.path(), &scene("million.asc", sphere, 1e8, 30.0));
+    println!(
+        "{} triangles read and made ready in {:.2} s",
+        runner.solver.model().ground.as_ref().expect("a terrain").triangles.len(),
+        (cpu_seconds() - clock)
+    );
+    drop(runner);
+    trajectories(dir.path(), "one sphere", sphere, 1e8, 30.0, 500.0, seconds);
+    trajectories(dir.path(), "1 000 spheres", cube, 3e9, 30.0, 20.0, seconds);
+    contact_step(dir.path(), 10, 4.4, seconds);
+    contact_step(dir.path(), 27, 10.2, seconds);
+}

@@ -1,0 +1,176 @@
+//! The largest ball in the solid that touches the surface at a point: a ball of the medial axis.
+//!
+//! A ball that touches at `q` and contains another point `p` of the surface shrinks until it touches at
+//! `p` too, `R = |p - q|^2 / (2 m.(p - q))` with the inward normal `m` at `q`, again and again until it
+//! contains none. Source: Ma, Bae and Choi (2012), Vis. Comput. 28, 7 ("3D medial axis point
+//! approximation using nearest neighbors and the normal field"); here with the nearest point of the surface
+//! itself in the place of samples, and on flat faces with the plane in the place of the point.
+
+use crate::rock::Sphere;
+use crate::shape::tree::{Feature, Nearest, SurfaceTree};
+use nalgebra::Vector3;
+
+/// Shrinkings until a ball is taken as it is, made safe by a last look at the distance.
+const MOST_SHRINKINGS: usize = 40;
+
+/// A surface and its size, in which balls are grown.
+pub struct Balls<'a> {
+    tree: &'a SurfaceTree,
+    /// Size of the surface [m].
+    size: f64,
+}
+
+impl<'a> Balls<'a> {
+    /// Balls in the solid inside the surface of `tree`, whose box has the diagonal `size` [m].
+    pub fn new(tree: &'a SurfaceTree, size: f64) -> Self {
+        Self { tree, size }
+    }
+
+    /// The surface.
+    pub fn tree(&self) -> &SurfaceTree {
+        self.tree
+    }
+
+    /// The largest ball that touches at the surface point `at`, where `inward` (unit) points inwards.
+    pub fn touching(&self, at: &Vector3<f64>, inward: &Vector3<f64>) -> Sphere {
+        let tight = 1e-10 * self.size;
+        let mut radius = 0.5 * self.size;
+        for _ in 0..MOST_SHRINKINGS {
+            let centre = at + inward * radius;
+            let Some(near) = self.tree.nearest(&centre, radius - tight) else {
+                return Sphere { centre, radius };
+            };
+            let chord = near.point - at;
+            let depth = inward.dot(&chord);
+            if depth <= 0.0 {
+                break;
+            }
+            let smaller = self.tangent(at, inward, &near).unwrap_or(chord.norm_squared() / (2.0 * depth));
+            if smaller >= radius - tight {
+                break;
+            }
+            radius = smaller;
+        }
+        let centre = at + inward * radius;
+        let free = self.tree.nearest(&centre, radius).map_or(radius, |n| n.square.sqrt());
+        Sphere { centre, radius: free }
+    }
+
+    /// Radius of the ball that touches at `at` and at the plane in which `near` lies, if it touches that
+    /// in the surface: on flat faces the limit of all further shrinkings at once.
+    fn tangent(&self, at: &Vector3<f64>, inward: &Vector3<f64>, near: &Nearest) -> Option<f64> {
+        if near.feature != Feature::Face {
+            return None;
+        }
+        let normal = self.tree.normal(near);
+        let radius = normal.dot(&(near.point - at)) / (1.0 + normal.dot(inward));
+        let touch = at + (inward + normal) * radius;
+        (radius > 0.0 && self.tree.nearest(&touch, 1e-9 * self.size).is_some()).then_some(radius)
+    }
+
+    /// The largest ball that contains the point `inside` and touches where the surface is nearest to
+    /// it; `None` if the point lies outside or on the surface.
+    pub fn around(&self, inside: &Vector3<f64>) -> Option<Sphere> {
+        let (distance, near) = self.tree.signed(inside);
+        if distance >= -1e-12 * self.size {
+            return None;
+        }
+        Some(self.touching(&near.point, &((inside - near.point) / -distance)))
+    }
+
+    /// The largest ball that comes as near as `gap` [m] to the surface point `at`, sought along
+    /// `inward` (unit) up to the depth of the solid there; with a radius of at least `least` [m] where
+    /// there is one, even if it then stays further away.
+    pub fn near(&self, at: &Vector3<f64>, inward: &Vector3<f64>, gap: f64, least: f64) -> Option<Sphere> {
+        let fits = |ball: &Sphere| (ball.centre - at).norm() - ball.radius <= gap;
+        let mut best: Option<Sphere> = None;
+        let mut largest = None;
+        let (mut depth, mut failed) = (gap, f64::INFINITY);
+        while depth < self.size {
+            let Some(ball) = self.around(&(at + inward * depth)) else { break };
+            if fits(&ball) {
+                if best.is_none_or(|b| ball.radius > b.radius * (1.0 + 1e-9)) {
+                    best = Some(ball);
+                }
+            } else {
+                failed = depth;
+                if ball.radius >= least {
+                    largest = Some(ball);
+                    break;
+                }
+                if best.is_none_or(|b| b.radius >= least) {
+                    break;
+                }
+            }
+            depth *= 2.0;
+        }
+        // Between the last depth that fits and the first that does not.
+        let (mut low, mut high) = (failed / 2.0, failed);
+        for _ in 0..4 {
+            if !high.is_finite() {
+                break;
+            }
+            let middle = 0.5 * (low + high);
+            let Some(ball) = self.around(&(at + inward * middle)) else { break };
+            if fits(&ball) {
+                low = middle;
+                if best.is_none_or(|b| ball.radius > b.radius) {
+                    best = Some(ball);
+                }
+            } else {
+                high = middle;
+                if ball.radius >= least && largest.is_none_or(|l| ball.radius < l.radius) {
+                    largest = Some(ball);
+                }
+            }
+        }
+        match (best, largest) {
+            (Some(ball), _) if ball.radius >= least => Some(ball),
+            (_, Some(ball)) => Some(ball),
+            (best, None) => best,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::builtin;
+
+    #[test]
+    fn a_ball_in_a_cube_touches_the_nearest_face_and_another() {
+        let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
+        let balls = Balls::new(&tree, 12.0_f64.sqrt());
+        let at = |x: f64, y: f64| balls.touching(&Vector3::new(x, y, 1.0), &-Vector3::z());
+        assert!((at(0.0, 0.0).radius - 1.0).abs() < 1e-12, "up to the opposite face");
+        assert!((at(0.7, 0.1).radius - 0.3).abs() < 1e-12, "as far from the edge");
+        assert!((at(0.7, -0.9).radius - 0.1).abs() < 1e-12);
+    }
+
+    /// At a right-angled edge a ball of radius r leaves r (sqrt 2 - 1), at a corner r (sqrt 3 - 1).
+    #[test]
+    fn at_edges_and_corners_the_largest_ball_leaves_the_gap_that_was_allowed() {
+        let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
+        let balls = Balls::new(&tree, 12.0_f64.sqrt());
+        for gap in [0.1, 1e-3] {
+            let edge =
+                balls.near(&Vector3::new(1.0, 1.0, 0.2), &-Vector3::new(1.0, 1.0, 0.0).normalize(), gap, 0.0);
+            let corner = balls.near(&Vector3::repeat(1.0), &-Vector3::repeat(1.0).normalize(), gap, 0.0);
+            for (ball, root) in [(edge, 2.0_f64), (corner, 3.0)] {
+                let due = gap / (root.sqrt() - 1.0);
+                let radius = ball.expect("a ball").radius;
+                // Four halvings between two depths of which one is twice the other.
+                assert!(radius <= due * (1.0 + 1e-9) && radius > due * (1.0 - 2.0 / 16.0), "{radius} {due}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_least_radius_is_kept_where_the_gap_would_ask_for_less() {
+        let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
+        let balls = Balls::new(&tree, 12.0_f64.sqrt());
+        let ball = balls.near(&Vector3::repeat(1.0), &-Vector3::repeat(1.0).normalize(), 1e-3, 0.05);
+        let radius = ball.expect("a ball").radius;
+        assert!((0.05..0.1).contains(&radius), "{radius}");
+    }
+}

@@ -1,0 +1,176 @@
+//! `dem-solver cluster`: a shape to a file of spheres, with its error.
+
+use super::{Accuracy, Fit, MOST_SPHERES, Wish, files, make};
+use crate::rock::Sphere;
+use crate::rock::cluster::Lattice;
+use crate::rock::solid::Solid;
+use crate::settings::rock::Method;
+use crate::shape::spec::NAMES;
+use crate::shape::{Shape, Surface};
+use clap::{ArgMatches, Args, FromArgMatches};
+use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::program::Extra;
+use interface_defs::toolkit::screen::tell;
+use interface_defs::toolkit::vtu::{Cells, Vtu};
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+/// The subcommand.
+pub const COMMAND: Extra = Extra { command, run };
+
+#[derive(Args)]
+struct Arguments {
+    /// Closed surface, or a built-in shape
+    #[arg(value_name = "SHAPE")]
+    shape: String,
+    /// Number of spheres, 1 to 50000
+    #[arg(long, short = 'n', value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SPHERES)))]
+    spheres: u32,
+    /// File to write: `x y z r` per line [m], in the shape's own axes
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+    /// Metres per unit of a surface file
+    #[arg(long, value_name = "M", default_value_t = 1.0)]
+    scale: f64,
+    /// `medial`: by the error; `lattice`: equal spheres in rows (boxes; the nearest number that fills it)
+    #[arg(long, value_name = "HOW", default_value = "medial", value_parser = ["medial", "lattice"])]
+    method: String,
+    /// `volume`: as much outside of the solid as lacks inside; `largest`: as far outside as inside, the
+    /// smallest largest error; `inside`: never outside
+    #[arg(long, value_name = "WHERE", default_value = "volume", value_parser = ["volume", "largest", "inside"])]
+    fit: String,
+    /// Least radius where the solid has room for it [m]; small spheres make edges sharp, and are soft
+    #[arg(long, value_name = "M", default_value_t = 0.0)]
+    smallest_radius: f64,
+    /// Write the spheres (points with a radius) as a VTU file too
+    #[arg(long, value_name = "FILE")]
+    vtu: Option<PathBuf>,
+}
+
+fn command() -> clap::Command {
+    Arguments::augment_args(
+        clap::Command::new("cluster")
+            .about("Fill a closed surface with overlapping spheres, and say how far the two lie apart")
+            .after_help(format!(
+                "SHAPE is a file (.stl, .obj) or one of {NAMES}.\n\
+                 Mass, centre and inertia of a rock always come from its shape, never from the spheres.\n\
+                 In a scene: cluster = {{ spheres = N }} makes the same cluster, cluster = {{ file = \"FILE\" }} reads it."
+            )),
+    )
+}
+
+fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
+    let arguments = Arguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+    for (name, value) in [("--smallest-radius", arguments.smallest_radius), ("--scale", arguments.scale)] {
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(InputError::in_file(name, format!("{value} m: a finite number from 0 on is due")));
+        }
+    }
+    let shape = Shape::parse(&arguments.shape, arguments.scale)?;
+    // Known before minutes are spent.
+    for file in arguments.vtu.iter().chain([&arguments.output]) {
+        check_directory(file)?;
+    }
+    let (solid, notes) = Solid::new(&shape)?;
+    let (surface, _) = shape.surface(false)?;
+    let spheres = spheres(&shape, &surface, &arguments)?;
+    let accuracy = Accuracy::of(&surface, &spheres);
+    let header = header(&shape, &solid, &spheres, &accuracy, &arguments);
+    write(&arguments.output, files::text(&header, &spheres).as_bytes())?;
+    if let Some(file) = &arguments.vtu {
+        write(file, &picture(&spheres))?;
+    }
+    let mut text = header.join("\n") + "\n";
+    for note in notes {
+        text += &format!("note: {note}\n");
+    }
+    tell(&text);
+    Ok(Exit::Done)
+}
+
+fn spheres(shape: &Shape, surface: &Surface, arguments: &Arguments) -> Result<Vec<Sphere>, InputError> {
+    let method = if arguments.method == "lattice" { Method::Lattice } else { Method::Medial };
+    match (shape, method) {
+        (Shape::Box { size }, Method::Lattice) => Ok(Lattice::nearest(*size, arguments.spheres).spheres()),
+        (_, Method::Lattice) => {
+            Err(InputError::in_file("--method lattice", "a lattice fills a box, not this shape")
+                .try_instead("leave --method out"))
+        }
+        (_, Method::Medial) => {
+            let fit = match arguments.fit.as_str() {
+                "inside" => Fit::Inside,
+                "largest" => Fit::Largest,
+                _ => Fit::Volume,
+            };
+            let wish = Wish { spheres: arguments.spheres, fit, smallest_radius: arguments.smallest_radius };
+            let watched = std::io::stderr().is_terminal();
+            let spheres = make(surface, &wish, |done| {
+                if watched {
+                    let _ = write!(std::io::stderr(), "\rmaking the cluster: {:3.0} %", 100.0 * done);
+                }
+            });
+            if watched {
+                let _ = writeln!(std::io::stderr());
+            }
+            Ok(spheres)
+        }
+    }
+}
+
+fn header(
+    shape: &Shape,
+    solid: &Solid,
+    spheres: &[Sphere],
+    accuracy: &Accuracy,
+    arguments: &Arguments,
+) -> Vec<String> {
+    let inertia = solid.inertia(solid.volume());
+    let centre = solid.centre();
+    let (least, most) =
+        spheres.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), s| (l.min(s.radius), m.max(s.radius)));
+    vec![
+        format!("dem-solver {} cluster {}", env!("CARGO_PKG_VERSION"), arguments.shape),
+        format!("shape: {}", shape.describe()),
+        format!(
+            "volume {:.9e} m3 = mass over density; centre of mass {:.9e} {:.9e} {:.9e} m",
+            solid.volume(),
+            centre.x,
+            centre.y,
+            centre.z
+        ),
+        format!(
+            "principal moments of inertia over density {:.9e} {:.9e} {:.9e} m5",
+            inertia.x, inertia.y, inertia.z
+        ),
+        format!(
+            "{} spheres ({}, {}), radius {least:.6e} to {most:.6e} m",
+            spheres.len(),
+            arguments.method,
+            arguments.fit
+        ),
+        format!("error: {accuracy}"),
+    ]
+}
+
+fn picture(spheres: &[Sphere]) -> Vec<u8> {
+    let points: Vec<f64> = spheres.iter().flat_map(|s| [s.centre.x, s.centre.y, s.centre.z]).collect();
+    let radius: Vec<f64> = spheres.iter().map(|s| s.radius).collect();
+    let point_data = vec![("radius", 1, radius.as_slice())];
+    Vtu { points: &points, cells: Cells::Vertices, point_data, cell_data: vec![] }.to_bytes()
+}
+
+fn check_directory(file: &Path) -> Result<(), InputError> {
+    let parent = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if parent.is_dir() && !file.is_dir() {
+        return Ok(());
+    }
+    Err(InputError::in_file(file.display().to_string(), "no file can be written there")
+        .try_instead("make its directory first"))
+}
+
+fn write(file: &Path, bytes: &[u8]) -> Result<(), InputError> {
+    std::fs::write(file, bytes).map_err(|e| {
+        InputError::in_file(file.display().to_string(), format!("the file cannot be written: {e}"))
+    })
+}

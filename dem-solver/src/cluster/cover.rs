@@ -1,0 +1,93 @@
+//! Balls in the solid, until no sample of its surface lies further outside of them than an error.
+//!
+//! Greedy: the sample that lies furthest outside gets the largest ball that comes near enough to it.
+//! "Near enough" is half the error: of an edge that halves the length to cover with the largest balls
+//! (a ball of radius 2.4 g leaves a gap g at a right-angled edge and covers `sqrt(g (e - g))` along it,
+//! which is most at g = e/2).
+//!
+//! The idea, spheres of the medial axis placed where the error is largest, is that of Bradshaw and
+//! O'Sullivan (2004), ACM Trans. Graph. 23, 1, and of Hubbard (1996), ACM Trans. Graph. 15, 179; they merge
+//! and burst the balls of a Voronoi diagram of surface points, here balls are grown where they are needed.
+
+use super::ball::Balls;
+use super::gaps::{Gaps, leaves};
+use super::samples::Samples;
+use crate::rock::Sphere;
+
+/// Share of the error that a new ball leaves at the sample it is made for.
+const SHARE: f64 = 0.5;
+
+/// Balls in the solid and what they leave.
+#[derive(Debug, Clone)]
+pub struct Cover {
+    /// The balls, none of which reaches out of the solid.
+    pub balls: Vec<Sphere>,
+    /// The furthest that a sample lies outside of all [m].
+    pub gap: f64,
+    /// Balls after which no sample lay further outside than the error that was asked for.
+    pub enough: Option<usize>,
+}
+
+/// Exactly `count` balls (fewer only where nothing is left to cover): first until every sample lies
+/// within `error` [m], then on where the gap is largest. No ball is smaller than `least` [m] where a larger one exists.
+pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: f64) -> Cover {
+    let mut gaps = Gaps::new(samples);
+    let mut chosen: Vec<Sphere> = Vec::with_capacity(count);
+    if let Some(first) = largest(balls, samples) {
+        gaps.add(&first);
+        chosen.push(first);
+    }
+    let mut enough = None;
+    let mut left_out = 0.0_f64;
+    while chosen.len() < count {
+        let (gap, sample) = gaps.largest();
+        if gap <= error && enough.is_none() {
+            enough = Some(chosen.len());
+        }
+        // Below rounding there is nothing to cover.
+        if gap <= 1e-9 * first_radius(&chosen) {
+            break;
+        }
+        let wish = SHARE * error.min(gap);
+        let ball = balls.near(&samples.points[sample], &samples.inward[sample], wish, least);
+        let left = ball.map_or(f64::INFINITY, |b| leaves(samples, sample, &b));
+        match ball {
+            // It must help by more than rounding, or the same sample would come again for ever.
+            Some(ball) if left < gap * 0.999 => {
+                gaps.add(&ball);
+                chosen.push(ball);
+                // A ball that must be larger than the gap asks for leaves its sample as it is.
+                if left > wish * (1.0 + 1e-9) && ball.radius <= 2.0 * least {
+                    left_out = left_out.max(left);
+                    gaps.give_up(sample);
+                }
+            }
+            _ => {
+                left_out = left_out.max(gap);
+                gaps.give_up(sample);
+            }
+        }
+    }
+    let gap = gaps.largest().0.max(left_out).max(0.0);
+    Cover { balls: chosen, gap, enough }
+}
+
+fn first_radius(balls: &[Sphere]) -> f64 {
+    balls.first().map_or(0.0, |b| b.radius)
+}
+
+/// The largest of the balls that touch at some of the samples.
+fn largest(balls: &Balls, samples: &Samples) -> Option<Sphere> {
+    let step = (samples.points.len() / 2000).max(1);
+    let mut best: Option<Sphere> = None;
+    for k in (0..samples.points.len()).step_by(step) {
+        // From a little below the surface: at edges and corners no ball touches.
+        let inside = samples.points[k] + samples.inward[k] * (0.01 * best.map_or(1e-6, |b| b.radius));
+        if let Some(ball) = balls.around(&inside)
+            && best.is_none_or(|b| ball.radius > b.radius * (1.0 + 1e-9))
+        {
+            best = Some(ball);
+        }
+    }
+    best
+}

@@ -1,0 +1,207 @@
+//! Files of spheres: `x y z r` text, and Kratos `.clu` (read only).
+//!
+//! `.clu`: between the lines `Begin centers_and_radii` and `End centers_and_radii` one sphere per line as
+//! `x y z r`; `Name`, `Particle_center_and_diameter`, `Size`, `Volume` and `Inertia per unit mass` are each followed by their
+//! values on lines of their own; `//` begins a comment. Only the spheres are taken: mass and inertia come from the shape.
+
+use super::MOST_SPHERES;
+use crate::rock::Sphere;
+use crate::shape::file::{ReadError, lines, number, point, read_bytes, shown};
+use interface_defs::toolkit::input_error::InputError;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// The spheres of a file [m], by its extension: `.clu`, else `x y z r` text.
+pub fn read(path: &Path) -> Result<Vec<Sphere>, InputError> {
+    let bytes = read_bytes(path)?;
+    let clu = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("clu"));
+    let spheres = if clu { read_clu(&bytes) } else { read_text(&bytes) };
+    spheres.map_err(|e| e.in_file(path))
+}
+
+/// One sphere per line as `x y z r`, with blanks or commas between; `#` and `//` begin a comment.
+pub fn read_text(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
+    let mut list = List::default();
+    for line in lines(bytes) {
+        let (at, line) = line?;
+        let line = without_comment(line);
+        if !line.is_empty() {
+            list.add(line, at)?;
+        }
+    }
+    list.finish()
+}
+
+/// The spheres of a Kratos cluster.
+pub fn read_clu(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
+    let mut list = List::default();
+    let (mut inside, mut ended) = (false, false);
+    for line in lines(bytes) {
+        let (at, line) = line?;
+        let line = without_comment(line);
+        match line {
+            "" => {}
+            "Begin centers_and_radii" if inside || ended => {
+                return Err(ReadError::at(at, "a second list of spheres"));
+            }
+            "Begin centers_and_radii" => inside = true,
+            "End centers_and_radii" if !inside => {
+                return Err(ReadError::at(at, "the list of spheres has no begin"));
+            }
+            "End centers_and_radii" => (inside, ended) = (false, true),
+            _ if inside => list.add(line, at)?,
+            _ => {}
+        }
+    }
+    if !ended {
+        return Err(ReadError::new(
+            "there is no list from `Begin centers_and_radii` to `End centers_and_radii`: cut off?",
+        ));
+    }
+    list.finish()
+}
+
+fn without_comment(line: &str) -> &str {
+    let end = line.find('#').into_iter().chain(line.find("//")).min().unwrap_or(line.len());
+    line[..end].trim()
+}
+
+#[derive(Default)]
+struct List {
+    spheres: Vec<Sphere>,
+    known: HashMap<[u64; 4], usize>,
+}
+
+impl List {
+    fn add(&mut self, line: &str, at: usize) -> Result<(), ReadError> {
+        let mut words = line.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|w| !w.is_empty());
+        let centre = point(&mut words, at)?;
+        let radius = number(words.next(), at)?;
+        if let Some(more) = words.next() {
+            return Err(ReadError::at(at, format!("`{}` after x y z r: four numbers are due", shown(more))));
+        }
+        if radius <= 0.0 {
+            return Err(ReadError::at(at, format!("a radius of {radius} m: it must lie above 0")));
+        }
+        let key = [centre.x, centre.y, centre.z, radius].map(|v| (v + 0.0).to_bits());
+        if let Some(first) = self.known.insert(key, at) {
+            return Err(ReadError::at(
+                at,
+                format!("the same sphere as in line {first}: it would count twice"),
+            ));
+        }
+        self.spheres.push(Sphere { centre, radius });
+        if self.spheres.len() > MOST_SPHERES as usize {
+            return Err(ReadError::at(at, format!("more than {MOST_SPHERES} spheres")));
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<Vec<Sphere>, ReadError> {
+        if self.spheres.is_empty() {
+            return Err(ReadError::new("the file has no spheres: one per line is due, as x y z r"));
+        }
+        Ok(self.spheres)
+    }
+}
+
+/// The text of a file of spheres; every line of `header` becomes a comment.
+pub fn text(header: &[String], spheres: &[Sphere]) -> String {
+    use std::fmt::Write;
+    let mut text = String::new();
+    for line in header {
+        let _ = writeln!(text, "# {line}");
+    }
+    text += "# x y z r [m]\n";
+    for s in spheres {
+        let _ = writeln!(text, "{:?} {:?} {:?} {:?}", s.centre.x, s.centre.y, s.centre.z, s.radius);
+    }
+    text
+}
+
+/// In how many groups the spheres fall that do not overlap: 1 is a rock.
+pub fn groups(spheres: &[Sphere]) -> usize {
+    let mut apart: Vec<&Sphere> = spheres.iter().collect();
+    let mut groups = 0;
+    let mut stack: Vec<&Sphere> = Vec::new();
+    while let Some(next) = stack.pop().or_else(|| {
+        groups += usize::from(!apart.is_empty());
+        apart.pop()
+    }) {
+        apart.retain(|other| {
+            let sum = (next.radius + other.radius) * (1.0 - 1e-9);
+            let overlaps = (next.centre - other.centre).norm_squared() < sum * sum;
+            if overlaps {
+                stack.push(other);
+            }
+            !overlaps
+        });
+    }
+    groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn spheres() -> Vec<Sphere> {
+        (0..9)
+            .map(|i| Sphere { centre: Vector3::new(0.1 * f64::from(i), -1.0 / 3.0, 1e-7), radius: 0.07 })
+            .collect()
+    }
+
+    #[test]
+    fn what_is_written_reads_back_bit_for_bit() {
+        let text = text(&["made by a test".into(), "mass 3 kg".into()], &spheres());
+        assert!(text.starts_with("# made by a test\n# mass 3 kg\n# x y z r [m]\n0.0 "));
+        assert_eq!(read_text(text.as_bytes()), Ok(spheres()));
+    }
+
+    #[test]
+    fn a_kratos_cluster_is_read_and_what_else_it_says_is_not_believed() {
+        let text = "//\n//   Cluster Name: \"two\"\n//\n\nName\ntwo\n\nBegin centers_and_radii\n0 0 0 0.5\n\
+                    0.5 0 0 0.25 // the nose\nEnd centers_and_radii\n\nParticle_center_and_diameter\n0.1 0 0 1.2\n\n\
+                    Size\n1.2\n\nVolume\n0.55\n\nInertia per unit mass\n0.1\n0.12\n0.12\n";
+        let read = read_clu(text.as_bytes()).expect("a cluster");
+        assert_eq!(read.len(), 2);
+        assert_eq!((read[1].centre.x, read[1].radius), (0.5, 0.25));
+        for bad in ["", "Begin centers_and_radii\n0 0 0 1\n", "End centers_and_radii\n"] {
+            assert!(read_clu(bad.as_bytes()).is_err(), "{bad}");
+        }
+        let twice = format!("{text}Begin centers_and_radii\n");
+        assert!(read_clu(twice.as_bytes()).expect_err("twice").message.contains("second"));
+    }
+
+    #[test]
+    fn nonsense_is_refused_with_its_line() {
+        let refused = |text: &str| read_text(text.as_bytes()).expect_err("refused");
+        for (text, line, what) in [
+            ("", None, "no spheres"),
+            ("# nothing\n", None, "no spheres"),
+            ("0 0 0 1\n0 0 1\n", Some(2), "a number is missing"),
+            ("0 0 0 1 5\n", Some(1), "four numbers"),
+            ("0 0 0 -1\n", Some(1), "above 0"),
+            ("0 0 0 0\n", Some(1), "above 0"),
+            ("0 nan 0 1\n", Some(1), "finite"),
+            ("0 inf 0 1\n", Some(1), "finite"),
+            ("x y z r\n", Some(1), "`x` is no number"),
+            ("0 0 0 1\n1 0 0 1\n0,0, 0 1.0\n", Some(3), "the same sphere as in line 1"),
+        ] {
+            let error = refused(text);
+            assert_eq!(error.line, line, "{text}");
+            assert!(error.message.contains(what), "{error:?}");
+        }
+        assert!(read_text(b"\x00\xff\x80").is_err());
+        let many: String = (0..50_001).map(|i| format!("{i} 0 0 1\n")).collect();
+        assert!(refused(&many).message.contains("more than 50000"));
+    }
+
+    #[test]
+    fn spheres_that_only_touch_are_separate_groups() {
+        assert_eq!(groups(&spheres()), 1);
+        let touching: Vec<_> =
+            (0..3).map(|i| Sphere { centre: Vector3::x() * f64::from(i), radius: 0.5 }).collect();
+        assert_eq!(groups(&touching), 3);
+    }
+}

@@ -1,0 +1,135 @@
+//! The sphere of a cluster that reaches nearest to a point.
+
+use crate::rock::Sphere;
+use nalgebra::Vector3;
+
+const LEAF: usize = 8;
+
+struct Node {
+    lowest: Vector3<f64>,
+    highest: Vector3<f64>,
+    first: u32,
+    count: u32,
+    largest: f64,
+}
+
+/// A tree over the centres of spheres.
+pub struct SphereIndex {
+    nodes: Vec<Node>,
+    /// The spheres, leaf by leaf.
+    spheres: Vec<Sphere>,
+}
+
+impl SphereIndex {
+    /// The tree over at least one sphere.
+    pub fn new(spheres: &[Sphere]) -> Self {
+        let mut order: Vec<u32> = (0..spheres.len() as u32).collect();
+        let mut nodes = Vec::new();
+        build(&mut nodes, &mut order, 0, spheres);
+        let sorted = order.iter().map(|i| spheres[*i as usize]).collect();
+        Self { nodes, spheres: sorted }
+    }
+
+    /// Smallest distance of `from` to a sphere's surface, negative inside of one (then that of the sphere in
+    /// which it lies deepest) [m], and the number of the sphere for [`sphere`](Self::sphere).
+    pub fn nearest(&self, from: &Vector3<f64>) -> (f64, u32) {
+        let (mut best, mut found) = (f64::INFINITY, 0);
+        let mut stack = [(0_u32, f64::NEG_INFINITY); 64];
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let (at, bound) = stack[height];
+            if bound >= best {
+                continue;
+            }
+            let node = &self.nodes[at as usize];
+            if node.count > 0 {
+                for k in node.first as usize..(node.first + node.count) as usize {
+                    let sphere = &self.spheres[k];
+                    let reach = best + sphere.radius;
+                    let square = (from - sphere.centre).norm_squared();
+                    if reach > 0.0 && square < reach * reach {
+                        best = square.sqrt() - sphere.radius;
+                        found = k as u32;
+                    }
+                }
+                continue;
+            }
+            let (left, right) = (at + 1, node.first);
+            let (l, r) = (self.bound(left, from), self.bound(right, from));
+            let (near, far) = if l <= r { ((left, l), (right, r)) } else { ((right, r), (left, l)) };
+            stack[height] = far;
+            stack[height + 1] = near;
+            height += 2;
+        }
+        (best, found)
+    }
+
+    /// A sphere by the number that [`nearest`](Self::nearest) gives.
+    pub fn sphere(&self, number: u32) -> &Sphere {
+        &self.spheres[number as usize]
+    }
+
+    fn bound(&self, node: u32, from: &Vector3<f64>) -> f64 {
+        let node = &self.nodes[node as usize];
+        let mut square = 0.0;
+        for axis in 0..3 {
+            let d = (node.lowest[axis] - from[axis]).max(from[axis] - node.highest[axis]).max(0.0);
+            square += d * d;
+        }
+        square.sqrt() - node.largest
+    }
+}
+
+fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, spheres: &[Sphere]) {
+    let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    let mut largest = 0.0_f64;
+    for i in order.iter() {
+        let sphere = &spheres[*i as usize];
+        lowest = lowest.inf(&sphere.centre);
+        highest = highest.sup(&sphere.centre);
+        largest = largest.max(sphere.radius);
+    }
+    let at = nodes.len();
+    nodes.push(Node { lowest, highest, first, count: order.len() as u32, largest });
+    if order.len() <= LEAF {
+        return;
+    }
+    let axis = (highest - lowest).iamax();
+    let half = order.len() / 2;
+    order.select_nth_unstable_by(half, |a, b| {
+        let at = |i: &u32| spheres[*i as usize].centre[axis];
+        at(a).total_cmp(&at(b)).then(a.cmp(b))
+    });
+    let (left, right) = order.split_at_mut(half);
+    build(nodes, left, first, spheres);
+    nodes[at].count = 0;
+    nodes[at].first = nodes.len() as u32;
+    build(nodes, right, first + half as u32, spheres);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_sphere_is_that_of_a_look_at_every_one() {
+        let at = |i: u32, f: f64| (f64::from(i) * f).sin();
+        let spheres: Vec<Sphere> = (0..400)
+            .map(|i| Sphere {
+                centre: Vector3::new(at(i, 1.3), at(i, 2.7), at(i, 3.1)),
+                radius: 0.01 + 0.2 * at(i, 0.7).powi(4),
+            })
+            .collect();
+        let index = SphereIndex::new(&spheres);
+        for i in 0..500 {
+            let p = Vector3::new(at(i, 4.1), at(i, 5.9), at(i, 0.37)) * 1.5;
+            let every =
+                spheres.iter().map(|s| (p - s.centre).norm() - s.radius).fold(f64::INFINITY, f64::min);
+            let (distance, sphere) = index.nearest(&p);
+            assert!((distance - every).abs() < 1e-15);
+            let s = index.sphere(sphere);
+            assert!(((p - s.centre).norm() - s.radius - every).abs() < 1e-15);
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! A cluster of a given number of spheres, with the smallest error that the method reaches.
+//!
+//! The number of balls that a cover with error e takes grows a little faster than 1/e. The error for `n` balls is
+//! found from covers with fewer balls, each a guess for the next; the best cover with at most `n` is filled up
+//! to `n` where its gap is largest. At last all balls grow alike, up to half the gap, so that they reach out
+//! of the solid as the solid reaches out of them ([`Fit`]).
+
+use super::ball::Balls;
+use super::cover::{Cover, cover};
+use super::{samples, volume};
+use crate::rock::Sphere;
+use crate::shape::Surface;
+use crate::shape::tree::SurfaceTree;
+use serde::{Deserialize, Serialize};
+
+/// Samples are closer than this share of what one ball covers.
+const DENSITY: f64 = 0.4;
+/// Columns along each side with which the volume is compared on the way.
+const COLUMNS: usize = 96;
+/// With so many more balls the error goes down: as `n^-ORDER`. A guess to begin with; what is reached is measured.
+const ORDER: f64 = 0.8;
+/// Most samples of a cover, and of one that is only a guess for the next.
+const MOST_SAMPLES: usize = 4_000_000;
+
+/// Where the spheres end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fit {
+    /// As much outside of the solid as lacks inside: together they have the solid's volume.
+    #[default]
+    Volume,
+    /// As far outside of the solid as inside: the smallest largest error; too much volume.
+    Largest,
+    /// Never outside of the solid: too little volume.
+    Inside,
+}
+
+/// What a cluster is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wish {
+    /// Number of spheres.
+    pub spheres: u32,
+    /// Where they end.
+    pub fit: Fit,
+    /// Least radius where the solid has room for it [m]. 0: as the error asks for.
+    pub smallest_radius: f64,
+}
+
+/// The spheres [m, in the surface's axes] and the share done (0 to 1) on the way.
+pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Vec<Sphere> {
+    let tree = SurfaceTree::new(surface);
+    let balls = Balls::new(&tree, surface.size());
+    let count = wish.spheres.max(1) as usize;
+    let mut steps = vec![count];
+    while let Some(last) = steps.last().filter(|n| **n > 30) {
+        steps.push(last / 6);
+    }
+    // A single ball leaves about a third of the size; from there on a guess follows from the last.
+    let mut error = 0.3 * surface.size() / (*steps.last().unwrap_or(&1) as f64).powf(ORDER);
+    let mut done = 0;
+    let mut best: Option<Cover> = None;
+    for (k, n) in steps.iter().rev().enumerate() {
+        let last = k + 1 == steps.len();
+        for attempt in 0..3 {
+            let found = attempt_cover(surface, &balls, error, *n, wish.smallest_radius);
+            // A cover with as many as asked for, or nearly so, is near the best.
+            let used = found.enough.map(|m| m as f64 / *n as f64);
+            error = match used {
+                Some(share) => error * share.max(0.05).powf(ORDER),
+                None if found.gap < 1.5 * error => 1.02 * found.gap.max(error),
+                None => (error * found.gap.powi(2)).cbrt(),
+            };
+            done += n;
+            progress(done as f64 / (3 * steps.iter().sum::<usize>()) as f64);
+            if last && best.as_ref().is_none_or(|b| found.gap < b.gap) {
+                best = Some(found);
+            }
+            if used.is_some_and(|share| share > 0.93) || attempt == 2 {
+                break;
+            }
+        }
+        if !last {
+            let next = steps[steps.len() - k - 2];
+            error *= (*n as f64 / next as f64).powf(ORDER);
+        }
+    }
+    progress(1.0);
+    let Cover { mut balls, gap, .. } = best.unwrap_or(Cover { balls: Vec::new(), gap: 0.0, enough: None });
+    let grown = match wish.fit {
+        Fit::Inside => 0.0,
+        Fit::Largest => 0.5 * gap,
+        Fit::Volume => to_volume(surface, &balls, 0.5 * gap),
+    };
+    balls.iter_mut().for_each(|b| b.radius += grown);
+    balls
+}
+
+/// How far all balls must grow to have the solid's volume together, up to `most` [m].
+fn to_volume(surface: &Surface, balls: &[Sphere], most: f64) -> f64 {
+    let excess = |grown: f64| {
+        let larger: Vec<Sphere> = balls.iter().map(|b| Sphere { radius: b.radius + grown, ..*b }).collect();
+        volume::excess(surface, &larger, COLUMNS)
+    };
+    let (mut low, mut high) = ((0.0, excess(0.0)), (most, excess(most)));
+    if high.1 <= 0.0 || low.1 >= 0.0 {
+        return if high.1 <= 0.0 { most } else { 0.0 };
+    }
+    // The volume is nearly a parabola in the growth: a few steps of the false position do.
+    for _ in 0..4 {
+        let at = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
+        let found = excess(at);
+        if found < 0.0 { low = (at, found) } else { high = (at, found) }
+    }
+    low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1)
+}
+
+/// A cover by `count` balls with samples that fit `error`, or coarser ones where those would be too many.
+fn attempt_cover(surface: &Surface, balls: &Balls, error: f64, count: usize, least: f64) -> Cover {
+    let mut coarse = error;
+    loop {
+        if let Some(samples) = samples::corners(surface, balls, coarse, DENSITY, MOST_SAMPLES) {
+            return cover(balls, &samples, error, count, least);
+        }
+        coarse *= 2.0;
+    }
+}

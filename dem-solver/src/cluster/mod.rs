@@ -1,0 +1,27 @@
+//! From a closed surface to overlapping spheres, and how well they stand for it.
+//!
+//! - [`ball`]: the largest ball in the solid that touches the surface at a point
+//! - [`samples`]: points of the surface, as dense as the balls there require
+//! - [`gaps`]: how far each of them lies outside of all balls so far
+//! - [`cover`]: balls, until nothing lies further outside than a given error
+//! - [`make`]: the error that a number of spheres reaches, and the spheres
+//! - [`index`], [`accuracy`], [`volume`]: the error of any cluster, measured
+//! - [`files`]: `x y z r` text and Kratos `.clu`
+//! - [`command`]: `dem-solver cluster`
+
+pub mod accuracy;
+pub mod ball;
+pub mod command;
+pub mod cover;
+pub mod files;
+pub mod gaps;
+pub mod index;
+pub mod make;
+pub mod samples;
+pub mod volume;
+
+pub use accuracy::Accuracy;
+pub use make::{Fit, Wish, make};
+
+/// Most spheres of a cluster.
+pub const MOST_SPHERES: u32 = 50_000;

@@ -1,0 +1,150 @@
+//! Points of the surface, as dense as a cover by balls requires.
+//!
+//! On a face that balls of radius R touch, a ball covers a patch of radius `sqrt(2 R e)` up to the
+//! error e; samples stand closer than a share of that, towards edges (where R goes to 0) at last
+//! closer than a share of e itself. Triangles are halved at their longest edge until they are as small.
+
+use super::ball::Balls;
+use crate::shape::Surface;
+use crate::shape::tree::Feature;
+use nalgebra::Vector3;
+use std::collections::HashSet;
+
+/// Points of a surface.
+#[derive(Debug, Clone, Default)]
+pub struct Samples {
+    /// The points [m].
+    pub points: Vec<Vector3<f64>>,
+    /// Unit vector into the solid at each: against the normal of the face; at edges and corners
+    /// against that of all faces there.
+    pub inward: Vec<Vector3<f64>>,
+    /// Depth per length along that direction: 1 on a face, less at edges and corners.
+    pub slope: Vec<f64>,
+}
+
+/// A piece of a triangle: corners, and for each the edges of the whole triangle on which it lies (bits).
+struct Piece {
+    corners: [(Vector3<f64>, u8); 3],
+    triangle: usize,
+}
+
+/// Where a point with these edges lies on its triangle.
+fn feature(edges: u8) -> Feature {
+    match edges {
+        0b001 => Feature::Edge(0),
+        0b010 => Feature::Edge(1),
+        0b100 => Feature::Edge(2),
+        0b101 => Feature::Corner(0),
+        0b011 => Feature::Corner(1),
+        0b110 => Feature::Corner(2),
+        _ => Feature::Face,
+    }
+}
+
+/// Cut every triangle until its longest edge is below `share (sqrt(2 R e) + e / 2)` and call `piece` with each
+/// part (corners, their edges, triangle); ends early when it says `false`.
+fn cut(
+    surface: &Surface,
+    balls: &Balls,
+    error: f64,
+    share: f64,
+    mut piece: impl FnMut(&[(Vector3<f64>, u8); 3], usize) -> bool,
+) {
+    let mut stack = Vec::new();
+    for triangle in 0..surface.triangles.len() {
+        let [a, b, c] = surface.corners(triangle);
+        stack.push(Piece { corners: [(a, 0b101), (b, 0b011), (c, 0b110)], triangle });
+        let inward = -surface.normal(triangle);
+        while let Some(part) = stack.pop() {
+            let p = part.corners.map(|c| c.0);
+            let lengths = [0, 1, 2].map(|k| (p[(k + 1) % 3] - p[k]).norm_squared());
+            let k = (0..3).fold(0, |best, k| if lengths[k] > lengths[best] { k } else { best });
+            let longest = lengths[k].sqrt();
+            let small = longest <= 0.5 * share * error || {
+                let middle = (p[0] + p[1] + p[2]) / 3.0;
+                let radius = balls.touching(&middle, &inward).radius;
+                longest <= share * ((2.0 * radius * error).sqrt() + 0.5 * error)
+            };
+            if small {
+                if !piece(&part.corners, part.triangle) {
+                    return;
+                }
+                continue;
+            }
+            let ((a, in_a), (b, in_b), apex) =
+                (part.corners[k], part.corners[(k + 1) % 3], part.corners[(k + 2) % 3]);
+            let middle = ((a + b) / 2.0, in_a & in_b);
+            stack.push(Piece { corners: [middle, (b, in_b), apex], triangle: part.triangle });
+            stack.push(Piece { corners: [(a, in_a), middle, apex], triangle: part.triangle });
+        }
+    }
+}
+
+/// The corners of all parts, each once; `None` if they are more than `most`.
+pub fn corners(surface: &Surface, balls: &Balls, error: f64, share: f64, most: usize) -> Option<Samples> {
+    let mut samples = Samples::default();
+    let mut known: HashSet<[u64; 3]> = HashSet::new();
+    cut(surface, balls, error, share, |part, triangle| {
+        for (p, edges) in part {
+            if known.insert([p.x, p.y, p.z].map(f64::to_bits)) {
+                samples.points.push(*p);
+                let inward = -balls.tree().normal_at(triangle, feature(*edges)).normalize();
+                samples.slope.push(-inward.dot(&surface.normal(triangle)));
+                samples.inward.push(inward);
+            }
+        }
+        samples.points.len() <= most
+    });
+    (samples.points.len() <= most).then_some(samples)
+}
+
+/// The middles of all parts with the area [m2] of each, faces only; `None` if they are more than `most`.
+pub fn middles(
+    surface: &Surface,
+    balls: &Balls,
+    error: f64,
+    share: f64,
+    most: usize,
+) -> Option<(Samples, Vec<f64>)> {
+    let (mut samples, mut areas) = (Samples::default(), Vec::new());
+    cut(surface, balls, error, share, |part, triangle| {
+        let [a, b, c] = part.map(|corner| corner.0);
+        samples.points.push((a + b + c) / 3.0);
+        samples.inward.push(-surface.normal(triangle));
+        samples.slope.push(1.0);
+        areas.push(0.5 * (b - a).cross(&(c - a)).norm());
+        areas.len() <= most
+    });
+    (areas.len() <= most).then_some((samples, areas))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::builtin;
+    use crate::shape::tree::SurfaceTree;
+
+    #[test]
+    fn samples_stand_on_the_surface_and_are_denser_at_edges() {
+        let surface = builtin::cuboid(Vector3::repeat(1.0));
+        let tree = SurfaceTree::new(&surface);
+        let balls = Balls::new(&tree, 3.0_f64.sqrt());
+        let samples = corners(&surface, &balls, 0.01, 0.5, 1_000_000).expect("fewer");
+        let (mut at_edges, mut inside) = (0, 0);
+        for (p, inward) in samples.points.iter().zip(&samples.inward) {
+            let on = p.iter().filter(|c| (c.abs() - 0.5).abs() < 1e-15).count();
+            assert!(on > 0, "{p}");
+            // At an edge the direction halves the angle, at a corner it is the diagonal.
+            assert!((inward.dot(p) / (on as f64).sqrt() + 0.5).abs() < 0.5 + 1e-12);
+            assert!(tree.signed(&(p + inward * 1e-3)).0 < 0.0);
+            let depth = p.iter().map(|c| 0.5 - c.abs()).filter(|d| *d > 1e-12).fold(f64::INFINITY, f64::min);
+            at_edges += usize::from(depth < 0.1);
+            inside += usize::from(depth >= 0.1);
+        }
+        // 36 % of the area lies within 0.1 of an edge.
+        assert!(at_edges > inside, "{at_edges} {inside}");
+        let (_, areas) = middles(&surface, &balls, 0.01, 0.5, 1_000_000).expect("fewer");
+        assert!((areas.iter().sum::<f64>() - 6.0).abs() < 1e-12);
+        assert!(middles(&surface, &balls, 0.01, 0.5, 100).is_none());
+    }
+}

@@ -1,0 +1,54 @@
+//! Field files: the spheres as points with radius, velocity and spin.
+
+use super::Model;
+use super::state::State;
+use interface_defs::Fault;
+use interface_defs::toolkit::vtu::{Cells, Series, Vtu};
+use std::io;
+use std::path::Path;
+
+/// The series `spheres`, written whenever an interval has passed.
+pub struct Fields {
+    interval: f64,
+    written: u64,
+    series: Series,
+    group: Vec<f64>,
+}
+
+impl Fields {
+    /// A new series in `dir`, a step each `interval` [s] from t = 0 on.
+    pub fn create(dir: &Path, interval: f64, model: &Model) -> Result<Self, Fault> {
+        let series = Series::create(dir, "spheres").map_err(unwritable)?;
+        let group = model.group.iter().map(|g| f64::from(*g)).collect();
+        Ok(Self { interval, written: 0, series, group })
+    }
+
+    /// Write `state` if its time has reached the next multiple of the interval.
+    pub fn write_if_due(&mut self, model: &Model, state: &State) -> Result<(), Fault> {
+        // A time that is a multiple but for rounding counts as that multiple.
+        if state.time < self.written as f64 * self.interval - 1e-9 * self.interval {
+            return Ok(());
+        }
+        self.written = (state.time / self.interval + 1e-9).floor() as u64 + 1;
+        let flat = |vectors: &[nalgebra::Vector3<f64>]| -> Vec<f64> {
+            vectors.iter().flat_map(|v| [v.x, v.y, v.z]).collect()
+        };
+        let (points, velocity, spin) = (flat(&state.position), flat(&state.velocity), flat(&state.spin));
+        let vtu = Vtu {
+            points: &points,
+            cells: Cells::Vertices,
+            point_data: vec![
+                ("radius", 1, &model.radius),
+                ("group", 1, &self.group),
+                ("velocity", 3, &velocity),
+                ("spin", 3, &spin),
+            ],
+            cell_data: vec![],
+        };
+        self.series.add(state.time, &vtu).map_err(unwritable)
+    }
+}
+
+fn unwritable(e: io::Error) -> Fault {
+    Fault::broken(format!("the field files cannot be written: {e}"))
+}

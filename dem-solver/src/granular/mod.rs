@@ -1,0 +1,338 @@
+//! Thousands of separate spheres that meet each other and the walls of a box.
+//!
+//! - [`place`]: where they start
+//! - [`cells`]: which of them may touch
+//! - [`forces`]: what the pairs do, in an order that does not depend on threads
+//! - [`run`]: the steps of a window
+//! - [`state`]: what is committed and what is tried
+//! - [`steps`]: the largest stable step
+//! - [`fields`](mod@fields), [`check`](mod@check): what is told of it
+
+pub mod cells;
+pub mod check;
+pub mod fields;
+pub mod forces;
+pub mod place;
+pub mod run;
+pub mod state;
+pub mod steps;
+
+use crate::contact::Law;
+use crate::contact::laws::Laws;
+use crate::settings::spheres::SIDES;
+use crate::settings::{GranularSettings, RollingName};
+use cells::{Pair, Plane};
+use fields::Fields;
+use interface_defs::message::{Gauge, Hello, Measure, Role, capability};
+use interface_defs::solver::OnProgress;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::{Fault, Plan, Ready, Solver, Statistics, Window};
+use nalgebra::Vector3;
+use place::Start;
+use rayon::ThreadPool;
+use run::Run;
+use state::State;
+use steps::Steps;
+
+/// What does not change in a run.
+pub struct Model {
+    /// What the scene says.
+    pub settings: GranularSettings,
+    /// Radius of each sphere [m].
+    pub radius: Vec<f64>,
+    /// Mass [kg].
+    pub mass: Vec<f64>,
+    /// Inertia about the centre [kg m2].
+    pub inertia: Vec<f64>,
+    /// Number of the table that made it.
+    pub group: Vec<u16>,
+    /// Smallest radius [m].
+    pub smallest: f64,
+    /// The walls.
+    pub planes: Vec<Plane>,
+    /// The laws between spheres, then those with walls.
+    pub laws: Vec<Law>,
+    /// Law numbers, a row for each group: with each group, then with the walls.
+    table: Vec<u16>,
+    /// Whether a law has a rolling part.
+    pub rolls: bool,
+    /// Whether a law remembers.
+    pub remembers: bool,
+    /// The step [s].
+    pub step: f64,
+    /// What limits it.
+    pub steps: Steps,
+    /// `gravity` [m/s2].
+    pub gravity: Vector3<f64>,
+    pool: Option<ThreadPool>,
+}
+
+impl Model {
+    /// Of a scene, and where its spheres start.
+    pub fn new(scene: &Scene) -> Result<(Self, Start), InputError> {
+        let settings = GranularSettings::of(scene)?;
+        let mut start = Start::default();
+        for (number, group) in settings.spheres.iter().enumerate() {
+            start.add(number, group).map_err(|room| {
+                let what = format!(
+                    "{} spheres of up to {} m radius: the region has room for {room}",
+                    group.count, group.radius[1]
+                );
+                scene
+                    .invalid(&format!("spheres.{number}.count"), what)
+                    .try_instead("fewer spheres, smaller ones or a larger region")
+            })?;
+        }
+        let laws = Laws::new(&settings.contacts).expect("checked: there is a contact");
+        let table = law_table(&settings, &laws).map_err(|(a, b)| {
+            scene.invalid("contact", format!("no table [[contact]] is for `{a}` and `{b}`")).try_instead(
+                format!("add one with between = [\"{a}\", \"{b}\"], or one without `between` for all others"),
+            )
+        })?;
+        let all: Vec<Law> = laws.rocks.iter().chain(&laws.walls).cloned().collect();
+        let used = || table.iter().map(|n| &all[*n as usize]);
+        let (rolls, remembers) = (used().any(|l| l.rolling.is_some()), used().any(Law::remembers));
+        let springs = used().any(|l| l.rolling.is_some_and(|r| r.kind == RollingName::Spring));
+        let steps = Steps::new(&settings, &start, &used().cloned().collect::<Vec<_>>(), springs, scene)?;
+        let threads = settings.dem.threads.unwrap_or(1);
+        let pool = (threads > 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
+        let pool = pool
+            .transpose()
+            .map_err(|e| scene.invalid("dem.threads", format!("{threads} threads cannot be started: {e}")))?;
+        let smallest = start.radius.iter().copied().fold(f64::INFINITY, f64::min);
+        let inertia = start.mass.iter().zip(&start.radius).map(|(m, r)| 0.4 * m * r * r).collect();
+        let model = Self {
+            radius: start.radius.clone(),
+            mass: start.mass.clone(),
+            inertia,
+            group: start.group.clone(),
+            smallest,
+            planes: planes(&settings),
+            laws: all,
+            table,
+            rolls,
+            remembers,
+            step: steps.step,
+            steps,
+            gravity: settings.gravity,
+            pool,
+            settings,
+        };
+        Ok((model, start))
+    }
+
+    /// What the pair of sphere `i` and `second` (a sphere, or a wall) needs.
+    fn pair(&self, i: usize, second: u32) -> Pair {
+        let groups = self.settings.spheres.len();
+        let row = self.group[i] as usize * (groups + 1);
+        match self.radius.get(second as usize) {
+            Some(other) => {
+                let j = second as usize;
+                let radius = self.radius[i] * other / (self.radius[i] + other);
+                let mass = self.mass[i] * self.mass[j] / (self.mass[i] + self.mass[j]);
+                let law = self.table[row + self.group[j] as usize];
+                Pair { second, law, radius, root_mass: mass.sqrt() }
+            }
+            None => {
+                let law = self.table[row + groups];
+                Pair { second, law, radius: self.radius[i], root_mass: self.mass[i].sqrt() }
+            }
+        }
+    }
+
+    /// Do `work` for each of `parts`, on all threads.
+    pub(crate) fn each<T: Send>(&self, parts: impl Iterator<Item = T> + Send, work: impl Fn(T) + Sync) {
+        match &self.pool {
+            None => parts.for_each(work),
+            Some(pool) => {
+                let work = &work;
+                pool.in_place_scope(|scope| parts.for_each(|part| scope.spawn(move |_| work(part))));
+            }
+        }
+    }
+}
+
+fn planes(settings: &GranularSettings) -> Vec<Plane> {
+    let Some(walls) = &settings.walls else { return Vec::new() };
+    let plane = |(number, side): (usize, &&str)| {
+        let axis = number / 2;
+        let upper = number % 2 == 1;
+        let mut normal = Vector3::zeros();
+        normal[axis] = if upper { 1.0 } else { -1.0 };
+        let offset = if upper { walls.highest[axis] } else { -walls.lowest[axis] };
+        (!walls.open.iter().any(|open| open == side)).then_some(Plane { normal, offset })
+    };
+    SIDES.iter().enumerate().filter_map(plane).collect()
+}
+
+/// Law numbers of all pairs of groups and of groups with walls. Errs with the pair that has none.
+fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>, (&'a str, &'a str)> {
+    let mut table = Vec::new();
+    for a in &settings.spheres {
+        for b in &settings.spheres {
+            let number = laws.number(&a.material, &b.material).ok_or((&*a.material, &*b.material))?;
+            table.push(number as u16);
+        }
+        // Without walls the entry is never read.
+        let with_walls = match &settings.walls {
+            Some(w) => laws.number(&a.material, &w.material).ok_or((&*a.material, &*w.material))?,
+            None => 0,
+        };
+        table.push((laws.rocks.len() + with_walls) as u16);
+    }
+    Ok(table)
+}
+
+/// Many separate spheres, alone on a scene.
+pub struct GranularSolver {
+    model: Model,
+    options: Options,
+    run: Run,
+    committed: State,
+    trial: State,
+    fields: Option<Fields>,
+}
+
+impl GranularSolver {
+    /// The solver of a scene.
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
+        let (model, start) = Model::new(scene)?;
+        let mut committed = State::new(&start, model.gravity);
+        let mut run = Run::new(committed.position.len());
+        run.at_end(&model, &mut committed);
+        let groups = &model.settings.spheres;
+        let overlap = |settings: &GranularSettings| {
+            let reach = |a: usize| (groups[a].lowest, groups[a].highest);
+            (1..settings.spheres.len()).find(|b| (0..*b).any(|a| reach(a) == reach(*b)))
+        };
+        if committed.contacts > 0 {
+            let at = overlap(&model.settings).unwrap_or(groups.len() - 1);
+            let what = format!("{} pairs overlap at the start", committed.contacts);
+            return Err(scene
+                .invalid(&format!("spheres.{at}.count"), what)
+                .try_instead("give each table a region of its own, inside the box: lowest, highest"));
+        }
+        let trial = committed.clone();
+        Ok(Self { model, options: options.clone(), run, committed, trial, fields: None })
+    }
+
+    /// What does not change in a run.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The committed state.
+    pub fn state(&self) -> &State {
+        &self.committed
+    }
+
+    /// Names of the numbers that come with every answer.
+    fn gauges() -> Vec<Gauge> {
+        let mut gauges: Vec<Gauge> = [
+            ("energy_kinetic_dem", Role::Kinetic),
+            ("energy_potential_dem", Role::Potential),
+            ("energy_stored_dem", Role::Stored),
+            ("energy_dissipated_dem", Role::Dissipated),
+        ]
+        .map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") })
+        .into();
+        gauges.push(Gauge::new("contacts", "1"));
+        gauges.push(Gauge::new("fastest", "m/s"));
+        for axis in ["x", "y", "z"] {
+            gauges.push(Gauge::new(format!("centre_of_mass_{axis}"), "m"));
+        }
+        gauges
+    }
+
+    /// Their values.
+    fn values(&self, state: &State) -> [f64; 9] {
+        let model = &self.model;
+        let (mut kinetic, mut potential, mut fastest) = (0.0, 0.0, 0.0_f64);
+        let (mut mass, mut centre) = (0.0, Vector3::zeros());
+        for i in 0..state.position.len() {
+            let (v2, w2) = (state.velocity[i].norm_squared(), state.spin[i].norm_squared());
+            kinetic += 0.5 * (model.mass[i] * v2 + model.inertia[i] * w2);
+            potential -= model.mass[i] * model.gravity.dot(&state.position[i]);
+            fastest = fastest.max(v2);
+            mass += model.mass[i];
+            centre += state.position[i] * model.mass[i];
+        }
+        let stored = state.elastic + state.sheared;
+        centre /= mass;
+        let contacts = state.contacts as f64;
+        [kinetic, potential, stored, state.dissipated, contacts, fastest.sqrt(), centre.x, centre.y, centre.z]
+    }
+
+    fn tell(&self, state: &State, output: &mut [f64]) {
+        for (out, value) in output.chunks_exact_mut(3).zip(self.values(state)) {
+            out.fill(value);
+        }
+    }
+
+    fn write_fields(&mut self) -> Result<(), Fault> {
+        match &mut self.fields {
+            Some(fields) => fields.write_if_due(&self.model, &self.committed),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Solver for GranularSolver {
+    fn hello(&self) -> Hello {
+        Hello {
+            program: format!("dem-solver {}", env!("CARGO_PKG_VERSION")),
+            capabilities: vec![capability::REPEATABLE.into()],
+            takes: Vec::new(),
+            gives: Vec::new(),
+            largest_window: f64::INFINITY,
+        }
+    }
+
+    fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
+        if plan.wall.is_some() || !plan.takes.is_empty() || !plan.gives.is_empty() {
+            return Err(Fault::input("[[spheres]] run alone: they have no interface with a structure"));
+        }
+        if let (Some(interval), Some(out)) = (self.model.settings.fields, &self.options.out) {
+            self.fields = Some(Fields::create(&out.join("fields"), interval, &self.model)?);
+            self.write_fields()?;
+        }
+        let gauges = Self::gauges();
+        let mut initial = vec![0.0; 3 * gauges.len()];
+        self.tell(&self.committed, &mut initial);
+        Ok(Ready { gauges, initial, ..Ready::default() })
+    }
+
+    fn solve(&mut self, window: &Window, _: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        if !(window.length > 0.0 && window.length.is_finite()) {
+            return Err(Fault::broken(format!("a window of {} s cannot be solved", window.length)));
+        }
+        self.trial.copy(&self.committed);
+        self.run.solve(&self.model, &mut self.trial, window)?;
+        self.tell(&self.trial, output);
+        Ok(())
+    }
+
+    fn commit(&mut self) -> Result<(), Fault> {
+        std::mem::swap(&mut self.committed, &mut self.trial);
+        self.write_fields()
+    }
+
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        let counts = [
+            ("sub_steps", self.run.steps),
+            ("contact_evaluations", self.run.evaluations),
+            ("candidate_refreshes", self.run.searches()),
+        ];
+        let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
+        let measure = |name: &str, value, unit: &str| Measure {
+            name: name.into(),
+            value,
+            unit: unit.into(),
+            time: None,
+        };
+        let measures = vec![measure("deepest_overlap_over_radius", self.committed.deepest, "1")];
+        Ok(Statistics { measures, counts, ..Statistics::default() })
+    }
+}

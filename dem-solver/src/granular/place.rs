@@ -1,0 +1,126 @@
+//! Where the spheres of a scene start: each in its own cell of a lattice that fills the region, at a
+//! random place within the room that is left there.
+
+use crate::settings::spheres::SpheresSettings;
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+
+/// What is constant of all spheres, and where they start.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Start {
+    /// Radius [m].
+    pub radius: Vec<f64>,
+    /// Mass [kg].
+    pub mass: Vec<f64>,
+    /// Number of the table that made it.
+    pub group: Vec<u16>,
+    /// Centre [m].
+    pub position: Vec<Vector3<f64>>,
+    /// Velocity [m/s].
+    pub velocity: Vec<Vector3<f64>>,
+}
+
+/// Numbers that look random: splitmix64 (Steele, Lea, Flood 2014).
+struct Random(u64);
+
+impl Random {
+    /// From 0 to 1.
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// From -1 to 1.
+    fn around_zero(&mut self) -> f64 {
+        2.0 * self.next() - 1.0
+    }
+
+    fn vector(&mut self) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.around_zero())
+    }
+}
+
+/// Cells along each axis of the coarsest lattice that holds `count` spheres in a region of `size` [m],
+/// and the width of a cell there; `None` if a cell would be narrower than `width` [m].
+fn lattice(size: &Vector3<f64>, count: usize, width: f64) -> Option<([usize; 3], Vector3<f64>)> {
+    let cells = |s: f64| [0, 1, 2].map(|a| ((size[a] / s * (1.0 + 1e-12)).floor() as usize).max(1));
+    let room = |s: f64| cells(s).into_iter().map(|n| n as f64).product::<f64>();
+    if room(width) < count as f64 {
+        return None;
+    }
+    let (mut fits, mut too_wide) = (width, size.max());
+    for _ in 0..60 {
+        let middle = 0.5 * (fits + too_wide);
+        if room(middle) >= count as f64 { fits = middle } else { too_wide = middle }
+    }
+    let n = cells(fits);
+    Some((n, Vector3::from_fn(|a, _| size[a] / n[a] as f64)))
+}
+
+impl Start {
+    /// Add the spheres of table number `number`, which has been checked, from the bottom up. Errs with
+    /// how many would fit if not all do.
+    pub fn add(&mut self, number: usize, group: &SpheresSettings) -> Result<(), usize> {
+        let corner = |c: Option<[f64; 3]>| Vector3::from(c.expect("completed: a group has a region"));
+        let (lowest, highest) = (corner(group.lowest), corner(group.highest));
+        let [least, most] = group.radius;
+        let size = highest - lowest;
+        let width = 2.0 * most;
+        let Some((cells, cell)) = lattice(&size, group.count, width) else {
+            return Err([0, 1, 2].into_iter().map(|a| (size[a] / width).floor() as usize).product());
+        };
+        let mut random = Random(group.seed);
+        for i in 0..group.count {
+            let at = [i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])];
+            let middle = lowest + Vector3::from_fn(|a, _| (at[a] as f64 + 0.5) * cell[a]);
+            let radius = least + (most - least) * random.next();
+            let room = (cell * 0.5).add_scalar(-radius);
+            self.position.push(middle + room.component_mul(&random.vector()));
+            self.velocity.push(Vector3::from(group.velocity) + random.vector() * group.velocity_scatter);
+            self.radius.push(radius);
+            self.mass.push(4.0 / 3.0 * PI * radius.powi(3) * group.density);
+            self.group.push(number as u16);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn group(count: usize) -> SpheresSettings {
+        SpheresSettings {
+            name: "s".into(),
+            material: "rock".into(),
+            count,
+            radius: [0.02, 0.05],
+            density: 1000.0,
+            lowest: Some([0.0; 3]),
+            highest: Some([1.0, 0.5, 2.0]),
+            velocity: [0.0; 3],
+            velocity_scatter: 1.0,
+            seed: 7,
+        }
+    }
+
+    #[test]
+    fn spheres_are_placed_apart_and_inside_their_region() {
+        for count in [1, 17, 500, 1000] {
+            let mut start = Start::default();
+            start.add(0, &group(count)).expect("10 x 5 x 20 fit");
+            assert_eq!(start.position.len(), count);
+            for (i, (x, r)) in start.position.iter().zip(&start.radius).enumerate() {
+                assert!((0.02..=0.05).contains(r));
+                let beyond = |a: usize, high: f64| x[a] - r < -1e-12 || x[a] + r > high + 1e-12;
+                assert!(!beyond(0, 1.0) && !beyond(1, 0.5) && !beyond(2, 2.0), "{x}");
+                let apart = |j: usize| (start.position[j] - x).norm() >= start.radius[j] + r - 1e-12;
+                assert!((0..i).all(apart));
+            }
+        }
+        assert_eq!(Start::default().add(0, &group(1001)), Err(1000));
+    }
+}

@@ -1,0 +1,154 @@
+//! The terrain: triangles that never move, and a static tree over them.
+//!
+//! Everything here is in local coordinates, metres from a whole-numbered origin in the middle of the
+//! terrain: survey coordinates of 2.6e6 m leave 5e-10 m to a double, local ones 1e-12 m. What a user
+//! writes and reads has the origin added.
+//!
+//! - [`read`]: from files to rasters, points, triangles
+//! - [`relief`]: from those to one surface, its holes refused or cut
+//! - [`zones`]: which material lies where
+//! - [`look`]: what the terrain is asked
+//! - [`slope`]: one that is generated
+
+pub mod look;
+pub mod read;
+pub mod relief;
+pub mod slope;
+pub mod zones;
+
+use crate::search::boxes::{Bounds, BoxTree, morton_order};
+use crate::settings::TerrainSettings;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+use relief::Relief;
+
+/// The terrain. Triangles stand in the order of the tree; a triangle's number is its place there.
+#[derive(Debug, Clone)]
+pub struct Ground {
+    /// What is added to local coordinates to give the user's [m].
+    pub origin: Vector3<f64>,
+    /// Corners, local [m].
+    pub nodes: Vec<Vector3<f64>>,
+    /// Corners of the triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Zone of each triangle, as a place in [`Ground::materials`]; empty where all are of the first.
+    pub zones: Vec<u8>,
+    /// Materials by zone; the first is that of everything no zone names.
+    pub materials: Vec<String>,
+    /// Lowest corner of the box around it, local [m].
+    pub lowest: Vector3<f64>,
+    /// Highest corner, local [m].
+    pub highest: Vector3<f64>,
+    /// What the user should know of it.
+    pub notices: Vec<String>,
+    tree: BoxTree,
+}
+
+impl Ground {
+    /// That of a scene: read, cut, joined with its zones.
+    pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Self, InputError> {
+        let relief = relief::of(scene, settings)?;
+        let zones = zones::Zones::of(scene, settings, &relief.origin)?;
+        let mut ground = Self::new(relief);
+        if ground.triangles.is_empty() {
+            let file = scene.resolve(&settings.file).display().to_string();
+            return Err(InputError::in_file(file, "the terrain has no triangle with an area"));
+        }
+        ground.materials = zones.materials().to_vec();
+        if !zones.is_empty() {
+            let middle =
+                |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;
+            ground.zones = ground.triangles.iter().map(|t| zones.at(&middle(t))).collect();
+        }
+        Ok(ground)
+    }
+
+    /// Of one surface.
+    pub fn new(relief: Relief) -> Self {
+        let Relief { origin, nodes, triangles, mut notices } = relief;
+        let (triangles, dropped) = with_area(&nodes, triangles);
+        if dropped > 0 {
+            notices.push(format!("terrain: {dropped} triangles without area left out"));
+        }
+        let corner = |t: usize, k: usize| nodes[triangles[t][k] as usize];
+        let order = morton_order(triangles.len(), |t| (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);
+        let triangles: Vec<[u32; 3]> = order.into_iter().map(|t| triangles[t as usize]).collect();
+        let tree = BoxTree::new(triangles.len(), |t| bounds_of(&triangles[t].map(|n| nodes[n as usize])));
+        let mut lowest = Vector3::repeat(f64::INFINITY);
+        let mut highest = Vector3::repeat(f64::NEG_INFINITY);
+        for node in triangles.iter().flatten().map(|n| &nodes[*n as usize]) {
+            lowest = lowest.inf(node);
+            highest = highest.sup(node);
+        }
+        Self {
+            origin,
+            nodes,
+            triangles,
+            zones: Vec::new(),
+            materials: vec![String::new()],
+            lowest,
+            highest,
+            notices,
+            tree,
+        }
+    }
+
+    /// Corners of a triangle, local [m].
+    #[inline]
+    pub fn corners(&self, triangle: u32) -> [Vector3<f64>; 3] {
+        self.triangles[triangle as usize].map(|n| self.nodes[n as usize])
+    }
+
+    /// Zone of a triangle, as a place in [`Ground::materials`].
+    #[inline]
+    pub fn zone(&self, triangle: u32) -> u8 {
+        self.zones.get(triangle as usize).copied().unwrap_or(0)
+    }
+
+    /// True if both triangles hold a node.
+    pub fn share_a_node(&self, a: u32, b: u32) -> bool {
+        let b = &self.triangles[b as usize];
+        self.triangles[a as usize].iter().any(|n| b.contains(n))
+    }
+
+    /// In words, with numbers.
+    pub fn describe(&self) -> String {
+        let size = self.highest - self.lowest;
+        let from = self.lowest + self.origin;
+        let to = self.highest + self.origin;
+        format!(
+            "terrain of {} triangles and {} nodes, {:.1} m x {:.1} m x {:.1} m, x {:.1} to {:.1}, y {:.1} to {:.1}, \
+             z {:.1} to {:.1}",
+            self.triangles.len(),
+            self.nodes.len(),
+            size.x,
+            size.y,
+            size.z,
+            from.x,
+            to.x,
+            from.y,
+            to.y,
+            from.z,
+            to.z
+        )
+    }
+}
+
+fn bounds_of([a, b, c]: &[Vector3<f64>; 3]) -> Bounds {
+    Bounds::around(&a.inf(b).inf(c), &a.sup(b).sup(c))
+}
+
+/// The triangles that have an area, and how many have none: their edges are those of their neighbours.
+fn with_area(nodes: &[Vector3<f64>], mut triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, usize) {
+    let before = triangles.len();
+    triangles.retain(|t| {
+        let [a, b, c] = t.map(|n| nodes[n as usize]);
+        let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared());
+        // Twice the area over the longest edge squared is the height over that edge, in edges: below
+        // 1e-12 rounding alone says where the normal points.
+        (b - a).cross(&(c - a)).norm() > 1e-12 * longest
+    });
+    let dropped = before - triangles.len();
+    (triangles, dropped)
+}

@@ -1,0 +1,137 @@
+//! LAS and LAZ points, read by the crate `las`. What their headers promise is compared with the file's size
+//! first: the crate makes room for as much as is promised.
+//!
+//! Source of the layout: ASPRS LAS 1.4-R15, tables 3 to 6.
+
+use interface_defs::toolkit::input_error::InputError;
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Points that are read at once.
+const BATCH: u64 = 65_536;
+/// Fixed part of the smallest header, and of a variable length record [bytes].
+const HEADER: usize = 227;
+const RECORD: usize = 54;
+/// Most points: each becomes a node and about two triangles.
+const MOST: u64 = 500_000_000;
+
+/// Read the bytes of `file`: points of these classes, all if there is none.
+pub fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
+    check(&bytes, file)?;
+    // The crate is not proof against every lie in a compressed file.
+    let read = catch_unwind(AssertUnwindSafe(|| points(bytes, classes)));
+    let (points, seen) = match read {
+        Ok(Ok(read)) => read,
+        Ok(Err(e)) => return Err(InputError::in_file(file, format!("cannot be read as LAS: {e}"))),
+        Err(_) => {
+            return Err(InputError::in_file(
+                file,
+                "cannot be read as LAS: its compressed points are damaged",
+            ));
+        }
+    };
+    if points.is_empty() {
+        let text: Vec<String> = classes.iter().map(u8::to_string).collect();
+        let what = format!("none of its {seen} points is of class {}", text.join(", "));
+        return Err(InputError::in_file(file, what)
+            .try_instead("write classes = [] under [terrain] to take all points"));
+    }
+    Ok(points)
+}
+
+fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::Error> {
+    let mut reader = las::Reader::new(Cursor::new(bytes))?;
+    let count = reader.header().number_of_points();
+    let mut points = Vec::new();
+    let mut batch = reader.read_points(BATCH.min(count))?;
+    let mut seen = batch.len() as u64;
+    loop {
+        let places = batch.x().zip(batch.y()).zip(batch.z());
+        for (((x, y), z), class) in places.zip(batch.classification()) {
+            let wanted = classes.is_empty() || classes.contains(&class);
+            if wanted && (x + y + z).is_finite() {
+                points.push([x, y, z]);
+            }
+        }
+        if seen >= count {
+            return Ok((points, seen));
+        }
+        let got = reader.fill_points(BATCH, &mut batch)?;
+        if got == 0 {
+            return Ok((points, seen));
+        }
+        seen += got;
+    }
+}
+
+/// Refuse headers that promise more than the file can hold.
+fn check(bytes: &[u8], file: &str) -> Result<(), InputError> {
+    let fault = |what: String| Err(InputError::in_file(file, what));
+    if !bytes.starts_with(b"LASF") {
+        return fault("the file does not begin with `LASF`; is this LAS or LAZ?".into());
+    }
+    if bytes.len() < HEADER {
+        return fault(format!("{} bytes are too few for the header of a LAS file", bytes.len()));
+    }
+    let whole = |at: usize, size: usize| {
+        bytes
+            .get(at..at + size)
+            .map_or(0, |b| b.iter().rev().fold(0_u64, |v, byte| v << 8 | u64::from(*byte)))
+    };
+    let length = bytes.len() as u64;
+    let (header, offset, records) = (whole(94, 2), whole(96, 4), whole(100, 4));
+    let newest = (bytes[24], bytes[25]) >= (1, 4);
+    if header < HEADER as u64
+        || header > offset
+        || offset > length
+        || records * RECORD as u64 > offset - header
+    {
+        return fault(format!(
+            "its header ({header} bytes, {records} records) and points from byte {offset} on do not fit {length} bytes"
+        ));
+    }
+    let (format, each) = (bytes[104], whole(105, 2));
+    let compressed = format & 0xc0 != 0;
+    let count = if newest && header >= 375 { whole(247, 8).max(whole(107, 4)) } else { whole(107, 4) };
+    if count > MOST || (!compressed && count.checked_mul(each).is_none_or(|size| size > length - offset)) {
+        return fault(format!(
+            "its header promises {count} points of {each} bytes, and the file has {length} bytes"
+        ));
+    }
+    if newest && header >= 375 {
+        extended_records(bytes, whole(235, 8), whole(243, 4)).or_else(fault)?;
+    }
+    if compressed {
+        let table = whole(offset as usize, 8);
+        // A table at the file's end is told by -1 there and by its place in the last eight bytes.
+        let table = if table == u64::MAX { whole(bytes.len() - 8, 8) } else { table };
+        let chunks =
+            usize::try_from(table).ok().filter(|t| *t < bytes.len()).map_or(u64::MAX, |t| whole(t + 4, 4));
+        if chunks > length {
+            return fault(format!("its table of chunks at byte {table} does not fit {length} bytes"));
+        }
+    }
+    Ok(())
+}
+
+/// Walk over the records behind the points: each tells the length of its data.
+fn extended_records(bytes: &[u8], start: u64, count: u64) -> Result<(), String> {
+    let mut at = start;
+    for record in 1..=count {
+        let end = usize::try_from(at).ok().and_then(|at| {
+            let length = bytes.get(at.checked_add(20)?..at.checked_add(28)?)?;
+            let length = length.iter().rev().fold(0_u64, |v, byte| v << 8 | u64::from(*byte));
+            (at as u64).checked_add(60)?.checked_add(length)
+        });
+        match end {
+            Some(end) if end <= bytes.len() as u64 => at = end,
+            _ => {
+                return Err(format!(
+                    "its extended record {record} at byte {at} does not fit {} bytes",
+                    bytes.len()
+                ));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,127 @@
+//! Readers of terrain files, one module per format. Each gives what the file holds, in the file's own
+//! coordinates, or an error with file and place; none trusts a length that the file states before it has
+//! compared it with the file's size.
+
+pub mod asc;
+pub mod las;
+pub mod obj;
+pub mod stl;
+pub mod tif;
+pub mod xyz;
+
+use super::relief::Raster;
+use crate::settings::TerrainSettings;
+use interface_defs::toolkit::input_error::InputError;
+use nalgebra::Vector3;
+use std::path::Path;
+
+/// What a terrain file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Content {
+    /// A raster of heights.
+    Raster(Raster),
+    /// Points [m].
+    Points(Vec<[f64; 3]>),
+    /// Triangles.
+    Triangles {
+        /// Corners [m].
+        nodes: Vec<Vector3<f64>>,
+        /// Triangles.
+        triangles: Vec<[u32; 3]>,
+        /// What the user should know.
+        notices: Vec<String>,
+    },
+}
+
+/// Read a terrain file; its extension says what it is.
+pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, InputError> {
+    let file = path.display().to_string();
+    match extension(path).as_str() {
+        "asc" => asc::read(&bytes(path)?, &file).map(Content::Raster),
+        "tif" | "tiff" => tif::read(&bytes(path)?, &file).map(Content::Raster),
+        "xyz" | "txt" | "csv" => xyz::read(&bytes(path)?, &file).map(Content::Points),
+        "las" | "laz" => las::read(bytes(path)?, &settings.classes, &file).map(Content::Points),
+        "stl" => stl::read(&bytes(path)?, &file),
+        "obj" => obj::read(&bytes(path)?, &file),
+        other => Err(InputError::in_file(file, format!("`.{other}` is no terrain that can be read"))
+            .try_instead("known are .asc, .tif, .xyz, .las, .laz, .stl, .obj")),
+    }
+}
+
+/// Extension in lower case.
+pub fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// The whole file.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, InputError> {
+    let file = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => InputError::in_file(file.as_str(), "there is no such file"),
+        _ => InputError::in_file(file.as_str(), format!("cannot be read: {e}")),
+    })?;
+    if bytes.is_empty() {
+        return Err(InputError::in_file(file, "the file is empty"));
+    }
+    Ok(bytes)
+}
+
+/// Words of a text, and in which line they stand.
+pub(crate) struct Words<'a> {
+    text: &'a [u8],
+    at: usize,
+    /// Line of the word given last, from 1.
+    pub line: usize,
+    breaks: usize,
+}
+
+impl<'a> Words<'a> {
+    /// Of `text`.
+    pub fn new(text: &'a [u8]) -> Self {
+        Self { text, at: 0, line: 1, breaks: 0 }
+    }
+
+    /// The next word, in whatever line.
+    pub fn next(&mut self) -> Option<&'a [u8]> {
+        while let Some(byte) = self.text.get(self.at) {
+            if !byte.is_ascii_whitespace() {
+                break;
+            }
+            self.breaks += usize::from(*byte == b'\n');
+            self.at += 1;
+        }
+        self.line = self.breaks + 1;
+        let rest = &self.text[self.at..];
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        self.at += length;
+        (length > 0).then(|| &rest[..length])
+    }
+
+    /// The next word, left where it is.
+    pub fn peek(&self) -> Option<&'a [u8]> {
+        Self { ..*self }.next()
+    }
+}
+
+/// A finite number, whose decimal separator is a point.
+pub(crate) fn number(word: &[u8]) -> Option<f64> {
+    std::str::from_utf8(word).ok()?.parse::<f64>().ok().filter(|v| v.is_finite())
+}
+
+/// A word as an error shows it: readable and short.
+pub(crate) fn shown(word: &[u8]) -> String {
+    let text: String =
+        String::from_utf8_lossy(word).chars().take(24).flat_map(char::escape_default).collect();
+    if word.len() > 24 { text + "..." } else { text }
+}
+
+/// Read a raster file, of heights or of zone numbers.
+pub fn raster(path: &Path) -> Result<Raster, InputError> {
+    let file = path.display().to_string();
+    match extension(path).as_str() {
+        "asc" => asc::read(&bytes(path)?, &file),
+        "tif" | "tiff" => tif::read(&bytes(path)?, &file),
+        other => Err(InputError::in_file(file, format!("`.{other}` is no raster that can be read"))
+            .try_instead("known are .asc and .tif")),
+    }
+}

@@ -1,0 +1,128 @@
+//! GeoTIFF, decoded by the crate `tiff`: one band of numbers, its place from pixel scale and tie point or from
+//! a transformation without turn. A height stands in the middle of its pixel unless the file says that pixels
+//! are points.
+//!
+//! Source: OGC GeoTIFF 1.1, 7.1 and B.6; the mark of pixels without height is GDAL's.
+
+use crate::ground::relief::Raster;
+use interface_defs::toolkit::input_error::InputError;
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::tags::Tag;
+use tiff::{TiffError, TiffResult};
+
+/// Deflate and LZW do not shrink further than this: a promise beyond it is a lie.
+const LARGEST_SHRINK: usize = 1100;
+/// Geo key of what a pixel is, and its value for a point.
+const RASTER_TYPE: u16 = 1025;
+const PIXEL_IS_POINT: u16 = 2;
+
+/// Read the bytes of `file`.
+pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
+    let fault = |what: String| InputError::in_file(file, what);
+    let read = catch_unwind(AssertUnwindSafe(|| decode(bytes)));
+    let (parts, counts, values) = match read {
+        Ok(Ok(read)) => read,
+        Ok(Err(e)) => return Err(fault(format!("cannot be read as GeoTIFF: {e}"))),
+        Err(_) => return Err(fault("cannot be read as GeoTIFF: its image is damaged".into())),
+    };
+    let [columns, rows] = counts;
+    if values.len() != columns * rows {
+        return Err(fault(format!(
+            "{} values for {columns} x {rows} pixels; one band of heights is due",
+            values.len()
+        )));
+    }
+    let (place, spacing) = parts.place().map_err(fault)?;
+    if columns * rows > u32::MAX as usize / 2 {
+        return Err(fault(format!("{columns} x {rows} heights are more than can be numbered")));
+    }
+    let half = if parts.point { 0.0 } else { 0.5 };
+    let [dx, dy] = spacing;
+    let corner = [place[0] + half * dx, place[1] - half * dy - dy * (rows - 1) as f64];
+    // The mark is text: a height of single precision meets it in single precision.
+    let missing = |v: f64| !v.is_finite() || parts.nodata.is_some_and(|n| v == n || v as f32 == n as f32);
+    let heights = values.into_iter().map(|v| if missing(v) { f64::NAN } else { v }).collect();
+    Ok(Raster { corner, spacing, counts, heights })
+}
+
+#[derive(Default)]
+struct Parts {
+    scale: Vec<f64>,
+    tie: Vec<f64>,
+    matrix: Vec<f64>,
+    nodata: Option<f64>,
+    point: bool,
+}
+
+impl Parts {
+    /// x and y of the outer corner (or middle) of the first pixel, and the size of pixels.
+    fn place(&self) -> Result<([f64; 2], [f64; 2]), String> {
+        let (place, spacing) = match (self.scale.as_slice(), self.tie.as_slice(), self.matrix.as_slice()) {
+            (&[sx, sy, ..], &[i, j, _, x, y, ..], _) => ([x - i * sx, y + j * sy], [sx, sy]),
+            (_, _, &[a, b, _, x, c, d, _, y, ..]) => {
+                if b != 0.0 || c != 0.0 {
+                    return Err("its raster is turned against x and y, which cannot be read".into());
+                }
+                ([x, y], [a, -d])
+            }
+            _ => return Err("it does not say where it lies (no pixel scale and tie point)".into()),
+        };
+        let sound = place.iter().chain(&spacing).all(|v| v.is_finite()) && spacing.iter().all(|v| *v > 0.0);
+        if sound {
+            Ok((place, spacing))
+        } else {
+            Err(format!("pixels of {} m x {} m cannot be read", spacing[0], spacing[1]))
+        }
+    }
+}
+
+fn decode(bytes: &[u8]) -> TiffResult<(Parts, [usize; 2], Vec<f64>)> {
+    let most = bytes.len().saturating_mul(LARGEST_SHRINK);
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = most;
+    limits.intermediate_buffer_size = most;
+    limits.ifd_value_size = bytes.len().max(1 << 20);
+    let mut decoder = Decoder::new(Cursor::new(bytes))?.with_limits(limits);
+    let (columns, rows) = decoder.dimensions()?;
+    let pixels = columns as usize * rows as usize;
+    if pixels == 0 || pixels > most {
+        return Err(TiffError::LimitsExceeded);
+    }
+    let mut numbers = |tag: Tag| match decoder.find_tag(tag) {
+        Ok(Some(value)) => value.into_f64_vec(),
+        Ok(None) => Ok(Vec::new()),
+        Err(e) => Err(e),
+    };
+    let mut parts = Parts {
+        scale: numbers(Tag::ModelPixelScaleTag)?,
+        tie: numbers(Tag::ModelTiepointTag)?,
+        matrix: numbers(Tag::ModelTransformationTag)?,
+        ..Parts::default()
+    };
+    if let Some(value) = decoder.find_tag(Tag::GdalNodata)? {
+        parts.nodata = value.into_string()?.trim_matches(['\0', ' ']).parse().ok();
+    }
+    if let Some(value) = decoder.find_tag(Tag::GeoKeyDirectoryTag)? {
+        let keys = value.into_u16_vec()?;
+        parts.point =
+            keys.chunks_exact(4).skip(1).any(|k| k[0] == RASTER_TYPE && k[1] == 0 && k[3] == PIXEL_IS_POINT);
+    }
+    let values = match decoder.read_image()? {
+        DecodingResult::U8(v) => widen(v),
+        DecodingResult::U16(v) => widen(v),
+        DecodingResult::U32(v) => widen(v),
+        DecodingResult::I8(v) => widen(v),
+        DecodingResult::I16(v) => widen(v),
+        DecodingResult::I32(v) => widen(v),
+        DecodingResult::F32(v) => widen(v),
+        DecodingResult::F64(v) => v,
+        _ => return Err(TiffError::FormatError(tiff::TiffFormatError::InvalidDimensions(columns, rows))),
+    };
+    Ok((parts, [columns as usize, rows as usize], values))
+}
+
+fn widen<T: Into<f64>>(values: Vec<T>) -> Vec<f64> {
+    values.into_iter().map(Into::into).collect()
+}

@@ -1,0 +1,42 @@
+//! XYZ text: three numbers per line, separated by blanks, commas or semicolons; further columns are not
+//! looked at. Lines that are empty or begin with `#` are passed over, and so is one line of column names.
+
+use super::{number, shown};
+use interface_defs::toolkit::input_error::InputError;
+
+/// Read the bytes of `file`.
+pub fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
+    let mut points: Vec<[f64; 3]> = Vec::new();
+    let mut named = false;
+    for (line, text) in (1..).zip(bytes.split(|b| *b == b'\n')) {
+        let separates = |b: &u8| b.is_ascii_whitespace() || matches!(b, b',' | b';');
+        let mut words = text.split(separates).filter(|w| !w.is_empty()).peekable();
+        match words.peek() {
+            None => continue,
+            Some(first) if first.starts_with(b"#") => continue,
+            Some(first) if points.is_empty() && !named && is_name(first) => {
+                named = true;
+                continue;
+            }
+            Some(_) => {}
+        }
+        let mut point = [0.0; 3];
+        for (value, name) in point.iter_mut().zip(["x", "y", "z"]) {
+            let fault = |what: String| InputError::in_file(format!("{file}:{line}"), what);
+            let Some(word) = words.next() else { return Err(fault(format!("the line has no {name}"))) };
+            *value = number(word).ok_or_else(|| fault(format!("`{}` is no {name}", shown(word))))?;
+        }
+        points.push(point);
+    }
+    if points.is_empty() {
+        return Err(InputError::in_file(file, "the file has no point"));
+    }
+    Ok(points)
+}
+
+/// True for the name of a column: letters, perhaps in quotes.
+fn is_name(word: &[u8]) -> bool {
+    number(word).is_none()
+        && word.len() <= 32
+        && word.iter().all(|b| b.is_ascii_alphanumeric() || b"_\"'/".contains(b))
+}

@@ -1,0 +1,147 @@
+//! `[terrain]`: the ground, what lies where on it, and when a rock has come to its end.
+
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// `[terrain]`. Its presence builds the ground; a run without a structure then ends when every rock has
+/// come to rest or has left the terrain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TerrainSettings {
+    /// The file, from the directory of the scene: ESRI grid `.asc`, GeoTIFF `.tif`, points `.xyz`, `.las`,
+    /// `.laz`, triangles `.stl`, `.obj`. Metres, z upwards.
+    pub file: PathBuf,
+    /// Cells of a raster without height: `refuse` (default) or `cut`, a hole through which rocks fall.
+    #[serde(default)]
+    pub nodata: NoData,
+    /// Points of these classes are taken from `.las` and `.laz`; default `[2]`, ground. Empty: all.
+    #[serde(default = "ground_class")]
+    pub classes: Vec<u8>,
+    /// Points: triangles with a longer edge [m] are cut out, such as those across a bay of the outline.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub longest_edge: Option<f64>,
+    /// Material of everything that no zone names. Default `ground`.
+    #[serde(default = "ground_name")]
+    pub material: String,
+    /// Raster of zone numbers (`.asc`, `.tif`), which `[[terrain.zone]]` gives materials by `number`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub zones: Option<PathBuf>,
+    /// `[[terrain.zone]]`: materials by polygon or number. Of polygons that overlap the last counts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub zone: Vec<ZoneSettings>,
+    /// Speed [m/s] of the fastest point of a rock below which it may be at rest. Default 0.01.
+    #[serde(default = "rest_speed")]
+    pub rest_speed: f64,
+    /// Time [s] for which it must stay below, touching the ground. Default 0.5.
+    #[serde(default = "rest_time")]
+    pub rest_time: f64,
+}
+
+/// What to do with cells without height.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoData {
+    /// An error that says where.
+    #[default]
+    Refuse,
+    /// A hole.
+    Cut,
+}
+
+/// One `[[terrain.zone]]`: exactly one of `polygon` and `number`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ZoneSettings {
+    /// Its material.
+    pub material: String,
+    /// Corners `[x, y]` [m], closed by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polygon: Option<Vec<[f64; 2]>>,
+    /// Number in the raster `zones`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub number: Option<i64>,
+}
+
+fn ground_class() -> Vec<u8> {
+    vec![2]
+}
+
+fn ground_name() -> String {
+    "ground".into()
+}
+
+fn rest_speed() -> f64 {
+    0.01
+}
+
+fn rest_time() -> f64 {
+    0.5
+}
+
+/// Most materials on one terrain.
+const MOST_MATERIALS: usize = 255;
+
+impl TerrainSettings {
+    /// For a file, everything else by default.
+    pub fn new(file: impl Into<PathBuf>) -> Self {
+        Self {
+            file: file.into(),
+            nodata: NoData::default(),
+            classes: ground_class(),
+            longest_edge: None,
+            material: ground_name(),
+            zones: None,
+            zone: Vec::new(),
+            rest_speed: rest_speed(),
+            rest_time: rest_time(),
+        }
+    }
+
+    /// Refuse what makes no sense.
+    pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
+        for (key, value) in [
+            ("rest_speed", Some(self.rest_speed)),
+            ("rest_time", Some(self.rest_time)),
+            ("longest_edge", self.longest_edge),
+        ] {
+            if let Some(v) = value.filter(|v| *v <= 0.0) {
+                return Err(
+                    scene.invalid(&format!("terrain.{key}"), format!("{key} = {v}: it must lie above 0"))
+                );
+            }
+        }
+        if self.zone.len() > MOST_MATERIALS {
+            let what = format!("{} zones: {MOST_MATERIALS} are possible", self.zone.len());
+            return Err(scene.invalid("terrain.zone", what));
+        }
+        for (i, zone) in self.zone.iter().enumerate() {
+            let key = |name: &str| format!("terrain.zone.{i}.{name}");
+            match (&zone.polygon, zone.number) {
+                (Some(_), Some(_)) => {
+                    let what = "polygon and number together say one thing twice";
+                    return Err(scene.invalid(&key("number"), what).try_instead("keep one of them"));
+                }
+                (None, None) => {
+                    let what = "the zone has neither polygon nor number: it lies nowhere";
+                    return Err(scene.invalid(&key("material"), what));
+                }
+                (Some(corners), None) if corners.len() < 3 => {
+                    let what = format!("{} corners span no area: 3 are needed", corners.len());
+                    return Err(scene.invalid(&key("polygon"), what));
+                }
+                (None, Some(number)) if self.zones.is_none() => {
+                    return Err(scene
+                        .invalid(
+                            &key("number"),
+                            format!("zone number {number} without a raster of zone numbers"),
+                        )
+                        .try_instead("write zones = \"zones.asc\" under [terrain], or a polygon"));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}

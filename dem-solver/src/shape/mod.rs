@@ -1,0 +1,24 @@
+//! The true solid of a rock as a closed surface of triangles.
+//!
+//! - [`surface`]: welded, consistently oriented, checked; what a flaw looks like and where it is
+//! - [`crossing`]: whether a surface runs through itself
+//! - [`integrals`]: exact volume, centre and inertia
+//! - [`tree`]: the nearest point of a surface, on which side of it a point lies
+//! - [`builtin`], [`hull`]: shapes that need no file
+//! - [`stl`], [`obj`], [`file`](mod@file): readers
+//! - [`spec`]: one shape from all of these, as a scene or a command line names it
+
+pub mod builtin;
+pub mod crossing;
+pub mod file;
+pub mod hull;
+pub mod integrals;
+pub mod obj;
+pub mod spec;
+pub mod stl;
+pub mod surface;
+pub mod tree;
+
+pub use integrals::Body;
+pub use spec::Shape;
+pub use surface::{Flaw, Surface};

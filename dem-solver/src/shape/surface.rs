@@ -1,0 +1,406 @@
+//! A closed surface: corners joined, triangles turned the same way, flaws named with their place.
+
+use super::integrals::Body;
+use nalgebra::Vector3;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::fmt;
+
+/// Most triangles of a rock's surface.
+pub const MOST_TRIANGLES: usize = 5_000_000;
+
+/// Corners nearer than this share of the surface's size are joined, where those with equal
+/// coordinates do not make it closed: files with single precision have such noise.
+const WELD: f64 = 1e-6;
+
+/// A triangle whose height is below this share of its longest edge has no direction.
+const SLIVER: f64 = 1e-10;
+
+/// A closed surface of one piece, its triangles counter-clockwise as seen from outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// Corners [m].
+    pub points: Vec<Vector3<f64>>,
+    /// Corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Why triangles are not the surface of a solid. Triangles are counted from 1, in the file's order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Flaw {
+    /// There is none, or fewer than 4 are left after corners were joined.
+    TooFew(usize),
+    /// More than [`MOST_TRIANGLES`].
+    TooMany(usize),
+    /// A coordinate that is no number.
+    NotFinite(usize),
+    /// A triangle whose corners lie on a line.
+    Flat(usize, Vector3<f64>),
+    /// An edge with a triangle on one side only.
+    Open(usize, [Vector3<f64>; 2], usize),
+    /// An edge at which this many triangles meet.
+    Branched(usize, [Vector3<f64>; 2], usize),
+    /// Triangles that cannot be turned the same way.
+    OneSided(usize),
+    /// Several closed surfaces.
+    Pieces(usize),
+    /// All triangles face inwards: the volume [m3] is negative.
+    Inverted(f64),
+    /// Two triangles that run through each other, near a point.
+    Crossing(usize, usize, Vector3<f64>),
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let at = |p: &Vector3<f64>| format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z);
+        match self {
+            Self::TooFew(n) => write!(f, "{n} triangles enclose nothing: 4 are the fewest"),
+            Self::TooMany(n) => {
+                write!(f, "{n} triangles: up to {MOST_TRIANGLES} are possible; thin the surface out")
+            }
+            Self::NotFinite(t) => write!(f, "triangle {t} has a coordinate that is not a finite number"),
+            Self::Flat(t, p) => {
+                write!(f, "triangle {t} near {} is degenerate: its corners lie on a line", at(p))
+            }
+            Self::Open(t, [a, b], n) => write!(
+                f,
+                "the surface is open: {n} edges have a triangle on one side only, the first from {} to {}, of triangle {t}",
+                at(a),
+                at(b)
+            ),
+            Self::Branched(t, [a, b], n) => write!(
+                f,
+                "{n} triangles meet at the edge from {} to {}, one of them triangle {t}: two are due",
+                at(a),
+                at(b)
+            ),
+            Self::OneSided(t) => write!(
+                f,
+                "the triangles cannot be turned the same way (a surface with one side): the contradiction is at triangle {t}"
+            ),
+            Self::Pieces(n) => write!(f, "the surface is {n} separate pieces: a rock is one"),
+            Self::Inverted(v) => write!(
+                f,
+                "the surface is inside out: its triangles face inwards (volume {v:.6e} m3); reverse the order of their corners"
+            ),
+            Self::Crossing(a, b, p) => {
+                write!(f, "the surface runs through itself: triangles {a} and {b} cross near {}", at(p))
+            }
+        }
+    }
+}
+
+impl Surface {
+    /// A closed surface from loose triangles (three corners each), as an STL file has them. The
+    /// second part says what was mended.
+    pub fn from_soup(corners: &[[Vector3<f64>; 3]]) -> Result<(Self, Vec<String>), Flaw> {
+        let mut points = Vec::new();
+        let mut known: HashMap<[u64; 3], u32> = HashMap::new();
+        let mut number = |p: &Vector3<f64>| {
+            // Adding zero makes -0 and 0 one corner.
+            *known.entry([p.x, p.y, p.z].map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
+                points.push(*p);
+                points.len() as u32 - 1
+            })
+        };
+        let triangles = corners.iter().map(|c| [number(&c[0]), number(&c[1]), number(&c[2])]).collect();
+        Self::from_indexed(points, triangles)
+    }
+
+    /// A closed surface from corners and triangles. The second part says what was mended.
+    pub fn from_indexed(
+        points: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<(Self, Vec<String>), Flaw> {
+        if triangles.len() > MOST_TRIANGLES {
+            return Err(Flaw::TooMany(triangles.len()));
+        }
+        if triangles.len() < 4 {
+            return Err(Flaw::TooFew(triangles.len()));
+        }
+        let finite: Vec<bool> = points.iter().map(|p| p.iter().all(|c| c.is_finite())).collect();
+        if let Some(t) = triangles.iter().position(|t| t.iter().any(|p| !finite[*p as usize])) {
+            return Err(Flaw::NotFinite(t + 1));
+        }
+        let mut notes = Vec::new();
+        let mut loose = Self { points, triangles };
+        let mut numbers: Vec<usize> = (1..=loose.triangles.len()).collect();
+        if loose.edges(&numbers).is_err() {
+            let joined = loose.weld(&mut numbers);
+            if joined > 0 {
+                notes.push(format!("{joined} corners were joined with their neighbours"));
+            }
+        }
+        if loose.triangles.len() < 4 {
+            return Err(Flaw::TooFew(loose.triangles.len()));
+        }
+        if let Some(t) = (0..loose.triangles.len()).find(|t| loose.is_flat(*t)) {
+            return Err(Flaw::Flat(numbers[t], loose.corners(t)[0]));
+        }
+        let edges = loose.edges(&numbers)?;
+        let turned = loose.orient(&edges, &numbers)?;
+        if turned > 0 {
+            notes.push(format!("{turned} triangles were turned to face as their neighbours do"));
+        }
+        loose.drop_unused();
+        let volume = Body::of(&loose).volume;
+        if volume <= 0.0 {
+            return Err(Flaw::Inverted(volume));
+        }
+        match super::crossing::find(&loose) {
+            Some((a, b, place)) => Err(Flaw::Crossing(numbers[a], numbers[b], place)),
+            None => Ok((loose, notes)),
+        }
+    }
+
+    /// Corners of a triangle [m].
+    pub fn corners(&self, triangle: usize) -> [Vector3<f64>; 3] {
+        self.triangles[triangle].map(|p| self.points[p as usize])
+    }
+
+    /// Unit normal of a triangle, outwards.
+    pub fn normal(&self, triangle: usize) -> Vector3<f64> {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(&(c - a)).normalize()
+    }
+
+    /// Area of a triangle [m2].
+    pub fn area(&self, triangle: usize) -> f64 {
+        let [a, b, c] = self.corners(triangle);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    }
+
+    /// Smallest box around it: lowest and highest corner [m].
+    pub fn bounds(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let nowhere = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        self.points.iter().fold(nowhere, |(low, high), p| (low.inf(p), high.sup(p)))
+    }
+
+    /// Diagonal of the smallest box around it [m].
+    pub fn size(&self) -> f64 {
+        let (lowest, highest) = self.bounds();
+        (highest - lowest).norm()
+    }
+
+    fn is_flat(&self, triangle: usize) -> bool {
+        let [a, b, c] = self.corners(triangle);
+        let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
+        (b - a).cross(&(c - a)).norm() <= SLIVER * longest
+    }
+
+    /// Join corners that are nearly the same; triangles that lose a corner vanish. How many were joined.
+    fn weld(&mut self, numbers: &mut Vec<usize>) -> usize {
+        let reach = WELD * self.size();
+        if reach <= 0.0 {
+            return 0;
+        }
+        let (lowest, _) = self.bounds();
+        let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+        let mut joined = 0;
+        let kept: Vec<u32> = (0..self.points.len() as u32)
+            .map(|i| {
+                let p = self.points[i as usize];
+                let cell = [0, 1, 2].map(|k| ((p[k] - lowest[k]) / reach).floor() as i64);
+                for step in 0..27 {
+                    let near = [cell[0] + step % 3 - 1, cell[1] + step / 3 % 3 - 1, cell[2] + step / 9 - 1];
+                    let same = cells.get(&near).and_then(|others| {
+                        others.iter().find(|o| (self.points[**o as usize] - p).norm() < reach)
+                    });
+                    if let Some(same) = same {
+                        joined += 1;
+                        return *same;
+                    }
+                }
+                cells.entry(cell).or_default().push(i);
+                i
+            })
+            .collect();
+        let mut left = Vec::with_capacity(self.triangles.len());
+        let mut left_numbers = Vec::with_capacity(numbers.len());
+        for (t, n) in self.triangles.iter().zip(numbers.iter()) {
+            let [a, b, c] = t.map(|p| kept[p as usize]);
+            if a != b && b != c && c != a {
+                left.push([a, b, c]);
+                left_numbers.push(*n);
+            }
+        }
+        self.triangles = left;
+        *numbers = left_numbers;
+        joined
+    }
+
+    /// The two triangles at each edge, the edge from the smaller to the larger number of its ends.
+    fn edges(&self, numbers: &[usize]) -> Result<HashMap<(u32, u32), [u32; 2]>, Flaw> {
+        const NONE: u32 = u32::MAX;
+        let mut sides: HashMap<(u32, u32), [u32; 2]> = HashMap::with_capacity(self.triangles.len() * 3 / 2);
+        let ends = |(a, b): (u32, u32)| [self.points[a as usize], self.points[b as usize]];
+        for (t, corner) in self.triangles.iter().enumerate() {
+            for k in 0..3 {
+                let (a, b) = (corner[k], corner[(k + 1) % 3]);
+                if a == b {
+                    return Err(Flaw::Flat(numbers[t], self.points[a as usize]));
+                }
+                match sides.entry((a.min(b), a.max(b))) {
+                    Entry::Vacant(place) => {
+                        place.insert([t as u32, NONE]);
+                    }
+                    Entry::Occupied(mut place) if place.get()[1] == NONE => place.get_mut()[1] = t as u32,
+                    Entry::Occupied(place) => {
+                        let edge = *place.key();
+                        let at = |t: &&[u32; 3]| t.contains(&edge.0) && t.contains(&edge.1);
+                        let count = self.triangles.iter().filter(at).count();
+                        return Err(Flaw::Branched(numbers[t], ends(edge), count));
+                    }
+                }
+            }
+        }
+        let open = sides.iter().filter(|(_, t)| t[1] == NONE);
+        match open.clone().min_by_key(|(edge, t)| (t[0], **edge)) {
+            Some((edge, t)) => Err(Flaw::Open(numbers[t[0] as usize], ends(*edge), open.count())),
+            None => Ok(sides),
+        }
+    }
+
+    /// Turn triangles so that neighbours face alike, as most do. How many were turned.
+    fn orient(&mut self, edges: &HashMap<(u32, u32), [u32; 2]>, numbers: &[usize]) -> Result<usize, Flaw> {
+        let count = self.triangles.len();
+        // 0: not seen, 1: as it is, 2: turned.
+        let mut state = vec![0_u8; count];
+        let mut pieces = 0;
+        let mut stack = Vec::new();
+        for start in 0..count {
+            if state[start] != 0 {
+                continue;
+            }
+            pieces += 1;
+            state[start] = 1;
+            stack.push(start);
+            while let Some(t) = stack.pop() {
+                for k in 0..3 {
+                    let (a, b) = (self.triangles[t][k], self.triangles[t][(k + 1) % 3]);
+                    let both = edges[&(a.min(b), a.max(b))];
+                    let other = (if both[0] as usize == t { both[1] } else { both[0] }) as usize;
+                    // Neighbours that face alike run along their edge in opposite directions.
+                    let runs_alike = (0..3)
+                        .any(|k| self.triangles[other][k] == a && self.triangles[other][(k + 1) % 3] == b);
+                    let due = if runs_alike { 3 - state[t] } else { state[t] };
+                    if state[other] == 0 {
+                        state[other] = due;
+                        stack.push(other);
+                    } else if state[other] != due {
+                        return Err(Flaw::OneSided(numbers[other]));
+                    }
+                }
+            }
+        }
+        if pieces > 1 {
+            return Err(Flaw::Pieces(pieces));
+        }
+        let turned = state.iter().filter(|s| **s == 2).count();
+        let minority = if turned * 2 > count { 1 } else { 2 };
+        for (triangle, state) in self.triangles.iter_mut().zip(&state) {
+            if *state == minority {
+                triangle.swap(1, 2);
+            }
+        }
+        Ok(turned.min(count - turned))
+    }
+
+    fn drop_unused(&mut self) {
+        let mut place = vec![u32::MAX; self.points.len()];
+        let mut points = Vec::new();
+        for corner in self.triangles.as_flattened_mut() {
+            let at = &mut place[*corner as usize];
+            if *at == u32::MAX {
+                *at = points.len() as u32;
+                points.push(self.points[*corner as usize]);
+            }
+            *corner = *at;
+        }
+        self.points = points;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::builtin;
+
+    fn soup(surface: &Surface) -> Vec<[Vector3<f64>; 3]> {
+        (0..surface.triangles.len()).map(|t| surface.corners(t)).collect()
+    }
+
+    fn cube() -> Vec<[Vector3<f64>; 3]> {
+        soup(&builtin::cuboid(Vector3::repeat(1.0)))
+    }
+
+    #[test]
+    fn loose_triangles_become_one_surface_and_keep_their_corners() {
+        let (surface, notes) = Surface::from_soup(&cube()).expect("closed");
+        assert_eq!((surface.points.len(), surface.triangles.len()), (8, 12));
+        assert!(notes.is_empty());
+        assert!((Body::of(&surface).volume - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn noise_of_single_precision_is_joined_and_told() {
+        let mut noisy = cube();
+        for (t, triangle) in noisy.iter_mut().enumerate() {
+            for (k, p) in triangle.iter_mut().enumerate() {
+                *p += Vector3::repeat(1e-8 * ((t * 3 + k) as f64).sin());
+            }
+        }
+        let (surface, notes) = Surface::from_soup(&noisy).expect("closed");
+        assert_eq!(surface.points.len(), 8);
+        assert_eq!(notes, ["28 corners were joined with their neighbours"]);
+    }
+
+    #[test]
+    fn single_triangles_that_face_the_other_way_are_turned_and_told() {
+        let mut mixed = cube();
+        for t in [2, 7, 8] {
+            mixed[t].swap(0, 1);
+        }
+        let (surface, notes) = Surface::from_soup(&mixed).expect("turned");
+        assert!((Body::of(&surface).volume - 1.0).abs() < 1e-15);
+        assert_eq!(notes, ["3 triangles were turned to face as their neighbours do"]);
+    }
+
+    #[test]
+    fn each_flaw_is_refused_with_its_reason_and_place() {
+        let refused =
+            |triangles: &[[Vector3<f64>; 3]]| Surface::from_soup(triangles).expect_err("a flaw").to_string();
+        let all = cube();
+        let open = refused(&all[..11]);
+        assert!(open.starts_with("the surface is open: 3 edges") && open.contains("of triangle"), "{open}");
+        let inverted: Vec<_> = all.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+        assert!(refused(&inverted).contains("inside out"));
+        let mut flat = all.clone();
+        flat[4] = [flat[4][0], flat[4][1], (flat[4][0] + flat[4][1]) / 2.0];
+        assert!(refused(&flat).contains("triangle 5"), "{}", refused(&flat));
+        let mut branched = all.clone();
+        branched.push([all[0][0], all[0][1], Vector3::new(5.0, 5.0, 5.0)]);
+        assert!(refused(&branched).contains("3 triangles meet at the edge"), "{}", refused(&branched));
+        let mut nan = all.clone();
+        nan[6][1].y = f64::NAN;
+        assert_eq!(refused(&nan), "triangle 7 has a coordinate that is not a finite number");
+        let apart: Vec<_> = all.iter().map(|t| t.map(|p| p + Vector3::repeat(9.0))).collect();
+        assert_eq!(
+            refused(&[all.clone(), apart].concat()),
+            "the surface is 2 separate pieces: a rock is one"
+        );
+        assert!(refused(&[]).contains("0 triangles"));
+    }
+
+    /// A tetrahedron one of whose corners is pushed through the opposite face turns inside out; a prism
+    /// that is twisted too far runs through itself.
+    #[test]
+    fn a_surface_that_runs_through_itself_is_refused_with_the_two_triangles() {
+        let mut spike = builtin::ellipsoid(Vector3::repeat(1.0), 2);
+        // One corner is pulled through the opposite side.
+        spike.points[0] *= -1.3;
+        let flaw = Surface::from_indexed(spike.points, spike.triangles).expect_err("crossing");
+        assert!(matches!(flaw, Flaw::Crossing(..)), "{flaw}");
+        assert!(flaw.to_string().contains("cross near"), "{flaw}");
+    }
+}

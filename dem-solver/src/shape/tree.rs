@@ -1,0 +1,306 @@
+//! The nearest point of a surface, and the side on which a point lies.
+//!
+//! A tree of boxes over the triangles. The side follows from the normal at the nearest point: of the
+//! triangle, of both triangles at an edge (their sum), of all at a vertex (weighted with the angles).
+//! Source: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
+
+use super::Surface;
+use nalgebra::Vector3;
+use std::collections::HashMap;
+
+const LEAF: usize = 4;
+
+/// Part of a triangle: its inside, the edge from a corner to the next, or a corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Feature {
+    /// The inside.
+    Face,
+    /// The edge from this corner to the next.
+    Edge(usize),
+    /// This corner.
+    Corner(usize),
+}
+
+/// The nearest point of a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Nearest {
+    /// The point [m].
+    pub point: Vector3<f64>,
+    /// Square of its distance [m2].
+    pub square: f64,
+    /// Triangle on which it lies.
+    pub triangle: u32,
+    /// Where on the triangle.
+    pub feature: Feature,
+}
+
+struct Node {
+    lowest: Vector3<f64>,
+    highest: Vector3<f64>,
+    /// First triangle of a leaf, else number of the right child (the left one follows its parent).
+    first: u32,
+    /// Triangles of a leaf; 0: not a leaf.
+    count: u32,
+}
+
+/// A tree over the triangles of a closed surface.
+pub struct SurfaceTree {
+    nodes: Vec<Node>,
+    /// Numbers of the triangles, leaf by leaf, and their corners in that order.
+    order: Vec<u32>,
+    corners: Vec<[Vector3<f64>; 3]>,
+    /// By triangle of the surface: unit normal, normals of its edges and corners (not of length 1).
+    faces: Vec<Vector3<f64>>,
+    edges: Vec<[Vector3<f64>; 3]>,
+    vertices: Vec<Vector3<f64>>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl SurfaceTree {
+    /// The tree over `surface`, which is closed and has no degenerate triangle.
+    pub fn new(surface: &Surface) -> Self {
+        let count = surface.triangles.len();
+        let faces: Vec<_> = (0..count).map(|t| surface.normal(t)).collect();
+        let mut vertices = vec![Vector3::zeros(); surface.points.len()];
+        let mut sums: HashMap<(u32, u32), Vector3<f64>> = HashMap::with_capacity(count * 2);
+        for (t, corner) in surface.triangles.iter().enumerate() {
+            let p = surface.corners(t);
+            for k in 0..3 {
+                let (to, from) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+                vertices[corner[k] as usize] += faces[t] * to.angle(&from);
+                *sums.entry(key(corner[k], corner[(k + 1) % 3])).or_insert_with(Vector3::zeros) += faces[t];
+            }
+        }
+        let edges =
+            surface.triangles.iter().map(|c| [0, 1, 2].map(|k| sums[&key(c[k], c[(k + 1) % 3])])).collect();
+        let mut order: Vec<u32> = (0..count as u32).collect();
+        let middles: Vec<Vector3<f64>> =
+            (0..count).map(|t| surface.corners(t).iter().sum::<Vector3<f64>>() / 3.0).collect();
+        let mut nodes = Vec::with_capacity(count);
+        build(&mut nodes, &mut order, 0, surface, &middles);
+        let corners = order.iter().map(|t| surface.corners(*t as usize)).collect();
+        Self { nodes, order, corners, faces, edges, vertices, triangles: surface.triangles.clone() }
+    }
+
+    /// The nearest point to `from` that is nearer than `within` [m].
+    pub fn nearest(&self, from: &Vector3<f64>, within: f64) -> Option<Nearest> {
+        let mut best: Option<Nearest> = None;
+        let mut square = within * within;
+        let mut stack = [0_u32; 64];
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let at = stack[height] as usize;
+            let node = &self.nodes[at];
+            if gap(node, from) >= square {
+                continue;
+            }
+            if node.count > 0 {
+                for k in node.first as usize..(node.first + node.count) as usize {
+                    let (point, feature) = closest(from, &self.corners[k]);
+                    let distance = (point - from).norm_squared();
+                    if distance < square {
+                        square = distance;
+                        best = Some(Nearest { point, square, triangle: self.order[k], feature });
+                    }
+                }
+                continue;
+            }
+            let (left, right) = (at as u32 + 1, node.first);
+            let nearer_left = gap(&self.nodes[left as usize], from) <= gap(&self.nodes[right as usize], from);
+            let (first, second) = if nearer_left { (left, right) } else { (right, left) };
+            stack[height] = second;
+            stack[height + 1] = first;
+            height += 2;
+        }
+        best
+    }
+
+    /// Distance of `from` to the surface, negative inside [m], and the nearest point.
+    pub fn signed(&self, from: &Vector3<f64>) -> (f64, Nearest) {
+        let nearest = self.nearest(from, f64::INFINITY).expect("a surface has triangles");
+        let outwards = (from - nearest.point).dot(&self.normal(&nearest)) >= 0.0;
+        let distance = nearest.square.sqrt();
+        (if outwards { distance } else { -distance }, nearest)
+    }
+
+    /// Outward normal at a nearest point, not of length 1 at edges and corners.
+    pub fn normal(&self, at: &Nearest) -> Vector3<f64> {
+        self.normal_at(at.triangle as usize, at.feature)
+    }
+
+    /// Outward normal at a part of a triangle, not of length 1 at edges and corners.
+    pub fn normal_at(&self, triangle: usize, feature: Feature) -> Vector3<f64> {
+        match feature {
+            Feature::Face => self.faces[triangle],
+            Feature::Edge(k) => self.edges[triangle][k],
+            Feature::Corner(k) => self.vertices[self.triangles[triangle][k] as usize],
+        }
+    }
+
+    /// Call `found` with every pair of triangles whose boxes meet, each pair once, until it says `false`.
+    pub fn pairs(&self, mut found: impl FnMut(u32, u32) -> bool) {
+        let mut stack = vec![(0_u32, 0_u32)];
+        while let Some((a, b)) = stack.pop() {
+            let (first, second) = (&self.nodes[a as usize], &self.nodes[b as usize]);
+            if !meet(first, second) {
+                continue;
+            }
+            match (first.count > 0, second.count > 0) {
+                (true, true) => {
+                    for i in first.first..first.first + first.count {
+                        for j in second.first..second.first + second.count {
+                            let (i, j) = (self.order[i as usize], self.order[j as usize]);
+                            if (a != b || i < j) && !found(i.min(j), i.max(j)) {
+                                return;
+                            }
+                        }
+                    }
+                }
+                _ if a == b => {
+                    stack.extend([(a + 1, a + 1), (first.first, first.first), (a + 1, first.first)]);
+                }
+                (false, _) => stack.extend([(a + 1, b), (first.first, b)]),
+                (true, false) => stack.extend([(a, b + 1), (a, second.first)]),
+            }
+        }
+    }
+}
+
+fn key(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, surface: &Surface, middles: &[Vector3<f64>]) {
+    let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    let (mut low, mut high) = (lowest, highest);
+    for t in order.iter() {
+        for p in surface.corners(*t as usize) {
+            lowest = lowest.inf(&p);
+            highest = highest.sup(&p);
+        }
+        low = low.inf(&middles[*t as usize]);
+        high = high.sup(&middles[*t as usize]);
+    }
+    let at = nodes.len();
+    nodes.push(Node { lowest, highest, first, count: order.len() as u32 });
+    if order.len() <= LEAF {
+        return;
+    }
+    let axis = (high - low).iamax();
+    let half = order.len() / 2;
+    // Ties by number: the same tree on every machine.
+    order.select_nth_unstable_by(half, |a, b| {
+        middles[*a as usize][axis].total_cmp(&middles[*b as usize][axis]).then(a.cmp(b))
+    });
+    let (left, right) = order.split_at_mut(half);
+    build(nodes, left, first, surface, middles);
+    nodes[at].count = 0;
+    nodes[at].first = nodes.len() as u32;
+    build(nodes, right, first + half as u32, surface, middles);
+}
+
+/// Square of the distance of a point to a box.
+fn gap(node: &Node, from: &Vector3<f64>) -> f64 {
+    let mut square = 0.0;
+    for axis in 0..3 {
+        let d = (node.lowest[axis] - from[axis]).max(from[axis] - node.highest[axis]).max(0.0);
+        square += d * d;
+    }
+    square
+}
+
+fn meet(a: &Node, b: &Node) -> bool {
+    (0..3).all(|axis| a.lowest[axis] <= b.highest[axis] && b.lowest[axis] <= a.highest[axis])
+}
+
+/// The nearest point of a triangle. Source: Ericson (2005), Real-Time Collision Detection, 5.1.5.
+fn closest(p: &Vector3<f64>, [a, b, c]: &[Vector3<f64>; 3]) -> (Vector3<f64>, Feature) {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return (*a, Feature::Corner(0));
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return (*b, Feature::Corner(1));
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return (a + ab * (d1 / (d1 - d3)), Feature::Edge(0));
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return (*c, Feature::Corner(2));
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return (a + ac * (d2 / (d2 - d6)), Feature::Edge(2));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), Feature::Edge(1));
+    }
+    let scale = 1.0 / (va + vb + vc);
+    (a + ab * (vb * scale) + ac * (vc * scale), Feature::Face)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::builtin;
+
+    #[test]
+    fn the_nearest_point_is_that_of_a_look_at_every_triangle() {
+        let surface = builtin::ellipsoid(Vector3::new(0.3, 0.5, 0.2), 3);
+        let tree = SurfaceTree::new(&surface);
+        for i in 0..500 {
+            let at = |f: f64| (f64::from(i) * f).sin();
+            let p = Vector3::new(at(1.3), at(2.7), at(3.1)) * 0.6;
+            let every = (0..surface.triangles.len())
+                .map(|t| (closest(&p, &surface.corners(t)).0 - p).norm())
+                .fold(f64::INFINITY, f64::min);
+            let (signed, nearest) = tree.signed(&p);
+            assert!((signed.abs() - every).abs() < 1e-15);
+            assert!((nearest.square.sqrt() - every).abs() < 1e-15);
+            let inside = (p.x / 0.3).powi(2) + (p.y / 0.5).powi(2) + (p.z / 0.2).powi(2) < 1.0;
+            assert!(every < 0.01 || inside == (signed < 0.0), "{p}");
+        }
+    }
+
+    /// Where the nearest point is a corner or an edge, the side is still right.
+    #[test]
+    fn the_side_is_right_where_an_edge_or_a_corner_is_nearest() {
+        let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
+        for p in [[1.1, 1.1, 1.1], [1.1, -1.2, 0.3], [-1.3, 0.2, 0.1]] {
+            assert!(tree.signed(&p.into()).0 > 0.0);
+            assert!(tree.signed(&(Vector3::from(p) * 0.5)).0 < 0.0);
+        }
+    }
+
+    #[test]
+    fn every_pair_of_boxes_that_meet_is_named_once() {
+        let surface = builtin::ellipsoid(Vector3::new(0.3, 0.5, 0.2), 2);
+        let tree = SurfaceTree::new(&surface);
+        let mut found = Vec::new();
+        tree.pairs(|a, b| {
+            found.push((a, b));
+            true
+        });
+        found.sort_unstable();
+        let unique = found.len();
+        found.dedup();
+        assert_eq!(unique, found.len());
+        let sharing = |a: u32, b: u32| {
+            surface.triangles[a as usize].iter().any(|v| surface.triangles[b as usize].contains(v))
+        };
+        let count = surface.triangles.len() as u32;
+        for a in 0..count {
+            for b in a + 1..count {
+                assert!(!sharing(a, b) || found.binary_search(&(a, b)).is_ok());
+            }
+        }
+    }
+}

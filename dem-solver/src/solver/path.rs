@@ -1,0 +1,202 @@
+//! The way of a rock over terrain: what is followed of it step by step, and what it amounts to.
+//!
+//! An impact is a touch after a flight that lasted longer than the shortest contact. Jump height is that
+//! of the rock's lowest point above the ground under its centre, along gravity, looked at fifty times in a
+//! second of flight (what an apex between two looks has more is half a millimetre). A rock has come to rest when its fastest point stayed slower than
+//! `rest_speed` for `rest_time` while it touched the ground; it is out when its centre has left the
+//! terrain sideways, or has fallen below all of it.
+
+use crate::ground::Ground;
+use crate::rock::{Motion, Rock};
+use crate::settings::{Settings, TerrainSettings};
+use interface_defs::message::Measure;
+use nalgebra::Vector3;
+
+/// Time between two looks at the height of a flying rock [s].
+pub const LOOK: f64 = 0.02;
+
+/// How a way ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// At rest on the ground.
+    Rest,
+    /// Beside or below the terrain.
+    Out,
+}
+
+/// What has been seen of a rock's way so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Path {
+    /// Since when it has been slow and touching [s].
+    pub slow_since: Option<f64>,
+    /// When it last touched [s]; the start of the run before that.
+    pub touched: f64,
+    /// When the touch under way began [s].
+    pub contact_since: Option<f64>,
+    /// Number of impacts.
+    pub impacts: u64,
+    /// Time in contact [s].
+    pub in_contact: f64,
+    /// Largest speed of the centre, and when [m/s, s].
+    pub fastest: (f64, f64),
+    /// Largest jump height, and when [m, s].
+    pub highest: (f64, f64),
+    /// Largest kinetic energy, and when [J, s].
+    pub most_energy: (f64, f64),
+    /// Largest overlap over radius, and when.
+    pub deepest: (f64, f64),
+    /// When the last row of its way was written [s].
+    pub row: f64,
+    /// How and when it ended [s].
+    pub ending: Option<(Ending, f64)>,
+}
+
+impl Path {
+    /// Take in a step of `h` [s] that ends at `end` [s] with the motion `after`; `touching`: there were
+    /// contacts in its middle.
+    pub fn step(
+        &mut self,
+        rock: &Rock,
+        terrain: &TerrainSettings,
+        after: &Motion,
+        end: f64,
+        h: f64,
+        touching: bool,
+        shortest: f64,
+    ) {
+        let speed = after.velocity.norm();
+        self.see(rock, after, end);
+        if !touching {
+            (self.contact_since, self.slow_since) = (None, None);
+            return;
+        }
+        if self.contact_since.is_none() {
+            self.contact_since = Some(end);
+            self.impacts += u64::from(self.impacts == 0 || end - self.touched > shortest);
+        }
+        self.touched = end;
+        self.in_contact += h;
+        let fastest =
+            speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
+        if fastest > terrain.rest_speed {
+            self.slow_since = None;
+        } else if self.slow_since.is_none() {
+            self.slow_since = Some(end);
+        }
+    }
+
+    /// Take in a flight that ends at `end` [s] with the motion `after`.
+    pub fn flew(&mut self, rock: &Rock, after: &Motion, end: f64) {
+        (self.contact_since, self.slow_since) = (None, None);
+        self.see(rock, after, end);
+    }
+
+    fn see(&mut self, rock: &Rock, motion: &Motion, time: f64) {
+        let speed = motion.velocity.norm();
+        if speed > self.fastest.0 {
+            self.fastest = (speed, time);
+        }
+        let energy = rock.kinetic_energy(motion);
+        if energy > self.most_energy.0 {
+            self.most_energy = (energy, time);
+        }
+    }
+
+    /// Take in the jump height at `time` [s].
+    pub fn height(&mut self, height: Option<f64>, time: f64) {
+        if let Some(height) = height.filter(|h| *h > self.highest.0) {
+            self.highest = (height, time);
+        }
+    }
+
+    /// Whether the way has ended by `time` [s].
+    pub fn judge(
+        &mut self,
+        ground: &Ground,
+        terrain: &TerrainSettings,
+        down: &Vector3<f64>,
+        motion: &Motion,
+        time: f64,
+    ) {
+        if self.ending.is_some() {
+            return;
+        }
+        if self.slow_since.is_some_and(|since| time - since >= terrain.rest_time) {
+            self.ending = Some((Ending::Rest, time));
+        } else if is_out(ground, down, &motion.position) {
+            self.ending = Some((Ending::Out, time));
+        }
+    }
+}
+
+/// Height of a rock's lowest point above the ground under its centre [m].
+pub fn jump_height(ground: &Ground, rock: &Rock, motion: &Motion, down: &Vector3<f64>) -> Option<f64> {
+    let below = rock.depth(motion, down) - motion.position.dot(down);
+    ground.height(&motion.position, down).map(|height| height - below)
+}
+
+/// True if a point lies beside the terrain, or below all of it. Sideways are the two axes that gravity
+/// follows least.
+fn is_out(ground: &Ground, down: &Vector3<f64>, position: &Vector3<f64>) -> bool {
+    let upright = down.iamax();
+    (0..3).any(|axis| {
+        let (below, above) = (position[axis] < ground.lowest[axis], position[axis] > ground.highest[axis]);
+        let sunk = if down[axis] > 0.0 { above } else { below };
+        if axis == upright { sunk } else { below || above }
+    })
+}
+
+/// Measures of one rock's way; where it has not ended, a warning says so.
+pub fn results(
+    rock: &Rock,
+    settings: &Settings,
+    ground: &Ground,
+    start: &Vector3<f64>,
+    motion: &Motion,
+    path: &Path,
+    time: f64,
+    prefix: &str,
+    measures: &mut Vec<Measure>,
+    warnings: &mut Vec<String>,
+) {
+    let mut tell = |name: &str, value: f64, unit: &str, time: Option<f64>| {
+        measures.push(Measure { name: format!("{prefix}{name}"), value, unit: unit.into(), time });
+    };
+    let down = settings.down();
+    let way = motion.position - start;
+    let level = way - down * way.dot(&down);
+    let end = path.ending.map_or(time, |(_, end)| end);
+    let place = motion.position + ground.origin;
+    match path.ending {
+        Some((Ending::Rest, _)) => {
+            tell("run_out", level.norm(), "m", Some(end));
+            for (axis, name) in ["rest_x", "rest_y", "rest_z"].into_iter().enumerate() {
+                tell(name, place[axis], "m", Some(end));
+            }
+        }
+        Some((Ending::Out, _)) => {
+            tell("way_out", level.norm(), "m", Some(end));
+            warnings.push(format!(
+                "run_out, rest_x, rest_y, rest_z of rock `{}` absent: it left the terrain at {end:.3} s near ({:.2}, \
+                 {:.2}, {:.2})",
+                rock.name, place.x, place.y, place.z
+            ));
+        }
+        None => warnings.push(format!(
+            "run_out, rest_x, rest_y, rest_z of rock `{}` absent: it still moved at {:.3} m/s when the time was over; \
+             raise end_time",
+            rock.name,
+            motion.velocity.norm()
+        )),
+    }
+    tell("max_jump_height", path.highest.0, "m", Some(path.highest.1));
+    tell("max_speed", path.fastest.0, "m/s", Some(path.fastest.1));
+    tell("max_kinetic_energy", path.most_energy.0, "J", Some(path.most_energy.1));
+    tell("impacts", path.impacts as f64, "1", None);
+    if end > 0.0 {
+        tell("contact_share", path.in_contact / end, "1", None);
+    }
+    if path.impacts > 0 {
+        tell("max_penetration", path.deepest.0, "1", Some(path.deepest.1));
+    }
+}

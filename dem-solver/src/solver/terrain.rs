@@ -1,0 +1,179 @@
+//! The contacts of rocks with the terrain in a step, and the rows of their way.
+
+use super::Model;
+use super::path::{LOOK, jump_height};
+use super::state::{Body, State};
+use super::trajectory::Row;
+use super::watch::watch;
+use crate::contact::evaluate::{Evaluation, Scene, Sums};
+use crate::contact::laws::WallLaws;
+use crate::ground::Ground;
+use crate::rock::Motion;
+use crate::search::pairs::Instant;
+use crate::search::terrain::Surroundings;
+use crate::wall::surface::Surface;
+use interface_defs::Fault;
+
+/// Rows in the shortest contact.
+const ROWS_PER_CONTACT: f64 = 10.0;
+/// Rows per row of `history.csv` in a contact that lasts.
+const ROWS_PER_INTERVAL: f64 = 5.0;
+
+/// An instant in a terrain that stands still.
+const STILL: Instant = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
+
+/// The laws of a rock with the terrain.
+fn laws_on<'a>(model: &'a Model, ground: &'a Ground, rock: usize) -> Option<WallLaws<'a>> {
+    let laws = &model.laws.as_ref()?.walls;
+    Some(WallLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
+}
+
+/// What surrounds the rocks, and what is to be told of their ways.
+#[derive(Debug, Clone)]
+pub struct OnTerrain {
+    around: Vec<Surroundings>,
+    evaluations: Vec<Evaluation>,
+    /// Rows of the window under way; none are kept where nobody writes them.
+    pub rows: Option<Vec<Row>>,
+}
+
+impl OnTerrain {
+    /// For the rocks of a model.
+    pub fn new(model: &Model, rows: bool) -> Self {
+        let around: Vec<_> = model.rocks.iter().map(Surroundings::new).collect();
+        let evaluation = |rock: &crate::rock::Rock| {
+            let mut evaluation = Evaluation::default();
+            evaluation.reserve(3072, 1024, 4 * rock.spheres.len() + 64);
+            evaluation
+        };
+        Self { evaluations: model.rocks.iter().map(evaluation).collect(), around, rows: rows.then(Vec::new) }
+    }
+
+    /// Times that pairs were searched, and that triangles were looked for.
+    pub fn searches(&self) -> [u64; 2] {
+        let sum = |of: fn(&Surroundings) -> u64| self.around.iter().map(of).sum();
+        [sum(|a| a.pairs.searches), sum(|a| a.refreshes)]
+    }
+
+    /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`;
+    /// their number. The memories after the step are `body`'s.
+    pub fn forces(
+        &mut self,
+        model: &Model,
+        ground: &Ground,
+        rock: usize,
+        body: &mut Body,
+        now: &Motion,
+        h: f64,
+        time: f64,
+    ) -> Result<(Sums, usize), Fault> {
+        let Some(laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
+        let it = &model.rocks[rock];
+        let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
+        around.update(it, &model.trees[rock], ground, now, h);
+        let surface = Surface::Ground(ground);
+        let scene = Scene { rock: it, laws, surface, list: &around.pairs, motion: &around.nodes };
+        if around.pairs.pairs.is_empty() {
+            body.ground_memories.clear();
+            return Ok((Sums::default(), 0));
+        }
+        let sums = evaluation.forces(scene, now, STILL, h, &body.ground_memories);
+        watch(evaluation, scene, now, &sums, h, time)?;
+        std::mem::swap(&mut body.ground_memories, &mut evaluation.memories);
+        Ok((sums, evaluation.touch.contacts.len()))
+    }
+
+    /// Elastic energy [J] and number of contacts of rock number `rock` at `now`.
+    pub fn energy(&mut self, model: &Model, ground: &Ground, rock: usize, now: &Motion) -> (f64, usize) {
+        let Some(laws) = laws_on(model, ground, rock) else { return (0.0, 0) };
+        let it = &model.rocks[rock];
+        let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
+        around.update(it, &model.trees[rock], ground, now, model.steps.step);
+        let surface = Surface::Ground(ground);
+        let scene = Scene { rock: it, laws, surface, list: &around.pairs, motion: &around.nodes };
+        let elastic = evaluation.energy(scene, now, STILL);
+        (elastic, evaluation.touch.contacts.len())
+    }
+
+    /// A window begins.
+    pub fn begin(&mut self) {
+        if let Some(rows) = &mut self.rows {
+            rows.clear();
+        }
+    }
+
+    /// Follow a rock's way over a step of `h` [s] that ends at `end` [s] with the motion in `body`;
+    /// `contacts` were in its middle. `look`: whether its height is due.
+    pub fn stepped(
+        &mut self,
+        model: &Model,
+        ground: &Ground,
+        rock: usize,
+        body: &mut Body,
+        end: f64,
+        h: f64,
+        contacts: usize,
+        look: bool,
+    ) {
+        let Some(terrain) = &model.settings.terrain else { return };
+        let shortest = model.steps.contact;
+        let (touching, touched) = (contacts > 0, body.path.contact_since.is_some());
+        body.path.step(&model.rocks[rock], terrain, &body.motion, end, h, touching, shortest);
+        let height =
+            |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
+        if look && !touching {
+            let height = height(body);
+            body.path.height(height, end);
+        }
+        let Some(rows) = &mut self.rows else { return };
+        let every = match body.path.contact_since {
+            Some(since) if end - since <= 2.0 * shortest => shortest / ROWS_PER_CONTACT,
+            _ => model.settings.interval / ROWS_PER_INTERVAL,
+        };
+        // Half a step less: a row is due at the step that is nearest.
+        let due = touching
+            && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
+        if touching != touched || due {
+            body.path.row = end;
+            rows.push(Row::of(model, rock, body, end, height(body), touching));
+        }
+    }
+
+    /// Follow a rock's way to the instant `end` [s] of a flight. `look`: whether its height is due.
+    pub fn flew(
+        &mut self,
+        model: &Model,
+        ground: &Ground,
+        rock: usize,
+        body: &mut Body,
+        end: f64,
+        look: bool,
+    ) {
+        body.path.flew(&model.rocks[rock], &body.motion, end);
+        if look {
+            let height = jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
+            body.path.height(height, end);
+        }
+    }
+
+    /// A window ends at `state.time`: has a way ended with it?
+    pub fn end(&mut self, model: &Model, ground: &Ground, state: &mut State) {
+        let Some(terrain) = &model.settings.terrain else { return };
+        let (time, down) = (state.time, model.settings.down());
+        for (number, body) in state.bodies.iter_mut().enumerate() {
+            body.path.judge(ground, terrain, &down, &body.motion, time);
+            if let Some(rows) = &mut self.rows
+                && body.path.row < time
+            {
+                body.path.row = time;
+                let height = jump_height(ground, &model.rocks[number], &body.motion, &down);
+                rows.push(Row::of(model, number, body, time, height, body.contacts > 0));
+            }
+        }
+    }
+}
+
+/// Steps of `h` [s] between two looks at the height of a flying rock.
+pub fn steps_per_look(h: f64) -> usize {
+    (LOOK / h).round().max(1.0) as usize
+}

@@ -1,0 +1,7 @@
+//! Behaviour over terrain: bounces, rolling, rest, the way told, and the readers of terrain files.
+
+mod bench;
+mod bounces;
+mod meshes;
+mod readers;
+mod way;

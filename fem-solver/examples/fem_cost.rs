@@ -1,0 +1,139 @@
+//! What a Newton iteration and an explicit step cost: `cargo run --release -p fem-solver --example fem_cost [-- --full]`.
+//!
+//! Square cable nets, edges held. One Newton iteration is assembly, factorisation and solution, on one thread;
+//! processor time counts, so that a busy machine disturbs less. `--full` goes on to 1e6 degrees of freedom.
+
+use fem_solver::config::Config;
+use fem_solver::explicit::Explicit;
+use fem_solver::model::Model;
+use fem_solver::state::State;
+use fem_solver::tangent::{Slack, Tangent};
+use interface_defs::toolkit::scene::Scene;
+use std::time::Instant;
+
+/// A net of `side` x `side` nodes with the cables of the drop test, prestressed.
+fn net(side: usize) -> Model {
+    let cells = side - 1;
+    let text = format!(
+        "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n[structure]\n\
+         generator = {{ type = \"rectangular_net\", cells = [{cells}, {cells}], spacing = 0.15, boundary_cables = false }}\n\
+         cable = {{ young = 8.2e9, area = 1.25e-5, density = 7850.0, prestress = 1e7 }}\n"
+    );
+    let scene = Scene::from_text("net.toml", &text).unwrap_or_else(|e| panic!("{e}"));
+    let config = Config::of(&scene).unwrap_or_else(|e| panic!("{e}"));
+    Model::build(&scene, &config).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The same net with its nodes numbered at random, as a mesh generator may.
+fn shuffled(mut model: Model) -> Model {
+    let n = model.nodes.len();
+    let mut to: Vec<usize> = (0..n).collect();
+    let mut seed = 1_u64;
+    for i in (1..n).rev() {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        to.swap(i, (seed >> 33) as usize % (i + 1));
+    }
+    let old = model.clone();
+    for (i, j) in to.iter().enumerate() {
+        model.nodes[*j] = old.nodes[i];
+        model.mass[*j] = old.mass[i];
+        for c in 0..3 {
+            model.held[c * n + j] = old.held[c * n + i];
+            model.dead_load[c * n + j] = old.dead_load[c * n + i];
+        }
+    }
+    model.cables.iter_mut().for_each(|cable| cable.nodes = cable.nodes.map(|i| to[i]));
+    model
+}
+
+/// Time that this thread has had a processor [s], so that a busy machine disturbs little; wall time where the system does
+/// not tell.
+fn processor_seconds(started: &Instant) -> f64 {
+    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = told.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(|| started.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
+}
+
+/// Mean time of `what` over so many rounds [s], the first left out.
+fn time(rounds: usize, mut what: impl FnMut()) -> f64 {
+    what();
+    let started = Instant::now();
+    let before = processor_seconds(&started);
+    (0..rounds).for_each(|_| what());
+    (processor_seconds(&started) - before) / rounds as f64
+}
+
+/// A displacement without symmetry.
+fn displaced(model: &Model) -> Vec<f64> {
+    (0..model.dof_count())
+        .map(|dof| if model.held[dof] { 0.0 } else { 1e-6 * (dof as f64 * 0.7).sin() })
+        .collect()
+}
+
+fn peak_memory_mb() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|l| l.starts_with("VmHWM")).unwrap_or_default();
+    line.split_whitespace().nth(1).and_then(|kb| kb.parse::<f64>().ok()).map_or(f64::NAN, |kb| kb / 1024.0)
+}
+
+fn newton(side: usize, rounds: usize) -> (f64, f64) {
+    let model = net(side);
+    let u = displaced(&model);
+    let started = Instant::now();
+    let mut tangent = Tangent::new(&model);
+    let analysis = started.elapsed().as_secs_f64();
+    let assembly = time(rounds, || tangent.assemble(&model, &u, &[], 1.0, Slack::Exact));
+    let factor = time(rounds, || tangent.factorise().expect("a prestressed net is stable"));
+    let mut x = vec![1.0; tangent.len()];
+    let solution = time(rounds, || {
+        x.fill(1.0);
+        tangent.solve(&mut x);
+    });
+    let all = assembly + factor + solution;
+    println!(
+        "{:>8} nodes {:>8} cables {:>8} dofs: analysis {:>9.2} ms, assembly {:>8.3}, factor {:>9.3}, solution {:>8.3} = {:>9.3} ms; factor {:.1} MB, peak {:.0} MB",
+        model.node_count(),
+        model.cables.len(),
+        model.dof_count(),
+        1e3 * analysis,
+        1e3 * assembly,
+        1e3 * factor,
+        1e3 * solution,
+        1e3 * all,
+        8e-6 * tangent.factor_len() as f64,
+        peak_memory_mb(),
+    );
+    (model.dof_count() as f64, all)
+}
+
+fn explicit(name: &str, model: &Model) {
+    let mut explicit = Explicit::new(model);
+    let n = model.dof_count();
+    let mut state = State { displacement: displaced(model), velocity: vec![0.0; n], ..State::default() };
+    let outer = vec![0.0; n];
+    let steps = (20_000_000 / model.cables.len()).max(3);
+    let step = time(steps, || {
+        explicit.step(model, &mut state, &outer, 0.0, 1e-6);
+    });
+    let each = 1e9 * step / model.cables.len() as f64;
+    println!(
+        "{name:>12} {:>8} cables, {:>7} runs: {each:.2} ns per cable and step",
+        model.cables.len(),
+        explicit.kernel.run_count()
+    );
+}
+
+fn main() {
+    let full = std::env::args().any(|a| a == "--full");
+    println!("Newton iteration (targets: 729 nodes 1.28 ms, 3364 nodes 5.2 ms)");
+    let sides: &[(usize, usize)] = &[(19, 200), (27, 200), (58, 60), (101, 20), (183, 8), (317, 4), (578, 2)];
+    let sides = if full { sides } else { &sides[..5] };
+    let costs: Vec<_> = sides.iter().map(|(side, rounds)| newton(*side, *rounds)).collect();
+    let (first, last) = (costs[0], costs[costs.len() - 1]);
+    println!("exponent of growth: {:.2}", (last.1 / first.1).ln() / (last.0 / first.0).ln());
+    println!("Explicit step (target: 3 ns)");
+    for side in [27, 58, 183] {
+        explicit("regular", &net(side));
+        explicit("shuffled", &shuffled(net(side)));
+    }
+}

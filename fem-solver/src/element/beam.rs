@@ -1,0 +1,430 @@
+//! A co-rotational beam in space: posts.
+//!
+//! Each node carries a triad that turns with it. With the chord `e = d / l`, and `a_i, b_i` the two cross
+//! axes of node `i`, the deformations that matter are
+//!
+//! ```text
+//! l - L                                       stretch
+//! y_i = asin(e . a_i),  z_i = asin(e . b_i)   turn of each end against the chord, in two planes
+//! t = asin((b_1 . a_2 - a_1 . b_2) / 2)       twist
+//! W = EA/2L (l-L)^2 + GJ/2L t^2 + sum over planes of EI/2L (4 y_1^2 + 4 y_1 y_2 + 4 y_2^2)
+//! ```
+//!
+//! They are products of vectors that turn with the element, so the energy knows nothing of rigid
+//! rotation however large, and force and tangent follow without an element frame. Small turns
+//! against the chord are assumed, as by every co-rotational beam; the error falls with the square of the element's length.
+//!
+//! Rotations: a degree of freedom of rotation grows by the increments of the rotation vector in space. A
+//! node's rotation is `exp(u - u_0) R_0` with `u_0` and the quaternion `R_0` of the last committed state
+//! in the history, hence never near the singularity at a full turn. Forces are moments in space; the tangent is
+//! the second derivative of the energy along rotations, which is symmetric.
+//!
+//! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
+
+use super::bar::Rupture;
+use super::segment::{add_block, add_consistent_mass, add_vector, vector};
+use super::{Answer, Element, Energy};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+
+/// A beam between two nodes.
+#[derive(Debug, Clone)]
+pub struct Beam {
+    /// Its two nodes.
+    pub nodes: [usize; 2],
+    /// From the first to the second as modelled [m].
+    pub span: Vector3<f64>,
+    /// Cross axes as modelled, unit vectors.
+    pub axes: [Vector3<f64>; 2],
+    /// `E A` [N].
+    pub axial: f64,
+    /// `E I` for bending in the plane of each cross axis [N m2].
+    pub bending: [f64; 2],
+    /// `G J` [N m2].
+    pub torsion: f64,
+    /// Mass per length [kg/m].
+    pub line_mass: f64,
+    /// Radius of gyration of its section [m].
+    pub gyration: f64,
+    /// Radius that a contact sees [m].
+    pub radius: f64,
+    /// When it breaks: axial force of either sign [N], or curvature is no matter.
+    pub rupture: Rupture,
+}
+
+/// Rotation of one node in the history: vector at the last commit, quaternion there.
+const ROTATION: usize = 7;
+const BROKEN: usize = 2 * ROTATION;
+const LOST: usize = BROKEN + 1;
+
+/// The beam at given displacements and rotations.
+struct Shape {
+    length: f64,
+    e: Vector3<f64>,
+    /// Cross axes of each node: `axes[node][plane]`.
+    axes: [[Vector3<f64>; 2]; 2],
+}
+
+/// `asin(s)` with first and second derivative; beyond 1 the straight line goes on.
+fn arc(s: f64) -> (f64, f64, f64) {
+    let s = s.clamp(-0.999, 0.999);
+    let root = (1.0 - s * s).sqrt();
+    (s.asin(), 1.0 / root, s / (root * root * root))
+}
+
+fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
+    v.cross_matrix()
+}
+
+impl Beam {
+    fn rotation(u: &[f64], history: &[f64], node: usize) -> UnitQuaternion<f64> {
+        let h = &history[node * ROTATION..][..ROTATION];
+        let step = vector(u, 6 * node + 3) - Vector3::new(h[0], h[1], h[2]);
+        let before = UnitQuaternion::new_unchecked(Quaternion::new(h[3], h[4], h[5], h[6]));
+        UnitQuaternion::new(step) * before
+    }
+
+    fn shape(&self, u: &[f64], history: &[f64]) -> Shape {
+        let d = self.span + vector(u, 6) - vector(u, 0);
+        let length = d.norm();
+        let axes = [0, 1].map(|node| {
+            let turn = Self::rotation(u, history, node);
+            self.axes.map(|axis| turn * axis)
+        });
+        Shape { length, e: d / length, axes }
+    }
+
+    fn rest(&self) -> f64 {
+        self.span.norm()
+    }
+
+    /// Axial force [N].
+    fn force(&self, shape: &Shape) -> f64 {
+        self.axial / self.rest() * (shape.length - self.rest())
+    }
+
+    fn stored(&self, shape: &Shape) -> f64 {
+        let rest = self.rest();
+        let stretch = shape.length - rest;
+        let mut energy = 0.5 * self.axial / rest * stretch * stretch;
+        for plane in 0..2 {
+            let [y1, y2] = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])).0);
+            energy += 2.0 * self.bending[plane] / rest * (y1 * y1 + y1 * y2 + y2 * y2);
+        }
+        let twist = arc(shape.twist()).0;
+        energy + 0.5 * self.torsion / rest * twist * twist
+    }
+}
+
+impl Shape {
+    fn twist(&self) -> f64 {
+        let [[a1, b1], [a2, b2]] = self.axes;
+        0.5 * (b1.dot(&a2) - a1.dot(&b2))
+    }
+}
+
+/// Gradient of one deformation: with respect to `d = x_2 - x_1`, and to the rotation of each node.
+#[derive(Clone, Copy, Default)]
+struct Gradient {
+    d: Vector3<f64>,
+    turns: [Vector3<f64>; 2],
+}
+
+impl Gradient {
+    fn local(&self) -> [f64; 12] {
+        let mut g = [0.0; 12];
+        for c in 0..3 {
+            (g[c], g[6 + c]) = (-self.d[c], self.d[c]);
+            (g[3 + c], g[9 + c]) = (self.turns[0][c], self.turns[1][c]);
+        }
+        g
+    }
+
+    fn add_force(&self, factor: f64, force: &mut [f64]) {
+        add_vector(force, 0, &(-factor * self.d));
+        add_vector(force, 6, &(factor * self.d));
+        add_vector(force, 3, &(factor * self.turns[0]));
+        add_vector(force, 9, &(factor * self.turns[1]));
+    }
+}
+
+fn add_product(k: &mut [f64], factor: f64, a: &Gradient, b: &Gradient) {
+    let (a, b) = (a.local(), b.local());
+    for (row, x) in k.chunks_exact_mut(12).zip(a) {
+        row.iter_mut().zip(b).for_each(|(k, y)| *k += factor * x * y);
+    }
+}
+
+/// Second derivative of `s = e . a` times `factor`, `a` being an axis of `node`.
+fn add_curvature(k: &mut [f64], factor: f64, shape: &Shape, a: &Vector3<f64>, node: usize) {
+    let (e, l) = (shape.e, shape.length);
+    let s = e.dot(a);
+    let across = Matrix3::identity() - e * e.transpose();
+    let g = a - s * e;
+    let dd = -(g * e.transpose() + e * g.transpose() + s * across) * (factor / (l * l));
+    super::segment::add_pair(k, 12, 0, 6, &dd);
+    let turn = 6 * node + 3;
+    // d(a x e)/dd = [a]x (I - e e^T) / l, row = rotation.
+    let mixed = cross(a) * across * (factor / l);
+    add_block(k, 12, turn, 6, &mixed);
+    add_block(k, 12, turn, 0, &-mixed);
+    add_block(k, 12, 6, turn, &mixed.transpose());
+    add_block(k, 12, 0, turn, &-mixed.transpose());
+    let both = 0.5 * (e * a.transpose() + a * e.transpose()) - Matrix3::identity() * s;
+    add_block(k, 12, turn, turn, &(factor * both));
+}
+
+/// Second derivative of `p . q` times `factor`, `p` being an axis of the first node and `q` of the second.
+fn add_twist_curvature(k: &mut [f64], factor: f64, p: &Vector3<f64>, q: &Vector3<f64>) {
+    let product = Matrix3::identity() * p.dot(q);
+    let same = 0.5 * (p * q.transpose() + q * p.transpose()) - product;
+    add_block(k, 12, 3, 3, &(factor * same));
+    add_block(k, 12, 9, 9, &(factor * same));
+    let mixed = factor * (product - q * p.transpose());
+    add_block(k, 12, 3, 9, &mixed);
+    add_block(k, 12, 9, 3, &mixed.transpose());
+}
+
+impl Element for Beam {
+    fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    fn rotates(&self) -> bool {
+        true
+    }
+
+    fn start_history(&self) -> Vec<f64> {
+        let node = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        [&node[..], &node[..], &[0.0, 0.0]].concat()
+    }
+
+    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+        answer.history.copy_from_slice(history);
+        for node in 0..2 {
+            let now = Self::rotation(u, history, node);
+            let to = &mut answer.history[node * ROTATION..][..ROTATION];
+            to[..3].copy_from_slice(&u[6 * node + 3..6 * node + 6]);
+            // Products of unit quaternions drift from 1 by rounding.
+            let q = now.quaternion().normalize();
+            to[3..].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+        }
+        answer.force.fill(0.0);
+        answer.tension = 0.0;
+        if let Some(k) = &mut answer.tangent {
+            k.fill(0.0);
+        }
+        if history[BROKEN] > 0.0 {
+            return;
+        }
+        let shape = self.shape(u, history);
+        let (rest, e) = (self.rest(), shape.e);
+        answer.tension = self.force(&shape);
+        Gradient { d: e, ..Gradient::default() }.add_force(answer.tension, answer.force);
+        if let Some(k) = &mut answer.tangent {
+            let across = Matrix3::identity() - e * e.transpose();
+            let block = self.axial / rest * e * e.transpose() + across * (answer.tension / shape.length);
+            super::segment::add_pair(k, 12, 0, 6, &block);
+        }
+        for plane in 0..2 {
+            let axes = [0, 1].map(|node: usize| shape.axes[node][plane]);
+            let arcs = axes.map(|a| arc(e.dot(&a)));
+            let stiffness = self.bending[plane] / rest;
+            let moments = [0, 1].map(|i: usize| stiffness * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0));
+            let gradients = [0, 1].map(|node: usize| {
+                let a = axes[node];
+                let mut turns = [Vector3::zeros(); 2];
+                turns[node] = a.cross(&e);
+                Gradient { d: (a - e.dot(&a) * e) / shape.length, turns }
+            });
+            for i in 0..2 {
+                gradients[i].add_force(moments[i] * arcs[i].1, answer.force);
+                let Some(k) = &mut answer.tangent else { continue };
+                for j in 0..2 {
+                    let share = if i == j { 4.0 } else { 2.0 };
+                    add_product(k, stiffness * share * arcs[i].1 * arcs[j].1, &gradients[i], &gradients[j]);
+                }
+                add_product(k, moments[i] * arcs[i].2, &gradients[i], &gradients[i]);
+                add_curvature(k, moments[i] * arcs[i].1, &shape, &axes[i], i);
+            }
+        }
+        let [[a1, b1], [a2, b2]] = shape.axes;
+        let (twist, slope, bend) = arc(shape.twist());
+        let turn = 0.5 * (b1.cross(&a2) - a1.cross(&b2));
+        let gradient = Gradient { d: Vector3::zeros(), turns: [turn, -turn] };
+        let moment = self.torsion / rest * twist;
+        gradient.add_force(moment * slope, answer.force);
+        if let Some(k) = &mut answer.tangent {
+            add_product(k, self.torsion / rest * slope * slope + moment * bend, &gradient, &gradient);
+            add_twist_curvature(k, 0.5 * moment * slope, &b1, &a2);
+            add_twist_curvature(k, -0.5 * moment * slope, &a1, &b2);
+        }
+    }
+
+    fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
+        if history[BROKEN] > 0.0 {
+            return Energy { stored: 0.0, dissipated: history[LOST] };
+        }
+        Energy { stored: self.stored(&self.shape(u, history)), dissipated: history[LOST] }
+    }
+
+    fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
+        if history[BROKEN] > 0.0 || self.rupture == Rupture::NEVER {
+            return false;
+        }
+        let shape = self.shape(u, history);
+        let force = self.force(&shape).abs();
+        let breaks = self.rupture.at(force, force / self.axial);
+        if breaks {
+            history[BROKEN] = 1.0;
+            history[LOST] = self.stored(&shape);
+        }
+        breaks
+    }
+
+    fn lump(&self, mass: &mut [f64], inertia: &mut [f64]) {
+        let half = 0.5 * self.line_mass * self.rest();
+        mass.iter_mut().for_each(|m| *m += half);
+        // Isotropic: half a rod about its end would be L^2 / 12; no mode is then faster than the bending of
+        // the element itself. Handbook 2.5.
+        let square = self.rest().powi(2) / 12.0 + self.gyration * self.gyration;
+        inertia.iter_mut().for_each(|i| *i += half * square);
+    }
+
+    fn consistent_mass(&self, mass: &mut [f64]) {
+        mass.fill(0.0);
+        add_consistent_mass(mass, 2, 0, 1, self.line_mass * self.rest());
+    }
+
+    fn lines(&self) -> Vec<[usize; 2]> {
+        vec![self.nodes]
+    }
+
+    fn line_count(&self) -> usize {
+        1
+    }
+
+    fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
+        forces[0] = if history[BROKEN] > 0.0 { f64::NAN } else { self.force(&self.shape(u, history)) };
+    }
+
+    fn elongation(&self, u: &[f64]) -> f64 {
+        (self.span + vector(u, 6) - vector(u, 0)).norm() - self.rest()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::checks::{Case, random};
+    use nalgebra::Rotation3;
+
+    fn beam() -> Beam {
+        let span = Vector3::new(0.6, 0.3, 0.2);
+        let a = span.cross(&Vector3::z()).normalize();
+        Beam {
+            nodes: [0, 1],
+            span,
+            axes: [a, span.cross(&a).normalize()],
+            axial: 3e5,
+            bending: [2e3, 5e3],
+            torsion: 1e3,
+            line_mass: 8.0,
+            gyration: 0.05,
+            radius: 0.0,
+            rupture: Rupture::NEVER,
+        }
+    }
+
+    /// A history in which both nodes have turned by some vector, and the turn as degrees of freedom.
+    fn turned(turns: [Vector3<f64>; 2]) -> Vec<f64> {
+        let mut history = beam().start_history();
+        for (node, turn) in turns.iter().enumerate() {
+            let q = UnitQuaternion::new(*turn);
+            history[node * ROTATION + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+        }
+        history
+    }
+
+    #[test]
+    fn derivatives_and_mass_are_consistent_at_any_rotation() {
+        let beam = beam();
+        let mut noise = random(4);
+        for _ in 0..20 {
+            let whole = Vector3::new(noise(), noise(), noise()) * 5.0;
+            let turn = UnitQuaternion::new(whole);
+            let mut u = [0.0; 12];
+            let moved = turn * beam.span - beam.span;
+            for c in 0..3 {
+                u[c] = 0.02 * noise();
+                u[6 + c] = moved[c] + 0.02 * noise();
+            }
+            let small = || Vector3::new(0.3, -0.2, 0.25);
+            let second = UnitQuaternion::new(small()) * turn;
+            let history = turned([whole, second.scaled_axis()]);
+            let positions = [Vector3::zeros(), beam.span];
+            let case = Case::new(&beam, &positions, &u).with_history(&history);
+            case.derivatives();
+            case.mass();
+        }
+    }
+
+    #[test]
+    fn a_rigid_motion_changes_no_energy_and_turns_forces_and_moments() {
+        let beam = beam();
+        let mut noise = random(6);
+        for _ in 0..10 {
+            let u: Vec<f64> = (0..12).map(|_| 0.1 * noise()).collect();
+            let start = beam.start_history();
+            let whole = Vector3::new(noise(), noise(), noise()) * 6.0;
+            let (turn, matrix) = (UnitQuaternion::new(whole), Rotation3::new(whole));
+            let mut moved = vec![0.0; 12];
+            let mut history = start.clone();
+            for (node, x) in [Vector3::zeros(), beam.span].into_iter().enumerate() {
+                let to = matrix * (x + vector(&u, 6 * node)) - x;
+                moved[6 * node..6 * node + 3].copy_from_slice(to.as_slice());
+                let q = turn * Beam::rotation(&u, &start, node);
+                history[node * ROTATION + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+            }
+            let before = Case::new(&beam, &[], &u).force();
+            let after = Case::new(&beam, &[], &moved).with_history(&history).force();
+            let scale = before.iter().fold(0.0, |a: f64, f| a.max(f.abs()));
+            for (b, a) in before.chunks(3).zip(after.chunks(3)) {
+                let off = matrix * Vector3::from_column_slice(b) - Vector3::from_column_slice(a);
+                // Axial stiffness times eps of some lengths.
+                assert!(off.norm() < 1e-12 * scale + 3e5 * 1e-14, "{off}");
+            }
+            let (w0, w1) = (beam.energy(&u, &start).stored, beam.energy(&moved, &history).stored);
+            assert!((w0 - w1).abs() < 1e-12 * (w0 + 1.0), "{w0} {w1}");
+            // In balance: forces and moments about the first node.
+            let arm = beam.span + vector(&u, 6) - vector(&u, 0);
+            let moment = vector(&before, 3) + vector(&before, 9) + arm.cross(&vector(&before, 6));
+            assert!(moment.norm() < 1e-11 * scale, "{moment}");
+        }
+    }
+
+    #[test]
+    fn small_deformations_have_the_stiffness_of_the_textbook() {
+        // Patch: pure bending, pure twist, pure stretch of 1e-6; errors are of second order.
+        let beam = beam();
+        let (l, t) = (beam.span.norm(), beam.span.normalize());
+        let mut u = [0.0; 12];
+        let about = beam.axes[1] * 1e-6;
+        (0..3).for_each(|c| (u[3 + c], u[9 + c]) = (-about[c], about[c]));
+        let bent = Case::new(&beam, &[], &u).force();
+        // Turning about the second cross axis bends in the plane of the first.
+        let moment = vector(&bent, 9);
+        assert!((moment - beam.bending[0] * 2.0 / l * about).norm() < 1e-6 * moment.norm(), "{moment}");
+        let mut u = [0.0; 12];
+        (0..3).for_each(|c| u[9 + c] = 1e-6 * t[c]);
+        let twisted = Case::new(&beam, &[], &u).force();
+        assert!((vector(&twisted, 9) - beam.torsion / l * 1e-6 * t).norm() < 1e-9 * beam.torsion * 1e-6);
+        let mut u = [0.0; 12];
+        (0..3).for_each(|c| u[6 + c] = 1e-6 * t[c]);
+        let pulled = Case::new(&beam, &[], &u).force();
+        assert!((vector(&pulled, 6) - beam.axial / l * 1e-6 * t).norm() < 1e-8 * beam.axial * 1e-6);
+    }
+}

@@ -1,0 +1,177 @@
+//! An energy-dissipating device between two nodes: force over elongation by a table, plastic, with an end stop.
+
+use super::bar::Rupture;
+use super::segment::{Segment, add_consistent_mass, add_pair, add_vector};
+use super::{Answer, Element, Energy};
+use crate::material::{HISTORY, Law};
+use crate::tangent::Slack;
+use nalgebra::{Matrix3, Vector3};
+
+/// A brake, or any two-node device with a force `N(l - L)` along its line.
+///
+/// `f_2 = N t`, `K_22 = N' t t^T + N/l (I - t t^T)`. Its [`Law`] has forces [N] over elongations [m]:
+/// unloading is elastic with its stiffness, and what flows is its travel. Handbook 2.6.
+#[derive(Debug, Clone)]
+pub struct Brake {
+    /// Its two nodes.
+    pub nodes: [usize; 2],
+    /// From the first to the second as modelled [m].
+    pub span: Vector3<f64>,
+    /// Length at which its force begins [m].
+    pub length: f64,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Radius that a contact sees [m].
+    pub radius: f64,
+    /// Force [N] over elongation [m].
+    pub law: Law,
+    /// When it breaks; the strain is the elongation [m].
+    pub rupture: Rupture,
+}
+
+impl Brake {
+    fn segment(&self, u: &[f64]) -> (Segment, f64) {
+        let segment = Segment::new(&self.span, u, 0, 1, 3);
+        let rest = self.length;
+        // (l^2 - L^2) / (l + L): l - L without its cancellation.
+        let square = self.span.norm_squared() - rest * rest + segment.growth;
+        let elongation = square / (segment.length + rest);
+        (segment, elongation)
+    }
+
+    /// Plastic travel [m].
+    pub fn travel(&self, history: &[f64]) -> f64 {
+        history[1]
+    }
+}
+
+impl Element for Brake {
+    fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    fn start_history(&self) -> Vec<f64> {
+        vec![0.0; HISTORY]
+    }
+
+    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+        let (segment, elongation) = self.segment(u);
+        let now = self.law.stress(elongation, history);
+        let pull = now.stress * segment.direction();
+        answer.tension = now.stress;
+        answer.history.copy_from_slice(&now.history);
+        answer.force.fill(0.0);
+        add_vector(answer.force, 0, &-pull);
+        add_vector(answer.force, 3, &pull);
+        let Some(k) = &mut answer.tangent else { return };
+        k.fill(0.0);
+        let gone = now.history[2] > 0.0;
+        let axial = if answer.slack == Slack::Taut && !gone { self.law.modulus } else { now.modulus };
+        let mut block = segment.tangent(axial, now.stress);
+        if let Slack::Regularised(part) = answer.slack
+            && now.slack
+        {
+            block += Matrix3::from_diagonal_element(part * self.law.modulus);
+        }
+        add_pair(k, 6, 0, 3, &block);
+    }
+
+    fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
+        let (_, elongation) = self.segment(u);
+        let (stored, dissipated) = self.law.energy(elongation, history);
+        let modelled = self.law.energy(self.segment(&[0.0; 6]).1, &[0.0; HISTORY]).0;
+        Energy { stored: stored - modelled, dissipated }
+    }
+
+    fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
+        let (_, elongation) = self.segment(u);
+        let force = self.law.stress(elongation, history).stress;
+        let breaks = history[2] == 0.0 && self.rupture.at(force, elongation);
+        if breaks {
+            self.law.break_off(elongation, history);
+        }
+        breaks
+    }
+
+    fn lump(&self, mass: &mut [f64], _inertia: &mut [f64]) {
+        mass.iter_mut().for_each(|m| *m += 0.5 * self.mass);
+    }
+
+    fn consistent_mass(&self, mass: &mut [f64]) {
+        mass.fill(0.0);
+        add_consistent_mass(mass, 2, 0, 1, self.mass);
+    }
+
+    fn lines(&self) -> Vec<[usize; 2]> {
+        vec![self.nodes]
+    }
+
+    fn line_count(&self) -> usize {
+        1
+    }
+
+    fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
+        let (_, elongation) = self.segment(u);
+        forces[0] = if history[2] > 0.0 { f64::NAN } else { self.law.stress(elongation, history).stress };
+    }
+
+    fn elongation(&self, u: &[f64]) -> f64 {
+        self.segment(u).0.length - self.span.norm()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::checks::{Case, random};
+
+    fn brake() -> Brake {
+        Brake {
+            nodes: [0, 1],
+            span: Vector3::new(0.6, 0.0, 0.8),
+            length: 1.0,
+            mass: 5.0,
+            radius: 0.0,
+            law: Law { hardening: vec![(0.0, 5e4), (0.5, 1e5)], limit: 0.5, ..Law::elastic(5e6, 0.0, true) },
+            rupture: Rupture::NEVER,
+        }
+    }
+
+    #[test]
+    fn derivatives_rigid_motions_and_mass_are_consistent() {
+        let brake = brake();
+        let mut noise = random(5);
+        for _ in 0..40 {
+            let size = if noise() > 0.0 { 0.4 } else { 0.01 };
+            let u: Vec<f64> = (0..6).map(|_| size * noise()).collect();
+            Case::new(&brake, &[Vector3::zeros(), brake.span], &u).check_all();
+        }
+    }
+
+    #[test]
+    fn it_dissipates_its_table_and_stiffens_at_its_stop() {
+        let brake = brake();
+        let pulled = |u: f64| [0.0, 0.0, 0.0, 0.6 * u, 0.0, 0.8 * u];
+        let answer = |u: f64| {
+            let (mut force, mut history) = (vec![0.0; 6], brake.start_history());
+            let mut answer = Answer {
+                force: &mut force,
+                tangent: None,
+                slack: Slack::Exact,
+                history: &mut history,
+                tension: 0.0,
+            };
+            brake.respond(&pulled(u), &[0.0; 4], &mut answer);
+            (answer.tension, brake.travel(answer.history))
+        };
+        // Travel ends at 0.5 m under 1e5 N: elongation 0.5 + 1e5 / 5e6. Beyond, k again.
+        let (force, travel) = answer(0.52 + 0.01);
+        assert!((travel - 0.5).abs() < 1e-15 && (force - 1.5e5).abs() < 1e-6, "{force} {travel}");
+        let energy = brake.energy(&pulled(0.53), &[0.0; 4]);
+        assert!((energy.dissipated - 0.5 * 7.5e4).abs() < 1e-8, "{energy:?}");
+    }
+}

@@ -1,0 +1,317 @@
+//! Friction of a rope over the nodes that it slides on: the return mapping, all nodes at once.
+//!
+//! Each segment has a reference length `L_i` of its own; their sum is that of the rope. At a node
+//! with the wrap angle `phi`, `r = exp(mu phi)`, the tensions must satisfy
+//!
+//! ```text
+//! N_i <= r N_(i-1)   and   N_(i-1) <= r N_i
+//! ```
+//!
+//! Where they do not, reference length passes to the side of higher tension until they just do: the slips
+//! of all nodes solve one tridiagonal system (semi-smooth Newton with an active set), so that the result does
+//! not depend on the end where one starts, and a long rope needs no more iterations than a short one.
+//! Handbook 2.2.
+
+use nalgebra::Vector3;
+
+/// Most iterations.
+const MOST: usize = 200;
+/// Change of tension, relative to the stiffness of the rope, below which a node has returned.
+const SETTLED: f64 = 1e-14;
+/// A slack segment shows this part of its stiffness, so that length still finds its way through it.
+const SLACK: f64 = 1e-9;
+
+/// Law of a segment: `N = A (s_0 + E e) l / L`, `e = (l^2 - L^2) / (2 L^2)`.
+#[derive(Debug, Clone, Copy)]
+pub struct Law {
+    /// `E A` [N].
+    pub rigidity: f64,
+    /// `s_0 A` [N].
+    pub preload: f64,
+}
+
+/// Force of a segment and what it depends on.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Tension {
+    /// `N`, below 0 where slack [N].
+    pub force: f64,
+    /// `dN/dl` [N/m].
+    pub by_length: f64,
+    /// `dN/dL` [N/m].
+    pub by_rest: f64,
+}
+
+impl Law {
+    /// Of a segment of length `l` that is `rest` long unstretched.
+    pub fn tension(&self, l: f64, rest: f64) -> Tension {
+        let (x, stress) = (l / rest, self.stress(l, rest));
+        let by_length = (stress + self.rigidity * x * x) / rest;
+        Tension { force: stress * x, by_length, by_rest: -by_length * x }
+    }
+
+    /// `S A`, of a segment of length `l` that is `rest` long unstretched [N].
+    pub fn stress(&self, l: f64, rest: f64) -> f64 {
+        self.preload + self.rigidity * (l - rest) * (l + rest) / (2.0 * rest * rest)
+    }
+
+    /// Stored energy [J], counted from where the stress is 0.
+    pub fn energy(&self, l: f64, rest: f64) -> f64 {
+        let stress = self.stress(l, rest).max(0.0);
+        rest * stress * stress / (2.0 * self.rigidity)
+    }
+
+    /// What a unit of reference length carries in energy as it leaves the segment, `-dW/dL` at constant length [N].
+    pub fn release(&self, l: f64, rest: f64) -> f64 {
+        let stress = self.stress(l, rest).max(0.0);
+        stress * (l / rest).powi(2) - stress * stress / (2.0 * self.rigidity)
+    }
+}
+
+/// What a node does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Contact {
+    Sticks,
+    /// Length passes into the segment behind it.
+    Forward,
+    /// Length passes into the segment before it.
+    Backward,
+}
+
+/// A rope that has returned to where friction holds it, and the memory for that.
+#[derive(Debug, Clone, Default)]
+pub struct Returned {
+    /// Reference length of each segment [m].
+    pub rest: Vec<f64>,
+    /// Tension of each segment.
+    pub tension: Vec<Tension>,
+    /// Work of friction on the way [J].
+    pub dissipated: f64,
+    contacts: Vec<Contact>,
+    factors: Vec<f64>,
+    slip: Vec<f64>,
+    /// The tridiagonal system: below, on and above the diagonal, and the right-hand side.
+    system: [Vec<f64>; 4],
+}
+
+/// Wrap angle [rad] between two directions.
+pub fn wrap(before: &Vector3<f64>, behind: &Vector3<f64>) -> f64 {
+    // By the half angle: exact for small angles and for all but a reversal.
+    2.0 * (behind - before).norm().atan2((behind + before).norm())
+}
+
+/// Tension of a segment; a slack one shows [`SLACK`] of its stiffness.
+fn softened(law: &Law, l: f64, rest: f64) -> Tension {
+    let full = law.tension(l, rest);
+    if full.force >= 0.0 {
+        return full;
+    }
+    Tension { force: SLACK * full.force, by_length: SLACK * full.by_length, by_rest: SLACK * full.by_rest }
+}
+
+/// What passes into segment `i` by the `slip` of the nodes at its ends.
+fn gained(slip: &[f64], i: usize) -> f64 {
+    let before = if i > 0 { slip[i - 1] } else { 0.0 };
+    before - slip.get(i).copied().unwrap_or(0.0)
+}
+
+impl Returned {
+    /// Let a rope with segments of `lengths` and the committed reference lengths `rest` slip over its inner
+    /// nodes, where `factors` are `exp(mu phi)`.
+    pub fn slide(&mut self, law: &Law, lengths: &[f64], rest: &[f64], factors: &[f64]) {
+        let inner = factors.len();
+        self.begin(rest, factors);
+        let (total, scale) = (rest.iter().sum::<f64>(), law.rigidity);
+        self.pull(law, lengths);
+        for _ in 0..MOST {
+            let changed = self.choose(scale);
+            self.set_up();
+            let left = (0..inner).map(|j| match self.contacts[j] {
+                Contact::Sticks => self.slip[j].abs() / total,
+                _ => self.system[3][j].abs() / scale,
+            });
+            if !changed && left.fold(0.0, f64::max) <= SETTLED {
+                break;
+            }
+            let [below, diagonal, above, step] = &mut self.system;
+            solve_tridiagonal(below, diagonal, above, step);
+            // No segment may lose more than half of itself at once.
+            let share = self.rest.iter().enumerate().map(|(i, rest)| {
+                let change = gained(step, i);
+                if change < -0.5 * rest { -0.5 * rest / change } else { 1.0 }
+            });
+            let share = share.fold(1.0, f64::min);
+            self.slip.iter_mut().zip(step).for_each(|(s, d)| *s += share * *d);
+            for (i, now) in self.rest.iter_mut().enumerate() {
+                *now = rest[i] + gained(&self.slip, i);
+            }
+            self.pull(law, lengths);
+        }
+        let release = |i: usize| law.release(lengths[i], self.rest[i]);
+        self.dissipated = (0..inner).map(|j| self.slip[j] * (release(j + 1) - release(j))).sum();
+    }
+
+    fn begin(&mut self, rest: &[f64], factors: &[f64]) {
+        let inner = factors.len();
+        self.rest.clear();
+        self.rest.extend_from_slice(rest);
+        self.factors.clear();
+        self.factors.extend_from_slice(factors);
+        self.contacts.clear();
+        self.contacts.resize(inner, Contact::Sticks);
+        self.slip.clear();
+        self.slip.resize(inner, 0.0);
+        self.system.iter_mut().for_each(|part| part.resize(inner, 0.0));
+    }
+
+    fn pull(&mut self, law: &Law, lengths: &[f64]) {
+        self.tension.clear();
+        self.tension.extend(lengths.iter().zip(&self.rest).map(|(l, rest)| softened(law, *l, *rest)));
+    }
+
+    /// What each node does next; returns whether any changes its mind.
+    fn choose(&mut self, scale: f64) -> bool {
+        let mut changed = false;
+        for (j, contact) in self.contacts.iter_mut().enumerate() {
+            let (before, behind, r) = (self.tension[j].force, self.tension[j + 1].force, self.factors[j]);
+            let least = SETTLED * scale;
+            let next = match *contact {
+                Contact::Sticks if behind > r * before + least && behind > 0.0 => Contact::Forward,
+                Contact::Sticks if before > r * behind + least && before > 0.0 => Contact::Backward,
+                Contact::Forward if self.slip[j] < 0.0 => Contact::Sticks,
+                Contact::Backward if self.slip[j] > 0.0 => Contact::Sticks,
+                same => same,
+            };
+            changed |= next != *contact;
+            *contact = next;
+        }
+        changed
+    }
+
+    /// The system for the next step of the slips; slip `s_j` takes from `L_j` and gives to `L_(j+1)`.
+    fn set_up(&mut self) {
+        let [below, diagonal, above, residual] = &mut self.system;
+        for j in 0..self.factors.len() {
+            if self.contacts[j] == Contact::Sticks {
+                (below[j], diagonal[j], above[j], residual[j]) = (0.0, 1.0, 0.0, -self.slip[j]);
+                continue;
+            }
+            let (a, b) = (self.tension[j], self.tension[j + 1]);
+            let (weight_a, weight_b) = weights(self.contacts[j], self.factors[j]);
+            residual[j] = -(weight_b * b.force + weight_a * a.force);
+            below[j] = weight_a * a.by_rest;
+            diagonal[j] = weight_b * b.by_rest - weight_a * a.by_rest;
+            above[j] = -weight_b * b.by_rest;
+        }
+    }
+
+    /// Derivative of every tension: `by_length[i]` is that of `l_i` and `by_wrap[j]` that of `phi_j` with
+    /// respect to one degree of freedom. `into[i]` becomes that of `N_i`.
+    pub fn derivative(&mut self, friction: f64, by_length: &[f64], by_wrap: &[f64], into: &mut [f64]) {
+        self.set_up();
+        for ((n, t), l) in into.iter_mut().zip(&self.tension).zip(by_length) {
+            *n = t.by_length * l;
+        }
+        let [below, diagonal, above, slip] = &mut self.system;
+        for (j, slip) in slip.iter_mut().enumerate() {
+            let (weight_a, weight_b) = weights(self.contacts[j], self.factors[j]);
+            let grows = friction * self.factors[j] * by_wrap[j];
+            *slip = match self.contacts[j] {
+                Contact::Sticks => 0.0,
+                Contact::Backward => grows * self.tension[j + 1].force,
+                Contact::Forward => grows * self.tension[j].force,
+            };
+            if self.contacts[j] != Contact::Sticks {
+                *slip -= weight_b * into[j + 1] + weight_a * into[j];
+            }
+        }
+        solve_tridiagonal(below, diagonal, above, slip);
+        for (i, n) in into.iter_mut().enumerate() {
+            *n += self.tension[i].by_rest * gained(slip, i);
+        }
+    }
+}
+
+/// `g = w_a N_before + w_b N_behind` is 0 where a node slides.
+fn weights(contact: Contact, factor: f64) -> (f64, f64) {
+    match contact {
+        Contact::Backward => (1.0, -factor),
+        _ => (-factor, 1.0),
+    }
+}
+
+/// Thomas' algorithm; `x` holds the right-hand side and then the solution.
+fn solve_tridiagonal(below: &[f64], diagonal: &mut [f64], above: &[f64], x: &mut [f64]) {
+    for j in 1..x.len() {
+        let factor = below[j] / diagonal[j - 1];
+        diagonal[j] -= factor * above[j - 1];
+        x[j] -= factor * x[j - 1];
+    }
+    for j in (0..x.len()).rev() {
+        let right = if j + 1 < x.len() { above[j] * x[j + 1] } else { 0.0 };
+        x[j] = (x[j] - right) / diagonal[j];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::checks::random;
+
+    const LAW: Law = Law { rigidity: 1e5, preload: 0.0 };
+
+    fn slide(lengths: &[f64], rest: &[f64], factors: &[f64]) -> Returned {
+        let mut returned = Returned::default();
+        returned.slide(&LAW, lengths, rest, factors);
+        returned
+    }
+
+    #[test]
+    fn tensions_lie_in_the_cone_and_the_sum_of_lengths_stays() {
+        let mut noise = random(11);
+        for friction in [0.02_f64, 0.1, 0.3, 1.0] {
+            for segments in [2, 3, 10, 60] {
+                let rest: Vec<f64> = (0..segments).map(|_| 1.0 + 0.5 * noise()).collect();
+                let lengths: Vec<f64> = rest.iter().map(|r| r * (1.01 + 0.02 * noise())).collect();
+                let factors: Vec<f64> = (1..segments).map(|_| (friction * (1.0 + noise())).exp()).collect();
+                let end = slide(&lengths, &rest, &factors);
+                let (a, b): (f64, f64) = (rest.iter().sum(), end.rest.iter().sum());
+                assert!((a - b).abs() < 1e-13 * a);
+                // Tensions are found to SETTLED of E A each.
+                for (j, r) in factors.iter().enumerate() {
+                    let (n, m) = (end.tension[j].force, end.tension[j + 1].force);
+                    assert!(n <= r * m + 1e-9 && m <= r * n + 1e-9, "{n} {m} {r} mu {friction}, {segments}");
+                    match end.contacts[j] {
+                        Contact::Forward => assert!((m - r * n).abs() < 1e-9),
+                        Contact::Backward => assert!((n - r * m).abs() < 1e-9),
+                        Contact::Sticks => {}
+                    }
+                }
+                assert!(end.dissipated >= 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn both_ends_are_alike() {
+        let rest = [1.0, 1.2, 0.8, 1.1, 0.9];
+        let lengths = [1.02, 1.2, 0.83, 1.1, 0.91];
+        let factors = [1.1, 1.3, 1.2, 1.05];
+        let reversed = |a: &[f64]| a.iter().rev().copied().collect::<Vec<_>>();
+        let there = slide(&lengths, &rest, &factors);
+        let back = slide(&reversed(&lengths), &reversed(&rest), &reversed(&factors));
+        for (a, b) in there.rest.iter().zip(back.rest.iter().rev()) {
+            assert!((a - b).abs() < 1e-14, "{a} {b}");
+        }
+        assert!((there.dissipated - back.dissipated).abs() < 1e-10);
+    }
+
+    #[test]
+    fn a_slack_side_is_pulled_over_until_nothing_is_taut_or_it_carries_its_share() {
+        // Long slack: all is slack in the end. Short slack: both taut, in the ratio of the capstan.
+        let end = slide(&[1.01, 0.9], &[1.0, 1.0], &[1.2]);
+        assert!(end.tension.iter().all(|t| t.force < 1e-6), "{:?}", end.tension);
+        let end = slide(&[1.05, 0.99], &[1.0, 1.0], &[1.2]);
+        assert!((end.tension[0].force / end.tension[1].force - 1.2).abs() < 1e-9);
+        assert!(end.tension[1].force > 0.0);
+    }
+}

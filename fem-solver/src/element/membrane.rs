@@ -1,0 +1,319 @@
+//! The membrane: a triangle of constant strain, total Lagrangian, isotropic or of two fibres, with wrinkling.
+//!
+//! With orthonormal axes `A_1, A_2` in the plane as modelled, `f_a = sum_I x_I dN_I/dX_a`:
+//!
+//! ```text
+//! E_ab = (f_a . f_b - d_ab) / 2          p_I = A t S_ab dN_I/dX_a f_b
+//! ```
+//!
+//! An isotropic one carries no compression: where the smaller principal stress would lie below 0 it
+//! wrinkles into uniaxial tension `S = E e_1 n (x) n` along the larger principal strain, where that lies
+//! below 0, too, it is slack. The relaxed energy `E e_1^2 / 2` is continuous with that of the taut
+//! state, so force and tangent stay derivatives of one function. Prestress is a strain `e_0 = C^-1 S_0` to
+//! begin with. Fibres carry tension only, each for itself, and a linear shear between them.
+//!
+//! Source: handbook 2.4; Pipkin (1986), IMA J. Appl. Math. 36, 85 (relaxed energy).
+
+use super::segment::{add_block, add_vector, vector};
+use super::{Answer, Element, Energy};
+use crate::tangent::Slack;
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// Stress over strain, both in the axes of the element: `[11, 22, 12]`, the strain with twice the 12.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fabric {
+    /// Plane stress.
+    Isotropic {
+        /// Young's modulus [Pa].
+        young: f64,
+        /// Poisson's ratio.
+        poisson: f64,
+        /// Prestress [Pa].
+        prestress: [f64; 3],
+        /// Whether it wrinkles; otherwise it carries compression.
+        wrinkles: bool,
+    },
+    /// Two families of fibres.
+    Fibres {
+        /// Their directions, unit vectors in the plane.
+        directions: [Vector2<f64>; 2],
+        /// Their moduli [Pa].
+        young: [f64; 2],
+        /// Their prestress [Pa].
+        prestress: [f64; 2],
+        /// Shear modulus between them [Pa].
+        shear: f64,
+    },
+}
+
+/// Energy per volume, stress, tangent.
+type Behaviour = (f64, Vector3<f64>, Matrix3<f64>);
+
+impl Fabric {
+    /// At the strain `e`, energy counted from where it carries nothing.
+    fn respond(&self, e: &Vector3<f64>, slack: Slack) -> Behaviour {
+        match self {
+            Self::Isotropic { young, poisson, prestress, wrinkles } => {
+                let c = plane_stress(*young, *poisson);
+                let begin = compliance(*young, *poisson) * Vector3::from(*prestress);
+                let e = e + begin;
+                if !*wrinkles || slack == Slack::Taut {
+                    let s = c * e;
+                    return (0.5 * s.dot(&e), s, c);
+                }
+                tension_field(*young, *poisson, &e, &c, slack)
+            }
+            Self::Fibres { directions, young, prestress, shear } => {
+                let (mut energy, mut s, mut c) = (0.0, Vector3::zeros(), Matrix3::zeros());
+                for i in 0..2 {
+                    let p = product(&directions[i], &directions[i]);
+                    let stress = prestress[i] + young[i] * p.dot(e);
+                    if stress > 0.0 {
+                        energy += stress * stress / (2.0 * young[i]);
+                        s += stress * p;
+                    }
+                    c += match slack {
+                        _ if stress > 0.0 => young[i] * p * p.transpose(),
+                        Slack::Taut => young[i] * p * p.transpose(),
+                        Slack::Regularised(part) => part * young[i] * p * p.transpose(),
+                        Slack::Exact => Matrix3::zeros(),
+                    };
+                }
+                let q = 2.0 * product(&directions[0], &directions[1]);
+                let slide = q.dot(e);
+                energy += 0.5 * shear * slide * slide;
+                (energy, s + *shear * slide * q, c + *shear * q * q.transpose())
+            }
+        }
+    }
+}
+
+/// The vector `p` with `p . e = a . E b` for symmetric strains.
+fn product(a: &Vector2<f64>, b: &Vector2<f64>) -> Vector3<f64> {
+    Vector3::new(a.x * b.x, a.y * b.y, 0.5 * (a.x * b.y + a.y * b.x))
+}
+
+fn plane_stress(young: f64, poisson: f64) -> Matrix3<f64> {
+    let k = young / (1.0 - poisson * poisson);
+    Matrix3::new(k, k * poisson, 0.0, k * poisson, k, 0.0, 0.0, 0.0, 0.5 * k * (1.0 - poisson))
+}
+
+fn compliance(young: f64, poisson: f64) -> Matrix3<f64> {
+    Matrix3::new(1.0, -poisson, 0.0, -poisson, 1.0, 0.0, 0.0, 0.0, 2.0 * (1.0 + poisson)) / young
+}
+
+/// Taut, wrinkled or slack, by the mixed criterion of stress and strain.
+fn tension_field(young: f64, poisson: f64, e: &Vector3<f64>, c: &Matrix3<f64>, slack: Slack) -> Behaviour {
+    let (mean, half) = (0.5 * (e.x + e.y), 0.5 * (e.x - e.y));
+    let radius = half.hypot(0.5 * e.z);
+    let (large, small) = (mean + radius, mean - radius);
+    if small + poisson * large > 0.0 {
+        let s = c * e;
+        return (0.5 * s.dot(e), s, *c);
+    }
+    let soft = match slack {
+        Slack::Regularised(part) => part * c,
+        _ => Matrix3::zeros(),
+    };
+    if large <= 0.0 {
+        return (0.0, Vector3::zeros(), soft);
+    }
+    let angle = 0.5 * (0.5 * e.z).atan2(half);
+    let n = Vector2::new(angle.cos(), angle.sin());
+    let m = Vector2::new(-n.y, n.x);
+    let (along, turning) = (product(&n, &n), product(&n, &m));
+    let tangent = along * along.transpose() + 2.0 * large / (large - small) * turning * turning.transpose();
+    (0.5 * young * large * large, young * large * along, young * tangent + soft)
+}
+
+/// Axes in the plane, slopes of the shape functions [1/m], area [m2].
+pub type Geometry = ([Vector3<f64>; 2], [Vector2<f64>; 3], f64);
+
+/// A triangle of membrane.
+#[derive(Debug, Clone)]
+pub struct Membrane {
+    /// Its three nodes.
+    pub nodes: [usize; 3],
+    /// Axes in its plane as modelled, orthonormal.
+    pub axes: [Vector3<f64>; 2],
+    /// `dN_I/dX_a` of each node [1/m].
+    pub slopes: [Vector2<f64>; 3],
+    /// Area as modelled [m2].
+    pub area: f64,
+    /// Thickness [m].
+    pub thickness: f64,
+    /// Density [kg/m3].
+    pub density: f64,
+    /// Its material.
+    pub fabric: Fabric,
+}
+
+impl Membrane {
+    /// Axes, slopes of the shape functions and area of the triangle `x`; the first axis lies as near to `along` as the
+    /// plane allows. `None` where it has no area, or `along` is normal to it.
+    pub fn geometry(x: &[Vector3<f64>; 3], along: &Vector3<f64>) -> Option<Geometry> {
+        let (a, b) = (x[1] - x[0], x[2] - x[0]);
+        let normal = a.cross(&b);
+        let area = 0.5 * normal.norm();
+        if area <= 1e-14 * (a.norm_squared() + b.norm_squared()) {
+            return None;
+        }
+        let unit = normal.normalize();
+        let first = along - unit * unit.dot(along);
+        if first.norm() <= 1e-6 * along.norm() || along.norm() == 0.0 {
+            return None;
+        }
+        let first = first.normalize();
+        let second = unit.cross(&first);
+        let flat = |v: Vector3<f64>| Vector2::new(v.dot(&first), v.dot(&second));
+        // Gradient of N_I: the normal of the opposite side in the plane, over twice the area.
+        let slopes = [0, 1, 2].map(|i: usize| {
+            let side = flat(x[(i + 2) % 3] - x[(i + 1) % 3]);
+            Vector2::new(-side.y, side.x) / (2.0 * area)
+        });
+        Some(([first, second], slopes, area))
+    }
+
+    /// `f_1, f_2` and the strain.
+    fn strain(&self, u: &[f64]) -> ([Vector3<f64>; 2], Vector3<f64>) {
+        let growth =
+            [0, 1].map(|a: usize| (0..3).map(|i| self.slopes[i][a] * vector(u, 3 * i)).sum::<Vector3<f64>>());
+        let f = [self.axes[0] + growth[0], self.axes[1] + growth[1]];
+        // f_a . f_b - A_a . A_b without the cancellation of two numbers near 1.
+        let pair = |a: usize, b: usize| {
+            self.axes[a].dot(&growth[b]) + growth[a].dot(&self.axes[b]) + growth[a].dot(&growth[b])
+        };
+        (f, Vector3::new(0.5 * pair(0, 0), 0.5 * pair(1, 1), pair(0, 1)))
+    }
+
+    fn mass(&self) -> f64 {
+        self.density * self.thickness * self.area
+    }
+}
+
+impl Element for Membrane {
+    fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    fn respond(&self, u: &[f64], _history: &[f64], answer: &mut Answer) {
+        let (f, e) = self.strain(u);
+        let (_, s, c) = self.fabric.respond(&e, answer.slack);
+        let volume = self.area * self.thickness;
+        answer.tension = 0.0;
+        answer.force.fill(0.0);
+        // Columns of B_I: dE / dx_I.
+        let b = self.slopes.map(|g| {
+            Matrix3::from_rows(&[
+                (g.x * f[0]).transpose(),
+                (g.y * f[1]).transpose(),
+                (g.x * f[1] + g.y * f[0]).transpose(),
+            ])
+        });
+        for (i, b) in b.iter().enumerate() {
+            add_vector(answer.force, 3 * i, &(volume * b.transpose() * s));
+        }
+        let Some(k) = &mut answer.tangent else { return };
+        k.fill(0.0);
+        for i in 0..3 {
+            for j in 0..3 {
+                let (g, h) = (self.slopes[i], self.slopes[j]);
+                let geometric = g.x * h.x * s.x + g.y * h.y * s.y + (g.x * h.y + g.y * h.x) * s.z;
+                let block = b[i].transpose() * c * b[j] + Matrix3::from_diagonal_element(geometric);
+                add_block(k, 9, 3 * i, 3 * j, &(volume * block));
+            }
+        }
+    }
+
+    fn energy(&self, u: &[f64], _history: &[f64]) -> Energy {
+        let at = |e: &Vector3<f64>| self.fabric.respond(e, Slack::Exact).0;
+        let (_, e) = self.strain(u);
+        Energy { stored: self.area * self.thickness * (at(&e) - at(&Vector3::zeros())), dissipated: 0.0 }
+    }
+
+    fn lump(&self, mass: &mut [f64], _inertia: &mut [f64]) {
+        mass.iter_mut().for_each(|m| *m += self.mass() / 3.0);
+    }
+
+    fn consistent_mass(&self, mass: &mut [f64]) {
+        for (i, m) in mass.iter_mut().enumerate() {
+            *m = self.mass() * if i % 4 == 0 { 1.0 / 6.0 } else { 1.0 / 12.0 };
+        }
+    }
+
+    fn faces(&self) -> Vec<[usize; 3]> {
+        vec![self.nodes]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::checks::{Case, random};
+
+    const CORNERS: [[f64; 3]; 3] = [[0.1, 0.0, 0.2], [1.2, 0.3, 0.0], [0.4, 1.1, 0.1]];
+
+    fn membrane(fabric: Fabric) -> Membrane {
+        let corners = CORNERS.map(Vector3::from);
+        let (axes, slopes, area) = Membrane::geometry(&corners, &Vector3::x()).expect("has an area");
+        Membrane { nodes: [0, 1, 2], axes, slopes, area, thickness: 0.002, density: 900.0, fabric }
+    }
+
+    fn fabrics() -> Vec<Fabric> {
+        let isotropic =
+            |prestress, wrinkles| Fabric::Isotropic { young: 2e8, poisson: 0.3, prestress, wrinkles };
+        let fibres = Fabric::Fibres {
+            directions: [Vector2::new(0.8, 0.6), Vector2::new(-0.6, 0.8)],
+            young: [3e8, 1e8],
+            prestress: [1e6, -2e6],
+            shear: 1e6,
+        };
+        vec![isotropic([0.0; 3], false), isotropic([0.0; 3], true), isotropic([1e6, 2e6, 3e5], true), fibres]
+    }
+
+    #[test]
+    fn derivatives_rigid_motions_and_mass_are_consistent() {
+        let corners = CORNERS.map(Vector3::from);
+        let mut noise = random(12);
+        for fabric in fabrics() {
+            let membrane = membrane(fabric);
+            for _ in 0..40 {
+                let u: Vec<f64> = (0..9).map(|_| 0.2 * noise()).collect();
+                Case::new(&membrane, &corners, &u).check_all();
+            }
+        }
+    }
+
+    #[test]
+    fn a_uniform_strain_gives_the_stress_of_the_textbook() {
+        // The patch test: stretched by 1e-6 along its first axis, all corners follow.
+        let membrane =
+            membrane(Fabric::Isotropic { young: 2e8, poisson: 0.3, prestress: [0.0; 3], wrinkles: true });
+        let corners = CORNERS.map(Vector3::from);
+        let u: Vec<f64> = corners
+            .iter()
+            .flat_map(|x| <[f64; 3]>::from(1e-6 * membrane.axes[0] * membrane.axes[0].dot(x)))
+            .collect();
+        let force = Case::new(&membrane, &[], &u).force();
+        let (s1, s2) = (2e8 / 0.91 * 1e-6, 2e8 / 0.91 * 0.3 * 1e-6);
+        for i in 0..3 {
+            let exact = membrane.area
+                * 0.002
+                * (s1 * membrane.slopes[i].x * membrane.axes[0]
+                    + s2 * membrane.slopes[i].y * membrane.axes[1]);
+            assert!((vector(&force, 3 * i) - exact).norm() < 1e-5 * exact.norm());
+        }
+    }
+
+    #[test]
+    fn it_wrinkles_to_uniaxial_tension_and_slackens_to_nothing() {
+        let fabric = Fabric::Isotropic { young: 2e8, poisson: 0.3, prestress: [0.0; 3], wrinkles: true };
+        let (_, s, _) = fabric.respond(&Vector3::new(1e-3, -1e-3, 0.0), Slack::Exact);
+        assert!((s - Vector3::new(2e5, 0.0, 0.0)).norm() < 1e-9);
+        let (energy, s, _) = fabric.respond(&Vector3::new(-1e-4, -1e-3, 0.0), Slack::Exact);
+        assert_eq!((energy, s.norm()), (0.0, 0.0));
+        // The energy is continuous where wrinkles begin: e_2 = -nu e_1.
+        let at = |e2: f64| fabric.respond(&Vector3::new(1e-3, e2, 0.0), Slack::Exact).0;
+        assert!((at(-3e-4 * (1.0 - 1e-9)) / at(-3e-4 * (1.0 + 1e-9)) - 1.0).abs() < 1e-8);
+    }
+}

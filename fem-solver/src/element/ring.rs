@@ -1,0 +1,315 @@
+//! A ring of a ring net, loaded at 3 or 4 points: a perimeter that stretches, and widths that bend it.
+//!
+//! ```text
+//! perimeter  u = sum l_i - l_0,  N = k_t u        each side is pulled by N along itself
+//! widths     u = |w_j| - w_0,    N = k_b u        w_j = sum_a c_a x_a
+//! ```
+//!
+//! Each mechanism acts where `u > 0`, along its virgin line; below the largest `u` so far it unloads and
+//! reloads with a multiple of its stiffness, down to 0 and no further. The area between is plastic bending.
+//! With 4 points the widths are the two diagonals; with 3 they are the medians, three quarters of the diameter long in a
+//! round ring.
+//!
+//! Source: handbook 2.3, after Volkwein (2004), ETH dissertation 15641.
+
+use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector, vector};
+use super::{Answer, Element, Energy};
+use crate::tangent::Slack;
+use nalgebra::{Matrix3, Vector3};
+
+/// One mechanism.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mechanism {
+    /// Length beyond which it acts [m].
+    pub start: f64,
+    /// Stiffness of loading [N/m].
+    pub stiffness: f64,
+    /// Stiffness of unloading over that of loading, above 1.
+    pub unloading: f64,
+}
+
+impl Mechanism {
+    /// Force, its slope, and the largest extension, at the length `l` after the largest extension `most`.
+    fn force(&self, l: f64, most: f64) -> (f64, f64, f64) {
+        let u = l - self.start;
+        if u >= most {
+            return (self.stiffness * u.max(0.0), if u > 0.0 { self.stiffness } else { 0.0 }, u.max(most));
+        }
+        let back = self.stiffness * self.unloading;
+        let force = self.stiffness * most - back * (most - u);
+        if force > 0.0 { (force, back, most) } else { (0.0, 0.0, most) }
+    }
+
+    /// Energy stored and dissipated.
+    fn energy(&self, l: f64, most: f64) -> (f64, f64) {
+        let (force, _, most) = self.force(l, most);
+        let lost = 0.5 * self.stiffness * most * most * (1.0 - 1.0 / self.unloading);
+        (force * force / (2.0 * self.stiffness * self.unloading), lost)
+    }
+}
+
+/// A ring.
+#[derive(Debug, Clone)]
+pub struct Ring {
+    /// Its 3 or 4 nodes, around.
+    pub nodes: Vec<usize>,
+    /// From each node to the next as modelled [m].
+    pub spans: Vec<Vector3<f64>>,
+    /// The perimeter.
+    pub perimeter: Mechanism,
+    /// Each width.
+    pub width: Mechanism,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Radius of its bundle that a contact sees [m].
+    pub radius: f64,
+    /// Force of the perimeter at which it breaks [N]; infinite = never.
+    pub rupture: f64,
+}
+
+const BROKEN: usize = 0;
+const LOST: usize = 1;
+const PERIMETER: usize = 2;
+const WIDTHS: usize = 3;
+
+/// Coefficients of the widths over 4 and over 3 nodes.
+const DIAGONALS: [[f64; 4]; 2] = [[-1.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 1.0]];
+const MEDIANS: [[f64; 4]; 3] = [[-1.0, 0.5, 0.5, 0.0], [0.5, -1.0, 0.5, 0.0], [0.5, 0.5, -1.0, 0.0]];
+
+impl Ring {
+    fn widths(&self) -> &'static [[f64; 4]] {
+        if self.nodes.len() == 4 { &DIAGONALS } else { &MEDIANS }
+    }
+
+    fn side(&self, u: &[f64], i: usize) -> Segment {
+        Segment::new(&self.spans[i], u, i, (i + 1) % self.nodes.len(), 3)
+    }
+
+    fn length(&self, u: &[f64]) -> f64 {
+        (0..self.nodes.len()).map(|i| self.side(u, i).length).sum()
+    }
+
+    /// A width as a vector.
+    fn across(&self, u: &[f64], coefficients: &[f64; 4]) -> Vector3<f64> {
+        let mut position = Vector3::zeros();
+        let mut sum = Vector3::zeros();
+        for (node, span) in self.spans.iter().enumerate() {
+            sum += coefficients[node] * (position + vector(u, 3 * node));
+            position += span;
+        }
+        sum
+    }
+
+    fn tension(&self, u: &[f64], history: &[f64]) -> f64 {
+        self.perimeter.force(self.length(u), history[PERIMETER]).0
+    }
+
+    fn energies(&self, u: &[f64], history: &[f64]) -> (f64, f64) {
+        let (mut stored, mut dissipated) = self.perimeter.energy(self.length(u), history[PERIMETER]);
+        for (j, coefficients) in self.widths().iter().enumerate() {
+            let own = self.width.energy(self.across(u, coefficients).norm(), history[WIDTHS + j]);
+            (stored, dissipated) = (stored + own.0, dissipated + own.1);
+        }
+        (stored, dissipated)
+    }
+}
+
+impl Element for Ring {
+    fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    fn start_history(&self) -> Vec<f64> {
+        vec![0.0; WIDTHS + self.widths().len()]
+    }
+
+    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+        let count = self.nodes.len();
+        let n = 3 * count;
+        answer.history.copy_from_slice(history);
+        answer.force.fill(0.0);
+        answer.tension = 0.0;
+        if let Some(k) = &mut answer.tangent {
+            k.fill(0.0);
+        }
+        if history[BROKEN] > 0.0 {
+            return;
+        }
+        let taut = |slope: f64, of: &Mechanism| match answer.slack {
+            Slack::Taut => of.stiffness * of.unloading,
+            Slack::Regularised(part) if slope == 0.0 => part * of.stiffness,
+            _ => slope,
+        };
+        let (force, slope, most) = self.perimeter.force(self.length(u), history[PERIMETER]);
+        answer.history[PERIMETER] = most;
+        answer.tension = force;
+        let mut gradient = [0.0; 12];
+        for i in 0..count {
+            let (side, next) = (self.side(u, i), (i + 1) % count);
+            let t = side.direction();
+            add_vector(&mut gradient, 3 * i, &-t);
+            add_vector(&mut gradient, 3 * next, &t);
+            if let Some(k) = &mut answer.tangent {
+                add_pair(k, n, 3 * i, 3 * next, &side.tangent(0.0, force));
+            }
+        }
+        answer.force.iter_mut().zip(gradient).for_each(|(f, g)| *f += force * g);
+        if let Some(k) = &mut answer.tangent {
+            let stiffness = taut(slope, &self.perimeter);
+            for (row, g) in k.chunks_exact_mut(n).zip(gradient) {
+                row.iter_mut().zip(gradient).for_each(|(k, h)| *k += stiffness * g * h);
+            }
+        }
+        for (j, coefficients) in self.widths().iter().enumerate() {
+            let width = self.across(u, coefficients);
+            let (force, slope, most) = self.width.force(width.norm(), history[WIDTHS + j]);
+            answer.history[WIDTHS + j] = most;
+            let t = width.normalize();
+            for (a, c) in coefficients[..count].iter().enumerate() {
+                add_vector(answer.force, 3 * a, &(*c * force * t));
+            }
+            let Some(k) = &mut answer.tangent else { continue };
+            let across = force / width.norm();
+            let block = (taut(slope, &self.width) - across) * t * t.transpose()
+                + Matrix3::from_diagonal_element(across);
+            for a in 0..count {
+                for b in 0..count {
+                    add_block(k, n, 3 * a, 3 * b, &(coefficients[a] * coefficients[b] * block));
+                }
+            }
+        }
+    }
+
+    fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
+        let start = self.energies(&[0.0; 12], &[0.0; WIDTHS + 3]);
+        let lost = history[LOST] - start.1;
+        if history[BROKEN] > 0.0 {
+            let (_, dissipated) = self.energies(&[0.0; 12], history);
+            return Energy { stored: -start.0, dissipated: lost + dissipated };
+        }
+        let (stored, dissipated) = self.energies(u, history);
+        Energy { stored: stored - start.0, dissipated: lost + dissipated }
+    }
+
+    fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
+        if history[BROKEN] > 0.0 || self.tension(u, history) <= self.rupture {
+            return false;
+        }
+        let (stored, dissipated) = self.energies(u, history);
+        // What the history alone says it dissipated is told of it afterwards, too.
+        history[LOST] += stored + dissipated - self.energies(&[0.0; 12], history).1;
+        history[BROKEN] = 1.0;
+        true
+    }
+
+    fn lump(&self, mass: &mut [f64], _inertia: &mut [f64]) {
+        let share = self.mass / self.nodes.len() as f64;
+        mass.iter_mut().for_each(|m| *m += share);
+    }
+
+    fn consistent_mass(&self, mass: &mut [f64]) {
+        mass.fill(0.0);
+        let count = self.nodes.len();
+        for i in 0..count {
+            add_consistent_mass(mass, count, i, (i + 1) % count, self.mass / count as f64);
+        }
+    }
+
+    fn lines(&self) -> Vec<[usize; 2]> {
+        let count = self.nodes.len();
+        (0..count).map(|i| [self.nodes[i], self.nodes[(i + 1) % count]]).collect()
+    }
+
+    fn line_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
+        forces.fill(if history[BROKEN] > 0.0 { f64::NAN } else { self.tension(u, history) });
+    }
+
+    fn elongation(&self, u: &[f64]) -> f64 {
+        self.length(u) - self.spans.iter().map(Vector3::norm).sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::checks::{Case, random};
+
+    /// A ring of diameter 0.3 m with its nodes on the circle.
+    fn ring(count: usize) -> (Ring, Vec<Vector3<f64>>) {
+        let angle = |i: usize| std::f64::consts::TAU * i as f64 / count as f64;
+        let points: Vec<_> =
+            (0..count).map(|i| 0.15 * Vector3::new(angle(i).cos(), angle(i).sin(), 0.0)).collect();
+        let spans = (0..count).map(|i| points[(i + 1) % count] - points[i]).collect();
+        let sides: f64 = 2.0 * 0.15 * (std::f64::consts::PI / count as f64).sin() * count as f64;
+        let width = if count == 4 { 0.3 } else { 0.225 };
+        let ring = Ring {
+            nodes: (0..count).collect(),
+            spans,
+            perimeter: Mechanism { start: sides * 1.02, stiffness: 2e5, unloading: 3.0 },
+            width: Mechanism { start: width, stiffness: 1e4, unloading: 100.0 },
+            mass: 0.8,
+            radius: 0.0,
+            rupture: f64::INFINITY,
+        };
+        (ring, points)
+    }
+
+    #[test]
+    fn derivatives_rigid_motions_and_mass_are_consistent() {
+        let mut noise = random(9);
+        for count in [3, 4] {
+            let (ring, points) = ring(count);
+            for _ in 0..20 {
+                let u: Vec<f64> = (0..3 * count).map(|_| 0.1 * noise()).collect();
+                Case::new(&ring, &points, &u).check_all();
+            }
+        }
+    }
+
+    #[test]
+    fn it_unloads_steeper_than_it_loads_and_keeps_the_difference() {
+        let (ring, points) = ring(4);
+        // All nodes move outwards: widths grow by 2 d, the perimeter by 4 sqrt 2 d.
+        let grown =
+            |d: f64| points.iter().flat_map(|p| <[f64; 3]>::from(p.normalize() * d)).collect::<Vec<_>>();
+        let mut history = ring.start_history();
+        let mut work = 0.0;
+        let steps = 4000;
+        let path = (1..=steps).map(|i| 0.05 * f64::from(i) / f64::from(steps));
+        let mut before = (0.0, 0.0);
+        for d in path.clone().chain(path.rev()) {
+            let u = grown(d);
+            let case = Case::new(&ring, &[], &u).with_history(&history);
+            let force: f64 = case.force().iter().zip(grown(1.0)).map(|(f, g)| f * g).sum();
+            work += 0.5 * (force + before.1) * (d - before.0);
+            before = (d, force);
+            let mut after = history.clone();
+            let mut force = [0.0; 12];
+            let mut answer = Answer {
+                force: &mut force,
+                tangent: None,
+                slack: Slack::Exact,
+                history: &mut after,
+                tension: 0.0,
+            };
+            ring.respond(&u, &history, &mut answer);
+            history = after;
+        }
+        let energy = ring.energy(&grown(before.0), &history);
+        assert!(energy.stored.abs() < 1e-12, "{energy:?}");
+        // The trapezoidal rule over kinks: some 1e-6 of 60 J.
+        assert!((work - energy.dissipated).abs() < 1e-4 * work, "{work} {energy:?}");
+        let u = 0.1 + 0.0;
+        let (l, w) = (4.0 * std::f64::consts::SQRT_2 * 0.2 - ring.perimeter.start, u);
+        let exact = 0.5 * 2e5 * l * l * (1.0 - 1.0 / 3.0) + 2.0 * 0.5 * 1e4 * w * w * 0.99;
+        assert!((energy.dissipated / exact - 1.0).abs() < 1e-9, "{} {exact}", energy.dissipated);
+    }
+}

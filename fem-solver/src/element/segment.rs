@@ -1,0 +1,77 @@
+//! A straight piece between two nodes: what all line elements share.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// A straight piece at given displacements.
+#[derive(Debug, Clone, Copy)]
+pub struct Segment {
+    /// From its first node to its second [m].
+    pub span: Vector3<f64>,
+    /// Its length [m].
+    pub length: f64,
+    /// Its length squared less that as modelled [m2], without the cancellation of two large squares.
+    pub growth: f64,
+}
+
+impl Segment {
+    /// The piece that spans `modelled` as modelled, where its nodes `first` and `second` (numbers in the
+    /// element) are displaced by `u`, with `stride` degrees of freedom for each node.
+    pub fn new(modelled: &Vector3<f64>, u: &[f64], first: usize, second: usize, stride: usize) -> Self {
+        let w = vector(u, second * stride) - vector(u, first * stride);
+        let span = modelled + w;
+        Self { span, length: span.norm(), growth: w.dot(&(2.0 * modelled + w)) }
+    }
+
+    /// Unit vector along it; 0 where it has no length.
+    pub fn direction(&self) -> Vector3<f64> {
+        if self.length > 0.0 { self.span / self.length } else { Vector3::zeros() }
+    }
+
+    /// Green-Lagrange strain against the unstretched `rest`, where `modelled` is the span as modelled.
+    pub fn strain(&self, modelled: &Vector3<f64>, rest: f64) -> f64 {
+        (modelled.norm_squared() - rest * rest + self.growth) / (2.0 * rest * rest)
+    }
+
+    /// Tangent block of a force `N` along it that grows with its length by `axial`:
+    /// `axial t t^T + N/l (I - t t^T)`.
+    pub fn tangent(&self, axial: f64, force: f64) -> Matrix3<f64> {
+        let t = self.direction();
+        let across = if self.length > 0.0 { force / self.length } else { 0.0 };
+        (axial - across) * t * t.transpose() + Matrix3::from_diagonal_element(across)
+    }
+}
+
+/// Three numbers of `u` from `at` on.
+pub fn vector(u: &[f64], at: usize) -> Vector3<f64> {
+    Vector3::new(u[at], u[at + 1], u[at + 2])
+}
+
+/// Add a vector to three numbers of `f` from `at` on.
+pub fn add_vector(f: &mut [f64], at: usize, v: &Vector3<f64>) {
+    f[at..at + 3].iter_mut().zip(v.iter()).for_each(|(f, v)| *f += v);
+}
+
+/// Add a block to the square matrix `k` of order `n`, by rows, from `(row, column)` on.
+pub fn add_block(k: &mut [f64], n: usize, row: usize, column: usize, block: &Matrix3<f64>) {
+    for r in 0..3 {
+        for c in 0..3 {
+            k[(row + r) * n + column + c] += block[(r, c)];
+        }
+    }
+}
+
+/// Add the four blocks of a force between two nodes.
+pub fn add_pair(k: &mut [f64], n: usize, first: usize, second: usize, block: &Matrix3<f64>) {
+    add_block(k, n, first, first, block);
+    add_block(k, n, second, second, block);
+    add_block(k, n, first, second, &-block);
+    add_block(k, n, second, first, &-block);
+}
+
+/// Add the consistent mass `m/6 [2 1; 1 2]` of a piece of mass `m` between two of `n` nodes.
+pub fn add_consistent_mass(to: &mut [f64], n: usize, first: usize, second: usize, mass: f64) {
+    to[first * n + first] += mass / 3.0;
+    to[second * n + second] += mass / 3.0;
+    to[first * n + second] += mass / 6.0;
+    to[second * n + first] += mass / 6.0;
+}

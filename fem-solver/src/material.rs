@@ -1,0 +1,206 @@
+//! The uniaxial law: elastic, hardening by a table, an end of the plastic travel, rupture.
+//!
+//! ```text
+//! S = s_0 + E (e - p)                      p = plastic strain, a = its sum of magnitudes
+//! |S| <= Y(a)                              straight between the rows of a table, constant beyond
+//! a <= limit                               beyond: elastic again (the end stop of a brake)
+//! stored S^2 / 2 E,  dissipated int_0^a Y  per unit of what S e is work of
+//! ```
+//!
+//! Strain and stress, or elongation and force: the law does not care. A backward Euler return mapping,
+//! exact for one dimension. Source: Simo and Hughes (1998), Computational Inelasticity, section 1.4.
+
+/// Numbers in the history of a law: plastic strain, its accumulated magnitude, broken (0 or 1), energy
+/// lost at rupture (per unit as above).
+pub const HISTORY: usize = 4;
+
+/// A uniaxial law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Law {
+    /// `E`, above 0.
+    pub modulus: f64,
+    /// `s_0`.
+    pub prestress: f64,
+    /// Whether it carries no compression.
+    pub tension_only: bool,
+    /// Rows `(a, Y)`, `a` increasing from 0; empty = elastic.
+    pub hardening: Vec<(f64, f64)>,
+    /// Largest `a`; infinite = no end stop.
+    pub limit: f64,
+}
+
+/// What a law answers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stress {
+    /// `S`.
+    pub stress: f64,
+    /// `dS/de`, 0 where slack.
+    pub modulus: f64,
+    /// Whether it is slack.
+    pub slack: bool,
+    /// History after the strain.
+    pub history: [f64; HISTORY],
+}
+
+impl Law {
+    /// An elastic law.
+    pub fn elastic(modulus: f64, prestress: f64, tension_only: bool) -> Self {
+        Self { modulus, prestress, tension_only, hardening: Vec::new(), limit: f64::INFINITY }
+    }
+
+    /// Stress at `strain`, from `history`.
+    pub fn stress(&self, strain: f64, history: &[f64]) -> Stress {
+        let [plastic, accumulated, broken, lost] = read(history);
+        let now = [plastic, accumulated, broken, lost];
+        if broken > 0.0 {
+            return Stress { stress: 0.0, modulus: 0.0, slack: true, history: now };
+        }
+        let elastic = self.prestress + self.modulus * (strain - plastic);
+        if self.tension_only && elastic < 0.0 {
+            return Stress { stress: 0.0, modulus: 0.0, slack: true, history: now };
+        }
+        let (flow, slope) = self.flow(elastic.abs(), accumulated);
+        if flow == 0.0 {
+            return Stress { stress: elastic, modulus: self.modulus, slack: false, history: now };
+        }
+        let stress = elastic - elastic.signum() * self.modulus * flow;
+        let modulus = match slope {
+            Some(hardening) => self.modulus * hardening / (self.modulus + hardening),
+            None => self.modulus,
+        };
+        let history = [plastic + elastic.signum() * flow, accumulated + flow, 0.0, lost];
+        Stress { stress, modulus, slack: false, history }
+    }
+
+    /// How much flows from the trial stress of `size`, and the slope of the table there; `None` where
+    /// the travel has come to its end.
+    fn flow(&self, size: f64, accumulated: f64) -> (f64, Option<f64>) {
+        if self.hardening.is_empty() || size <= self.yield_stress(accumulated) {
+            return (0.0, Some(0.0));
+        }
+        let next = self.hardening.partition_point(|(a, _)| *a <= accumulated);
+        let mut from = (accumulated, self.yield_stress(accumulated));
+        for row in self.hardening[next..].iter().copied().chain([(f64::INFINITY, 0.0)]) {
+            let slope = if row.0.is_finite() { (row.1 - from.1) / (row.0 - from.0) } else { 0.0 };
+            // |S| - E (a - a_0) = Y + H (a - a_row)
+            let excess = size - self.modulus * (from.0 - accumulated) - from.1;
+            let end = from.0 + excess / (self.modulus + slope);
+            if end <= row.0 || !row.0.is_finite() {
+                let stopped = end > self.limit;
+                let flow = end.min(self.limit).max(accumulated) - accumulated;
+                return (flow, (!stopped).then_some(slope));
+            }
+            from = row;
+        }
+        (0.0, Some(0.0))
+    }
+
+    /// `Y` at the accumulated plastic strain `a`.
+    pub fn yield_stress(&self, a: f64) -> f64 {
+        let next = self.hardening.partition_point(|(at, _)| *at <= a);
+        match (next.checked_sub(1).map(|i| self.hardening[i]), self.hardening.get(next)) {
+            (Some(from), Some(to)) => from.1 + (to.1 - from.1) * (a - from.0) / (to.0 - from.0),
+            (Some(from), None) => from.1,
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Energy stored and dissipated at `strain`, from `history`.
+    pub fn energy(&self, strain: f64, history: &[f64]) -> (f64, f64) {
+        let answer = self.stress(strain, history);
+        let [_, accumulated, broken, lost] = answer.history;
+        let dissipated = lost + self.plastic_work(accumulated);
+        let stored = if broken > 0.0 { 0.0 } else { answer.stress * answer.stress / (2.0 * self.modulus) };
+        (stored, dissipated)
+    }
+
+    /// Mark `history` as broken at `strain`: what was stored is lost.
+    pub fn break_off(&self, strain: f64, history: &mut [f64]) {
+        let (stored, _) = self.energy(strain, history);
+        history[2] = 1.0;
+        history[3] += stored;
+    }
+
+    /// `int_0^a Y`.
+    fn plastic_work(&self, a: f64) -> f64 {
+        let mut work = 0.0;
+        for pair in self.hardening.windows(2) {
+            let to = a.min(pair[1].0);
+            if to <= pair[0].0 {
+                return work;
+            }
+            let end = pair[0].1 + (pair[1].1 - pair[0].1) * (to - pair[0].0) / (pair[1].0 - pair[0].0);
+            work += 0.5 * (pair[0].1 + end) * (to - pair[0].0);
+        }
+        match self.hardening.last() {
+            Some(last) => work + last.1 * (a - last.0).max(0.0),
+            None => 0.0,
+        }
+    }
+}
+
+fn read(history: &[f64]) -> [f64; HISTORY] {
+    [history[0], history[1], history[2], history[3]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// V-F12: N_y = 50 kN, k = 5e6 N/m, H = 1e5 N/m.
+    fn brake() -> Law {
+        let (k, h) = (5e6, 1e5);
+        Law { hardening: vec![(0.0, 5e4), (1.0, 5e4 + h)], ..Law::elastic(k, 0.0, true) }
+    }
+
+    #[test]
+    fn a_brake_yields_hardens_and_unloads_as_it_should() {
+        // The numbers are printed to 8 to 10 digits.
+        let law = brake();
+        let loaded = law.stress(0.02, &[0.0; HISTORY]);
+        assert!((loaded.stress / 50980.392157 - 1.0).abs() < 1e-11, "{}", loaded.stress);
+        assert!((loaded.modulus / (5e6 * 1e5 / 5.1e6) - 1.0).abs() < 1e-14);
+        let (_, dissipated) = law.energy(0.02, &[0.0; HISTORY]);
+        assert!((dissipated / 495.0019 - 1.0).abs() < 1e-7, "{dissipated}");
+        let unloaded = law.stress(0.009803921569, &loaded.history);
+        assert!(unloaded.stress.abs() < 1e-5, "{}", unloaded.stress);
+        assert!(law.stress(0.0, &loaded.history).slack);
+    }
+
+    #[test]
+    fn one_step_over_several_rows_ends_where_many_small_ones_do() {
+        let law = Law {
+            hardening: vec![(0.0, 1.0), (0.1, 2.0), (0.15, 2.1), (0.4, 5.0)],
+            limit: 0.3,
+            ..Law::elastic(20.0, 0.0, false)
+        };
+        for end in [0.12, 0.25, 0.3, 0.45, 0.8] {
+            let at_once = law.stress(end, &[0.0; HISTORY]);
+            let mut history = [0.0; HISTORY];
+            let mut work = 0.0;
+            let (steps, mut before) = (2000, 0.0);
+            for step in 1..=steps {
+                let now = law.stress(end * f64::from(step) / f64::from(steps), &history);
+                work += 0.5 * (before + now.stress) * end / f64::from(steps);
+                (history, before) = (now.history, now.stress);
+            }
+            assert!(
+                (at_once.stress - before).abs() < 1e-12 && (at_once.history[1] - history[1]).abs() < 1e-12
+            );
+            let (stored, dissipated) = law.energy(end, &[0.0; HISTORY]);
+            // The trapezoidal rule errs in the four steps with a kink, by E (end / steps)^2 / 8 each.
+            assert!((stored + dissipated - work).abs() < 4.0 * 20.0 * (end / 2000.0_f64).powi(2), "{end}");
+            assert!(at_once.history[1] <= 0.3 + 1e-15);
+        }
+    }
+
+    #[test]
+    fn what_breaks_loses_what_it_had_stored_and_carries_nothing_more() {
+        let law = brake();
+        let mut history = law.stress(0.02, &[0.0; HISTORY]).history;
+        let (stored, dissipated) = law.energy(0.02, &history);
+        law.break_off(0.02, &mut history);
+        assert_eq!(law.energy(0.03, &history), (0.0, stored + dissipated));
+        assert_eq!(law.stress(0.03, &history).stress, 0.0);
+    }
+}

@@ -1,0 +1,280 @@
+//! Extremes: stiffness, length and mass far apart, mechanisms, cables that snap taut, a million steps; and the other ways
+//! to find a form.
+
+use crate::common::{Run, off, scene};
+use fem_solver::FemSolver;
+use interface_defs::solver::Solver;
+use interface_defs::toolkit::program::Options;
+
+/// A clamped disc of membrane, radius 1 m, E h = 1e6 N/m, nu = 0.3, under q = 100 N/m2 down: depth of its centre.
+fn hencky(rings: usize) -> f64 {
+    let mut nodes = vec![[0.0, 0.0]];
+    let first = |ring: usize| if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
+    for ring in 1..=rings {
+        for i in 0..6 * ring {
+            let angle = std::f64::consts::TAU * i as f64 / (6 * ring) as f64;
+            let r = ring as f64 / rings as f64;
+            nodes.push([r * angle.cos(), r * angle.sin()]);
+        }
+    }
+    let mut cells = Vec::new();
+    for ring in 1..=rings {
+        let (outer, inner) = (6 * ring, 6 * (ring - 1));
+        for sector in 0..6 {
+            for i in 0..ring {
+                let at = |n: usize| first(ring) + (sector * ring + n) % outer;
+                let below = |n: usize| {
+                    if ring == 1 { 0 } else { first(ring - 1) + (sector * (ring - 1) + n) % inner }
+                };
+                cells.push([at(i), at(i + 1), below(i)]);
+                if i + 1 < ring {
+                    cells.push([at(i + 1), below(i + 1), below(i)]);
+                }
+            }
+        }
+    }
+    let mut share = vec![0.0; nodes.len()];
+    for cell in &cells {
+        let [a, b, c] = cell.map(|n| nodes[n]);
+        let area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
+        cell.iter().for_each(|n| share[*n] += area / 3.0);
+    }
+    let list = |items: Vec<String>| items.join(", ");
+    let text = format!(
+        r#"
+end_time = 1.0
+[structure]
+nodes = [{}]
+supports = [{{ nodes = {:?} }}]
+loads = [{}]
+[[structure.parts]]
+name = "skin"
+element = "membrane"
+cells = {cells:?}
+thickness = 1e-3
+density = 0.0
+young = [1e9]
+poisson = 0.3
+wrinkles = false
+[fem]
+integrator = "static"
+"#,
+        list(nodes.iter().map(|[x, y]| format!("[{x:?}, {y:?}, 0.0]")).collect()),
+        (first(rings)..nodes.len()).collect::<Vec<_>>(),
+        list(
+            (0..first(rings))
+                .map(|n| format!("{{ nodes = [{n}], force = [0.0, 0.0, {:?}] }}", -100.0 * share[n]))
+                .collect()
+        ),
+    );
+    -Run::alone(&text, 0.1).ready.mesh.coordinates[2]
+}
+
+#[test]
+fn a_circular_membrane_bulges_as_hencky_says() {
+    // V-F8: w0 = W a (q a / E h)^(1/3), W = 0.653443345 for nu = 0.3; strains of 1e-3, agreement to 0.5 % asked.
+    let exact = 0.653443345 * 1e-4_f64.cbrt();
+    let (coarse, fine) = (hencky(8), hencky(16));
+    let extrapolated = fine + (fine - coarse) / 3.0;
+    assert!(off(extrapolated, exact) < 2e-3, "{coarse} {fine} {extrapolated} {exact}");
+    assert!(off(fine, exact) < 5e-3, "{fine} {exact}");
+}
+
+#[test]
+fn every_way_of_form_finding_comes_to_the_same_form() {
+    let net = |prestress: f64, way: &str| {
+        let area = 1.256637061e-5;
+        let run = Run::alone(
+            &format!(
+                r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+generator = {{ type = "rectangular_net", cells = [20, 20], spacing = 0.15 }}
+cable = {{ young = {:?}, area = {area:?}, density = 7850.0, prestress = {:?}, tension_only = false }}
+form_finding = "{way}"
+"#,
+                2.638937828e6 / area,
+                prestress / area
+            ),
+            1e-4,
+        );
+        run.ready.mesh.coordinates[3 * 220 + 2]
+    };
+    // V-F5 a) and c).
+    for way in ["static", "force_density", "dynamic_relaxation"] {
+        assert!(off(net(100.0, way), -0.008473657752) < 1e-9, "{way}: {}", net(100.0, way));
+    }
+    assert!(off(net(0.0, "static"), -0.0119697076) < 1e-8);
+}
+
+/// A soft and a stiff cable in a row, pulled along; E A of the stiff one is `ratio` times that of the soft.
+fn row(ratio: f64) -> String {
+    format!(
+        r#"
+end_time = 1.0
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
+supports = [{{ nodes = [0] }}, {{ nodes = [1, 2], directions = "yz" }}]
+loads = [{{ nodes = [2], force = [10.0, 0.0, 0.0] }}]
+cables = [{{ nodes = [0, 1], young = 1e6 }}, {{ nodes = [1, 2], young = {:?} }}]
+cable = {{ young = 1.0, area = 1e-4, density = 0.0 }}
+[fem]
+integrator = "static"
+"#,
+        1e6 * ratio
+    )
+}
+
+#[test]
+fn stiffnesses_eight_decades_apart_are_told_apart() {
+    // E A e l / L = 10 with E A = 100 in the soft one: x^3 - x = 0.2, x = l / L.
+    let soft = (0..60).fold(1.1_f64, |x, _| x - (x * x * x - x - 0.2) / (3.0 * x * x - 1.0));
+    for ratio in [1.0, 1e8] {
+        let b = Run::alone(&row(ratio), 0.1);
+        let x = |run: &Run, node: usize| run.ready.mesh.coordinates[3 * node];
+        assert!(off(x(&b, 1), soft) < 1e-9, "{ratio}: {}", x(&b, 1));
+        if ratio == 1e8 {
+            // The stiff one: e = 10 / 1e10, of which the position keeps eps of 2 m.
+            let stretch = x(&b, 2) - x(&b, 1) - 1.0;
+            assert!((stretch - 1e-9).abs() < 2e-15, "{stretch}");
+        }
+        assert!(off(b.value("reaction_x"), -10.0) < 1e-6, "{}", b.value("reaction_x"));
+    }
+    // At 1e16 the rounding of a position, 1e-17 m, is some 10 N in the stiff one: said, and not computed.
+    let mut solver = FemSolver::new(&scene(&row(1e16)), &Options { out: None, shortcuts: true }).unwrap();
+    let message = solver.prepare(&Default::default(), &mut |_| Ok(())).expect_err("is too stiff").message;
+    assert!(message.contains("did not converge") && message.contains("node 2"), "{message}");
+}
+
+#[test]
+fn elements_of_a_tenth_of_a_millimetre_hang_beside_those_of_ten_metres() {
+    let text = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+nodes = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0001, 0.0, 0.0], [20.0001, 0.0, 0.0]]
+cables = [{ nodes = [0, 1] }, { nodes = [1, 2] }, { nodes = [2, 3] }]
+cable = { young = 1e10, area = 1e-4, density = 7850.0, prestress = 1e6 }
+supports = [{ nodes = [0, 3] }]
+[fem]
+integrator = "static"
+"#;
+    let run = Run::alone(text, 0.1);
+    assert!(off(run.value("reaction_z"), 7850.0 * 1e-4 * 20.0001 * 9.81) < 1e-9);
+    let z = |node: usize| run.ready.mesh.coordinates[3 * node + 2];
+    assert!((z(1) - z(2)).abs() < 1e-9 && z(1) < -0.1, "{} {}", z(1), z(2));
+}
+
+#[test]
+fn a_thousand_tonnes_swing_on_a_net_of_a_kilogram() {
+    // Two cables of half a kilogram each, N0 = 1000 N, a mass of 1e6 kg between them: k = 2 N0 / L at small swings.
+    let text = r#"
+end_time = 1000.0
+[structure]
+nodes = [[-1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+cables = [{ nodes = [0, 1] }, { nodes = [1, 2] }]
+cable = { young = 1e9, area = 1e-4, density = 5000.0, prestress = 1e7 }
+supports = [{ nodes = [0, 2] }]
+masses = [{ nodes = [1], mass = 1e6 }]
+loads = [{ nodes = [1], force = [0.0, 0.0, 0.02] }]
+form_finding = "none"
+[fem]
+integrator = "generalized_alpha"
+[[gauge]]
+name = "mass"
+at = [0.0, 0.0, 0.0]
+quantity = "displacement"
+"#;
+    let half = std::f64::consts::PI * (1e6 / 2000.0_f64).sqrt();
+    let mut run = Run::alone(text, half / 400.0);
+    (0..400).for_each(|_| run.step(half / 400.0, &[]));
+    // Twice the static deflection after half a period, to (w h)^2 / 12 of the period: second order at a peak.
+    assert!(off(run.value("mass_uz"), 2e-5) < 1e-5, "{}", run.value("mass_uz"));
+}
+
+#[test]
+fn a_slack_cable_that_snaps_taut_catches_the_mass_and_keeps_the_energy() {
+    // 10 kg fall 0.1 m, then stretch a cable of 1 m, E A = 1e5 N: m g (0.1 + d) = E A / 8 ((1 + d)^2 - 1)^2.
+    let energy = |d: f64| 1e5 / 8.0 * ((1.0 + d).powi(2) - 1.0).powi(2) - 98.1 * (0.1 + d);
+    let (mut low, mut high) = (0.0, 0.1);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if energy(middle) > 0.0 { high = middle } else { low = middle }
+    }
+    let strain = 0.5 * ((1.0 + low).powi(2) - 1.0);
+    let exact = 1e5 * strain * (1.0 + low);
+    for fem in ["time_step = 1e-5", "integrator = \"generalized_alpha\"\ntime_step = 2e-5"] {
+        let text = format!(
+            r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+nodes = [[0.0, 0.0, 0.0], [0.0, 0.0, -0.9]]
+cables = [{{ nodes = [0, 1], length = 1.0 }}]
+cable = {{ young = 1e9, area = 1e-4, density = 0.0 }}
+supports = [{{ nodes = [0] }}]
+masses = [{{ nodes = [1], mass = 10.0 }}]
+form_finding = "none"
+[fem]
+{fem}
+"#
+        );
+        let mut run = Run::alone(&text, 1e-3);
+        (0..400).for_each(|_| run.step(1e-3, &[]));
+        // The peak lasts some (h w)^2 / 8 less than the steps see.
+        assert!(
+            off(run.measure("max_cable_force"), exact) < 1e-4,
+            "{} {exact}",
+            run.measure("max_cable_force")
+        );
+        assert!(run.balance().abs() < 1e-3 * 98.1 * 0.1, "{}", run.balance());
+    }
+}
+
+/// A pendulum of 10 kg on an elastic bar, released level.
+fn pendulum(step: f64, window: f64) -> Run {
+    Run::alone(
+        &format!(
+            r#"
+end_time = 1e5
+gravity = [0.0, 0.0, -9.81]
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+cables = [{{ nodes = [0, 1] }}]
+cable = {{ young = 1e9, area = 1e-4, density = 0.0, tension_only = false }}
+supports = [{{ nodes = [0] }}]
+masses = [{{ nodes = [1], mass = 10.0 }}]
+form_finding = "none"
+[fem]
+integrator = "generalized_alpha"
+time_step = {step:?}
+newton.tolerance = 1e-12
+"#
+        ),
+        window,
+    )
+}
+
+#[test]
+fn a_million_steps_let_no_energy_drift() {
+    let mut run = pendulum(0.005, 5.0);
+    let mut worst = 0.0_f64;
+    for _ in 0..1000 {
+        run.step(5.0, &[]);
+        worst = worst.max(run.balance().abs());
+    }
+    // Each step leaves the tolerance of Newton, 1e-12 of the forces over some mm, or the rounding of u at w h ~ 1.
+    assert!(worst < 1e-8 * 98.1, "{worst} J");
+}
+
+#[test]
+fn steps_from_a_tenth_of_a_microsecond_to_a_tenth_of_a_second_keep_the_energy() {
+    for step in [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1] {
+        let mut run = pendulum(step, step);
+        (0..100).for_each(|_| run.step(step, &[]));
+        // u rounds to eps, which M / h^2 turns into force over the way of a step.
+        let rounding = 100.0 * f64::EPSILON * 10.0 / (step * step) * (step * step * 10.0).max(1e-12) + 1e-8;
+        assert!(run.balance().abs() < rounding, "{step}: {}", run.balance());
+    }
+}
