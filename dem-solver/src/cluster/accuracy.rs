@@ -19,9 +19,9 @@ use nalgebra::Vector3;
 use std::fmt;
 
 /// Most samples of the measurement.
-const MOST_SAMPLES: usize = 300_000;
+const MOST_SAMPLES: usize = 150_000;
 /// Samples from which the largest errors are sought.
-const WALKERS: usize = 48;
+const WALKERS: usize = 24;
 
 /// Columns along each side with which the volume is compared: few where many spheres fill them.
 const COLUMNS: usize = 256;
@@ -55,17 +55,18 @@ impl Accuracy {
     pub fn of(surface: &Surface, spheres: &[Sphere]) -> Self {
         let tree = SurfaceTree::new(surface);
         let size = surface.size();
-        let balls = Balls::new(&tree, size);
         let scene = Probe { tree: &tree, index: SphereIndex::new(spheres), size };
         let outside = spheres.iter().map(|s| s.radius + tree.signed(&s.centre).0).fold(0.0, f64::max);
-        let corners = |error| samples::corners(surface, &balls, error, 0.9, MOST_SAMPLES);
+        let corners = |error: f64| {
+            samples::corners(surface, &Balls::new(&tree, size, 0.1 * error), error, 0.9, MOST_SAMPLES)
+        };
         let mut error = 0.1 * size;
         let mut points = corners(error);
         // Samples as dense as the error found with coarser ones asks for.
         for _ in 0..3 {
             let Some(coarse) = &points else { break };
             let found = coarse.points.iter().map(|p| scene.index.nearest(p).0.abs()).fold(0.0, f64::max);
-            let finer = (0.5 * found).max(1e-6 * size);
+            let finer = found.max(1e-6 * size);
             if finer >= error {
                 break;
             }
@@ -76,7 +77,7 @@ impl Accuracy {
             error = finer;
         }
         let points = points.unwrap_or_default();
-        let (middles, areas) = middles(surface, &balls, error);
+        let (middles, areas) = middles(surface, &Balls::new(&tree, size, 0.1 * error), error);
         let (mut there, mut back) = (Spread::default(), Spread::default());
         let total: f64 = areas.iter().sum();
         let mut measured: Vec<(f64, f64, Vector3<f64>, Vector3<f64>)> = Vec::new();
@@ -191,7 +192,7 @@ impl Probe<'_> {
         value: impl Fn((f64, f64)) -> f64,
     ) -> f64 {
         let mut best = value(self.at(&point, &inward));
-        for _ in 0..60 {
+        for _ in 0..30 {
             let side = inward.cross(&Vector3::ith(inward.iamin(), 1.0)).normalize();
             let other = inward.cross(&side);
             let mut moved = false;

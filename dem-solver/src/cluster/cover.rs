@@ -53,7 +53,7 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
         let left = ball.map_or(f64::INFINITY, |b| leaves(samples, sample, &b));
         match ball {
             // It must help by more than rounding, or the same sample would come again for ever.
-            Some(ball) if left < gap * 0.999 => {
+            Some(ball) if left < gap * if ball.radius <= 2.0 * least { 0.8 } else { 0.999 } => {
                 gaps.add(&ball);
                 chosen.push(ball);
                 // A ball that must be larger than the gap asks for leaves its sample as it is.

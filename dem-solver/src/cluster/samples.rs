@@ -50,6 +50,7 @@ fn cut(
     share: f64,
     mut piece: impl FnMut(&[(Vector3<f64>, u8); 3], usize) -> bool,
 ) {
+    let balls = balls.roughly();
     let mut stack = Vec::new();
     for triangle in 0..surface.triangles.len() {
         let [a, b, c] = surface.corners(triangle);
@@ -128,7 +129,7 @@ mod tests {
     fn samples_stand_on_the_surface_and_are_denser_at_edges() {
         let surface = builtin::cuboid(Vector3::repeat(1.0));
         let tree = SurfaceTree::new(&surface);
-        let balls = Balls::new(&tree, 3.0_f64.sqrt());
+        let balls = Balls::new(&tree, 3.0_f64.sqrt(), 1e-4);
         let samples = corners(&surface, &balls, 0.01, 0.5, 1_000_000).expect("fewer");
         let (mut at_edges, mut inside) = (0, 0);
         for (p, inward) in samples.points.iter().zip(&samples.inward) {
