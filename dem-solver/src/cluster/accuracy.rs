@@ -9,9 +9,8 @@
 //!
 //! Means are weighted with the area of the samples; the largest ones are improved by walking uphill.
 
-use super::ball::Balls;
 use super::index::SphereIndex;
-use super::samples;
+use super::samples::{self, Sizes};
 use crate::rock::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
@@ -57,9 +56,9 @@ impl Accuracy {
         let size = surface.size();
         let scene = Probe { tree: &tree, index: SphereIndex::new(spheres), size };
         let outside = spheres.iter().map(|s| s.radius + tree.signed(&s.centre).0).fold(0.0, f64::max);
-        let corners = |error: f64| {
-            samples::corners(surface, &Balls::new(&tree, size, 0.1 * error), error, 0.9, MOST_SAMPLES)
-        };
+        let mut sizes = Sizes::new(&tree, size);
+        let mut corners =
+            |error| samples::corners(surface, &mut sizes, error, 0.9, MOST_SAMPLES + surface.points.len());
         let mut error = 0.1 * size;
         let mut points = corners(error);
         // Samples as dense as the error found with coarser ones asks for.
@@ -77,7 +76,7 @@ impl Accuracy {
             error = finer;
         }
         let points = points.unwrap_or_default();
-        let (middles, areas) = middles(surface, &Balls::new(&tree, size, 0.1 * error), error);
+        let (middles, areas) = middles(surface, &mut sizes, error);
         let (mut there, mut back) = (Spread::default(), Spread::default());
         let total: f64 = areas.iter().sum();
         let mut measured: Vec<(f64, f64, Vector3<f64>, Vector3<f64>)> = Vec::new();
@@ -129,11 +128,11 @@ impl fmt::Display for Accuracy {
     }
 }
 
-fn middles(surface: &Surface, balls: &Balls, error: f64) -> (samples::Samples, Vec<f64>) {
+fn middles(surface: &Surface, sizes: &mut Sizes, error: f64) -> (samples::Samples, Vec<f64>) {
     let mut coarse = error;
     loop {
         if let Some(found) =
-            samples::middles(surface, balls, coarse, 0.9, MOST_SAMPLES.max(surface.triangles.len()))
+            samples::middles(surface, sizes, coarse, 0.9, MOST_SAMPLES + surface.triangles.len())
         {
             return found;
         }

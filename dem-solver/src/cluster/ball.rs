@@ -39,7 +39,7 @@ impl<'a> Balls<'a> {
     }
 
     /// The surface.
-    pub fn tree(&self) -> &SurfaceTree {
+    pub fn tree(&self) -> &'a SurfaceTree {
         self.tree
     }
 

@@ -108,7 +108,8 @@ impl SurfaceTree {
                     let distance = (point - from).norm_squared();
                     if distance < square {
                         square = distance;
-                        limit = if slack > 0.0 { (distance.sqrt() - slack).max(0.0).powi(2) } else { distance };
+                        limit =
+                            if slack > 0.0 { (distance.sqrt() - slack).max(0.0).powi(2) } else { distance };
                         best = Some(Nearest { point, square, triangle: self.order[k], feature });
                     }
                 }
