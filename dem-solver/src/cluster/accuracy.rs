@@ -9,9 +9,8 @@
 //!
 //! Means are weighted with the area of the samples; the largest ones are improved by walking uphill.
 
-use super::ball::Balls;
 use super::index::SphereIndex;
-use super::samples;
+use super::samples::{self, Sizes};
 use crate::rock::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
@@ -19,9 +18,9 @@ use nalgebra::Vector3;
 use std::fmt;
 
 /// Most samples of the measurement.
-const MOST_SAMPLES: usize = 300_000;
+const MOST_SAMPLES: usize = 150_000;
 /// Samples from which the largest errors are sought.
-const WALKERS: usize = 48;
+const WALKERS: usize = 24;
 
 /// Columns along each side with which the volume is compared: few where many spheres fill them.
 const COLUMNS: usize = 256;
@@ -55,17 +54,18 @@ impl Accuracy {
     pub fn of(surface: &Surface, spheres: &[Sphere]) -> Self {
         let tree = SurfaceTree::new(surface);
         let size = surface.size();
-        let balls = Balls::new(&tree, size);
         let scene = Probe { tree: &tree, index: SphereIndex::new(spheres), size };
         let outside = spheres.iter().map(|s| s.radius + tree.signed(&s.centre).0).fold(0.0, f64::max);
-        let corners = |error| samples::corners(surface, &balls, error, 0.9, MOST_SAMPLES);
+        let mut sizes = Sizes::new(&tree, size);
+        let mut corners =
+            |error| samples::corners(surface, &mut sizes, error, 0.9, MOST_SAMPLES + surface.points.len());
         let mut error = 0.1 * size;
         let mut points = corners(error);
         // Samples as dense as the error found with coarser ones asks for.
         for _ in 0..3 {
             let Some(coarse) = &points else { break };
             let found = coarse.points.iter().map(|p| scene.index.nearest(p).0.abs()).fold(0.0, f64::max);
-            let finer = (0.5 * found).max(1e-6 * size);
+            let finer = found.max(1e-6 * size);
             if finer >= error {
                 break;
             }
@@ -76,7 +76,7 @@ impl Accuracy {
             error = finer;
         }
         let points = points.unwrap_or_default();
-        let (middles, areas) = middles(surface, &balls, error);
+        let (middles, areas) = middles(surface, &mut sizes, error);
         let (mut there, mut back) = (Spread::default(), Spread::default());
         let total: f64 = areas.iter().sum();
         let mut measured: Vec<(f64, f64, Vector3<f64>, Vector3<f64>)> = Vec::new();
@@ -128,11 +128,11 @@ impl fmt::Display for Accuracy {
     }
 }
 
-fn middles(surface: &Surface, balls: &Balls, error: f64) -> (samples::Samples, Vec<f64>) {
+fn middles(surface: &Surface, sizes: &mut Sizes, error: f64) -> (samples::Samples, Vec<f64>) {
     let mut coarse = error;
     loop {
         if let Some(found) =
-            samples::middles(surface, balls, coarse, 0.9, MOST_SAMPLES.max(surface.triangles.len()))
+            samples::middles(surface, sizes, coarse, 0.9, MOST_SAMPLES + surface.triangles.len())
         {
             return found;
         }
@@ -191,7 +191,7 @@ impl Probe<'_> {
         value: impl Fn((f64, f64)) -> f64,
     ) -> f64 {
         let mut best = value(self.at(&point, &inward));
-        for _ in 0..60 {
+        for _ in 0..30 {
             let side = inward.cross(&Vector3::ith(inward.iamin(), 1.0)).normalize();
             let other = inward.cross(&side);
             let mut moved = false;

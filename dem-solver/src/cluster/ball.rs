@@ -10,44 +10,53 @@ use crate::rock::Sphere;
 use crate::shape::tree::{Feature, Nearest, SurfaceTree};
 use nalgebra::Vector3;
 
-/// Shrinkings until a ball is taken as it is, made safe by a last look at the distance.
-const MOST_SHRINKINGS: usize = 40;
+/// Shrinkings until a ball is made safe by a last look at the distance and taken as it is.
+const MOST_SHRINKINGS: usize = 20;
 
 /// A surface and its size, in which balls are grown.
 pub struct Balls<'a> {
     tree: &'a SurfaceTree,
     /// Size of the surface [m].
     size: f64,
+    /// How much smaller than the largest a ball may be [m].
+    tolerance: f64,
+    /// The same as a share of its radius.
+    share: f64,
 }
 
 impl<'a> Balls<'a> {
-    /// Balls in the solid inside the surface of `tree`, whose box has the diagonal `size` [m].
-    pub fn new(tree: &'a SurfaceTree, size: f64) -> Self {
-        Self { tree, size }
+    /// Balls in the solid inside the surface of `tree`, whose box has the diagonal `size` [m], to a `tolerance` [m].
+    ///
+    /// In the middle of a round solid very many triangles are nearest but for a small difference: a
+    /// tolerance of a small share of the error that a cover leaves spares looking at all of them.
+    pub fn new(tree: &'a SurfaceTree, size: f64, tolerance: f64) -> Self {
+        Self { tree, size, tolerance, share: 0.0 }
+    }
+
+    /// The same balls to a tenth of their radius, where only their size matters.
+    pub fn roughly(&self) -> Self {
+        Self { share: 0.1, ..*self }
     }
 
     /// The surface.
-    pub fn tree(&self) -> &SurfaceTree {
+    pub fn tree(&self) -> &'a SurfaceTree {
         self.tree
     }
 
-    /// The largest ball that touches at the surface point `at`, where `inward` (unit) points inwards.
+    /// The largest ball that touches at the surface point `at` (unit `inward` points inwards), smaller by the tolerance.
     pub fn touching(&self, at: &Vector3<f64>, inward: &Vector3<f64>) -> Sphere {
-        let tight = 1e-10 * self.size;
         let mut radius = 0.5 * self.size;
         for _ in 0..MOST_SHRINKINGS {
             let centre = at + inward * radius;
-            let Some(near) = self.tree.nearest(&centre, radius - tight) else {
-                return Sphere { centre, radius };
+            let tolerance = self.tolerance.max(self.share * radius);
+            let Some(near) = self.tree.nearly_nearest(&centre, radius - tolerance, tolerance) else {
+                return Sphere { centre, radius: radius - tolerance };
             };
             let chord = near.point - at;
             let depth = inward.dot(&chord);
-            if depth <= 0.0 {
-                break;
-            }
             let smaller = self.tangent(at, inward, &near).unwrap_or(chord.norm_squared() / (2.0 * depth));
-            if smaller >= radius - tight {
-                break;
+            if depth <= 0.0 || smaller >= radius - 0.5 * tolerance {
+                return Sphere { centre, radius: near.square.sqrt() - tolerance };
             }
             radius = smaller;
         }
@@ -85,15 +94,19 @@ impl<'a> Balls<'a> {
         let fits = |ball: &Sphere| (ball.centre - at).norm() - ball.radius <= gap;
         let mut best: Option<Sphere> = None;
         let mut largest = None;
-        let (mut depth, mut failed) = (gap, f64::INFINITY);
+        let (mut depth, mut fitted, mut failed) = (gap, 0.5 * gap, f64::INFINITY);
         while depth < self.size {
             let Some(ball) = self.around(&(at + inward * depth)) else { break };
+            let tried = depth;
+            depth *= 2.0;
             if fits(&ball) {
+                // Up to its centre the same ball would be found again.
+                depth = depth.max(1.2 * ball.radius);
                 if best.is_none_or(|b| ball.radius > b.radius * (1.0 + 1e-9)) {
                     best = Some(ball);
                 }
             } else {
-                failed = depth;
+                failed = tried;
                 if ball.radius >= least {
                     largest = Some(ball);
                     break;
@@ -102,10 +115,12 @@ impl<'a> Balls<'a> {
                     break;
                 }
             }
-            depth *= 2.0;
+            if failed == f64::INFINITY {
+                fitted = tried;
+            }
         }
         // Between the last depth that fits and the first that does not.
-        let (mut low, mut high) = (failed / 2.0, failed);
+        let (mut low, mut high) = (fitted, failed);
         for _ in 0..4 {
             if !high.is_finite() {
                 break;
@@ -140,7 +155,7 @@ mod tests {
     #[test]
     fn a_ball_in_a_cube_touches_the_nearest_face_and_another() {
         let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
-        let balls = Balls::new(&tree, 12.0_f64.sqrt());
+        let balls = Balls::new(&tree, 12.0_f64.sqrt(), 1e-14);
         let at = |x: f64, y: f64| balls.touching(&Vector3::new(x, y, 1.0), &-Vector3::z());
         assert!((at(0.0, 0.0).radius - 1.0).abs() < 1e-12, "up to the opposite face");
         assert!((at(0.7, 0.1).radius - 0.3).abs() < 1e-12, "as far from the edge");
@@ -151,7 +166,7 @@ mod tests {
     #[test]
     fn at_edges_and_corners_the_largest_ball_leaves_the_gap_that_was_allowed() {
         let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
-        let balls = Balls::new(&tree, 12.0_f64.sqrt());
+        let balls = Balls::new(&tree, 12.0_f64.sqrt(), 1e-14);
         for gap in [0.1, 1e-3] {
             let edge =
                 balls.near(&Vector3::new(1.0, 1.0, 0.2), &-Vector3::new(1.0, 1.0, 0.0).normalize(), gap, 0.0);
@@ -168,7 +183,7 @@ mod tests {
     #[test]
     fn a_least_radius_is_kept_where_the_gap_would_ask_for_less() {
         let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
-        let balls = Balls::new(&tree, 12.0_f64.sqrt());
+        let balls = Balls::new(&tree, 12.0_f64.sqrt(), 1e-14);
         let ball = balls.near(&Vector3::repeat(1.0), &-Vector3::repeat(1.0).normalize(), 1e-3, 0.05);
         let radius = ball.expect("a ball").radius;
         assert!((0.05..0.1).contains(&radius), "{radius}");

@@ -13,6 +13,7 @@ use super::ball::Balls;
 use super::gaps::{Gaps, leaves};
 use super::samples::Samples;
 use crate::rock::Sphere;
+use nalgebra::Vector3;
 
 /// Share of the error that a new ball leaves at the sample it is made for.
 const SHARE: f64 = 0.5;
@@ -53,7 +54,7 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
         let left = ball.map_or(f64::INFINITY, |b| leaves(samples, sample, &b));
         match ball {
             // It must help by more than rounding, or the same sample would come again for ever.
-            Some(ball) if left < gap * 0.999 => {
+            Some(ball) if left < gap * if ball.radius <= 2.0 * least { 0.8 } else { 0.999 } => {
                 gaps.add(&ball);
                 chosen.push(ball);
                 // A ball that must be larger than the gap asks for leaves its sample as it is.
@@ -76,18 +77,19 @@ fn first_radius(balls: &[Sphere]) -> f64 {
     balls.first().map_or(0.0, |b| b.radius)
 }
 
-/// The largest of the balls that touch at some of the samples.
+/// About the largest of the balls that touch at some of the samples.
 fn largest(balls: &Balls, samples: &Samples) -> Option<Sphere> {
-    let step = (samples.points.len() / 2000).max(1);
-    let mut best: Option<Sphere> = None;
+    let rough = balls.roughly();
+    let step = (samples.points.len() / 500).max(1);
+    let mut best: Option<(f64, Vector3<f64>)> = None;
     for k in (0..samples.points.len()).step_by(step) {
         // From a little below the surface: at edges and corners no ball touches.
-        let inside = samples.points[k] + samples.inward[k] * (0.01 * best.map_or(1e-6, |b| b.radius));
-        if let Some(ball) = balls.around(&inside)
-            && best.is_none_or(|b| ball.radius > b.radius * (1.0 + 1e-9))
+        let inside = samples.points[k] + samples.inward[k] * best.map_or(1e-6, |b| 0.01 * b.0);
+        if let Some(ball) = rough.around(&inside)
+            && best.is_none_or(|b| ball.radius > b.0 * (1.0 + 1e-9))
         {
-            best = Some(ball);
+            best = Some((ball.radius, inside));
         }
     }
-    best
+    balls.around(&best?.1)
 }

@@ -7,6 +7,7 @@
 
 use super::ball::Balls;
 use super::cover::{Cover, cover};
+use super::samples::Sizes;
 use super::{samples, volume};
 use crate::rock::Sphere;
 use crate::shape::Surface;
@@ -19,8 +20,10 @@ const DENSITY: f64 = 0.4;
 const COLUMNS: usize = 96;
 /// With so many more balls the error goes down: as `n^-ORDER`. A guess to begin with; what is reached is measured.
 const ORDER: f64 = 0.8;
-/// Most samples of a cover, and of one that is only a guess for the next.
-const MOST_SAMPLES: usize = 4_000_000;
+/// Balls may be smaller than the largest by this share of the error.
+const TOLERANCE: f64 = 0.02;
+/// Most samples for each ball: on a smooth solid a guess of the error may be far too small.
+const MOST_SAMPLES: usize = 100;
 
 /// Where the spheres end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -49,7 +52,7 @@ pub struct Wish {
 /// The spheres [m, in the surface's axes] and the share done (0 to 1) on the way.
 pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Vec<Sphere> {
     let tree = SurfaceTree::new(surface);
-    let balls = Balls::new(&tree, surface.size());
+    let mut sizes = Sizes::new(&tree, surface.size());
     let count = wish.spheres.max(1) as usize;
     let mut steps = vec![count];
     while let Some(last) = steps.last().filter(|n| **n > 30) {
@@ -62,7 +65,7 @@ pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Ve
     for (k, n) in steps.iter().rev().enumerate() {
         let last = k + 1 == steps.len();
         for attempt in 0..3 {
-            let found = attempt_cover(surface, &balls, error, *n, wish.smallest_radius);
+            let found = attempt_cover(surface, &tree, &mut sizes, error, *n, wish.smallest_radius);
             // A cover with as many as asked for, or nearly so, is near the best.
             let used = found.enough.map(|m| m as f64 / *n as f64);
             error = match used {
@@ -115,12 +118,22 @@ fn to_volume(surface: &Surface, balls: &[Sphere], most: f64) -> f64 {
 }
 
 /// A cover by `count` balls with samples that fit `error`, or coarser ones where those would be too many.
-fn attempt_cover(surface: &Surface, balls: &Balls, error: f64, count: usize, least: f64) -> Cover {
+fn attempt_cover(
+    surface: &Surface,
+    tree: &SurfaceTree,
+    sizes: &mut Sizes,
+    error: f64,
+    count: usize,
+    least: f64,
+) -> Cover {
+    let balls = Balls::new(tree, surface.size(), TOLERANCE * error);
     let mut coarse = error;
+    // The corners of the surface are samples in any case.
+    let most = (MOST_SAMPLES * count).max(20_000) + 2 * surface.points.len();
     loop {
-        if let Some(samples) = samples::corners(surface, balls, coarse, DENSITY, MOST_SAMPLES) {
-            return cover(balls, &samples, error, count, least);
+        if let Some(samples) = samples::corners(surface, sizes, coarse, DENSITY, most) {
+            return cover(&balls, &samples, error, count, least);
         }
-        coarse *= 2.0;
+        coarse *= 1.5;
     }
 }

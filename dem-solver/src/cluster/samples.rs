@@ -6,9 +6,9 @@
 
 use super::ball::Balls;
 use crate::shape::Surface;
-use crate::shape::tree::Feature;
+use crate::shape::tree::{Feature, SurfaceTree};
 use nalgebra::Vector3;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Points of a surface.
 #[derive(Debug, Clone, Default)]
@@ -22,11 +22,37 @@ pub struct Samples {
     pub slope: Vec<f64>,
 }
 
+/// The size of the ball that touches at a place, kept for the next time that it is asked for.
+pub struct Sizes<'a> {
+    balls: Balls<'a>,
+    known: HashMap<[u64; 3], f64>,
+}
+
+impl<'a> Sizes<'a> {
+    /// Sizes in the solid inside the surface of `tree`, whose box has the diagonal `size` [m].
+    pub fn new(tree: &'a SurfaceTree, size: f64) -> Self {
+        Self { balls: Balls::new(tree, size, 1e-7 * size).roughly(), known: HashMap::new() }
+    }
+
+    fn radius(&mut self, at: &Vector3<f64>, inward: &Vector3<f64>) -> f64 {
+        *self.known.entry(key(at)).or_insert_with(|| self.balls.touching(at, inward).radius)
+    }
+}
+
+fn key(p: &Vector3<f64>) -> [u64; 3] {
+    [p.x, p.y, p.z].map(f64::to_bits)
+}
+
 /// A piece of a triangle: corners, and for each the edges of the whole triangle on which it lies (bits).
 struct Piece {
     corners: [(Vector3<f64>, u8); 3],
     triangle: usize,
+    /// Radius of the ball that touches in the middle of the piece from which this one was cut [m].
+    radius: f64,
 }
+
+/// A piece smaller than this share of the ball at the piece from which it was cut has about that ball.
+const SAME_BALL: f64 = 0.3;
 
 /// Where a point with these edges lies on its triangle.
 fn feature(edges: u8) -> Feature {
@@ -45,7 +71,7 @@ fn feature(edges: u8) -> Feature {
 /// part (corners, their edges, triangle); ends early when it says `false`.
 fn cut(
     surface: &Surface,
-    balls: &Balls,
+    sizes: &mut Sizes,
     error: f64,
     share: f64,
     mut piece: impl FnMut(&[(Vector3<f64>, u8); 3], usize) -> bool,
@@ -53,16 +79,18 @@ fn cut(
     let mut stack = Vec::new();
     for triangle in 0..surface.triangles.len() {
         let [a, b, c] = surface.corners(triangle);
-        stack.push(Piece { corners: [(a, 0b101), (b, 0b011), (c, 0b110)], triangle });
+        stack.push(Piece { corners: [(a, 0b101), (b, 0b011), (c, 0b110)], triangle, radius: 0.0 });
         let inward = -surface.normal(triangle);
         while let Some(part) = stack.pop() {
             let p = part.corners.map(|c| c.0);
             let lengths = [0, 1, 2].map(|k| (p[(k + 1) % 3] - p[k]).norm_squared());
             let k = (0..3).fold(0, |best, k| if lengths[k] > lengths[best] { k } else { best });
             let longest = lengths[k].sqrt();
+            let mut radius = part.radius;
             let small = longest <= 0.5 * share * error || {
-                let middle = (p[0] + p[1] + p[2]) / 3.0;
-                let radius = balls.touching(&middle, &inward).radius;
+                if longest > SAME_BALL * radius {
+                    radius = sizes.radius(&((p[0] + p[1] + p[2]) / 3.0), &inward);
+                }
                 longest <= share * ((2.0 * radius * error).sqrt() + 0.5 * error)
             };
             if small {
@@ -74,21 +102,22 @@ fn cut(
             let ((a, in_a), (b, in_b), apex) =
                 (part.corners[k], part.corners[(k + 1) % 3], part.corners[(k + 2) % 3]);
             let middle = ((a + b) / 2.0, in_a & in_b);
-            stack.push(Piece { corners: [middle, (b, in_b), apex], triangle: part.triangle });
-            stack.push(Piece { corners: [(a, in_a), middle, apex], triangle: part.triangle });
+            stack.push(Piece { corners: [middle, (b, in_b), apex], triangle: part.triangle, radius });
+            stack.push(Piece { corners: [(a, in_a), middle, apex], triangle: part.triangle, radius });
         }
     }
 }
 
 /// The corners of all parts, each once; `None` if they are more than `most`.
-pub fn corners(surface: &Surface, balls: &Balls, error: f64, share: f64, most: usize) -> Option<Samples> {
+pub fn corners(surface: &Surface, sizes: &mut Sizes, error: f64, share: f64, most: usize) -> Option<Samples> {
+    let tree = sizes.balls.tree();
     let mut samples = Samples::default();
     let mut known: HashSet<[u64; 3]> = HashSet::new();
-    cut(surface, balls, error, share, |part, triangle| {
+    cut(surface, sizes, error, share, |part, triangle| {
         for (p, edges) in part {
-            if known.insert([p.x, p.y, p.z].map(f64::to_bits)) {
+            if known.insert(key(p)) {
                 samples.points.push(*p);
-                let inward = -balls.tree().normal_at(triangle, feature(*edges)).normalize();
+                let inward = -tree.normal_at(triangle, feature(*edges)).normalize();
                 samples.slope.push(-inward.dot(&surface.normal(triangle)));
                 samples.inward.push(inward);
             }
@@ -101,13 +130,13 @@ pub fn corners(surface: &Surface, balls: &Balls, error: f64, share: f64, most: u
 /// The middles of all parts with the area [m2] of each, faces only; `None` if they are more than `most`.
 pub fn middles(
     surface: &Surface,
-    balls: &Balls,
+    sizes: &mut Sizes,
     error: f64,
     share: f64,
     most: usize,
 ) -> Option<(Samples, Vec<f64>)> {
     let (mut samples, mut areas) = (Samples::default(), Vec::new());
-    cut(surface, balls, error, share, |part, triangle| {
+    cut(surface, sizes, error, share, |part, triangle| {
         let [a, b, c] = part.map(|corner| corner.0);
         samples.points.push((a + b + c) / 3.0);
         samples.inward.push(-surface.normal(triangle));
@@ -122,14 +151,13 @@ pub fn middles(
 mod tests {
     use super::*;
     use crate::shape::builtin;
-    use crate::shape::tree::SurfaceTree;
 
     #[test]
     fn samples_stand_on_the_surface_and_are_denser_at_edges() {
         let surface = builtin::cuboid(Vector3::repeat(1.0));
         let tree = SurfaceTree::new(&surface);
-        let balls = Balls::new(&tree, 3.0_f64.sqrt());
-        let samples = corners(&surface, &balls, 0.01, 0.5, 1_000_000).expect("fewer");
+        let mut sizes = Sizes::new(&tree, 3.0_f64.sqrt());
+        let samples = corners(&surface, &mut sizes, 0.01, 0.5, 1_000_000).expect("fewer");
         let (mut at_edges, mut inside) = (0, 0);
         for (p, inward) in samples.points.iter().zip(&samples.inward) {
             let on = p.iter().filter(|c| (c.abs() - 0.5).abs() < 1e-15).count();
@@ -143,8 +171,8 @@ mod tests {
         }
         // 36 % of the area lies within 0.1 of an edge.
         assert!(at_edges > inside, "{at_edges} {inside}");
-        let (_, areas) = middles(&surface, &balls, 0.01, 0.5, 1_000_000).expect("fewer");
+        let (_, areas) = middles(&surface, &mut sizes, 0.01, 0.5, 1_000_000).expect("fewer");
         assert!((areas.iter().sum::<f64>() - 6.0).abs() < 1e-12);
-        assert!(middles(&surface, &balls, 0.01, 0.5, 100).is_none());
+        assert!(middles(&surface, &mut sizes, 0.01, 0.5, 100).is_none());
     }
 }

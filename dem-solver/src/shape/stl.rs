@@ -68,7 +68,8 @@ fn text(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
             "facet" | "outer" => {}
             "vertex" if open.len() == 3 => return Err(ReadError::at(at, "a fourth `vertex` in one loop")),
             "vertex" => open.push(point(&mut words, at)?),
-            "endloop" | "endfacet" if open.is_empty() => {}
+            "endfacet" if open.is_empty() => {}
+            "endfacet" => return Err(ReadError::at(at, "`endfacet` before `endloop`")),
             "endloop" => {
                 let triangle = open
                     .as_slice()
@@ -159,7 +160,7 @@ mod tests {
         assert_eq!((bad.line, bad.message.as_str()), (Some(4), "`O.5` is no number"));
         let bad = refused(&good.replacen("vertex -0.5", "vertex 1e10", 1));
         assert!(bad.message.contains("1e10"), "{bad:?}");
-        assert!(refused(&good.replacen("  endloop\n", "", 1)).message.contains("fourth"));
+        assert!(refused(&good.replacen("  endloop\n", "", 1)).message.contains("before `endloop`"));
         assert!(read(b"solid x\n\xff\xfe\n").expect_err("binary").message.contains("no text"));
     }
 }

@@ -84,15 +84,22 @@ impl SurfaceTree {
 
     /// The nearest point to `from` that is nearer than `within` [m].
     pub fn nearest(&self, from: &Vector3<f64>, within: f64) -> Option<Nearest> {
+        self.nearly_nearest(from, within, 0.0)
+    }
+
+    /// A point that is nearer to `from` than `within`, and no more than `slack` [m] further than the
+    /// nearest: from the middle of a round solid all points are nearly the nearest.
+    pub fn nearly_nearest(&self, from: &Vector3<f64>, within: f64, slack: f64) -> Option<Nearest> {
         let mut best: Option<Nearest> = None;
-        let mut square = within * within;
+        // A point counts below `square`, a box is looked into below `limit`.
+        let (mut square, mut limit) = (within * within, within * within);
         let mut stack = [0_u32; 64];
         let mut height = 1;
         while height > 0 {
             height -= 1;
             let at = stack[height] as usize;
             let node = &self.nodes[at];
-            if gap(node, from) >= square {
+            if gap(node, from) >= limit {
                 continue;
             }
             if node.count > 0 {
@@ -101,6 +108,8 @@ impl SurfaceTree {
                     let distance = (point - from).norm_squared();
                     if distance < square {
                         square = distance;
+                        limit =
+                            if slack > 0.0 { (distance.sqrt() - slack).max(0.0).powi(2) } else { distance };
                         best = Some(Nearest { point, square, triangle: self.order[k], feature });
                     }
                 }
