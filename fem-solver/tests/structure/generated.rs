@@ -74,6 +74,23 @@ fn the_barrier_of_cables_finds_its_shape_and_bears_a_push() {
 }
 
 #[test]
+fn the_barrier_of_posts_sliding_ropes_and_brakes_hangs_in_balance() {
+    let path = format!("{}/../launch/scenes/barrier.toml", env!("CARGO_MANIFEST_DIR"));
+    let mut run = Run::alone(&std::fs::read_to_string(path).unwrap(), 0.005);
+    let model = run.solver.model();
+    // Posts, sliding ropes, brakes of ropes and of upslope ropes.
+    let count = |name: &str| model.parts.iter().find(|p| p.name == name).unwrap().elements.len();
+    let counts = ["posts", "top_rope", "bottom_rope", "rope_brakes", "upslope_brakes"].map(count);
+    assert_eq!(counts, [4, 1, 1, 4, 8]);
+    // Weight on what translates: the dead load on rotations follows it.
+    let n = model.node_count();
+    let weight = -model.dead_load[2 * n..3 * n].iter().sum::<f64>();
+    run.step(0.005, &[]);
+    // The residual lies below 1e-8 of the largest forces, some 4e5 N.
+    assert!((run.value("reaction_z") - weight).abs() < 1e-2, "{} is not {weight}", run.value("reaction_z"));
+}
+
+#[test]
 fn a_barrier_with_rings_hangs_in_balance() {
     let text = with(&barrier(), "cells = [20, 8]", "cells = [6, 3]\nnet = \"rings\"");
     let mut run = Run::alone(&text, 0.05);

@@ -171,6 +171,28 @@ fn parts_say_what_a_group_becomes_and_give_its_properties() {
 }
 
 #[test]
+fn lines_that_follow_each_other_are_one_sliding_rope_and_a_triangle_is_a_membrane() {
+    let files = Files::new("mixed.inp", MIXED);
+    let scene = files.scene(
+        "mesh = \"mixed.inp\"\nsupports = [{ group = \"ends\" }]\nparts = [{ name = \"rope\", element = \
+         \"sliding_cable\", young = 1e9, area = 1e-4, density = 7850.0 }, { name = \"skin\", element = \"membrane\", \
+         thickness = 1e-3, density = 1e3, young = [1e8] }]\nform_finding = \"none\"",
+    );
+    let solver = FemSolver::new(&scene, &Options::default()).unwrap();
+    let model = solver.model();
+    let nodes: Vec<_> = model.elements.iter().map(|e| e.nodes().to_vec()).collect();
+    assert_eq!(nodes, [vec![0, 1, 2], vec![0, 1, 3]]);
+    let part = |name: &str| model.parts.iter().find(|p| p.name == name).unwrap().elements.clone();
+    assert_eq!((part("rope"), part("skin")), (vec![0], vec![1]));
+    let branch = Files::new("mixed.inp", &MIXED.replace("2, 20, 30", "2, 20, 30\n4, 20, 40"));
+    let message = branch.refused(
+        "mesh = \"mixed.inp\"\nparts = [{ name = \"skin\", element = \"none\" }, { name = \"rope\", element = \
+         \"sliding_cable\", young = 1e9, area = 1e-4, density = 7850.0 }]",
+    );
+    assert!(message.contains("more than two of them end at node 20"), "{message}");
+}
+
+#[test]
 fn a_group_that_becomes_nothing_leaves_its_other_nodes_out() {
     let files = Files::new("mixed.inp", MIXED);
     let skin = "parts = [{ name = \"skin\", element = \"none\" }]\nsupports = [{ group = \"ends\" }]";
