@@ -1,44 +1,45 @@
 //! Sparse symmetric positive definite systems: the only module that names faer.
 //!
-//! The pattern is analysed once (fill-reducing order, shape of the factor); numbers are factorised
-//! as often as they change, into memory that is kept. One thread, fixed order: equal input gives
-//! equal bytes.
+//! The pattern is analysed once by faer (fill-reducing order, shape of the factor); numbers are factorised
+//! as often as they change by [`Fronts`], into memory that is kept. One thread, fixed order: equal input
+//! gives equal bytes.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::LltError;
+use crate::fronts::{Fronts, Shape};
+use faer::Side;
+use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
-use faer::{Conj, MatMut, Par, Side};
+
+/// Two neighbouring supernodes of so many columns in all become one if at most that share of their numbers is 0.
+const RELAX: &[(usize, f64)] = &[(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
 
 /// Cholesky factorisation of a sparse matrix whose lower triangle has a fixed pattern.
 pub struct Cholesky {
-    pattern: SymbolicSparseColMat<usize>,
-    symbolic: SymbolicCholesky<usize>,
+    fronts: Fronts,
     factor: Vec<f64>,
-    memory: MemBuffer,
+    /// What fronts leave to their parents.
+    rest: Vec<f64>,
+    work: Vec<f64>,
     factorised: bool,
 }
 
-/// A pivot is not positive: see [`Cholesky::first_not_positive`].
+/// A pivot is not positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NotPositive;
+pub struct NotPositive {
+    /// The unknown of the first such pivot in the order of elimination.
+    pub unknown: usize,
+}
 
 impl Cholesky {
     /// Analyse the lower triangle of an `n` x `n` matrix: the rows of column `j`, increasing and from
     /// the diagonal on, are `rows[starts[j]..starts[j + 1]]`.
-    pub fn new(n: usize, starts: Vec<usize>, rows: Vec<usize>) -> Self {
-        let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
-        // faer's own choice takes 3.3 ms for a net of 1 875 unknowns, blocks of columns take 1.5 ms.
-        let symbolic = analyse(&pattern, SupernodalThreshold::FORCE_SUPERNODAL);
-        let factor = vec![0.0; symbolic.len_val()];
-        let need =
-            symbolic
-                .factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default())
-                .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
-        Self { pattern, symbolic, factor, memory: MemBuffer::new(need), factorised: false }
+    pub fn new(n: usize, starts: &[usize], rows: &[usize]) -> Self {
+        let fronts = analyse(n, starts, rows);
+        let (factor, rest) = (vec![0.0; fronts.factor_len()], vec![0.0; fronts.rest_len()]);
+        let work = vec![0.0; fronts.work_len()];
+        Self { fronts, factor, rest, work, factorised: false }
     }
 
     /// Numbers in the factor.
@@ -48,59 +49,43 @@ impl Cholesky {
 
     /// Factorise the matrix with `values` in the order of the pattern.
     pub fn factorise(&mut self, values: &[f64]) -> Result<(), NotPositive> {
-        let matrix = SparseColMatRef::new(self.pattern.as_ref(), values);
-        let outcome = self.symbolic.factorize_numeric_llt(
-            &mut self.factor,
-            matrix,
-            Side::Lower,
-            Default::default(),
-            Par::Seq,
-            MemStack::new(&mut self.memory),
-            Default::default(),
-        );
+        let outcome = self.fronts.factorise(values, &mut self.factor, &mut self.rest);
         self.factorised = outcome.is_ok();
-        outcome.map(|_| ()).map_err(|_| NotPositive)
-    }
-
-    /// The unknown of the first pivot that is not positive, in the order of elimination; `None` if all
-    /// are. Slow, and for messages: what faer tells of a failed block of columns is not its place, so the
-    /// matrix is factorised anew, column by column.
-    pub fn first_not_positive(&self, values: &[f64]) -> Option<usize> {
-        let symbolic = analyse(&self.pattern, SupernodalThreshold::FORCE_SIMPLICIAL);
-        let mut factor = vec![0.0; symbolic.len_val()];
-        let need = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
-        let outcome = symbolic.factorize_numeric_llt(
-            &mut factor,
-            SparseColMatRef::new(self.pattern.as_ref(), values),
-            Side::Lower,
-            Default::default(),
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(need)),
-            Default::default(),
-        );
-        // There it counts columns from 1, in its own order.
-        let LltError::NonPositivePivot { index } = outcome.err()?;
-        Some(symbolic.perm().map_or(index - 1, |perm| perm.arrays().0[index - 1]))
+        outcome.map_err(|unknown| NotPositive { unknown })
     }
 
     /// Solve for `x`, which holds the right-hand side. The last factorisation must have succeeded.
     pub fn solve(&mut self, x: &mut [f64]) {
         assert!(self.factorised, "solve follows a factorisation that succeeded");
-        let factor = LltRef::new(&self.symbolic, &self.factor);
-        let n = x.len();
-        let rhs = MatMut::from_column_major_slice_mut(x, n, 1);
-        factor.solve_in_place_with_conj(Conj::No, rhs, Par::Seq, MemStack::new(&mut self.memory));
+        self.fronts.solve(&self.factor, x, &mut self.work);
     }
 }
 
-fn analyse(pattern: &SymbolicSparseColMat<usize>, threshold: SupernodalThreshold) -> SymbolicCholesky<usize> {
+/// Order of elimination by approximate minimum degree, and the supernodes of the factor.
+fn analyse(n: usize, starts: &[usize], rows: &[usize]) -> Fronts {
+    let pattern = SymbolicSparseColMat::new_checked(n, n, starts.to_vec(), None, rows.to_vec());
     let parameters = CholeskySymbolicParams {
         amd_params: Default::default(),
-        supernodal_flop_ratio_threshold: threshold,
-        supernodal_params: SymbolicSupernodalParams::default(),
+        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+        supernodal_params: SymbolicSupernodalParams { relax: Some(RELAX) },
     };
-    factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, SymmetricOrdering::Amd, parameters)
-        .expect("indices and memory suffice for a pattern that exists already")
+    let symbolic =
+        factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, SymmetricOrdering::Amd, parameters)
+            .expect("indices and memory suffice for a pattern that exists already");
+    let SymbolicCholeskyRaw::Supernodal(blocks) = symbolic.raw() else {
+        unreachable!("supernodes were asked for")
+    };
+    let columns = blocks.supernode_begin().iter().zip(blocks.supernode_end());
+    let supernodes = columns.enumerate().map(|(s, (a, b))| (*a..*b, blocks.supernode(s).pattern().to_vec()));
+    let natural: Vec<usize>;
+    let unknowns = match symbolic.perm() {
+        Some(perm) => perm.arrays().0,
+        None => {
+            natural = (0..n).collect();
+            &natural
+        }
+    };
+    Fronts::new(&Shape { unknowns, supernodes: supernodes.collect() }, starts, rows)
 }
 
 #[cfg(test)]
@@ -122,10 +107,9 @@ mod tests {
     fn a_chain_is_solved_again_and_again_on_one_analysis() {
         let n = 50;
         let (starts, rows) = chain(n);
-        let mut cholesky = Cholesky::new(n, starts, rows);
+        let mut cholesky = Cholesky::new(n, &starts, &rows);
         for diagonal in [2.0, 3.0, 2.5] {
             cholesky.factorise(&values(n, |_| diagonal)).expect("is positive definite");
-            assert_eq!(cholesky.first_not_positive(&values(n, |_| diagonal)), None);
             let x: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
             let mut b: Vec<f64> = (0..n)
                 .map(|i| {
@@ -145,20 +129,18 @@ mod tests {
     fn a_pivot_that_is_not_positive_is_named() {
         let n = 40;
         for bad in [0, 17, 39] {
-            let mut diagonal = Cholesky::new(n, (0..=n).collect(), (0..n).collect());
+            let mut diagonal = Cholesky::new(n, &(0..=n).collect::<Vec<_>>(), &(0..n).collect::<Vec<_>>());
             let numbers: Vec<f64> = (0..n).map(|i| if i == bad { 0.0 } else { 1.0 }).collect();
-            assert_eq!(diagonal.factorise(&numbers), Err(NotPositive));
-            assert_eq!(diagonal.first_not_positive(&numbers), Some(bad));
-            let starts = (0..=n).map(|j| j * n - j * j.saturating_sub(1) / 2).collect();
-            let rows = (0..n).flat_map(|j| j..n).collect();
-            let mut dense = Cholesky::new(n, starts, rows);
+            assert_eq!(diagonal.factorise(&numbers), Err(NotPositive { unknown: bad }));
+            let starts: Vec<usize> = (0..=n).map(|j| j * n - j * j.saturating_sub(1) / 2).collect();
+            let rows: Vec<usize> = (0..n).flat_map(|j| j..n).collect();
+            let mut dense = Cholesky::new(n, &starts, &rows);
             let numbers: Vec<f64> = (0..n)
                 .flat_map(|j| {
                     (j..n).map(move |i| if i == j { if j == bad { -1.0 } else { 2.0 } } else { 1e-3 })
                 })
                 .collect();
-            assert_eq!(dense.factorise(&numbers), Err(NotPositive));
-            assert_eq!(dense.first_not_positive(&numbers), Some(bad));
+            assert_eq!(dense.factorise(&numbers), Err(NotPositive { unknown: bad }));
         }
     }
 }
