@@ -63,10 +63,14 @@ impl Cholesky {
 
 /// Order of elimination by approximate minimum degree, and the supernodes of the factor.
 fn analyse(n: usize, starts: &[usize], rows: &[usize]) -> Fronts {
+    if n == 0 {
+        return Fronts::default();
+    }
     let pattern = SymbolicSparseColMat::new_checked(n, n, starts.to_vec(), None, rows.to_vec());
     let parameters = CholeskySymbolicParams {
         amd_params: Default::default(),
-        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+        // Below 0: a diagonal matrix too is to come in supernodes.
+        supernodal_flop_ratio_threshold: SupernodalThreshold(-1.0),
         supernodal_params: SymbolicSupernodalParams { relax: Some(RELAX) },
     };
     let symbolic =
@@ -123,6 +127,59 @@ mod tests {
             let worst = b.iter().zip(&x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(worst < f64::EPSILON * 1100.0, "{worst}");
         }
+    }
+
+    #[test]
+    fn whatever_the_pattern_the_solution_leaves_no_residual() {
+        let mut random = crate::element::checks::random(11);
+        for (n, links) in [(1, 0), (2, 1), (7, 9), (30, 20), (61, 100), (200, 150), (200, 900), (90, 9000)] {
+            // Links with stiffness from 0 to 1 between unknowns at random, some in parts of their own; ground of 0.1.
+            let mut dense = vec![0.0; n * n];
+            (0..n).for_each(|i| dense[i * n + i] = 0.1);
+            for _ in 0..links {
+                let mut any = || (((random() + 0.5) * n as f64) as usize).min(n - 1);
+                let (i, j) = (any(), any());
+                if i != j {
+                    let k = random() + 0.5;
+                    for (a, b, k) in [(i, i, k), (j, j, k), (i, j, -k), (j, i, -k)] {
+                        dense[a * n + b] += k;
+                    }
+                }
+            }
+            let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
+            for j in 0..n {
+                for i in (j..n).filter(|i| dense[i * n + j] != 0.0) {
+                    rows.push(i);
+                    values.push(dense[i * n + j]);
+                }
+                starts.push(rows.len());
+            }
+            let mut cholesky = Cholesky::new(n, &starts, &rows);
+            let b: Vec<f64> = (0..n).map(|_| random()).collect();
+            let mut solve = || {
+                cholesky.factorise(&values).expect("is positive definite");
+                let mut x = b.clone();
+                cholesky.solve(&mut x);
+                x
+            };
+            let x = solve();
+            assert_eq!(x, solve(), "equal input gives equal bytes");
+            let largest = (0..n).map(|i| dense[i * n + i]).fold(0.0, f64::max);
+            let size = x.iter().fold(0.0, |a, b| f64::max(a, b.abs()));
+            for i in 0..n {
+                let left: f64 = (0..n).map(|j| dense[i * n + j] * x[j]).sum();
+                // Backward error of Cholesky's method: about n eps |A| |x| (Higham, 2002, theorem 10.3).
+                let bound = 4.0 * (n + 1) as f64 * f64::EPSILON * largest * size;
+                assert!((left - b[i]).abs() <= bound, "{n} {links}: {left} is not {}", b[i]);
+            }
+        }
+    }
+
+    #[test]
+    fn without_unknowns_there_is_nothing_to_do() {
+        let mut none = Cholesky::new(0, &[0], &[]);
+        none.factorise(&[]).expect("nothing can fail");
+        none.solve(&mut []);
     }
 
     #[test]

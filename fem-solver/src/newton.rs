@@ -53,8 +53,8 @@ pub struct Info {
     pub iterations: u64,
     /// Factorisations, those that failed included.
     pub factorisations: u64,
-    /// Whether the last tangent was not positive and had to be shifted.
-    pub unstable: bool,
+    /// Degree of freedom of the first pivot that was not positive, if the last tangent had to be shifted.
+    pub unstable: Option<usize>,
 }
 
 /// Why there is no solution.
@@ -273,14 +273,14 @@ impl Newton {
             match self.tangent.factorise() {
                 Ok(()) => break,
                 Err(dof) if *shift >= LARGEST_SHIFT => return Err(Failure::Unstable { dof }),
-                Err(_) => {
-                    info.unstable = true;
+                Err(dof) => {
+                    info.unstable = Some(dof);
                     *shift = (10.0 * *shift).max(1e-8);
                 }
             }
         }
         if *shift == 0.0 {
-            info.unstable = false;
+            info.unstable = None;
         }
         Ok(())
     }
