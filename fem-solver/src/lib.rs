@@ -27,6 +27,7 @@ pub mod energy;
 pub mod explicit;
 pub mod fields;
 pub mod form_finding;
+pub mod fronts;
 pub mod implicit;
 pub mod kernel;
 pub mod lanes;

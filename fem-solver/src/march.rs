@@ -38,6 +38,8 @@ pub struct Counts {
     pub refined: u64,
     /// Steps whose tangent was not positive and had to be shifted.
     pub unstable: u64,
+    /// Degree of freedom of the pivot that was not positive, in the first of them.
+    pub unstable_at: Option<usize>,
     /// Committed windows in which nothing loaded or moved the structure.
     pub skipped: u64,
 }
@@ -278,7 +280,8 @@ impl March {
                     .step(model, &mut self.trial, &load, time, h)
                     .map_err(|failure| failure.describe(model))?;
                 self.counts.newton += info.iterations;
-                self.counts.unstable += u64::from(info.unstable);
+                self.counts.unstable += u64::from(info.unstable.is_some());
+                self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
                 self.counts.factorisations += info.factorisations;
                 let (after, before) = (&self.trial.displacement, &self.part_start);
                 if scheme.takes_mean_only() {

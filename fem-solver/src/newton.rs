@@ -9,7 +9,6 @@
 use crate::assembly::Assembly;
 use crate::config::NewtonConfig;
 use crate::kernel::Kernel;
-use crate::linear_solver::NotPositive;
 use crate::model::Model;
 use crate::tangent::{Slack, Tangent};
 use interface_defs::message::Fault;
@@ -54,8 +53,8 @@ pub struct Info {
     pub iterations: u64,
     /// Factorisations, those that failed included.
     pub factorisations: u64,
-    /// Whether the last tangent was not positive and had to be shifted.
-    pub unstable: bool,
+    /// Degree of freedom of the first pivot that was not positive, if the last tangent had to be shifted.
+    pub unstable: Option<usize>,
 }
 
 /// Why there is no solution.
@@ -163,7 +162,7 @@ impl Newton {
     /// The degree of freedom that the structure does not hold in the static equilibrium `u`, if any.
     pub fn not_held(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Option<usize> {
         self.tangent.assemble(model, u, history, 1.0, Slack::Regularised(SLACK_SHARE));
-        self.tangent.first_not_positive()
+        self.tangent.factorise().err()
     }
 
     /// Solve, starting from the guess in `u`, whose held degrees of freedom stay as they are.
@@ -273,18 +272,15 @@ impl Newton {
             info.factorisations += 1;
             match self.tangent.factorise() {
                 Ok(()) => break,
-                Err(NotPositive) if *shift >= LARGEST_SHIFT => {
-                    let dof = self.tangent.first_not_positive().unwrap_or_default();
-                    return Err(Failure::Unstable { dof });
-                }
-                Err(NotPositive) => {
-                    info.unstable = true;
+                Err(dof) if *shift >= LARGEST_SHIFT => return Err(Failure::Unstable { dof }),
+                Err(dof) => {
+                    info.unstable = Some(dof);
                     *shift = (10.0 * *shift).max(1e-8);
                 }
             }
         }
         if *shift == 0.0 {
-            info.unstable = false;
+            info.unstable = None;
         }
         Ok(())
     }

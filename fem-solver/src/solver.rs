@@ -251,11 +251,12 @@ impl Solver for FemSolver {
                 counts.refined
             ));
         }
-        if counts.unstable > 0 {
+        if let Some(dof) = counts.unstable_at {
             warnings.push(format!(
-                "the tangent was not positive at the end of {} steps (slack, or close to buckling): it was shifted, which slows \
-                 Newton down and leaves its answer as it is",
-                counts.unstable
+                "the tangent was not positive at the end of {} steps (slack, or close to buckling; the first pivot at {}): it was \
+                 shifted, which slows Newton down and leaves its answer as it is",
+                counts.unstable,
+                model.dof_name(dof)
             ));
         }
         let counts = [

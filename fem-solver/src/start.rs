@@ -127,7 +127,7 @@ impl Start {
                 all - model.added_mass
             ));
         }
-        if form_finding.unstable
+        if form_finding.unstable.is_some()
             && let Some(dof) = newton.not_held(model, &displacement, &history)
         {
             warnings.push(format!(

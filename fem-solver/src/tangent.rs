@@ -2,7 +2,7 @@
 
 use crate::assembly::Assembly;
 use crate::element::Cable;
-use crate::linear_solver::{Cholesky, NotPositive};
+use crate::linear_solver::Cholesky;
 use crate::model::Model;
 use nalgebra::Matrix3;
 
@@ -68,7 +68,7 @@ impl Tangent {
         let cables = places.iter().map(|p| p.map(|at| at.map_or(sink, |(i, j)| position(i, j)))).collect();
         let elements = others.iter().map(|at| at.map_or(sink, |(i, j)| position(i, j))).collect();
         let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
-        let cholesky = Cholesky::new(dofs.len(), starts.clone(), rows.clone());
+        let cholesky = Cholesky::new(dofs.len(), &starts, &rows);
         Self {
             free,
             dofs,
@@ -222,14 +222,11 @@ impl Tangent {
         self.diagonal.iter().map(|at| self.values[*at]).fold(0.0, f64::max)
     }
 
-    /// Factorise what was assembled.
-    pub fn factorise(&mut self) -> Result<(), NotPositive> {
-        self.cholesky.factorise(&self.values[..self.rows.len()])
-    }
-
-    /// The degree of freedom of the structure whose pivot is the first that is not positive. Slow.
-    pub fn first_not_positive(&self) -> Option<usize> {
-        self.cholesky.first_not_positive(&self.values[..self.rows.len()]).map(|free| self.dofs[free])
+    /// Factorise what was assembled; the error is the degree of freedom of the structure whose pivot is the first that
+    /// is not positive.
+    pub fn factorise(&mut self) -> Result<(), usize> {
+        let outcome = self.cholesky.factorise(&self.values[..self.rows.len()]);
+        outcome.map_err(|pivot| self.dofs[pivot.unknown])
     }
 
     /// Solve in place for the free degrees of freedom.
