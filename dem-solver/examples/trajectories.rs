@@ -1,6 +1,6 @@
 //! Cost of trajectories, and of a contact step, over generated slopes. One thread; processor time.
 //!
-//! `cargo run --release -p dem-solver --example trajectories [SECONDS PER FIGURE]`
+//! `cargo run --release -p dem-solver --example trajectories [SECONDS PER FIGURE [one | thousand | step-10 | step-27 | fixed-10 | fixed-27]]`
 //!
 //! Targets: 20 trajectories per second and core with a rock of 1 000 spheres, 500 with one sphere, on a slope
 //! of a million triangles; a contact step of a cluster of 1 000 and of 19 683 spheres over 100 352 triangles in
@@ -21,7 +21,7 @@ const INTERVAL: f64 = 0.1;
 const END: f64 = 120.0;
 
 /// What one sphere meets: a ball rolls on for ever where nothing resists it.
-const SOFT: &str = "young = 1e8\nrolling_friction = 0.3\nrolling = \"spring\"\nrolling_damping = 0.3";
+const SOFT: &str = "young = 1e8\nrolling_friction = 0.5\nrolling = \"spring\"\nrolling_damping = 0.3";
 
 /// A rock of some 0.5 m3 and 1 300 kg; what it meets is firm soil.
 fn scene(terrain: &str, shape: &str, contact: &str, steps: f64) -> String {
@@ -156,10 +156,16 @@ fn finer(dir: &Path, shape: &str, contact: &str, steps: f64, ends: &[Vector3<f64
 }
 
 /// Microseconds per contact step of a cluster that lies and slides on the slope.
-fn contact_step(dir: &Path, along: u32, target: f64, seconds: f64) {
+fn contact_step(dir: &Path, along: u32, target: f64, seconds: f64, fixed: bool) {
     let spheres = along.pow(3);
     let shape = format!("shape = {{ type = \"box\", size = [0.8, 0.8, 0.8] }}\ncluster.spheres = {spheres}");
-    let mut runner = Runner::new(dir, &scene("small.asc", &shape, "young = 1e10", 30.0));
+    let mut text = scene("small.asc", &shape, "young = 1e10", 30.0);
+    let mut runner = Runner::new(dir, &text);
+    if fixed {
+        let step = runner.solver.model().steps.step;
+        text = text.replace("steps_per_contact = 30.0", &format!("time_step = {step:?}"));
+        runner = Runner::new(dir, &text);
+    }
     runner.release(1.0, 30.0, [1.0, 0.1, 0.3, 0.05]);
     // Down to the ground first.
     while runner.solver.state().bodies[0].contacts == 0 {
@@ -185,8 +191,9 @@ fn contact_step(dir: &Path, along: u32, target: f64, seconds: f64) {
     let [steps, pairs, searches] = [0, 1, 2].map(|k| count(&mut runner, names[k]) - before[k]);
     let (each, touching) = (1e6 * in_steps / steps, pairs / steps);
     println!(
-        "contact step, {spheres} spheres over {} triangles: {each:.2} us (target {target}), {touching:.1} touching pairs, a \
+        "{} contact step, {spheres} spheres over {} triangles: {each:.2} us (target {target}), {touching:.1} touching pairs, a \
          search each {:.0} steps, {:.2} us beyond 100 ns per touching pair",
+        if fixed { "fixed" } else { "own" },
         runner.solver.model().ground.as_ref().expect("a terrain").triangles.len(),
         steps / searches.max(1.0),
         each - 0.1 * touching
@@ -232,9 +239,15 @@ fn main() {
         trajectories(dir.path(), "1 000 spheres", cube, "young = 3e9", 20.0, 20.0, seconds);
     }
     if wanted("step-10") {
-        contact_step(dir.path(), 10, 4.4, seconds);
+        contact_step(dir.path(), 10, 4.4, seconds, false);
+    }
+    if wanted("fixed-10") {
+        contact_step(dir.path(), 10, 4.4, seconds, true);
+    }
+    if wanted("fixed-27") {
+        contact_step(dir.path(), 27, 10.2, seconds, true);
     }
     if wanted("step-27") {
-        contact_step(dir.path(), 27, 10.2, seconds);
+        contact_step(dir.path(), 27, 10.2, seconds, false);
     }
 }

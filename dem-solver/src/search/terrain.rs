@@ -15,7 +15,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 /// How much further than asked for pairs are listed, as a share of the smallest radius: between these, what the
 /// rock moves in [`STRIDES`] steps. Wider: fewer searches, more pairs that do not touch, which are cheap.
-const SKIN: [f64; 2] = [0.1, 0.3];
+const SKIN: [f64; 2] = [0.05, 0.2];
 const STRIDES: f64 = 100.0;
 
 /// Margin of the triangles that are kept, as a share of the rock's reach: at 10 m/s a look into the

@@ -16,7 +16,7 @@ use super::stretch::Stretch;
 use super::terrain::{OnTerrain, steps_per_look};
 use super::trajectory::Row;
 use super::watch::watch;
-use super::zone::{View, Zone};
+use super::zone::{View, Zone, add_forces};
 use super::{Counts, Model, flight, name_of, rocks_that_met};
 use crate::rock::Motion;
 use crate::rock::rotation::rotate;
@@ -269,8 +269,7 @@ impl Run {
                 let rock = &model.rocks[r];
                 let before = body.motion;
                 let earlier = time(from) - time(range.start);
-                body.motion =
-                    flight::motion_at(rock, &self.starts[r], (&before, earlier), &gravity, since);
+                body.motion = flight::motion_at(rock, &self.starts[r], (&before, earlier), &gravity, since);
                 let passage = Passage {
                     start: window.start + time(from),
                     length: time(to) - time(from),
@@ -495,15 +494,5 @@ impl Run {
             self.counts.contact_evaluations += on_wall as u64;
         }
         Ok(())
-    }
-}
-
-/// Add the forces on the wall's nodes, times `share`, to the field that begins at `field`.
-fn add_forces(zone: &Zone, output: &mut [f64], field: usize, share: f64) {
-    for (number, force) in zone.pairs.numbers.iter().zip(&zone.evaluation.node_forces) {
-        let at = field + 3 * *number as usize;
-        for (o, f) in output[at..at + 3].iter_mut().zip(force.iter()) {
-            *o += f * share;
-        }
     }
 }
