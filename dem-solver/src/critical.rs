@@ -27,10 +27,10 @@ pub const DEEP: f64 = 0.5;
 const STEP_WITHOUT_CONTACT: f64 = 1e-3;
 
 /// Largest turn in one step that the scene leaves open [rad].
-const TURN: f64 = 0.02;
+pub const TURN: f64 = 0.02;
 
 /// Largest share of the critical step that is taken where the scene leaves the step open.
-const SHARE: f64 = 0.5;
+pub const SHARE: f64 = 0.5;
 
 /// What limits and what sets the step.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,10 +13,10 @@ use crate::wall::closest::on_face;
 use crate::wall::motion::NodeMotion;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Distance between surfaces up to which pairs are listed, as a share of the smallest radius: between these,
-/// what the rock moves in [`STRIDES`] steps. Wider: fewer searches, more pairs that do not touch.
-const SKIN: [f64; 2] = [0.02, 0.3];
-const STRIDES: f64 = 12.0;
+/// How much further than asked for pairs are listed, as a share of the smallest radius: between these, what the
+/// rock moves in [`STRIDES`] steps. Wider: fewer searches, more pairs that do not touch, which are cheap.
+const SKIN: [f64; 2] = [0.05, 0.2];
+const STRIDES: f64 = 100.0;
 
 /// Margin of the triangles that are kept, as a share of the rock's reach: at 10 m/s a look into the
 /// terrain's tree each 10 ms for a rock of 0.8 m.
@@ -33,6 +33,8 @@ pub struct Surroundings {
     pub pairs: PairList,
     /// Their nodes, which stand still.
     pub nodes: NodeMotion,
+    /// A corner of each element of the pairs, and its unit normal.
+    pub planes: Vec<(Vector3<f64>, Vector3<f64>)>,
     searched: Option<(Vector3<f64>, UnitQuaternion<f64>)>,
     skin: f64,
     /// Times that triangles were looked for.
@@ -49,21 +51,31 @@ impl Surroundings {
         it.pairs.nodes.reserve(3072);
         it.pairs.numbers.reserve(3072);
         it.nodes.reserve(3072, 1);
+        it.planes.reserve(1024);
         it
     }
 
-    /// Make sure that every pair that touches at `now` is listed; the steps under way are `h` [s] long.
-    pub fn update(&mut self, rock: &Rock, tree: &SphereTree, ground: &Ground, now: &Motion, h: f64) {
+    /// Make sure that every pair that is nearer than `reach` [m] at `now` is listed, which is every one that
+    /// touches where it is 0; the steps under way are `h` [s] long.
+    pub fn update(
+        &mut self,
+        rock: &Rock,
+        tree: &SphereTree,
+        ground: &Ground,
+        now: &Motion,
+        h: f64,
+        reach: f64,
+    ) {
         if let Some((position, orientation)) = &self.searched {
             let turn = orientation.inverse() * now.orientation;
             // A point at distance r moves by 2 r sin(angle / 2).
-            if (now.position - position).norm() + 2.0 * turn.imag().norm() * rock.arm <= self.skin {
+            if (now.position - position).norm() + 2.0 * turn.imag().norm() * rock.arm + reach <= self.skin {
                 return;
             }
         }
         let speed = now.velocity.norm() + now.angular_momentum.norm() / rock.inertia.min() * rock.arm;
         let [least, most] = SKIN.map(|share| share * rock.smallest_radius);
-        let skin = (STRIDES * speed * h).clamp(least, most);
+        let skin = reach + (STRIDES * speed * h).clamp(least, most);
         let need = tree.reach + skin;
         if (now.position - self.near_at).norm() + need > self.coverage {
             self.refreshes += 1;
@@ -83,6 +95,7 @@ impl Surroundings {
         list.pairs.clear();
         list.elements.clear();
         list.numbers.clear();
+        self.planes.clear();
         let to_own = now.rotation().transpose();
         for &number in &self.near {
             let [a, b, c] = ground.corners(number).map(|p| to_own * (p - now.position));
@@ -100,6 +113,9 @@ impl Surroundings {
                 let nodes = ground.triangles[number as usize];
                 list.elements.push(PairElement { kind: Kind::Face, nodes, radius: 0.0, number });
                 list.numbers.extend(nodes);
+                let [p, q, r] = ground.corners(number);
+                let normal = (q - p).cross(&(r - p)).try_normalize(0.0).unwrap_or_default();
+                self.planes.push((p, normal));
             }
         }
         list.pairs.sort_unstable();
@@ -141,7 +157,7 @@ pub fn free_time(
     let way = |time: f64| (speed + 0.5 * bow * time) * time;
     let mut least = arrival(far, speed, bow).min(most);
     let rounding = 1e-9 * tree.reach;
-    ground.within(&now.position, tree.reach + way(least).min(far), |number| {
+    let look = |number: u32, mut least: f64| {
         let [a, b, c] = ground.corners(number).map(|p| to_own * (p - now.position));
         let slab = Slab::new([&a, &b, &c]);
         tree.near_face(&slab, way(least), |sphere, _| {
@@ -158,6 +174,17 @@ pub fn free_time(
             }
             way(least)
         });
-    });
+        least
+    };
+    // The nearest first: most others are then out of reach at a glance.
+    let Some(nearest) = ground.nearest(&now.position, tree.reach + way(least).min(far)) else { return least };
+    least = look(nearest, least);
+    if least > 0.0 {
+        ground.within(&now.position, tree.reach + way(least).min(far), |number| {
+            if number != nearest && least > 0.0 {
+                least = look(number, least);
+            }
+        });
+    }
     least
 }

@@ -11,8 +11,9 @@ pub struct DemSettings {
     /// The solver's own step [s]. Excludes `steps_per_contact`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_step: Option<f64>,
-    /// Steps in the shortest contact that is expected. More: more accurate, as its square, and dearer.
-    /// Default 50, and never a step above half the critical one.
+    /// Steps in the shortest contact that is expected; of one rock on terrain without a structure, in the contact at
+    /// hand, which is longer where fewer spheres touch or the rock is slower. More: more accurate, as its
+    /// square, and dearer. Default 50, and never a step above half the critical one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_per_contact: Option<f64>,
     /// Threads for many separate spheres; the results do not depend on it. Default 1.

@@ -13,6 +13,9 @@ use crate::search::terrain::free_time;
 /// Farthest that spheres are looked for, as a share of the rock's reach.
 const FARTHEST: f64 = 1.0;
 
+/// Steps of a cluster in which no look at its spheres is worth it.
+const ENOUGH: usize = 64;
+
 /// Share of the reach by which the swept sphere is larger than the rock, for rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -24,12 +27,12 @@ pub fn clear_steps(model: &Model, ground: &Ground, rock: usize, now: &Motion, h:
     let flight = Parabola { position: now.position, velocity: now.velocity, gravity };
     let free = ground.free_steps(&flight, tree.reach * (1.0 + ROUNDING), h, most);
     // Of a single sphere this is all; of a cluster it says enough where it does not come near.
-    if free > 0 || it.spheres.len() == 1 {
+    if free >= most.min(ENOUGH) || it.spheres.len() == 1 {
         return free;
     }
     let horizon = h * most as f64;
     let time = free_time(it, tree, ground, now, &gravity, FARTHEST * tree.reach, horizon);
-    if time < horizon { (time / h) as usize } else { most }
+    if time < horizon { free.max((time / h) as usize) } else { most }
 }
 
 /// Steps, at most `most`, that all rocks fly freely over the terrain; 0 while one touches.

@@ -42,6 +42,43 @@ impl Cut {
     }
 }
 
+/// Part number `part` of `parts` equal ones of the stretch of `steps` steps that begins with number `step`.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    /// First step of the stretch.
+    pub step: usize,
+    /// Steps in the stretch.
+    pub steps: usize,
+    /// Number of the part, from 0.
+    pub part: usize,
+    /// Parts of the stretch.
+    pub parts: usize,
+}
+
+impl Part {
+    /// Its length [s].
+    pub fn length(&self, cut: Cut) -> f64 {
+        if self.parts == self.steps { cut.h } else { cut.h * self.steps as f64 / self.parts as f64 }
+    }
+
+    /// Its start, from the window's [s].
+    pub fn start(&self, cut: Cut) -> f64 {
+        let before = cut.h * self.step as f64;
+        if self.part == 0 { before } else { before + self.length(cut) * self.part as f64 }
+    }
+
+    /// Its end [s], and the step of the window that ends there, if one does, counted from 1.
+    pub fn end(&self, window: &Window, cut: Cut) -> (f64, Option<usize>) {
+        let next = self.part + 1;
+        if next < self.parts && self.parts != self.steps {
+            return (window.start + self.start(cut) + self.length(cut), None);
+        }
+        let step = self.step + if next == self.parts { self.steps } else { next };
+        let end = if step == cut.steps { window.end() } else { window.start + cut.h * step as f64 };
+        (end, Some(step))
+    }
+}
+
 fn lcm(a: usize, b: usize) -> usize {
     let (mut x, mut y) = (a, b);
     while y != 0 {

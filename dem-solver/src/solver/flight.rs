@@ -1,8 +1,7 @@
 //! Flight in closed form, for windows in which no rock can meet the wall.
 //!
-//! Position and velocity are exact at any time. A rock of equal moments turns exactly too; another one
-//! is turned by the same half steps that stepping would take, so that switching this off changes no
-//! more than rounding.
+//! Position, velocity and orientation are exact at any time, as those of the steps are: switching this off
+//! changes no more than rounding.
 
 use crate::rock::rotation::{is_spherical, rotate};
 use crate::rock::{Motion, Rock};
@@ -40,22 +39,20 @@ pub fn instants(
     found.dedup();
 }
 
-/// Motion at `time` [s] after `start`. `before` is the motion `steps` steps of `h` [s] earlier.
+/// Motion at `time` [s] after `start`. `before` is the motion at `earlier` [s] after it.
 pub fn motion_at(
     rock: &Rock,
     start: &Motion,
-    before: &Motion,
+    (before, earlier): (&Motion, f64),
     gravity: &Vector3<f64>,
     time: f64,
-    h: f64,
-    steps: usize,
 ) -> Motion {
     let momentum = &start.angular_momentum;
     let orientation = if is_spherical(&rock.inertia) {
         rotate(&start.orientation, momentum, &rock.inertia, time)
     } else {
-        let halves = if *momentum == Vector3::zeros() { 0 } else { 2 * steps };
-        (0..halves).fold(before.orientation, |q, _| rotate(&q, momentum, &rock.inertia, 0.5 * h))
+        // On from the last look: a turn costs what its angle is.
+        rotate(&before.orientation, momentum, &rock.inertia, time - earlier)
     };
     Motion {
         position: start.position + (start.velocity + gravity * (0.5 * time)) * time,

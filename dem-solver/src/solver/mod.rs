@@ -3,7 +3,7 @@
 //! - [`state`]: what is committed and what is tried
 //! - [`zone`]: a rock's surroundings in a window
 //! - [`window`]: the steps of a window ([`cut`], [`watch`](mod@watch)), and [`flight`] where there is nothing to meet
-//! - [`clear`](mod@clear), [`path`]: over terrain, for how long a rock flies, and its way
+//! - [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
 //! - [`gauges`], [`measures`], [`fields`], [`trajectory`], [`picture`]: what is told of it
 
 pub mod clear;
@@ -15,6 +15,7 @@ pub mod measures;
 pub mod path;
 pub mod picture;
 pub mod state;
+pub mod stretch;
 pub mod terrain;
 pub mod trajectory;
 pub mod watch;

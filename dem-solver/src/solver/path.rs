@@ -1,8 +1,8 @@
 //! The way of a rock over terrain: what is followed of it step by step, and what it amounts to.
 //!
 //! An impact is a touch after a flight that lasted longer than the shortest contact. Jump height is that
-//! of the rock's lowest point above the ground under its centre, along gravity, looked at fifty times in a
-//! second of flight (what an apex between two looks has more is half a millimetre). A rock has come to rest when its fastest point stayed slower than
+//! of the rock's lowest point above the ground under its centre, along gravity, looked at twenty times in a
+//! second of flight (what an apex between two looks has more is 3 mm). A rock has come to rest when its fastest point stayed slower than
 //! `rest_speed` for `rest_time` while it touched the ground; it is out when its centre has left the
 //! terrain sideways, or has fallen below all of it.
 
@@ -13,7 +13,7 @@ use interface_defs::message::Measure;
 use nalgebra::Vector3;
 
 /// Time between two looks at the height of a flying rock [s].
-pub const LOOK: f64 = 0.02;
+pub const LOOK: f64 = 0.05;
 
 /// How a way ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 use super::Model;
 use super::path::{LOOK, jump_height};
 use super::state::{Body, State};
+use super::stretch::{self, Stretch};
 use super::trajectory::Row;
 use super::watch::watch;
 use crate::contact::evaluate::{Evaluation, Scene, Sums};
@@ -55,6 +56,23 @@ impl OnTerrain {
         [sum(|a| a.pairs.searches), sum(|a| a.refreshes)]
     }
 
+    /// The stretch that the rock takes next, of at most `most` steps of `h` [s]: several at once, and cut as its
+    /// contact asks for, where the scene leaves that open and one rock alone touches.
+    pub fn stretch(
+        &mut self,
+        model: &Model,
+        ground: &Ground,
+        bodies: &[Body],
+        h: f64,
+        most: usize,
+    ) -> Stretch {
+        let ([body], Some(laws)) = (bodies, laws_on(model, ground, 0)) else { return Stretch::ONE };
+        if body.contacts == 0 || model.settings.dem.time_step.is_some() {
+            return Stretch::ONE;
+        }
+        stretch::next(model, ground, laws, &mut self.around[0], 0, body, h, most)
+    }
+
     /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`;
     /// their number. The memories after the step are `body`'s.
     pub fn forces(
@@ -70,7 +88,7 @@ impl OnTerrain {
         let Some(laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
         let it = &model.rocks[rock];
         let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
-        around.update(it, &model.trees[rock], ground, now, h);
+        around.update(it, &model.trees[rock], ground, now, h, 0.0);
         let surface = Surface::Ground(ground);
         let scene = Scene { rock: it, laws, surface, list: &around.pairs, motion: &around.nodes };
         if around.pairs.pairs.is_empty() {
@@ -88,7 +106,7 @@ impl OnTerrain {
         let Some(laws) = laws_on(model, ground, rock) else { return (0.0, 0) };
         let it = &model.rocks[rock];
         let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
-        around.update(it, &model.trees[rock], ground, now, model.steps.step);
+        around.update(it, &model.trees[rock], ground, now, model.steps.step, 0.0);
         let surface = Surface::Ground(ground);
         let scene = Scene { rock: it, laws, surface, list: &around.pairs, motion: &around.nodes };
         let elastic = evaluation.energy(scene, now, STILL);

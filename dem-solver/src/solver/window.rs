@@ -8,14 +8,15 @@
 //! middle velocity to second order, from state alone.
 
 use super::clear::clear_of_all;
-use super::cut::Cut;
+use super::cut::{Cut, Part};
 use super::gauges::{Gauges, Moment};
 use super::measures::Passage;
 use super::state::State;
+use super::stretch::Stretch;
 use super::terrain::{OnTerrain, steps_per_look};
 use super::trajectory::Row;
 use super::watch::watch;
-use super::zone::{View, Zone};
+use super::zone::{View, Zone, add_forces};
 use super::{Counts, Model, flight, name_of, rocks_that_met};
 use crate::rock::Motion;
 use crate::rock::rotation::rotate;
@@ -267,8 +268,8 @@ impl Run {
             for (r, body) in state.bodies.iter_mut().enumerate() {
                 let rock = &model.rocks[r];
                 let before = body.motion;
-                body.motion =
-                    flight::motion_at(rock, &self.starts[r], &before, &gravity, since, cut.h, to - from);
+                let earlier = time(from) - time(range.start);
+                body.motion = flight::motion_at(rock, &self.starts[r], (&before, earlier), &gravity, since);
                 let passage = Passage {
                     start: window.start + time(from),
                     length: time(to) - time(from),
@@ -318,10 +319,16 @@ impl Run {
                 }
                 next_try = step + FEWEST;
             }
-            for rock in 0..model.rocks.len() {
-                self.step(model, state, rock, window, cut, step, input, output)?;
+            let Stretch { steps, parts } = self.stretch(model, state, cut, step);
+            for part in 0..parts {
+                let part = Part { step, steps, part, parts };
+                for rock in 0..model.rocks.len() {
+                    self.step(model, state, rock, window, cut, part, input, output)?;
+                }
             }
-            self.counts.sub_steps += model.rocks.len() as u64;
+            self.counts.sub_steps += (parts * model.rocks.len()) as u64;
+            // Longer stretches are taken only where nobody samples.
+            step += steps - 1;
             let samples = self.answer.ends.len();
             if samples > 0 && (step + 1) % (cut.steps / samples) == 0 {
                 let sample = self.answer.ends[(step + 1) * samples / cut.steps - 1];
@@ -338,6 +345,16 @@ impl Run {
         Ok(())
     }
 
+    /// The steps that are taken next, and how they are cut; one where a wall moves.
+    fn stretch(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> Stretch {
+        match (&self.wall, &mut self.terrain, &model.ground) {
+            (None, Some(terrain), Some(ground)) => {
+                terrain.stretch(model, ground, &state.bodies, cut.h, cut.steps - step)
+            }
+            _ => Stretch::ONE,
+        }
+    }
+
     /// One step of one rock.
     fn step(
         &mut self,
@@ -346,11 +363,11 @@ impl Run {
         rock: usize,
         window: &Window,
         cut: Cut,
-        step: usize,
+        part: Part,
         input: &[f64],
         output: &mut [f64],
     ) -> Result<(), Fault> {
-        let (it, h) = (&model.rocks[rock], cut.h);
+        let (it, h, step) = (&model.rocks[rock], part.length(cut), part.step);
         let body = &mut state.bodies[rock];
         let before = body.motion;
         let mut now = before;
@@ -361,7 +378,7 @@ impl Run {
         let mut force = Vector3::zeros();
         let mut torque = Vector3::zeros();
         let mut passage = Passage {
-            start: window.start + h * step as f64,
+            start: window.start + part.start(cut),
             length: h,
             before: &before,
             after: &before,
@@ -435,8 +452,8 @@ impl Run {
         let after = body.motion;
         body.track.follow(it, &model.settings, self.level, &Passage { after: &after, ..passage });
         if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-            let end = if step + 1 == cut.steps { window.end() } else { window.start + h * (step + 1) as f64 };
-            let look = (step + 1).is_multiple_of(steps_per_look(h)) || step + 1 == cut.steps;
+            let (end, last) = part.end(window, cut);
+            let look = last.is_some_and(|s| s.is_multiple_of(steps_per_look(cut.h)) || s == cut.steps);
             terrain.stepped(model, ground, rock, body, end, h, on_ground, look);
         }
         Ok(())
@@ -477,15 +494,5 @@ impl Run {
             self.counts.contact_evaluations += on_wall as u64;
         }
         Ok(())
-    }
-}
-
-/// Add the forces on the wall's nodes, times `share`, to the field that begins at `field`.
-fn add_forces(zone: &Zone, output: &mut [f64], field: usize, share: f64) {
-    for (number, force) in zone.pairs.numbers.iter().zip(&zone.evaluation.node_forces) {
-        let at = field + 3 * *number as usize;
-        for (o, f) in output[at..at + 3].iter_mut().zip(force.iter()) {
-            *o += f * share;
-        }
     }
 }

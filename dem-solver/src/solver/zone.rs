@@ -191,3 +191,13 @@ impl Zone {
         sweep.reached(rock, start, view.wall, near, nodes, boxes, |element| found(element.number));
     }
 }
+
+/// Add the forces on the wall's nodes, times `share`, to the field that begins at `field`.
+pub fn add_forces(zone: &Zone, output: &mut [f64], field: usize, share: f64) {
+    for (number, force) in zone.pairs.numbers.iter().zip(&zone.evaluation.node_forces) {
+        let at = field + 3 * *number as usize;
+        for (o, f) in output[at..at + 3].iter_mut().zip(force.iter()) {
+            *o += f * share;
+        }
+    }
+}

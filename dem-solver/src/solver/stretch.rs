@@ -1,0 +1,164 @@
+//! How finely a stretch of steps over terrain is cut while a rock touches.
+//!
+//! The step of a scene is that of the shortest contact that is possible: the largest face, flat, at the highest speed
+//! that the terrain allows. Most contacts are longer: of a corner, of an edge, at a tenth of that speed. Here the duration
+//! is asked of the contact at hand, by the same formula: the spheres that touch or are about to, what inertia
+//! each of them meets, how fast they come nearer, and what energy is in their springs (so that the answer does not
+//! change while an impact turns speed into overlap and back). Everything follows from the state at the stretch's start,
+//! and no sphere that was not counted can be reached within it.
+
+use super::Model;
+use super::state::Body;
+use crate::contact::Law;
+use crate::contact::laws::WallLaws;
+use crate::contact::rolling::STIFFNESS;
+use crate::critical::{DEEP, SHARE, TURN, critical};
+use crate::ground::Ground;
+use crate::rock::Rock;
+use crate::search::terrain::Surroundings;
+use crate::settings::{DemSettings, EffectiveMass, RollingName};
+use crate::wall::closest::on_face;
+use nalgebra::Vector3;
+
+/// Spheres within this share of the smallest radius count; a stretch ends before a rock has moved by it.
+const NEAR: f64 = 0.1;
+/// Most steps of the scene in a stretch.
+const MOST: usize = 64;
+/// Smallest approach that is reckoned with, as a share of the speed of the rock's fastest point.
+const SLOWEST: f64 = 0.1;
+
+/// Steps of the scene, and the equal parts in which they are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stretch {
+    /// Steps of the scene's length.
+    pub steps: usize,
+    /// Steps that are taken.
+    pub parts: usize,
+}
+
+impl Stretch {
+    /// One step as the scene has it.
+    pub const ONE: Self = Self { steps: 1, parts: 1 };
+}
+
+/// What is near a rock.
+#[derive(Debug, Default)]
+struct Near {
+    /// Spheres, and the largest overlap among them [m].
+    count: f64,
+    deepest: f64,
+    /// Sums over them of the inverse inertia against a force along the normal, and along the surface [1/kg].
+    across: f64,
+    along: f64,
+    /// Largest speed along a normal [m/s] and energy of the springs [J].
+    approach: f64,
+    energy: f64,
+}
+
+/// The stretch that rock number `rock` with the state `body` takes next, of at most `most` steps of `h` [s].
+pub fn next(
+    model: &Model,
+    ground: &Ground,
+    laws: WallLaws,
+    around: &mut Surroundings,
+    rock: usize,
+    body: &Body,
+    h: f64,
+    most: usize,
+) -> Stretch {
+    let (it, now) = (&model.rocks[rock], &body.motion);
+    let reach = NEAR * it.smallest_radius;
+    around.update(it, &model.trees[rock], ground, now, h, reach);
+    let turn = now.angular_momentum.norm() / it.inertia.min();
+    let fastest = now.velocity.norm() + turn * it.arm + model.settings.gravity.norm() * h;
+    let steps = ((reach / (fastest * h)) as usize).clamp(1, most.min(MOST));
+    let near = near(it, ground, laws, around, body, reach);
+    if near.count == 0.0 || steps == 1 {
+        return Stretch { steps, parts: steps };
+    }
+    let stored = 2.0 * near.energy * near.across / near.count;
+    let speed = (near.approach * near.approach + stored).sqrt().max(SLOWEST * fastest);
+    let per_contact = model.settings.dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
+    let mut longest = TURN / turn;
+    for number in laws.row {
+        longest = longest.min(step(&laws.laws[*number as usize], it, &near, speed, per_contact));
+    }
+    // Never finer than the scene says.
+    let parts = ((h * steps as f64 / longest).ceil() as usize).clamp(1, steps);
+    Stretch { steps, parts }
+}
+
+/// The step [s] that a law asks for.
+fn step(law: &Law, rock: &Rock, near: &Near, speed: f64, per_contact: f64) -> f64 {
+    let (radius, mass) = (rock.smallest_radius, 1.0 / near.across);
+    let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * radius).max(near.deepest);
+    let stiffness = law.normal.load(radius, overlap).stiffness;
+    let tangential = law.tangential.as_ref().map_or(0.0, |t| t.stiffness_ratio);
+    let mut square = stiffness * near.across.max(tangential * near.along);
+    if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
+        let arm = rolling.friction * radius;
+        square = square.max(STIFFNESS * arm * arm * stiffness * near.count / rock.inertia.min());
+    }
+    let ratio = law.damping.as_ref().map_or(0.0, |d| match d.mass {
+        EffectiveMass::Local => d.ratio,
+        EffectiveMass::Rock => d.ratio * near.count.sqrt(),
+    });
+    let stable = SHARE * critical(square.sqrt(), ratio);
+    stable.min(law.normal.duration(radius, mass, speed) / per_contact)
+}
+
+/// What is within `reach` [m] of a rock's surface.
+fn near(
+    rock: &Rock,
+    ground: &Ground,
+    laws: WallLaws,
+    around: &Surroundings,
+    body: &Body,
+    reach: f64,
+) -> Near {
+    let now = &body.motion;
+    let to_own = now.rotation().transpose();
+    let velocity = to_own * now.velocity;
+    let spin = (to_own * now.angular_momentum).component_div(&rock.inertia);
+    let least = rock.inertia.min();
+    let list = &around.pairs;
+    let mut sum = Near::default();
+    let mut rest = &list.pairs[..];
+    while let Some(first) = rest.first() {
+        let many = rest.iter().take_while(|p| p.sphere == first.sphere).count();
+        let (own, others) = rest.split_at(many);
+        rest = others;
+        let sphere = &rock.spheres[first.sphere as usize];
+        let centre = now.position + now.orientation * sphere.centre;
+        let mut nearest: Option<(f64, Vector3<f64>, u32)> = None;
+        for pair in own {
+            let (start, upright) = around.planes[pair.element as usize];
+            if upright.dot(&(centre - start)).abs() > sphere.radius + reach {
+                continue;
+            }
+            let number = list.elements[pair.element as usize].number;
+            let [a, b, c] = ground.corners(number);
+            let to_point = on_face(&centre, [&a, &b, &c]).to_point;
+            let distance = to_point.norm();
+            if distance < sphere.radius + reach && nearest.is_none_or(|(d, ..)| distance < d) {
+                nearest = Some((distance, to_point, number));
+            }
+        }
+        let Some((distance, to_point, number)) = nearest.filter(|(d, ..)| *d > 0.0) else { continue };
+        let normal = to_own * (to_point / distance);
+        let arm = sphere.centre + normal * distance;
+        let lever = arm.cross(&normal);
+        // By Hertz the stiffness at an overlap goes with the root of the radius.
+        let share = (sphere.radius / rock.smallest_radius).sqrt();
+        sum.count += share;
+        sum.across += share * (1.0 / rock.mass + lever.dot(&lever.component_div(&rock.inertia)));
+        sum.along += share * (1.0 / rock.mass + arm.norm_squared() / least);
+        sum.approach = sum.approach.max((velocity + spin.cross(&arm)).dot(&normal).abs());
+        let overlap = sphere.radius - distance;
+        if overlap > 0.0 {
+            sum.deepest = sum.deepest.max(overlap);
+            sum.energy += laws.of(number).normal.load(sphere.radius, overlap).energy;
+        }
+    }
+    sum
+}
