@@ -247,20 +247,3 @@ fn field_files_are_written_at_each_interval_and_at_the_start() {
         assert_eq!(pvd.matches("<DataSet").count(), 11, "{pvd}");
     }
 }
-
-#[test]
-fn rocks_that_meet_end_the_run() {
-    let text = format!(
-        "end_time = 1.0\n{}{}{CONTACT}",
-        cube(8, "name = \"a\"\nposition = [0.0, 0.0, 0.0]\nvelocity = [1.0, 0.0, 0.0]"),
-        cube(8, "name = \"b\"\nposition = [0.5, 0.0, 0.0]")
-    );
-    let mut bench = Setup { wall: None, ..Setup::new(text, net(1, 1.0, 0.0)) }.build();
-    bench.advance(0.05);
-    let fault = bench.solve(0.05).expect_err("they meet");
-    assert_eq!(fault.kind, FaultKind::Broken);
-    assert!(
-        fault.message.contains("`a` and rock `b`") || fault.message.contains("`b` and rock `a`"),
-        "{fault}"
-    );
-}
