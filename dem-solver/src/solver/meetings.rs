@@ -55,10 +55,10 @@ impl Meetings {
     pub fn new(model: &Model) -> Self {
         let mut pairs = Vec::new();
         if let Some(rows) = &model.rock_rows {
-            for b in 1..model.rocks.len() {
-                for a in 0..b {
+            for (b, row) in rows.iter().enumerate() {
+                for (a, law) in row.iter().enumerate().take(b) {
                     let near = RockPairs::new(&model.rocks[a], &model.rocks[b]);
-                    pairs.push(Pair { rocks: [a, b], law: rows[b][a] as usize, near });
+                    pairs.push(Pair { rocks: [a, b], law: *law as usize, near });
                 }
             }
         }

@@ -64,7 +64,10 @@ fn what_makes_no_sense_is_refused_with_its_place() {
             with(&rock, &format!("{CONTACT}[dem]\ntime_step = 1e-5\nsteps_per_contact = 50")),
             "one thing twice",
         ),
-        (with(&format!("{rock}\n{}", cube(1, "position = [0.3, 0.0, 1.0]")), ""), "overlap at the start"),
+        (
+            with(&format!("{rock}\n{}", cube(1, "position = [0.3, 0.0, 1.0]")), CONTACT),
+            "overlap at the start",
+        ),
     ];
     for (text, expected) in cases {
         let message = refused(&text);

@@ -13,19 +13,19 @@ fn scene(more: &str) -> String {
     };
     "end_time = 5.0\ngravity = [0.0, 0.0, -9.81]\n".to_owned()
         + &rock("low", 0.2, "")
-        + &rock("high", 1.1, "velocity = [0.2, 0.0, 0.0]\norientation = [0.98, 0.0, 0.0, 0.2]")
+        + &rock("high", 0.65, "orientation = [0.98, 0.0, 0.0, 0.2]")
         + "[terrain]\nfile = \"t.obj\"\n[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.25\n\
            restitution = 0.3\nfriction = 0.6\n"
         + more
 }
 
-/// At rest the ground carries both, and the lower cube the upper one: half a millimetre of overlap, by Hertz
-/// with 16 spheres of 0.07 m at 1e8 Pa. Energy that is not dissipated never grows by more than the scheme's error.
+/// It lies between the tops of spheres of radius r = 0.07 m, 1.25 r apart, and the hollows between four of them:
+/// 2 r - sqrt(4 r^2 - (1.25 r)^2 / 2) = 0.0144 m; the overlaps are below a millimetre. Energy that is not dissipated never grows by more than the scheme's error.
 #[test]
 fn a_cube_that_falls_on_another_which_lies_on_terrain_comes_to_rest_on_top_of_it() {
     let mut bench = Bench::new(&plane(0.0, [-10.0, 10.0], 4, 4), &scene(""), true);
     let energy = |bench: &Bench| bench.energy() + bench.value("energy_dissipated_dem");
-    let (start, drop) = (energy(&bench), 100.0 * G * 0.5);
+    let (start, drop) = (energy(&bench), 100.0 * G * 0.05);
     let mut worst = 0.0_f64;
     while !bench.solver.has_ended() {
         assert!(bench.time < 5.0, "still moving");
@@ -35,7 +35,8 @@ fn a_cube_that_falls_on_another_which_lies_on_terrain_comes_to_rest_on_top_of_it
     println!("at rest at {:.3} s, imbalance {worst:.2e} of {drop:.0} J", bench.time);
     assert!(worst < 1e-3 * drop, "{worst:.2e} of {drop:.0} J");
     assert!((bench.value("low_z") - 0.2).abs() < 2e-3, "{}", bench.value("low_z"));
-    assert!((bench.value("high_z") - 0.6).abs() < 4e-3, "{}", bench.value("high_z"));
+    let high = bench.value("high_z");
+    assert!(high < 0.6 && high > 0.6 - 0.0144 - 2e-3, "{high}");
     let state = bench.solver.state();
     assert!(state.encounters.contacts >= 4 && state.bodies[0].contacts >= 4, "{state:?}");
     // What still swings at less than the speed of rest: a hundredth of the weight.
