@@ -4,7 +4,8 @@
 //! rigid wall, flat (every sphere of its largest face touches, each with its share of the mass) or on
 //! one sphere. The overlap is that of such an impact, at most half a radius, where the watch on
 //! penetration warns. A yielding net is softer; with the masses of its nodes, which the contact meets
-//! once rock and net are computed together, the limit is another one, `2 sqrt(m_node / k)`.
+//! once rock and net are computed together, the limit is another one, `2 sqrt(m_node / k)`. Two rocks
+//! meet as fast as both can fall, flat or on one sphere each.
 //!
 //! For position Verlet whose velocity-dependent forces see `v + h/2 a` with the acceleration of the
 //! step before, an oscillator of frequency w and damping ratio z is stable up to
@@ -22,6 +23,9 @@ use interface_defs::toolkit::scene::Scene;
 
 /// Overlap over radius beyond which contact is no small indentation.
 pub const DEEP: f64 = 0.5;
+
+/// Spheres of one face that a sphere of another may lie between.
+const BETWEEN: f64 = 4.0;
 
 /// Step of a scene without contact: no force limits it, and the rows are as fine [s].
 const STEP_WITHOUT_CONTACT: f64 = 1e-3;
@@ -63,6 +67,9 @@ impl Steps {
             stiffness: 0.0,
             speed: 0.0,
         };
+        let mut speeds = Vec::with_capacity(rocks.len());
+        // Of the stiffest contact with a wall.
+        let mut on_wall = Mode::default();
         for (rock, table) in rocks.iter().zip(&settings.rocks) {
             let velocity = nalgebra::Vector3::from(table.velocity);
             let mut speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
@@ -70,13 +77,15 @@ impl Steps {
                 speed = speed.min(fastest_on(ground, settings, rock, table));
             }
             steps.speed = steps.speed.max(speed);
+            speeds.push(speed);
             let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
             steps.step = steps.step.min(TURN / spin);
             // A rock that never moves lands nowhere, and may still be touched by a wall.
             for law in laws.iter().flat_map(|laws| laws.of(&table.material)) {
-                steps.limit(rock, law, if speed > 0.0 { speed } else { 1.0 });
+                on_wall = on_wall.and(steps.limit(rock, law, if speed > 0.0 { speed } else { 1.0 }));
             }
         }
+        steps.limit_between(settings, rocks, laws, &speeds, on_wall);
         let dem = &settings.dem;
         if let Some(step) = dem.time_step {
             steps.step = step;
@@ -104,7 +113,7 @@ impl Steps {
         Ok(steps)
     }
 
-    fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) {
+    fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) -> Mode {
         let radius = rock.smallest_radius;
         let face = rock.facing;
         let stiffness = |mass: f64| {
@@ -135,6 +144,92 @@ impl Steps {
         self.critical = self.critical.min(critical(fastest.sqrt(), ratio));
         self.contact = self.contact.min(law.normal.duration(radius, rock.mass / face, speed));
         self.stiffness = self.stiffness.max(flat);
+        Mode { square: fastest, ratio }
+    }
+
+    /// Contacts between rocks, each of which may be pressed on a wall, and between two others, at the
+    /// same time: the squares of frequencies of stiffnesses that act together add up at most.
+    fn limit_between(
+        &mut self,
+        settings: &Settings,
+        rocks: &[Rock],
+        laws: Option<&Laws>,
+        speeds: &[f64],
+        on_wall: Mode,
+    ) {
+        let Some(laws) = laws else { return };
+        let mut between = Mode::default();
+        for b in 1..rocks.len() {
+            for a in 0..b {
+                let [one, other] = [a, b].map(|r| &settings.rocks[r].material);
+                let Some(number) = laws.number(one, other) else { continue };
+                // Two that are as fast as they can be may meet head on.
+                let speed = speeds[a] + speeds[b];
+                let speed = if speed > 0.0 { speed } else { 1.0 };
+                between = between.and(self.meet([&rocks[a], &rocks[b]], &laws.rocks[number], speed));
+            }
+        }
+        if between.square > 0.0 {
+            let times = if rocks.len() > 2 { 2.0 } else { 1.0 };
+            let square = on_wall.square + times * between.square;
+            let limit = critical(square.sqrt(), on_wall.ratio.max(between.ratio));
+            self.critical = self.critical.min(limit);
+        }
+    }
+
+    /// Two rocks meet flat, each sphere of the smaller face between up to four of the other's, or on one
+    /// sphere each.
+    fn meet(&mut self, [a, b]: [&Rock; 2], law: &Law, speed: f64) -> Mode {
+        let radius = 1.0 / (1.0 / a.smallest_radius + 1.0 / b.smallest_radius);
+        let mass = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
+        let single_spheres = a.spheres.len() == 1 && b.spheres.len() == 1;
+        let face = a.facing.min(b.facing) * if single_spheres { 1.0 } else { BETWEEN };
+        let stiffness = |mass: f64| {
+            let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * 2.0 * radius);
+            law.normal.load(radius, overlap).stiffness
+        };
+        let (flat, single) = (stiffness(mass / face), stiffness(mass));
+        let mobility = |levers: [f64; 2]| {
+            let turned = |rock: &Rock, lever: f64| lever * lever / rock.inertia.min();
+            1.0 / mass + turned(a, levers[0]) + turned(b, levers[1])
+        };
+        let mut square = (face * flat / mass).max(single * mobility([a.arm, b.arm]));
+        if let Some(tangential) = &law.tangential {
+            let ratio = tangential.stiffness_ratio;
+            let half_edge = |rock: &Rock| rock.highest_corner.max().max(-rock.lowest_corner.min());
+            let end = |rock: &Rock| rock.arm + rock.smallest_radius;
+            square = square.max(ratio * face * flat * mobility([half_edge(a), half_edge(b)]));
+            square = square.max(ratio * single * mobility([end(a), end(b)]));
+        }
+        if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
+            let arm = rolling.friction * radius;
+            let turned = STIFFNESS * arm * arm * (1.0 / a.inertia.min() + 1.0 / b.inertia.min());
+            square = square.max(turned * face * flat).max(turned * single);
+        }
+        let ratio = law.damping.map_or(0.0, |d| match d.mass {
+            EffectiveMass::Local => d.ratio,
+            EffectiveMass::Rock => d.ratio * face.sqrt(),
+        });
+        self.critical = self.critical.min(critical(square.sqrt(), ratio));
+        self.contact = self.contact.min(law.normal.duration(radius, mass / face, speed));
+        self.stiffness = self.stiffness.max(flat);
+        Mode { square, ratio }
+    }
+}
+
+/// The fastest oscillation of some contacts.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mode {
+    /// Its frequency squared [1/s2].
+    square: f64,
+    /// Largest damping ratio.
+    ratio: f64,
+}
+
+impl Mode {
+    /// A bound for either.
+    fn and(self, other: Self) -> Self {
+        Self { square: self.square.max(other.square), ratio: self.ratio.max(other.ratio) }
     }
 }
 

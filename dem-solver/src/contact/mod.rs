@@ -1,4 +1,4 @@
-//! The contact of a rock with the wall.
+//! The contact of a rock with the wall, and of rocks with each other.
 //!
 //! A law is put together from parts that the scene names; a part that it does not name is not built:
 //! - [`normal`]: elastic force along the normal, and its stiffness
@@ -8,7 +8,8 @@
 //!
 //! [`pair`] applies the law to one contact, of a sphere with a wall or with another sphere;
 //! [`laws`] knows which law a pair of materials has, its moduli combined by [`elastic`];
-//! [`evaluate`] sums up all contacts of one rock at one instant; [`touch`] finds them.
+//! [`evaluate`] sums up all contacts of one rock at one instant, [`touch`] finds them; [`rocks`] does both
+//! for two rocks.
 
 pub mod damping;
 pub mod elastic;
@@ -18,6 +19,7 @@ pub mod memory;
 pub mod normal;
 pub mod pair;
 pub mod restitution;
+pub mod rocks;
 pub mod rolling;
 pub mod tangential;
 pub mod touch;

@@ -4,11 +4,9 @@
 //! - [`outermost`]: the spheres that may be the furthest in a direction, or touch a plane together
 //! - [`solid`]: mass, inertia and surface of the true solid
 //! - [`rotation`]: free rotation that keeps the angular momentum
-//! - [`overlap`]: whether two rocks have met
 
 pub mod cluster;
 pub mod outermost;
-pub mod overlap;
 pub mod rotation;
 pub mod solid;
 

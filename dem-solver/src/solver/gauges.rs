@@ -91,7 +91,8 @@ impl Gauges {
         }
     }
 
-    /// The energy of a rock's springs in the middle of a step, when its forces are known [J].
+    /// The energy of a rock's springs in the middle of a step, when its forces are known; after the last
+    /// rock's, that of the springs between rocks [J].
     pub fn spring(&mut self, rock: usize, energy: f64) {
         self.springs = if rock == 0 { energy } else { self.springs + energy };
     }
@@ -133,6 +134,9 @@ impl Gauges {
             stored += body.elastic + body.sheared;
             contacts += body.contacts;
         }
+        let met = &state.encounters;
+        stored += met.elastic + met.sheared;
+        contacts += met.contacts;
         self.values.extend([kinetic, potential, stored, state.dissipated, state.received, contacts as f64]);
     }
 }

@@ -146,6 +146,21 @@ pub fn results(rocks: &[Rock], state: &State, wall: bool) -> (Vec<Measure>, Vec<
     (measures, warnings)
 }
 
+/// How deep rocks have pressed into each other; nothing where none have met.
+pub fn encounters(state: &State, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
+    let (share, time) = state.encounters.deepest;
+    if share > 0.0 {
+        let name = "max_penetration_of_rocks".into();
+        measures.push(Measure { name, value: share, unit: "1".into(), time: Some(time) });
+    }
+    if share > DEEP {
+        warnings.push(format!(
+            "two rocks overlapped by {share:.2} radii of the smaller sphere at {time:.4} s, beyond {DEEP} the contact \
+             law does not hold; raise contact.young"
+        ));
+    }
+}
+
 fn one_rock(
     rock: &Rock,
     track: &Track,

@@ -2,7 +2,9 @@
 //!
 //! - [`state`]: what is committed and what is tried
 //! - [`zone`]: a rock's surroundings in a window
-//! - [`window`]: the steps of a window ([`cut`], [`watch`](mod@watch)), and [`flight`] where there is nothing to meet
+//! - [`window`]: the steps ([`step`]) of a window ([`cut`], [`watch`](mod@watch)), and [`flight`] where there is
+//!   nothing to meet
+//! - [`meetings`]: rocks that meet each other
 //! - [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
 //! - [`gauges`], [`measures`], [`fields`], [`trajectory`], [`picture`]: what is told of it
 
@@ -12,9 +14,11 @@ pub mod fields;
 pub mod flight;
 pub mod gauges;
 pub mod measures;
+pub mod meetings;
 pub mod path;
 pub mod picture;
 pub mod state;
+pub mod step;
 pub mod stretch;
 pub mod terrain;
 pub mod trajectory;
@@ -26,7 +30,6 @@ use crate::contact::laws::Laws;
 use crate::critical::Steps;
 use crate::ground::Ground;
 use crate::rock::Rock;
-use crate::rock::overlap::met;
 use crate::search::tree::SphereTree;
 use crate::settings::{RockSettings, STRUCTURE, Settings};
 use crate::wall::Wall;
@@ -39,6 +42,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Fault, FieldSpec, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name};
+use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
 use state::State;
 use trajectory::Trajectory;
@@ -78,6 +82,8 @@ pub struct Model {
     pub rows: Vec<Vec<u16>>,
     /// For each rock the numbers of its laws with the materials of the terrain.
     pub ground_rows: Vec<Vec<u16>>,
+    /// For each rock the numbers of its laws with all rocks; `None`: rocks do not meet.
+    pub rock_rows: Option<Vec<Vec<u16>>>,
     /// The step.
     pub steps: Steps,
     /// Whether savings may be used.
@@ -119,10 +125,14 @@ impl DemSolver {
                 .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
             notices.extend(ground.notices.iter().cloned());
         }
+        let rock_rows = rows_of_rocks(laws.as_ref(), &settings, scene)?;
+        if settings.rocks.len() > 1 && rock_rows.is_none() {
+            notices.push("there is no table [[contact]]: the rocks fall through each other".into());
+        }
         let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
         let steps = Steps::new(&settings, &rocks, laws.as_ref(), ground.as_ref(), scene)?;
         let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
-        let state = State::start(&settings, &rocks, &origin);
+        let mut state = State::start(&settings, &rocks, &origin);
         let model = Model {
             settings,
             rocks,
@@ -132,18 +142,18 @@ impl DemSolver {
             laws,
             rows: Vec::new(),
             ground_rows,
+            rock_rows,
             steps,
             shortcuts: options.shortcuts,
         };
-        if let Some((a, b)) = rocks_that_met(&model, &state) {
+        let worst = Meetings::new(&model).energy(&model, &mut state);
+        if let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) {
             let what = format!(
-                "rock `{}` and rock `{}` overlap at the start",
+                "rock `{}` and rock `{}` overlap at the start, by {radii:.2} radii of the smaller sphere",
                 name_of(&model, a),
                 name_of(&model, b)
             );
-            return Err(scene
-                .invalid(&format!("rock.{a}.position"), what)
-                .try_instead("contact between rocks is not part of this version: move them apart"));
+            return Err(scene.invalid(&format!("rock.{b}.position"), what).try_instead("move them apart"));
         }
         Ok(Self {
             model,
@@ -184,11 +194,14 @@ impl DemSolver {
             sheared: 0.0,
             elastic: 0.0,
             contacts: 0,
+            met: 0,
             track: measures::Track::default(),
             path: path::Path::default(),
         };
         body.memories.clear();
         body.ground_memories.clear();
+        self.committed.encounters.end();
+        self.committed.encounters.deepest = (0.0, 0.0);
         (self.committed.time, self.committed.dissipated, self.committed.received) = (0.0, 0.0, 0.0);
     }
 
@@ -234,14 +247,37 @@ fn rows(laws: &Laws, settings: &Settings, walls: &[String]) -> Result<Vec<Vec<u1
     settings.rocks.iter().map(row).collect()
 }
 
-/// The first two rocks whose spheres overlap.
-pub(crate) fn rocks_that_met(model: &Model, state: &State) -> Option<(usize, usize)> {
-    let motion = |i: usize| &state.bodies[i].motion;
-    (1..model.rocks.len()).find_map(|b| {
-        (0..b)
-            .find(|&a| met(&model.rocks[b], motion(b), &model.rocks[a], motion(a), &model.trees[a]))
-            .map(|a| (a, b))
-    })
+/// For each rock the numbers of its laws with all rocks, its own left open; `None` with one rock, or
+/// without any law.
+fn rows_of_rocks(
+    laws: Option<&Laws>,
+    settings: &Settings,
+    scene: &Scene,
+) -> Result<Option<Vec<Vec<u16>>>, InputError> {
+    let Some(laws) = laws.filter(|_| settings.rocks.len() > 1) else { return Ok(None) };
+    let mut all = Vec::with_capacity(settings.rocks.len());
+    for (a, one) in settings.rocks.iter().enumerate() {
+        let mut row = Vec::with_capacity(settings.rocks.len());
+        for (b, other) in settings.rocks.iter().enumerate() {
+            match laws.number(&one.material, &other.material) {
+                Some(number) => row.push(number as u16),
+                None if a == b => row.push(0),
+                None => {
+                    let what = format!(
+                        "no table [[contact]] is for `{}` and `{}`, of which rocks `{}` and `{}` are",
+                        one.material, other.material, one.name, other.name
+                    );
+                    let advice = format!(
+                        "add one with between = [\"{}\", \"{}\"], or one without `between` for all others",
+                        one.material, other.material
+                    );
+                    return Err(scene.invalid("rock", what).try_instead(advice));
+                }
+            }
+        }
+        all.push(row);
+    }
+    Ok(Some(all))
 }
 
 pub(crate) fn name_of(model: &Model, rock: usize) -> &str {
@@ -279,14 +315,10 @@ impl Solver for DemSolver {
         let wall = self.wall(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
         let mut run = Run::new(&self.model, wall, plan, self.options.out.is_some());
-        for body in &mut self.committed.bodies {
-            body.reserve(run.most_contacts());
-        }
+        run.reserve(&mut self.committed);
         let initial = run.initial(&self.model, &mut self.committed, plan)?;
         self.trial = self.committed.clone();
-        for body in &mut self.trial.bodies {
-            body.reserve(run.most_contacts());
-        }
+        run.reserve(&mut self.trial);
         self.run = Some(run);
         self.fields = None;
         if let (Some(interval), Some(out)) = (self.model.settings.fields, &self.options.out) {
@@ -323,6 +355,7 @@ impl Solver for DemSolver {
         let wall = self.run.as_ref().is_some_and(Run::has_wall);
         let (mut measures, mut warnings) = measures::results(&self.model.rocks, &self.committed, wall);
         self.ways(&mut measures, &mut warnings);
+        measures::encounters(&self.committed, &mut measures, &mut warnings);
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }

@@ -3,6 +3,7 @@
 use super::measures::Track;
 use super::path::Path;
 use crate::contact::memory::Memory;
+use crate::contact::rocks::Held;
 use crate::rock::{Motion, Rock};
 use crate::settings::Settings;
 use nalgebra::Vector3;
@@ -14,6 +15,8 @@ pub struct State {
     pub time: f64,
     /// The rocks.
     pub bodies: Vec<Body>,
+    /// What they have with each other.
+    pub encounters: Encounters,
     /// Energy dissipated since t = 0 by dashpots and friction [J].
     pub dissipated: f64,
     /// Work received through the wall since t = 0 [J].
@@ -33,12 +36,42 @@ pub struct Body {
     pub sheared: f64,
     /// Energy of the normal springs [J].
     pub elastic: f64,
-    /// Number of contacts.
+    /// Number of contacts with wall and terrain.
     pub contacts: usize,
+    /// Number of contacts with other rocks.
+    pub met: usize,
     /// What the measures are made of.
     pub track: Track,
     /// What is known of its way over terrain.
     pub path: Path,
+}
+
+/// Contacts of rocks with each other.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Encounters {
+    /// What they remember, by pair of rocks, then of spheres; empty without friction.
+    pub memories: Vec<Held>,
+    /// Energy of their tangential springs [J].
+    pub sheared: f64,
+    /// Energy of their normal springs [J].
+    pub elastic: f64,
+    /// Their number.
+    pub contacts: usize,
+    /// Largest overlap so far over the smaller radius, and when [1, s].
+    pub deepest: (f64, f64),
+}
+
+impl Encounters {
+    /// Nothing touches any more.
+    pub fn end(&mut self) {
+        self.memories.clear();
+        (self.sheared, self.elastic, self.contacts) = (0.0, 0.0, 0);
+    }
+
+    /// Room for the memories of `contacts` contacts.
+    pub fn reserve(&mut self, contacts: usize) {
+        self.memories.reserve(contacts.saturating_sub(self.memories.len()));
+    }
 }
 
 impl State {
@@ -55,12 +88,14 @@ impl State {
             sheared: 0.0,
             elastic: 0.0,
             contacts: 0,
+            met: 0,
             track: Track::default(),
             path: Path::default(),
         };
         Self {
             time: 0.0,
             bodies: rocks.iter().zip(&settings.rocks).map(body).collect(),
+            encounters: Encounters::default(),
             dissipated: 0.0,
             received: 0.0,
         }
@@ -73,9 +108,14 @@ impl State {
             mine.motion = theirs.motion;
             mine.memories.clone_from(&theirs.memories);
             mine.ground_memories.clone_from(&theirs.ground_memories);
-            (mine.sheared, mine.elastic, mine.contacts) = (theirs.sheared, theirs.elastic, theirs.contacts);
+            (mine.sheared, mine.elastic) = (theirs.sheared, theirs.elastic);
+            (mine.contacts, mine.met) = (theirs.contacts, theirs.met);
             (mine.track, mine.path) = (theirs.track, theirs.path);
         }
+        let (mine, theirs) = (&mut self.encounters, &other.encounters);
+        mine.memories.clone_from(&theirs.memories);
+        (mine.sheared, mine.elastic) = (theirs.sheared, theirs.elastic);
+        (mine.contacts, mine.deepest) = (theirs.contacts, theirs.deepest);
     }
 }
 

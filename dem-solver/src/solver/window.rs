@@ -1,30 +1,22 @@
-//! The steps of a window.
-//!
-//! Position Verlet: half a step of drift (position, orientation), forces once in the middle, a whole
-//! kick (velocity, angular momentum), half a step of drift. Everything of the state so stands at the
-//! same instant, and a force that is constant over a window does exactly the work F . du.
-//!
-//! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
-//! middle velocity to second order, from state alone.
+//! A window: cut into steps, which are taken one by one ([`super::step`]) or flown through in closed form.
 
 use super::clear::clear_of_all;
 use super::cut::{Cut, Part};
 use super::gauges::{Gauges, Moment};
 use super::measures::Passage;
+use super::meetings::Meetings;
 use super::state::State;
+use super::step::Load;
 use super::stretch::Stretch;
 use super::terrain::{OnTerrain, steps_per_look};
 use super::trajectory::Row;
-use super::watch::watch;
 use super::zone::{View, Zone, add_forces};
-use super::{Counts, Model, flight, name_of, rocks_that_met};
+use super::{Counts, Model, flight};
 use crate::rock::Motion;
-use crate::rock::rotation::rotate;
 use crate::search::pairs::Instant;
 use crate::wall::Wall;
 use crate::wall::motion::MotionFields;
 use interface_defs::{Fault, InterfaceMesh, Layout, Plan, Sampling, Window, name};
-use nalgebra::Vector3;
 use std::ops::Range;
 
 /// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
@@ -32,27 +24,33 @@ const FEWEST: usize = 4;
 
 /// A prepared run.
 pub struct Run {
-    wall: Option<Wall>,
-    zones: Vec<Zone>,
-    fields: MotionFields,
-    answer: Answer,
+    pub(super) wall: Option<Wall>,
+    pub(super) zones: Vec<Zone>,
+    pub(super) fields: MotionFields,
+    pub(super) answer: Answer,
     /// Numbers of a request and of its answer.
     lengths: (usize, usize),
-    gauges: Gauges,
+    pub(super) gauges: Gauges,
     /// What the rocks meet of the terrain.
-    terrain: Option<OnTerrain>,
-    counts: Counts,
+    pub(super) terrain: Option<OnTerrain>,
+    /// What the rocks meet of each other.
+    pub(super) meetings: Meetings,
+    /// Motions in the middle of the step under way.
+    pub(super) middles: Vec<Motion>,
+    /// What acts on the rocks there.
+    pub(super) loads: Vec<Load>,
+    pub(super) counts: Counts,
     most_contacts: usize,
     /// Furthest down that a node of the wall lies at rest [m].
-    level: Option<f64>,
+    pub(super) level: Option<f64>,
     starts: Vec<Motion>,
     instants: Vec<usize>,
 }
 
 /// Where the answer's fields lie.
 #[derive(Debug, Clone)]
-struct Answer {
-    means: Vec<usize>,
+pub(super) struct Answer {
+    pub(super) means: Vec<usize>,
     ends: Vec<usize>,
     reach: Option<std::ops::Range<usize>>,
     gauges: usize,
@@ -90,6 +88,9 @@ impl Run {
             lengths: (takes.len(), gives.len()),
             gauges: Gauges::new(&model.settings, model.origin),
             terrain: model.ground.as_ref().map(|_| OnTerrain::new(model, rows)),
+            meetings: Meetings::new(model),
+            middles: Vec::with_capacity(model.rocks.len()),
+            loads: Vec::with_capacity(model.rocks.len()),
             counts: Counts::default(),
             most_contacts: (0..model.rocks.len()).map(contacts).max().unwrap_or(0),
             level: wall.as_ref().map(|w| w.depth(&model.settings.down())),
@@ -99,9 +100,12 @@ impl Run {
         }
     }
 
-    /// Contacts of a rock for which there is room.
-    pub fn most_contacts(&self) -> usize {
-        self.most_contacts
+    /// Make room in `state` for what its contacts remember.
+    pub fn reserve(&self, state: &mut State) {
+        for body in &mut state.bodies {
+            body.reserve(self.most_contacts);
+        }
+        state.encounters.reserve(self.meetings.most_contacts());
     }
 
     /// Whether there is a wall.
@@ -117,7 +121,8 @@ impl Run {
     /// Work done, by name.
     pub fn counts(&self) -> Vec<(String, u64)> {
         let [found, looked] = self.terrain.as_ref().map(OnTerrain::searches).unwrap_or_default();
-        let searches = self.zones.iter().map(|z| z.pairs.searches).sum::<u64>() + found;
+        let searches =
+            self.zones.iter().map(|z| z.pairs.searches).sum::<u64>() + found + self.meetings.searches();
         let near = self.zones.iter().map(|z| z.refreshes).sum::<u64>() + looked;
         [
             ("sub_steps", self.counts.sub_steps),
@@ -163,6 +168,8 @@ impl Run {
         let flies = self.begin(model, state, window.length, input, output)?;
         let cut = self.cut(model, window);
         self.gauges.begin(state, &mut output[self.answer.gauges..]);
+        let flies =
+            flies && (model.ground.is_some() || self.meetings.free_time(model, state) > window.length);
         if flies && model.ground.is_none() {
             self.counts.flight_windows += 1;
             self.fly(model, state, window, cut, 0..cut.steps, output);
@@ -173,14 +180,6 @@ impl Run {
         state.time = window.end();
         if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
             terrain.end(model, ground, state);
-        }
-        if let Some((a, b)) = rocks_that_met(model, state) {
-            return Err(Fault::broken(format!(
-                "rock `{}` and rock `{}` have met at {:.4} s; contact between rocks is not part of this version",
-                name_of(model, a),
-                name_of(model, b),
-                state.time
-            )));
         }
         Ok(())
     }
@@ -258,8 +257,10 @@ impl Run {
             state.dissipated += body.sheared;
             body.memories.clear();
             body.ground_memories.clear();
-            (body.sheared, body.elastic, body.contacts) = (0.0, 0.0, 0);
+            (body.sheared, body.elastic, body.contacts, body.met) = (0.0, 0.0, 0, 0);
         }
+        state.dissipated += state.encounters.sheared;
+        state.encounters.end();
         let mut from = range.start;
         for i in 0..self.instants.len() {
             let to = self.instants[i];
@@ -311,7 +312,8 @@ impl Run {
         let (mut step, mut next_try) = (0, 0);
         while step < cut.steps {
             if flies && step >= next_try {
-                let clear = clear_of_all(model, state, cut.h, cut.steps - step);
+                let most = self.steps_apart(model, state, cut.h, cut.steps - step);
+                let clear = if most > 0 { clear_of_all(model, state, cut.h, most) } else { 0 };
                 if clear >= FEWEST.min(cut.steps - step) {
                     self.fly(model, state, window, cut, step..step + clear, output);
                     step += clear;
@@ -321,10 +323,7 @@ impl Run {
             }
             let Stretch { steps, parts } = self.stretch(model, state, cut, step);
             for part in 0..parts {
-                let part = Part { step, steps, part, parts };
-                for rock in 0..model.rocks.len() {
-                    self.step(model, state, rock, window, cut, part, input, output)?;
-                }
+                self.step(model, state, window, cut, Part { step, steps, part, parts }, input, output)?;
             }
             self.counts.sub_steps += (parts * model.rocks.len()) as u64;
             // Longer stretches are taken only where nobody samples.
@@ -355,108 +354,10 @@ impl Run {
         }
     }
 
-    /// One step of one rock.
-    fn step(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        rock: usize,
-        window: &Window,
-        cut: Cut,
-        part: Part,
-        input: &[f64],
-        output: &mut [f64],
-    ) -> Result<(), Fault> {
-        let (it, h, step) = (&model.rocks[rock], part.length(cut), part.step);
-        let body = &mut state.bodies[rock];
-        let before = body.motion;
-        let mut now = before;
-        now.position += before.velocity * (0.5 * h);
-        now.orientation = rotate(&before.orientation, &before.angular_momentum, &it.inertia, 0.5 * h);
-        now.velocity += before.acceleration * (0.5 * h);
-        now.angular_momentum += before.torque * (0.5 * h);
-        let mut force = Vector3::zeros();
-        let mut torque = Vector3::zeros();
-        let mut passage = Passage {
-            start: window.start + part.start(cut),
-            length: h,
-            before: &before,
-            after: &before,
-            touched: None,
-            penetration: 0.0,
-            behind: false,
-        };
-        let (mut elastic, mut sheared, mut lost) = (0.0, 0.0, 0.0);
-        if let Some(wall) = &self.wall {
-            let view = View { model, wall, fields: &self.fields, input, length: window.length };
-            let at = cut.middle(step);
-            let zone = &mut self.zones[rock];
-            zone.update(view, &now, at)?;
-            let (evaluation, scene) = zone.parts(view);
-            let sums = evaluation.forces(scene, &now, at, h, &body.memories);
-            passage.behind = watch(evaluation, scene, &now, &sums, h, passage.start)?;
-            (force, torque, elastic, sheared) = (sums.force, sums.torque, sums.elastic, sums.sheared);
-            lost = (sums.damped + sums.rubbed) * h;
-            let contacts = evaluation.touch.contacts.len();
-            if contacts > 0 {
-                // Its date is asked for once.
-                let first = body.track.touch.is_none();
-                passage.touched = Some(if first { evaluation.touched_ago(scene, &now) } else { 0.0 });
-                passage.penetration = sums.penetration;
-            }
-            std::mem::swap(&mut body.memories, &mut evaluation.memories);
-            self.counts.contact_evaluations += contacts as u64;
-            if contacts > 0 {
-                let share = cut.segments as f64 / cut.steps as f64;
-                let pairs = zone.evaluation.node_forces.iter().zip(zone.increments(at.segment));
-                state.received -= pairs.map(|(f, du)| f.dot(du)).sum::<f64>() * share;
-                let samples = self.answer.means.len();
-                if samples > 0 {
-                    let field = self.answer.means[step * samples / cut.steps];
-                    add_forces(zone, output, field, samples as f64 / cut.steps as f64);
-                }
-            }
-        }
-        let mut on_ground = 0;
-        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-            let (sums, contacts) = terrain.forces(model, ground, rock, body, &now, h, passage.start)?;
-            force += sums.force;
-            torque += sums.torque;
-            elastic += sums.elastic;
-            sheared += sums.sheared;
-            lost += (sums.damped + sums.rubbed) * h;
-            on_ground = contacts;
-            body.contacts = contacts;
-            self.counts.contact_evaluations += contacts as u64;
-            if sums.penetration > body.path.deepest.0 {
-                body.path.deepest = (sums.penetration, passage.start + 0.5 * h);
-            }
-        }
-        state.dissipated += lost - (sheared - body.sheared);
-        body.sheared = sheared;
-        self.gauges.spring(rock, elastic + body.sheared);
-        let after = &mut body.motion;
-        after.acceleration = force / it.mass + model.settings.gravity;
-        after.torque = torque;
-        after.velocity = before.velocity + after.acceleration * h;
-        after.angular_momentum = before.angular_momentum + torque * h;
-        after.position = before.position + (before.velocity + after.velocity) * (0.5 * h);
-        after.orientation = rotate(&now.orientation, &after.angular_momentum, &it.inertia, 0.5 * h);
-        if !after.is_finite() {
-            return Err(Fault::window(format!(
-                "rock `{}` has left the finite numbers at {:.6} s: the contact forces have diverged; shorten \
-                 dem.time_step ({h:.3e} s) or the coupling window",
-                it.name, passage.start
-            )));
-        }
-        let after = body.motion;
-        body.track.follow(it, &model.settings, self.level, &Passage { after: &after, ..passage });
-        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-            let (end, last) = part.end(window, cut);
-            let look = last.is_some_and(|s| s.is_multiple_of(steps_per_look(cut.h)) || s == cut.steps);
-            terrain.stepped(model, ground, rock, body, end, h, on_ground, look);
-        }
-        Ok(())
+    /// Steps of `h` [s], at most `most`, in which no two rocks in flight can touch.
+    fn steps_apart(&self, model: &Model, state: &State, h: f64, most: usize) -> usize {
+        let time = self.meetings.free_time(model, state);
+        if time < h * most as f64 { (time / h) as usize } else { most }
     }
 
     /// Contacts and elastic energy at an instant of the state; forces where `field` says.
@@ -474,6 +375,10 @@ impl Run {
                 (body.elastic, body.contacts) = terrain.energy(model, ground, rock, &body.motion);
                 self.counts.contact_evaluations += body.contacts as u64;
             }
+        }
+        if !self.meetings.is_empty() {
+            self.meetings.energy(model, state);
+            self.counts.contact_evaluations += state.encounters.contacts as u64;
         }
         let Some(wall) = &self.wall else { return Ok(()) };
         let view = View { model, wall, fields: &self.fields, input, length };

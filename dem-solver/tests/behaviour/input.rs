@@ -64,7 +64,10 @@ fn what_makes_no_sense_is_refused_with_its_place() {
             with(&rock, &format!("{CONTACT}[dem]\ntime_step = 1e-5\nsteps_per_contact = 50")),
             "one thing twice",
         ),
-        (with(&format!("{rock}\n{}", cube(1, "position = [0.3, 0.0, 1.0]")), ""), "overlap at the start"),
+        (
+            with(&format!("{rock}\n{}", cube(1, "position = [0.3, 0.0, 1.0]")), CONTACT),
+            "overlap at the start",
+        ),
     ];
     for (text, expected) in cases {
         let message = refused(&text);
@@ -246,21 +249,4 @@ fn field_files_are_written_at_each_interval_and_at_the_start() {
         let pvd = std::fs::read_to_string(dir.path().join(format!("fields/{series}.pvd"))).expect("a series");
         assert_eq!(pvd.matches("<DataSet").count(), 11, "{pvd}");
     }
-}
-
-#[test]
-fn rocks_that_meet_end_the_run() {
-    let text = format!(
-        "end_time = 1.0\n{}{}{CONTACT}",
-        cube(8, "name = \"a\"\nposition = [0.0, 0.0, 0.0]\nvelocity = [1.0, 0.0, 0.0]"),
-        cube(8, "name = \"b\"\nposition = [0.5, 0.0, 0.0]")
-    );
-    let mut bench = Setup { wall: None, ..Setup::new(text, net(1, 1.0, 0.0)) }.build();
-    bench.advance(0.05);
-    let fault = bench.solve(0.05).expect_err("they meet");
-    assert_eq!(fault.kind, FaultKind::Broken);
-    assert!(
-        fault.message.contains("`a` and rock `b`") || fault.message.contains("`b` and rock `a`"),
-        "{fault}"
-    );
 }

@@ -10,6 +10,7 @@ mod impact;
 mod input;
 mod oblique;
 mod repeat;
+mod rocks;
 mod rolling;
 mod shapes;
 mod wires;

@@ -2,6 +2,7 @@
 
 mod bench;
 mod bounces;
+mod heap;
 mod meshes;
 mod readers;
 mod way;

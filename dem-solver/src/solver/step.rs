@@ -1,0 +1,236 @@
+//! One step of all rocks.
+//!
+//! Position Verlet: half a step of drift (position, orientation), forces once in the middle, a whole
+//! kick (velocity, angular momentum), half a step of drift. Everything of the state so stands at the
+//! same instant, and a force that is constant over a window does exactly the work F . du. All rocks
+//! drift before any force is computed: two that meet see each other at one instant.
+//!
+//! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
+//! middle velocity to second order, from state alone.
+
+use super::Model;
+use super::cut::{Cut, Part};
+use super::measures::Passage;
+use super::state::State;
+use super::terrain::steps_per_look;
+use super::watch::watch;
+use super::window::Run;
+use super::zone::{View, add_forces};
+use crate::rock::rotation::rotate;
+use crate::rock::{Motion, Rock};
+use interface_defs::{Fault, Window};
+use nalgebra::Vector3;
+
+/// What acts on a rock in the middle of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Load {
+    /// Force of all contacts [N].
+    force: Vector3<f64>,
+    /// Torque about the centre of mass [N m].
+    torque: Vector3<f64>,
+    /// Energy of the normal springs on wall and terrain [J].
+    elastic: f64,
+    /// Energy of the tangential springs there after the step [J].
+    sheared: f64,
+    /// Energy that dashpots and friction take there in the step [J].
+    lost: f64,
+    /// Contacts with terrain and other rocks.
+    touching: usize,
+    /// With contacts on the wall: how long the first has lasted [s].
+    touched: Option<f64>,
+    /// Largest overlap with the wall over radius.
+    penetration: f64,
+    /// Whether the wall lies behind the centres of the outer spheres.
+    behind: bool,
+}
+
+impl Run {
+    /// One part of a stretch of the window's steps; mostly a step.
+    pub(super) fn step(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        window: &Window,
+        cut: Cut,
+        part: Part,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<(), Fault> {
+        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        self.middles.clear();
+        self.loads.clear();
+        for (rock, body) in model.rocks.iter().zip(&state.bodies) {
+            self.middles.push(middle(rock, &body.motion, h));
+            self.loads.push(Load::default());
+        }
+        for rock in 0..model.rocks.len() {
+            self.on_wall(model, state, rock, window, cut, part, input, output)?;
+            self.on_ground(model, state, rock, h, start)?;
+        }
+        for rock in 0..model.rocks.len() {
+            let (load, body) = (&self.loads[rock], &mut state.bodies[rock]);
+            state.dissipated += load.lost - (load.sheared - body.sheared);
+            body.sheared = load.sheared;
+            self.gauges.spring(rock, load.elastic + body.sheared);
+        }
+        self.on_each_other(model, state, h, start)?;
+        for rock in 0..model.rocks.len() {
+            self.kick(model, state, rock, window, cut, part)?;
+        }
+        Ok(())
+    }
+
+    /// Forces of the wall.
+    fn on_wall(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        rock: usize,
+        window: &Window,
+        cut: Cut,
+        part: Part,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Some(wall) = &self.wall else { return Ok(()) };
+        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
+        let view = View { model, wall, fields: &self.fields, input, length: window.length };
+        let at = cut.middle(part.step);
+        let zone = &mut self.zones[rock];
+        zone.update(view, now, at)?;
+        let (evaluation, scene) = zone.parts(view);
+        let sums = evaluation.forces(scene, now, at, h, &body.memories);
+        load.behind = watch(evaluation, scene, now, &sums, h, start)?;
+        (load.force, load.torque, load.elastic, load.sheared) =
+            (sums.force, sums.torque, sums.elastic, sums.sheared);
+        load.lost = (sums.damped + sums.rubbed) * h;
+        let contacts = evaluation.touch.contacts.len();
+        if contacts > 0 {
+            // Its date is asked for once.
+            let first = body.track.touch.is_none();
+            load.touched = Some(if first { evaluation.touched_ago(scene, now) } else { 0.0 });
+            load.penetration = sums.penetration;
+        }
+        std::mem::swap(&mut body.memories, &mut evaluation.memories);
+        self.counts.contact_evaluations += contacts as u64;
+        if contacts > 0 {
+            let share = cut.segments as f64 / cut.steps as f64;
+            let pairs = zone.evaluation.node_forces.iter().zip(zone.increments(at.segment));
+            state.received -= pairs.map(|(f, du)| f.dot(du)).sum::<f64>() * share;
+            let samples = self.answer.means.len();
+            if samples > 0 {
+                let field = self.answer.means[part.step * samples / cut.steps];
+                add_forces(zone, output, field, samples as f64 / cut.steps as f64);
+            }
+        }
+        Ok(())
+    }
+
+    /// Forces of the terrain, in the step of `h` [s] that began at `start` [s].
+    fn on_ground(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        rock: usize,
+        h: f64,
+        start: f64,
+    ) -> Result<(), Fault> {
+        let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) else { return Ok(()) };
+        let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
+        let (sums, contacts) = terrain.forces(model, ground, rock, body, now, h, start)?;
+        load.force += sums.force;
+        load.torque += sums.torque;
+        load.elastic += sums.elastic;
+        load.sheared += sums.sheared;
+        load.lost += (sums.damped + sums.rubbed) * h;
+        load.touching = contacts;
+        body.contacts = contacts;
+        self.counts.contact_evaluations += contacts as u64;
+        if sums.penetration > body.path.deepest.0 {
+            body.path.deepest = (sums.penetration, start + 0.5 * h);
+        }
+        Ok(())
+    }
+
+    /// Forces of the rocks on each other, likewise.
+    fn on_each_other(&mut self, model: &Model, state: &mut State, h: f64, start: f64) -> Result<(), Fault> {
+        if self.meetings.is_empty() {
+            return Ok(());
+        }
+        let encounters = &mut state.encounters;
+        let sums = self.meetings.forces(model, &self.middles, encounters, h, start)?;
+        for ((load, felt), body) in self.loads.iter_mut().zip(&self.meetings.felt).zip(&mut state.bodies) {
+            load.force += felt.force;
+            load.torque += felt.torque;
+            load.touching += felt.contacts;
+            body.met = felt.contacts;
+        }
+        state.dissipated += (sums.damped + sums.rubbed) * h - (sums.sheared - encounters.sheared);
+        (encounters.sheared, encounters.contacts) = (sums.sheared, sums.contacts);
+        if sums.penetration > encounters.deepest.0 {
+            encounters.deepest = (sums.penetration, start + 0.5 * h);
+        }
+        self.gauges.spring(model.rocks.len(), sums.elastic + sums.sheared);
+        self.counts.contact_evaluations += sums.contacts as u64;
+        Ok(())
+    }
+
+    /// The kick, and the second half of the drift.
+    fn kick(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        rock: usize,
+        window: &Window,
+        cut: Cut,
+        part: Part,
+    ) -> Result<(), Fault> {
+        let (it, load) = (&model.rocks[rock], &self.loads[rock]);
+        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let body = &mut state.bodies[rock];
+        let before = body.motion;
+        let after = &mut body.motion;
+        after.acceleration = load.force / it.mass + model.settings.gravity;
+        after.torque = load.torque;
+        after.velocity = before.velocity + after.acceleration * h;
+        after.angular_momentum = before.angular_momentum + load.torque * h;
+        after.position = before.position + (before.velocity + after.velocity) * (0.5 * h);
+        let half = &self.middles[rock].orientation;
+        after.orientation = rotate(half, &after.angular_momentum, &it.inertia, 0.5 * h);
+        if !after.is_finite() {
+            return Err(Fault::window(format!(
+                "rock `{}` has left the finite numbers at {start:.6} s: the contact forces have diverged; shorten \
+                 dem.time_step ({h:.3e} s) or the coupling window",
+                it.name
+            )));
+        }
+        let after = body.motion;
+        let passage = Passage {
+            start,
+            length: h,
+            before: &before,
+            after: &after,
+            touched: load.touched,
+            penetration: load.penetration,
+            behind: load.behind,
+        };
+        body.track.follow(it, &model.settings, self.level, &passage);
+        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+            let (end, last) = part.end(window, cut);
+            let look = last.is_some_and(|s| s.is_multiple_of(steps_per_look(cut.h)) || s == cut.steps);
+            terrain.stepped(model, ground, rock, body, end, h, load.touching, look);
+        }
+        Ok(())
+    }
+}
+
+/// Motion in the middle of a step of `h` [s] that begins with `before`.
+fn middle(rock: &Rock, before: &Motion, h: f64) -> Motion {
+    let mut now = *before;
+    now.position += before.velocity * (0.5 * h);
+    now.orientation = rotate(&before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * h);
+    now.velocity += before.acceleration * (0.5 * h);
+    now.angular_momentum += before.torque * (0.5 * h);
+    now
+}
