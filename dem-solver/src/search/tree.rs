@@ -1,4 +1,4 @@
-//! The tree over a rock's spheres in its own frame. The only module that names parry.
+//! The tree over a rock's spheres in its own frame. With `shape::hull` the only module that names parry.
 
 use crate::rock::Sphere;
 use nalgebra::Vector3;
