@@ -94,7 +94,8 @@ impl<'a> Balls<'a> {
         let fits = |ball: &Sphere| (ball.centre - at).norm() - ball.radius <= gap;
         let mut best: Option<Sphere> = None;
         let mut largest = None;
-        let (mut depth, mut fitted, mut failed) = (gap, 0.5 * gap, f64::INFINITY);
+        let first = gap.min(0.01 * self.size);
+        let (mut depth, mut fitted, mut failed) = (first, 0.5 * first, f64::INFINITY);
         while depth < self.size {
             let Some(ball) = self.around(&(at + inward * depth)) else { break };
             let tried = depth;
@@ -111,7 +112,7 @@ impl<'a> Balls<'a> {
                     largest = Some(ball);
                     break;
                 }
-                if best.is_none_or(|b| b.radius >= least) {
+                if best.is_some_and(|b| b.radius >= least) {
                     break;
                 }
             }
@@ -132,9 +133,11 @@ impl<'a> Balls<'a> {
                 if best.is_none_or(|b| ball.radius > b.radius) {
                     best = Some(ball);
                 }
+            } else if ball.radius < least {
+                low = middle;
             } else {
                 high = middle;
-                if ball.radius >= least && largest.is_none_or(|l| ball.radius < l.radius) {
+                if largest.is_none_or(|l| ball.radius < l.radius) {
                     largest = Some(ball);
                 }
             }

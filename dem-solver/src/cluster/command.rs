@@ -40,7 +40,7 @@ struct Arguments {
     /// smallest largest error; `inside`: never outside
     #[arg(long, value_name = "WHERE", default_value = "volume", value_parser = ["volume", "largest", "inside"])]
     fit: String,
-    /// Least radius where the solid has room for it [m]; small spheres make edges sharp, and are soft
+    /// Least radius [m]: small spheres make edges sharp, and are soft; what only smaller ones reach stays uncovered
     #[arg(long, value_name = "M", default_value_t = 0.0)]
     smallest_radius: f64,
     /// Write the spheres (points with a radius) as a VTU file too

@@ -18,6 +18,12 @@ use nalgebra::Vector3;
 /// Share of the error that a new ball leaves at the sample it is made for.
 const SHARE: f64 = 0.5;
 
+/// A ball lies nearer to another than this share of the sum of their radii.
+const OVERLAP: f64 = 0.9;
+
+/// Steps inwards in search of a ball that overlaps another.
+const MOST_STEPS: u32 = 40;
+
 /// Balls in the solid and what they leave.
 #[derive(Debug, Clone)]
 pub struct Cover {
@@ -30,7 +36,7 @@ pub struct Cover {
 }
 
 /// Exactly `count` balls (fewer only where nothing is left to cover): first until every sample lies
-/// within `error` [m], then on where the gap is largest. No ball is smaller than `least` [m] where a larger one exists.
+/// within `error` [m], then on where the gap is largest. No ball is smaller than `least` [m], but for the first.
 pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: f64) -> Cover {
     let mut gaps = Gaps::new(samples);
     let mut chosen: Vec<Sphere> = Vec::with_capacity(count);
@@ -38,6 +44,7 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
         gaps.add(&first);
         chosen.push(first);
     }
+    let mut made_for = vec![0; chosen.len()];
     let mut enough = None;
     let mut left_out = 0.0_f64;
     while chosen.len() < count {
@@ -54,9 +61,13 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
         let left = ball.map_or(f64::INFINITY, |b| leaves(samples, sample, &b));
         match ball {
             // It must help by more than rounding, or the same sample would come again for ever.
-            Some(ball) if left < gap * if ball.radius <= 2.0 * least { 0.8 } else { 0.999 } => {
+            Some(ball)
+                if ball.radius >= least
+                    && left < gap * if ball.radius <= 2.0 * least { 0.8 } else { 0.999 } =>
+            {
                 gaps.add(&ball);
                 chosen.push(ball);
+                made_for.push(sample);
                 // A ball that must be larger than the gap asks for leaves its sample as it is.
                 if left > wish * (1.0 + 1e-9) && ball.radius <= 2.0 * least {
                     left_out = left_out.max(left);
@@ -69,8 +80,55 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
             }
         }
     }
+    if connect(balls, samples, &mut chosen, &made_for, least) > 0 {
+        gaps = Gaps::new(samples);
+        chosen.iter().for_each(|ball| gaps.add(ball));
+    }
     let gap = gaps.largest().0.max(left_out).max(0.0);
     Cover { balls: chosen, gap, enough }
+}
+
+/// Put balls that overlap no other (the last ones in pointed corners) further inside, until they do: between
+/// spheres that only touch a thin wire falls through. How many were moved.
+fn connect(balls: &Balls, samples: &Samples, chosen: &mut [Sphere], made_for: &[usize], least: f64) -> usize {
+    let overlap = |a: &Sphere, b: &Sphere| {
+        let sum = OVERLAP * (a.radius + b.radius);
+        (a.centre - b.centre).norm_squared() < sum * sum
+    };
+    let mut apart: Vec<usize> = (1..chosen.len()).collect();
+    let mut linked = vec![0];
+    let mut next = 0;
+    let mut moved = 0;
+    loop {
+        while next < linked.len() {
+            let k = linked[next];
+            next += 1;
+            apart.retain(|other| {
+                let found = overlap(&chosen[k], &chosen[*other]);
+                if found {
+                    linked.push(*other);
+                }
+                !found
+            });
+        }
+        if apart.is_empty() {
+            return moved;
+        }
+        let k = apart.remove(0);
+        let (at, inward) = (&samples.points[made_for[k]], &samples.inward[made_for[k]]);
+        let away = |other: &usize| (chosen[*other].centre - at).norm() - chosen[*other].radius;
+        let nearest = linked.iter().map(away).fold(f64::INFINITY, f64::min);
+        for step in 1..MOST_STEPS {
+            let wish = nearest * f64::from(step) / f64::from(MOST_STEPS);
+            let Some(ball) = balls.near(at, inward, wish, least) else { continue };
+            if linked.iter().any(|other| overlap(&ball, &chosen[*other])) {
+                chosen[k] = ball;
+                break;
+            }
+        }
+        moved += 1;
+        linked.push(k);
+    }
 }
 
 fn first_radius(balls: &[Sphere]) -> f64 {

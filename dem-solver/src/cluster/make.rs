@@ -45,7 +45,7 @@ pub struct Wish {
     pub spheres: u32,
     /// Where they end.
     pub fit: Fit,
-    /// Least radius where the solid has room for it [m]. 0: as the error asks for.
+    /// Least radius [m]; what only smaller ones could reach stays uncovered. 0: as the error asks for.
     pub smallest_radius: f64,
 }
 

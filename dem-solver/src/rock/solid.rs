@@ -115,15 +115,16 @@ mod tests {
         assert!((sphere.inertia(180.0).x - 4.657_731_72).abs() < 1e-7);
     }
 
-    /// The closed form of the ellipsoid against the integrals over a fine polyhedron, which lack 1e-4.
+    /// The closed form of the ellipsoid against the integrals over a fine polyhedron: edges of 0.038 radii, on
+    /// average 1.2e-4 to 1.8e-4 radii inside; three times that in volume, five times in inertia over mass times volume.
     #[test]
     fn closed_forms_agree_with_the_integrals_over_the_surface() {
         for shape in [Shape::Ellipsoid { semi_axes: [0.2, 0.3, 0.5] }, Shape::Box { size: [0.2, 0.3, 0.5] }] {
             let solid = solid(shape.clone());
             let body = Body::of(&shape.surface(false).expect("built in").0);
-            assert!((solid.volume() / body.volume - 1.0).abs() < 3e-4);
+            assert!((solid.volume() / body.volume - 1.0).abs() < 6e-4);
             for (a, b) in solid.inertia(1.0).iter().zip(body.gyration.iter()) {
-                assert!((a / b - 1.0).abs() < 3e-4);
+                assert!((a / b - 1.0).abs() < 6e-4);
             }
         }
     }

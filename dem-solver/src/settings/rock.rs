@@ -57,8 +57,8 @@ pub struct Cluster {
     /// With `medial`: where the spheres end. Default `volume`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fit: Option<Fit>,
-    /// With `medial`: least radius where the solid has room for it [m]. Small spheres make edges sharp, and are
-    /// soft: a wire is pulled past their centre early. Default 0: as the error asks for.
+    /// With `medial`: least radius [m]. Small spheres make edges sharp, and are soft: a wire is pulled past
+    /// their centre early; what only smaller ones could reach stays uncovered. Default 0: as the error asks for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_radius: Option<f64>,
     /// In place of all these: spheres from a file, `x y z r` text or Kratos `.clu`, in the shape's own axes;

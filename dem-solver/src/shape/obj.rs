@@ -30,8 +30,11 @@ const PASSED: [&str; 16] = [
     "trace_obj",
 ];
 
+/// Corners, and the numbers of those of each triangle.
+pub type Indexed = (Vec<Vector3<f64>>, Vec<[u32; 3]>);
+
 /// Corners and triangles.
-pub fn read(bytes: &[u8]) -> Result<(Vec<Vector3<f64>>, Vec<[u32; 3]>), ReadError> {
+pub fn read(bytes: &[u8]) -> Result<Indexed, ReadError> {
     let mut points: Vec<Vector3<f64>> = Vec::new();
     let mut faces: Vec<(usize, [i64; 3])> = Vec::new();
     for line in lines(bytes) {

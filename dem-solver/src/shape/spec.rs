@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// Times that an icosahedron is refined for the exact surface of a sphere or an ellipsoid: 20 480
-/// triangles that lie within 1.5e-4 radii of it.
+/// triangles that lie within 3e-4 radii of it.
 const EXACT: u32 = 5;
 /// The same for pictures: 1280 triangles.
 const DRAWN: u32 = 3;
