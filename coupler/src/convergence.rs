@@ -106,7 +106,7 @@ mod tests {
         b[3 * 17] += 3.0;
         b[3 * 17 + 2] -= 4.0;
         b[3 * 2 + 1] += 1.0;
-        assert_eq!(largest_distance(&a, &b, &[0..20]), 5.0);
+        assert_eq!(largest_distance(&a, &b, &[0..12, 12..20]), 5.0);
         assert_eq!(largest_distance(&a, &b, &[0..9, 10..17, 18..20]), 1.0);
         assert_eq!(largest_distance(&a, &b, &[]), 0.0);
     }
