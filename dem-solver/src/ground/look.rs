@@ -87,7 +87,7 @@ impl Ground {
     /// Whole steps of `h` [s], at most `most`, for which a sphere of `radius` [m] on this flight meets
     /// no triangle for certain.
     ///
-    /// The path is taken in pieces of [`PIECE`] radii. A triangle that comes into the box of a piece is convex:
+    /// The path is taken in pieces of `PIECE` radii. A triangle that comes into the box of a piece is convex:
     /// until the sphere has reached the plane through its closest point they cannot touch. The shortest such
     /// time is flown, and looked at again from there while it is worth it.
     pub fn free_steps(&self, flight: &Parabola, radius: f64, h: f64, most: usize) -> usize {

@@ -17,7 +17,7 @@ use std::cell::{RefCell, RefMut};
 /// K = dN/dl g (x) g + N dg/du,  dN/dl = (E A / L) (1 + 3 e) + s_0 A / L
 /// ```
 ///
-/// With friction each segment has a tension, bound by its neighbours' as in [`capstan`]. The tangent is then
+/// With friction each segment has a tension, bound by its neighbours' as in `capstan`. The tangent is then
 /// that of the return mapping, and not symmetric. Slack parts carry nothing. Handbook 2.2.
 ///
 /// History: broken (0 or 1), energy lost at rupture [J], work of friction [J]; with friction, the
