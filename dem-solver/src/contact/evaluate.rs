@@ -15,7 +15,7 @@ use super::touch::{Contact, Touch};
 use crate::rock::{Motion, Rock};
 use crate::search::pairs::{Instant, PairElement, PairList};
 use crate::wall::motion::NodeMotion;
-use crate::wall::surface::Surface;
+use crate::wall::Wall;
 use nalgebra::Vector3;
 
 /// Angle between two contacts up to which one that sets in takes over the spring of the other [rad].
@@ -29,7 +29,7 @@ pub struct Scene<'a> {
     /// The laws of its contacts.
     pub laws: WallLaws<'a>,
     /// What it touches.
-    pub surface: Surface<'a>,
+    pub wall: &'a Wall,
     /// Pairs that may touch.
     pub list: &'a PairList,
     /// Motion of the near nodes in the window.
@@ -82,7 +82,7 @@ impl Evaluation {
 
     /// Find the contacts at `now` and their elastic energy; no forces.
     pub fn energy(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.surface.crossings());
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.wall.crossings.as_ref());
         let spheres = &scene.rock.spheres;
         let elements = &scene.list.elements;
         let of = |c: &Contact| {
@@ -98,7 +98,7 @@ impl Evaluation {
     /// memories after it go to [`Evaluation::memories`], forces on the wall to
     /// [`Evaluation::node_forces`].
     pub fn forces(&mut self, scene: Scene, now: &Motion, at: Instant, h: f64, before: &[Memory]) -> Sums {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.surface.crossings());
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.wall.crossings.as_ref());
         self.memories.clear();
         self.node_forces.clear();
         self.node_velocities.clear();
@@ -182,13 +182,9 @@ impl Evaluation {
     /// `depth` radii into the box that they span, or through the centre of its own sphere within the last `h` [s].
     pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64, depth: f64) -> Option<&Contact> {
         let rock = scene.rock;
-        let radius = (1.0 + depth) * rock.smallest_radius;
-        let (lowest, highest) =
-            (rock.lowest_corner.add_scalar(radius), rock.highest_corner.add_scalar(-radius));
         let inside = |contact: &Contact| {
             let centre = &rock.spheres[contact.sphere as usize].centre;
-            let point = centre + contact.normal * contact.distance;
-            (0..3).all(|axis| point[axis] > lowest[axis] && point[axis] < highest[axis])
+            rock.holds(&(centre + contact.normal * contact.distance), depth)
         };
         let motion = self.own_motion(rock, now);
         self.touch.contacts.iter().find(|contact| {
@@ -268,10 +264,10 @@ impl Evaluation {
         }
         let touch = &self.touch;
         // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
-        let neighbours = |a: u32, b: u32| scene.surface.share_a_node(a, b);
+        let neighbours = |a: u32, b: u32| scene.wall.share_a_node(a, b);
         let view = |contact| View { contact, touch, list: scene.list, way };
         inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
-        if scene.surface.crossings().is_some() {
+        if scene.wall.crossings.as_ref().is_some() {
             // What sets in beside a contact that stays begins with that one's spring: a segment beyond a
             // kink and the node that is subtracted then cancel.
             for (contact, heir) in touch.contacts.iter().zip(&mut self.heirs).filter(|(_, h)| **h == NONE) {
@@ -288,7 +284,7 @@ impl Evaluation {
 /// `sum N_a^2 / m_a` of the wall's point [1/kg]; 0 where the wall does not tell its masses.
 #[inline]
 fn inverse_mass(scene: Scene, element: &PairElement, weights: [f64; 3]) -> f64 {
-    scene.surface.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
+    scene.wall.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
 }
 
 struct View<'a> {

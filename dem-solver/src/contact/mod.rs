@@ -8,8 +8,8 @@
 //!
 //! [`pair`] applies the law to one contact, of a sphere with a wall or with another sphere;
 //! [`laws`] knows which law a pair of materials has, its moduli combined by [`elastic`];
-//! [`evaluate`] sums up all contacts of one rock at one instant, [`touch`] finds them; [`rocks`] does both
-//! for two rocks.
+//! [`evaluate`] sums up all contacts of one rock with a wall at one instant, [`touch`] finds them; [`standing`]
+//! does both for terrain, [`rocks`] for two rocks.
 
 pub mod damping;
 pub mod elastic;
@@ -21,6 +21,7 @@ pub mod pair;
 pub mod restitution;
 pub mod rocks;
 pub mod rolling;
+pub mod standing;
 pub mod tangential;
 pub mod touch;
 

@@ -7,9 +7,11 @@
 //! - [`read`]: from files to rasters, points, triangles
 //! - [`relief`]: from those to one surface, its holes refused or cut
 //! - [`zones`]: which material lies where
+//! - [`face`]: one of its triangles
 //! - [`look`]: what the terrain is asked
 //! - [`slope`]: one that is generated
 
+pub mod face;
 pub mod look;
 pub mod read;
 pub mod relief;

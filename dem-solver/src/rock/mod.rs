@@ -156,8 +156,20 @@ impl Rock {
         motion.position.dot(down) + furthest.fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// True if `point` [m], in its own frame, lies further than `depth` radii inside the box that the centres of its
+    /// outer spheres span.
+    pub fn holds(&self, point: &Vector3<f64>, depth: f64) -> bool {
+        let radius = (1.0 + depth) * self.smallest_radius;
+        (0..3).all(|axis| {
+            point[axis] > self.lowest_corner[axis] + radius && point[axis] < self.highest_corner[axis] - radius
+        })
+    }
+
     /// Angular velocity along the axes of space [rad/s].
     pub fn spin(&self, motion: &Motion) -> Vector3<f64> {
+        if rotation::is_spherical(&self.inertia) {
+            return motion.angular_momentum / self.inertia.x;
+        }
         let own = motion.orientation.inverse_transform_vector(&motion.angular_momentum);
         motion.orientation * own.component_div(&self.inertia)
     }

@@ -1,16 +1,14 @@
 //! Which spheres of a rock may touch which triangles of the terrain, and how far the rock is from it.
 //!
 //! Triangles around the rock are kept until it has moved by a margin, pairs until it has moved or turned
-//! by a smaller skin. Nothing of the terrain moves, and nothing here grows with its size.
+//! by a smaller skin. A pair knows how far apart it was when it was listed: until the rock has come that far it is not
+//! looked at. Nothing of the terrain moves, and nothing here grows with its size.
 
-use super::pairs::{Pair, PairElement, PairList};
 use super::tree::{Slab, SphereTree};
 use crate::ground::Ground;
+use crate::ground::face::Face;
 use crate::ground::look::arrival;
 use crate::rock::{Motion, Rock};
-use crate::wall::Kind;
-use crate::wall::closest::on_face;
-use crate::wall::motion::NodeMotion;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// How much further than asked for pairs are listed, as a share of the smallest radius: between these, what the
@@ -19,24 +17,39 @@ const SKIN: [f64; 2] = [0.05, 0.2];
 const STRIDES: f64 = 100.0;
 
 /// Margin of the triangles that are kept, as a share of the rock's reach: at 10 m/s a look into the
-/// terrain's tree each 10 ms for a rock of 0.8 m.
-const MARGIN: f64 = 0.25;
+/// terrain's tree each 20 ms for a rock of 0.8 m.
+const MARGIN: f64 = 0.5;
+
+/// A sphere and a triangle that may touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// Number of the sphere in its rock.
+    pub sphere: u32,
+    /// Number of the triangle in the terrain.
+    pub triangle: u32,
+    /// Place of the triangle in [`Surroundings::faces`].
+    pub face: u32,
+    /// Distance of their surfaces when the pairs were searched, below 0 where they overlapped [m].
+    pub gap: f64,
+}
 
 /// The surroundings of one rock on the terrain. Nothing here is state.
 #[derive(Debug, Clone, Default)]
 pub struct Surroundings {
     /// Triangles near the rock, ascending.
     near: Vec<u32>,
+    /// The same as faces.
+    pub faces: Vec<Face>,
     near_at: Vector3<f64>,
     coverage: f64,
-    /// Pairs that may touch.
-    pub pairs: PairList,
-    /// Their nodes, which stand still.
-    pub nodes: NodeMotion,
-    /// A corner of each element of the pairs, and its unit normal.
-    pub planes: Vec<(Vector3<f64>, Vector3<f64>)>,
+    /// Pairs that may touch, by sphere, then triangle.
+    pub pairs: Vec<Pair>,
     searched: Option<(Vector3<f64>, UnitQuaternion<f64>)>,
     skin: f64,
+    /// How far no point of the rock has moved further since the pairs were searched [m].
+    pub moved: f64,
+    /// Times that pairs were searched.
+    pub searches: u64,
     /// Times that triangles were looked for.
     pub refreshes: u64,
 }
@@ -46,12 +59,8 @@ impl Surroundings {
     pub fn new(rock: &Rock) -> Self {
         let mut it = Self { coverage: f64::NEG_INFINITY, ..Self::default() };
         it.near.reserve(1024);
-        it.pairs.pairs.reserve(4 * rock.spheres.len() + 1024);
-        it.pairs.elements.reserve(1024);
-        it.pairs.nodes.reserve(3072);
-        it.pairs.numbers.reserve(3072);
-        it.nodes.reserve(3072, 1);
-        it.planes.reserve(1024);
+        it.faces.reserve(1024);
+        it.pairs.reserve(4 * rock.spheres.len() + 1024);
         it
     }
 
@@ -67,9 +76,14 @@ impl Surroundings {
         reach: f64,
     ) {
         if let Some((position, orientation)) = &self.searched {
-            let turn = orientation.inverse() * now.orientation;
-            // A point at distance r moves by 2 r sin(angle / 2).
-            if (now.position - position).norm() + 2.0 * turn.imag().norm() * rock.arm + reach <= self.skin {
+            self.moved = (now.position - position).norm();
+            // The turn of a single sphere moves nothing.
+            if rock.arm > 0.0 {
+                let turn = orientation.inverse() * now.orientation;
+                // A point at distance r moves by 2 r sin(angle / 2).
+                self.moved += 2.0 * turn.imag().norm() * rock.arm;
+            }
+            if self.moved + reach <= self.skin {
                 return;
             }
         }
@@ -80,54 +94,48 @@ impl Surroundings {
         if (now.position - self.near_at).norm() + need > self.coverage {
             self.refreshes += 1;
             (self.near_at, self.coverage) = (now.position, need + MARGIN * tree.reach);
-            let near = &mut self.near;
+            let (near, faces) = (&mut self.near, &mut self.faces);
             near.clear();
-            ground.within(&now.position, self.coverage, |t| near.push(t));
+            faces.clear();
+            ground.within(&now.position, self.coverage, |t| {
+                near.push(t);
+                faces.push(Face::new(ground.corners(t)));
+            });
         }
-        self.search(tree, ground, now, skin);
+        self.search(tree, now, skin);
     }
 
-    fn search(&mut self, tree: &SphereTree, ground: &Ground, now: &Motion, skin: f64) {
+    fn search(&mut self, tree: &SphereTree, now: &Motion, skin: f64) {
         self.searched = Some((now.position, now.orientation));
-        self.skin = skin;
-        let list = &mut self.pairs;
-        list.searches += 1;
-        list.pairs.clear();
-        list.elements.clear();
-        list.numbers.clear();
-        self.planes.clear();
+        (self.skin, self.moved) = (skin, 0.0);
+        self.searches += 1;
+        self.pairs.clear();
+        let single = tree.single();
         let to_own = now.rotation().transpose();
-        for &number in &self.near {
-            let [a, b, c] = ground.corners(number).map(|p| to_own * (p - now.position));
-            let (place, before) = (list.elements.len() as u32, list.pairs.len());
-            let pairs = &mut list.pairs;
-            // The tree holds the spheres with their radii.
-            tree.near_face(&Slab::new([&a, &b, &c]), skin, |sphere, k| {
-                let limit = sphere.radius + skin;
-                if on_face(&sphere.centre, [&a, &b, &c]).to_point.norm_squared() <= limit * limit {
-                    pairs.push(Pair { sphere: k, element: place });
+        let pairs = &mut self.pairs;
+        for ((face, it), &triangle) in (0..).zip(&self.faces).zip(&self.near) {
+            let mut add = |sphere: u32, gap: f64| {
+                if gap <= skin {
+                    pairs.push(Pair { sphere, triangle, face, gap });
                 }
-                skin
-            });
-            if list.pairs.len() > before {
-                let nodes = ground.triangles[number as usize];
-                list.elements.push(PairElement { kind: Kind::Face, nodes, radius: 0.0, number });
-                list.numbers.extend(nodes);
-                let [p, q, r] = ground.corners(number);
-                let normal = (q - p).cross(&(r - p)).try_normalize(0.0).unwrap_or_default();
-                self.planes.push((p, normal));
+            };
+            match single {
+                Some(radius) => {
+                    if it.off_plane(&now.position) <= radius + skin {
+                        add(0, it.closest(&now.position).0.norm() - radius);
+                    }
+                }
+                None => {
+                    let seen = it.seen(&to_own, &now.position);
+                    // The tree holds the spheres with their radii.
+                    tree.near_face(&Slab::of(&seen), skin, |sphere, k| {
+                        add(k, seen.closest(&sphere.centre).0.norm() - sphere.radius);
+                        skin
+                    });
+                }
             }
         }
-        list.pairs.sort_unstable();
-        list.numbers.sort_unstable();
-        list.numbers.dedup();
-        for element in &mut list.elements {
-            let place = |n: u32| list.numbers.partition_point(|m| *m < n) as u32;
-            element.nodes = element.nodes.map(place);
-        }
-        list.nodes.clear();
-        list.nodes.extend(0..list.numbers.len() as u32);
-        self.nodes.hold(list.numbers.iter().map(|n| ground.nodes[*n as usize]));
+        self.pairs.sort_unstable_by_key(|p| (p.sphere, p.face));
     }
 }
 
@@ -158,10 +166,9 @@ pub fn free_time(
     let mut least = arrival(far, speed, bow).min(most);
     let rounding = 1e-9 * tree.reach;
     let look = |number: u32, mut least: f64| {
-        let [a, b, c] = ground.corners(number).map(|p| to_own * (p - now.position));
-        let slab = Slab::new([&a, &b, &c]);
-        tree.near_face(&slab, way(least), |sphere, _| {
-            let to_point = on_face(&sphere.centre, [&a, &b, &c]).to_point;
+        let face = Face::new(ground.corners(number)).seen(&to_own, &now.position);
+        tree.near_face(&Slab::of(&face), way(least), |sphere, _| {
+            let (to_point, _) = face.closest(&sphere.centre);
             let distance = to_point.norm();
             let gap = distance - sphere.radius - rounding;
             if gap <= 0.0 {

@@ -1,6 +1,7 @@
 //! The tree over a rock's spheres in its own frame.
 
 use super::boxes::{Bounds, BoxTree, morton_order};
+use crate::ground::face::Face;
 use crate::rock::Sphere;
 use nalgebra::Vector3;
 
@@ -30,6 +31,12 @@ impl Slab {
         Self { bounds: [a.inf(b).inf(c), a.sup(b).sup(c)], start: *a, normal }
     }
 
+    /// Of a face.
+    pub fn of(face: &Face) -> Self {
+        let [a, b, c] = face.corners();
+        Self { bounds: [a.inf(&b).inf(&c), a.sup(&b).sup(&c)], start: a, normal: face.normal }
+    }
+
     /// A distance [m] that no point of the box is nearer than.
     #[inline]
     pub fn distance(&self, bounds: &Bounds) -> f64 {
@@ -52,6 +59,14 @@ impl SphereTree {
         };
         let reach = spheres.iter().map(|s| s.centre.norm() + s.radius).fold(0.0, f64::max);
         Self { tree: BoxTree::new(sorted.len(), bounds), spheres: sorted, reach }
+    }
+
+    /// The radius of a rock that is one sphere around its centre of mass [m].
+    pub fn single(&self) -> Option<f64> {
+        match &self.spheres[..] {
+            [(sphere, _)] if sphere.centre == Vector3::zeros() => Some(sphere.radius),
+            _ => None,
+        }
     }
 
     /// Call `found` with the number of every sphere whose bounding box meets the box from `lowest`

@@ -101,7 +101,12 @@ impl Run {
         zone.update(view, now, at)?;
         let (evaluation, scene) = zone.parts(view);
         let sums = evaluation.forces(scene, now, at, h, &body.memories);
-        load.behind = watch(evaluation, scene, now, &sums, h, start)?;
+        if !scene.list.pairs.is_empty() {
+            load.behind = watch(scene.rock, now, &sums, h, start, |depth| {
+                let contact = evaluation.passed_centre(scene, now, h, depth)?;
+                Some((contact.sphere, scene.list.elements[contact.element as usize].number))
+            })?;
+        }
         (load.force, load.torque, load.elastic, load.sheared) =
             (sums.force, sums.torque, sums.elastic, sums.sheared);
         load.lost = (sums.damped + sums.rubbed) * h;

@@ -17,7 +17,6 @@ use crate::ground::Ground;
 use crate::rock::Rock;
 use crate::search::terrain::Surroundings;
 use crate::settings::{DemSettings, EffectiveMass, RollingName};
-use crate::wall::closest::on_face;
 use nalgebra::Vector3;
 
 /// Spheres within this share of the smallest radius count; a stretch ends before a rock has moved by it.
@@ -72,7 +71,7 @@ pub fn next(
     let turn = now.angular_momentum.norm() / it.inertia.min();
     let fastest = now.velocity.norm() + turn * it.arm + model.settings.gravity.norm() * h;
     let steps = ((reach / (fastest * h)) as usize).clamp(1, most.min(MOST));
-    let near = near(it, ground, laws, around, body, reach);
+    let near = near(it, laws, around, body, reach);
     if near.count == 0.0 || steps == 1 {
         return Stretch { steps, parts: steps };
     }
@@ -110,38 +109,35 @@ fn step(law: &Law, rock: &Rock, near: &Near, speed: f64, per_contact: f64) -> f6
 /// What is within `reach` [m] of a rock's surface.
 fn near(
     rock: &Rock,
-    ground: &Ground,
     laws: WallLaws,
     around: &Surroundings,
     body: &Body,
     reach: f64,
 ) -> Near {
     let now = &body.motion;
-    let to_own = now.rotation().transpose();
+    let rotation = now.rotation();
+    let to_own = rotation.transpose();
     let velocity = to_own * now.velocity;
     let spin = (to_own * now.angular_momentum).component_div(&rock.inertia);
     let least = rock.inertia.min();
-    let list = &around.pairs;
     let mut sum = Near::default();
-    let mut rest = &list.pairs[..];
+    let mut rest = &around.pairs[..];
     while let Some(first) = rest.first() {
         let many = rest.iter().take_while(|p| p.sphere == first.sphere).count();
         let (own, others) = rest.split_at(many);
         rest = others;
         let sphere = &rock.spheres[first.sphere as usize];
-        let centre = now.position + now.orientation * sphere.centre;
+        let centre = now.position + rotation * sphere.centre;
         let mut nearest: Option<(f64, Vector3<f64>, u32)> = None;
-        for pair in own {
-            let (start, upright) = around.planes[pair.element as usize];
-            if upright.dot(&(centre - start)).abs() > sphere.radius + reach {
+        for pair in own.iter().filter(|p| p.gap <= around.moved + reach) {
+            let face = &around.faces[pair.face as usize];
+            if face.off_plane(&centre) > sphere.radius + reach {
                 continue;
             }
-            let number = list.elements[pair.element as usize].number;
-            let [a, b, c] = ground.corners(number);
-            let to_point = on_face(&centre, [&a, &b, &c]).to_point;
+            let (to_point, _) = face.closest(&centre);
             let distance = to_point.norm();
             if distance < sphere.radius + reach && nearest.is_none_or(|(d, ..)| distance < d) {
-                nearest = Some((distance, to_point, number));
+                nearest = Some((distance, to_point, pair.triangle));
             }
         }
         let Some((distance, to_point, number)) = nearest.filter(|(d, ..)| *d > 0.0) else { continue };

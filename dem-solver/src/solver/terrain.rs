@@ -6,22 +6,18 @@ use super::state::{Body, State};
 use super::stretch::{self, Stretch};
 use super::trajectory::Row;
 use super::watch::watch;
-use crate::contact::evaluate::{Evaluation, Scene, Sums};
+use crate::contact::evaluate::Sums;
 use crate::contact::laws::WallLaws;
+use crate::contact::standing::Standing;
 use crate::ground::Ground;
 use crate::rock::Motion;
-use crate::search::pairs::Instant;
 use crate::search::terrain::Surroundings;
-use crate::wall::surface::Surface;
 use interface_defs::Fault;
 
 /// Rows in the shortest contact.
 const ROWS_PER_CONTACT: f64 = 10.0;
 /// Rows per row of `history.csv` in a contact that lasts.
 const ROWS_PER_INTERVAL: f64 = 5.0;
-
-/// An instant in a terrain that stands still.
-const STILL: Instant = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
 
 /// The laws of a rock with the terrain.
 fn laws_on<'a>(model: &'a Model, ground: &'a Ground, rock: usize) -> Option<WallLaws<'a>> {
@@ -33,7 +29,7 @@ fn laws_on<'a>(model: &'a Model, ground: &'a Ground, rock: usize) -> Option<Wall
 #[derive(Debug, Clone)]
 pub struct OnTerrain {
     around: Vec<Surroundings>,
-    evaluations: Vec<Evaluation>,
+    standing: Vec<Standing>,
     /// Rows of the window under way; none are kept where nobody writes them.
     pub rows: Option<Vec<Row>>,
 }
@@ -42,18 +38,14 @@ impl OnTerrain {
     /// For the rocks of a model.
     pub fn new(model: &Model, rows: bool) -> Self {
         let around: Vec<_> = model.rocks.iter().map(Surroundings::new).collect();
-        let evaluation = |rock: &crate::rock::Rock| {
-            let mut evaluation = Evaluation::default();
-            evaluation.reserve(3072, 1024, 4 * rock.spheres.len() + 64);
-            evaluation
-        };
-        Self { evaluations: model.rocks.iter().map(evaluation).collect(), around, rows: rows.then(Vec::new) }
+        let standing = |rock: &crate::rock::Rock| Standing::new(4 * rock.spheres.len() + 64);
+        Self { standing: model.rocks.iter().map(standing).collect(), around, rows: rows.then(Vec::new) }
     }
 
     /// Times that pairs were searched, and that triangles were looked for.
     pub fn searches(&self) -> [u64; 2] {
         let sum = |of: fn(&Surroundings) -> u64| self.around.iter().map(of).sum();
-        [sum(|a| a.pairs.searches), sum(|a| a.refreshes)]
+        [sum(|a| a.searches), sum(|a| a.refreshes)]
     }
 
     /// The stretch that the rock takes next, of at most `most` steps of `h` [s]: several at once, and cut as its
@@ -87,30 +79,27 @@ impl OnTerrain {
     ) -> Result<(Sums, usize), Fault> {
         let Some(laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
         let it = &model.rocks[rock];
-        let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
+        let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
         around.update(it, &model.trees[rock], ground, now, h, 0.0);
-        let surface = Surface::Ground(ground);
-        let scene = Scene { rock: it, laws, surface, list: &around.pairs, motion: &around.nodes };
-        if around.pairs.pairs.is_empty() {
+        if around.pairs.is_empty() {
             body.ground_memories.clear();
             return Ok((Sums::default(), 0));
         }
-        let sums = evaluation.forces(scene, now, STILL, h, &body.ground_memories);
-        watch(evaluation, scene, now, &sums, h, time)?;
-        std::mem::swap(&mut body.ground_memories, &mut evaluation.memories);
-        Ok((sums, evaluation.touch.contacts.len()))
+        standing.find(it, around, now);
+        let sums = standing.forces(it, laws, ground, now, h, &body.ground_memories);
+        watch(it, now, &sums, h, time, |depth| standing.passed_centre(it, now, h, depth))?;
+        std::mem::swap(&mut body.ground_memories, &mut standing.memories);
+        Ok((sums, standing.contacts.len()))
     }
 
     /// Elastic energy [J] and number of contacts of rock number `rock` at `now`.
     pub fn energy(&mut self, model: &Model, ground: &Ground, rock: usize, now: &Motion) -> (f64, usize) {
         let Some(laws) = laws_on(model, ground, rock) else { return (0.0, 0) };
         let it = &model.rocks[rock];
-        let (around, evaluation) = (&mut self.around[rock], &mut self.evaluations[rock]);
+        let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
         around.update(it, &model.trees[rock], ground, now, model.steps.step, 0.0);
-        let surface = Surface::Ground(ground);
-        let scene = Scene { rock: it, laws, surface, list: &around.pairs, motion: &around.nodes };
-        let elastic = evaluation.energy(scene, now, STILL);
-        (elastic, evaluation.touch.contacts.len())
+        standing.find(it, around, now);
+        (standing.energy(laws), standing.contacts.len())
     }
 
     /// A window begins.

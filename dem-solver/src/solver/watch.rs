@@ -1,7 +1,7 @@
 //! Watches on a step: stop where the answer would be wrong and look calm.
 
-use crate::contact::evaluate::{Evaluation, Scene, Sums};
-use crate::rock::Motion;
+use crate::contact::evaluate::Sums;
+use crate::rock::{Motion, Rock};
 use interface_defs::Fault;
 
 /// Overlap over radius from which on it is looked whether the wall is behind a centre: two spheres
@@ -18,35 +18,34 @@ const LARGEST_STRIDE: f64 = 0.5;
 
 /// Fail the window if, in the step of `h` [s] that began at `time` [s], the wall has passed a rock too
 /// fast to be met, or has been pushed too far past the centres of its outer spheres. Otherwise: whether
-/// it lies behind them at all, between two spheres, where the contact is weaker than its law.
+/// it lies behind them at all, between two spheres, where the contact is weaker than its law. `passed` says which
+/// sphere the wall has passed by so many radii, and with which element.
 pub fn watch(
-    evaluation: &Evaluation,
-    scene: Scene,
+    rock: &Rock,
     now: &Motion,
     sums: &Sums,
     h: f64,
     time: f64,
+    passed: impl Fn(f64) -> Option<(u32, u32)>,
 ) -> Result<bool, Fault> {
-    let it = scene.rock;
-    let spin = now.angular_momentum.norm() / it.inertia.min() * it.arm;
+    let spin = now.angular_momentum.norm() / rock.inertia.min() * rock.arm;
     let stride = (sums.fastest + spin) * h;
-    if !scene.list.pairs.is_empty() && stride > LARGEST_STRIDE * it.smallest_radius {
+    if stride > LARGEST_STRIDE * rock.smallest_radius {
         return Err(Fault::window(format!(
             "rock `{}` at {time:.6} s: the wall moves {stride:.3e} m past it in one step of {h:.3e} s, more than \
              half the radius {:.3e} m of its spheres, and might pass through unseen; shorten dem.time_step",
-            it.name, it.smallest_radius
+            rock.name, rock.smallest_radius
         )));
     }
     if sums.penetration <= PASSING {
         return Ok(false);
     }
-    if let Some(contact) = evaluation.passed_centre(scene, now, h, DEEPEST) {
-        let element = scene.list.elements[contact.element as usize].number;
+    if let Some((sphere, element)) = passed(DEEPEST) {
         return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: wall element {element} has been pushed past the centre of sphere {} (radius \
-             {:.3e} m); the contact is too soft, raise contact.young, or shorten dem.time_step",
-            it.name, contact.sphere, it.spheres[contact.sphere as usize].radius
+            "rock `{}` at {time:.6} s: wall element {element} has been pushed past the centre of sphere {sphere} \
+             (radius {:.3e} m); the contact is too soft, raise contact.young, or shorten dem.time_step",
+            rock.name, rock.spheres[sphere as usize].radius
         )));
     }
-    Ok(evaluation.passed_centre(scene, now, h, 0.0).is_some())
+    Ok(passed(0.0).is_some())
 }

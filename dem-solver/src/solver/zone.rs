@@ -10,7 +10,6 @@ use crate::search::near::{NearList, NodeBox, Sweep};
 use crate::search::pairs::{Instant, PairList};
 use crate::wall::Wall;
 use crate::wall::motion::{MotionFields, NodeMotion, largest_difference};
-use crate::wall::surface::Surface;
 use interface_defs::Fault;
 
 /// Skin of the near list, as a share of the rock's reach: for the rock of the drop test
@@ -153,8 +152,7 @@ impl Zone {
         let laws = &view.model.laws.as_ref().expect("prepared: a wall has laws").walls;
         let laws = WallLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
         let rock = &view.model.rocks[self.rock];
-        let surface = Surface::Wall(view.wall);
-        let scene = Scene { rock, laws, surface, list: &self.pairs, motion: &self.motion };
+        let scene = Scene { rock, laws, wall: view.wall, list: &self.pairs, motion: &self.motion };
         (&mut self.evaluation, scene)
     }
 

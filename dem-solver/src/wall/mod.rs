@@ -3,12 +3,10 @@
 //! - [`closest`]: the closest point of one element (first stage of the double hierarchy)
 //! - [`hierarchy`]: which of several elements' points are contacts (second stage)
 //! - [`motion`]: where its nodes are within a window
-//! - [`surface`]: wall or terrain, as a contact asks them
 
 pub mod closest;
 pub mod hierarchy;
 pub mod motion;
-pub mod surface;
 
 use interface_defs::{Fault, InterfaceMesh};
 use nalgebra::Vector3;
@@ -103,6 +101,20 @@ impl Wall {
     /// How far down its lowest node lies at t = 0, along `down` [m].
     pub fn depth(&self, down: &Vector3<f64>) -> f64 {
         self.nodes.iter().map(|n| n.dot(down)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// True if two elements hold a common node. Numbers beyond the elements, which are crossings, do not.
+    pub fn share_a_node(&self, a: u32, b: u32) -> bool {
+        let of = |key: u32| self.elements.get(key as usize);
+        of(a).zip(of(b)).is_some_and(|(a, b)| a.shares_a_node(b))
+    }
+
+    /// `sum N_a^2 / m_a` of a point with these nodes and weights [1/kg]; 0 where masses are not told.
+    #[inline]
+    pub fn inverse_mass(&self, nodes: [u32; 3], [na, nb, nc]: [f64; 3]) -> f64 {
+        let Some(inverse) = &self.inverse_mass else { return 0.0 };
+        let [a, b, c] = nodes.map(|n| inverse[n as usize]);
+        na * na * a + nb * nb * b + nc * nc * c
     }
 
     /// In words, with numbers.

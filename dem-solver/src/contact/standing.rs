@@ -1,0 +1,255 @@
+//! Contacts of one rock with the terrain at one instant, and their forces.
+//!
+//! What stands still needs no nodes, no velocities and no forces of its own; all is done along the axes of
+//! space, in which it was prepared once. Signs and law are those of [`super::evaluate`].
+//!
+//! Source: handbook 1.1 to 1.3, 1.8, 1.9.
+
+use super::evaluate::Sums;
+use super::laws::WallLaws;
+use super::memory::{Heir, Memory, NONE, inherit};
+use super::pair::{Meeting, Past};
+use crate::ground::Ground;
+use crate::rock::{Motion, Rock};
+use crate::search::terrain::Surroundings;
+use crate::wall::closest::Feature;
+use crate::wall::hierarchy::{Candidate, keep_contacts};
+use nalgebra::{Matrix3, Vector3};
+
+/// A contact of a sphere with a triangle, along the axes of space.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact {
+    /// Unit vector from the sphere's centre to the triangle's point.
+    pub normal: Vector3<f64>,
+    /// Distance of the two [m].
+    pub distance: f64,
+    /// Overlap, above 0 [m].
+    pub overlap: f64,
+    /// The sphere's centre from the rock's centre of mass [m].
+    pub centre: Vector3<f64>,
+    /// The sphere's radius [m].
+    pub radius: f64,
+    /// Number of the sphere.
+    pub sphere: u32,
+    /// Number of the triangle.
+    pub triangle: u32,
+    feature: Feature,
+}
+
+impl Candidate for Contact {
+    fn distance(&self) -> f64 {
+        self.distance
+    }
+    fn normal(&self) -> &Vector3<f64> {
+        &self.normal
+    }
+    fn feature(&self) -> Feature {
+        self.feature
+    }
+    fn element(&self) -> u32 {
+        self.triangle
+    }
+}
+
+/// The contacts, and buffers that are used again and again.
+#[derive(Debug, Clone, Default)]
+pub struct Standing {
+    /// The contacts, by sphere, in the order of the hierarchy.
+    pub contacts: Vec<Contact>,
+    heirs: Vec<u32>,
+    /// The memories after the step.
+    pub memories: Vec<Memory>,
+}
+
+impl Standing {
+    /// Room for so many contacts.
+    pub fn new(contacts: usize) -> Self {
+        Self {
+            contacts: Vec::with_capacity(contacts),
+            heirs: Vec::with_capacity(contacts),
+            memories: Vec::with_capacity(contacts),
+        }
+    }
+
+    /// Find the contacts at `now`; `around` must be good there.
+    pub fn find(&mut self, rock: &Rock, around: &Surroundings, now: &Motion) {
+        self.contacts.clear();
+        let moved = around.moved;
+        let rotation = Turned::new(rock, now);
+        let mut rest = &around.pairs[..];
+        while let Some(first) = rest.first() {
+            let (number, before) = (first.sphere, self.contacts.len());
+            let sphere = &rock.spheres[number as usize];
+            let mut at = None;
+            while let Some((pair, others)) = rest.split_first()
+                && pair.sphere == number
+            {
+                rest = others;
+                if pair.gap > moved {
+                    continue;
+                }
+                let (centre, place) = *at.get_or_insert_with(|| {
+                    let centre = rotation.of(&sphere.centre);
+                    (centre, now.position + centre)
+                });
+                let face = &around.faces[pair.face as usize];
+                if face.off_plane(&place) >= sphere.radius {
+                    continue;
+                }
+                let (to_point, feature) = face.closest(&place);
+                let square = to_point.norm_squared();
+                if square < sphere.radius * sphere.radius {
+                    let distance = square.sqrt();
+                    self.contacts.push(Contact {
+                        normal: to_point / distance,
+                        distance,
+                        overlap: sphere.radius - distance,
+                        centre,
+                        radius: sphere.radius,
+                        sphere: number,
+                        triangle: pair.triangle,
+                        feature,
+                    });
+                }
+            }
+            if self.contacts.len() > before + 1 {
+                let kept = keep_contacts(&mut self.contacts[before..]);
+                self.contacts.truncate(before + kept);
+            }
+        }
+    }
+
+    /// Elastic energy of the contacts that were found [J].
+    pub fn energy(&self, laws: WallLaws) -> f64 {
+        let of = |c: &Contact| laws.of(c.triangle).normal.load(c.radius, c.overlap).energy;
+        self.contacts.iter().map(of).sum()
+    }
+
+    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the memories after
+    /// it go to [`Standing::memories`].
+    pub fn forces(
+        &mut self,
+        rock: &Rock,
+        laws: WallLaws,
+        ground: &Ground,
+        now: &Motion,
+        h: f64,
+        before: &[Memory],
+    ) -> Sums {
+        self.memories.clear();
+        let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
+        if self.contacts.is_empty() {
+            return sums;
+        }
+        let remembers = laws.any(|law| law.remembers());
+        if remembers {
+            let neighbours = |a: u32, b: u32| ground.share_a_node(a, b);
+            let view = |contact| View { contact, way: sums.fastest * h };
+            inherit(
+                self.contacts.len(),
+                |i| view(&self.contacts[i]),
+                before,
+                neighbours,
+                &mut self.heirs,
+            );
+        }
+        let spin = rock.spin(now);
+        let contacts = self.contacts.len();
+        let inertia = rock.inertia.min() / contacts as f64;
+        for (i, contact) in self.contacts.iter().enumerate() {
+            let law = laws.of(contact.triangle);
+            let arm = contact.centre + contact.normal * contact.distance;
+            let past = match self.heirs.get(i) {
+                Some(&heir) if remembers && heir != NONE => {
+                    let memory = &before[heir as usize];
+                    Past { spring: memory.spring, moment: memory.moment, overlap: memory.overlap }
+                }
+                _ => Past::default(),
+            };
+            let meeting = Meeting {
+                normal: contact.normal,
+                overlap: contact.overlap,
+                radius: contact.radius,
+                velocity: now.velocity + spin.cross(&arm),
+                spin,
+                inertia,
+                dashpot: law.damping.as_ref().map_or(0.0, |d| d.coefficient(rock.mass, contacts, 0.0)),
+            };
+            let answer = law.answer(&meeting, &past, h);
+            if law.remembers() {
+                self.memories.push(Memory {
+                    sphere: contact.sphere,
+                    element: contact.triangle,
+                    spring: answer.spring,
+                    moment: answer.rolled,
+                    normal: contact.normal,
+                    overlap: contact.overlap,
+                    energy: answer.sheared,
+                });
+            }
+            sums.damped += answer.damped;
+            sums.rubbed += answer.rubbed;
+            sums.sheared += answer.sheared;
+            sums.elastic += answer.load.energy;
+            sums.penetration = sums.penetration.max(contact.overlap / contact.radius);
+            sums.force += answer.force;
+            sums.torque += arm.cross(&answer.force) + answer.moment;
+        }
+        sums
+    }
+
+    /// Sphere and triangle of the first contact that has been pushed past the centres of the outer spheres, as
+    /// [`super::evaluate::Evaluation::passed_centre`] has it.
+    pub fn passed_centre(&self, rock: &Rock, now: &Motion, h: f64, depth: f64) -> Option<(u32, u32)> {
+        let spin = rock.spin(now);
+        let passed = |contact: &&Contact| {
+            let point = contact.centre + contact.normal * contact.distance;
+            let relative = now.velocity + spin.cross(&contact.centre);
+            rock.holds(&now.orientation.inverse_transform_vector(&point), depth)
+                || contact.distance + h * relative.dot(&contact.normal) < 0.0
+        };
+        self.contacts.iter().find(passed).map(|c| (c.sphere, c.triangle))
+    }
+}
+
+/// Own vectors along the axes of space.
+enum Turned {
+    /// All centres are the centre of mass.
+    Centred,
+    By(Matrix3<f64>),
+}
+
+impl Turned {
+    fn new(rock: &Rock, now: &Motion) -> Self {
+        if rock.arm == 0.0 { Self::Centred } else { Self::By(now.rotation()) }
+    }
+
+    #[inline]
+    fn of(&self, own: &Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Self::Centred => *own,
+            Self::By(rotation) => rotation * own,
+        }
+    }
+}
+
+struct View<'a> {
+    contact: &'a Contact,
+    way: f64,
+}
+
+impl Heir for View<'_> {
+    fn sphere(&self) -> u32 {
+        self.contact.sphere
+    }
+    fn element(&self) -> u32 {
+        self.contact.triangle
+    }
+    fn normal(&self) -> Vector3<f64> {
+        self.contact.normal
+    }
+    fn turn(&self) -> f64 {
+        // Twice the way, for the spin that it does not show; and rounding.
+        2.0 * self.way / self.contact.distance + 1e-9
+    }
+}
