@@ -61,29 +61,6 @@ impl Ground {
         );
     }
 
-    /// The triangle that is nearest to `point`, if one comes within `radius` [m] of it.
-    pub fn nearest(&self, point: &Vector3<f64>, radius: f64) -> Option<u32> {
-        let square = std::cell::Cell::new(radius * radius);
-        let mut nearest = None;
-        self.tree.visit(
-            |bounds| {
-                let (middle, half) = bounds.middle_and_half();
-                let beside = (point - middle).abs() - half;
-                beside.sup(&Vector3::zeros()).norm_squared() <= square.get()
-            },
-            |t| {
-                let [a, b, c] = self.corners(t as u32);
-                let apart = on_face(point, [&a, &b, &c]).to_point.norm_squared();
-                if apart <= square.get() {
-                    square.set(apart);
-                    nearest = Some(t as u32);
-                }
-                true
-            },
-        );
-        nearest
-    }
-
     /// Whole steps of `h` [s], at most `most`, for which a sphere of `radius` [m] on this flight meets
     /// no triangle for certain.
     ///

@@ -5,12 +5,14 @@
 //! 2. [`pairs`]: (sphere, element) pairs within a smaller skin, from the [`tree`] over the spheres in
 //!    the rock's own frame, which is built once and never changes.
 //!
+//! Over [`terrain`] the same with triangles that stand still, and [`course`] says when a flying rock may meet one.
 //! [`rocks`] lists pairs of spheres of two rocks likewise.
 //!
 //! All lists only leave out what cannot touch, and what is done with them runs in one fixed order,
 //! so that no result depends on when a list was made.
 
 pub mod boxes;
+pub mod course;
 pub mod near;
 pub mod pairs;
 pub mod rocks;

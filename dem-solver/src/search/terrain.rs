@@ -4,10 +4,10 @@
 //! by a smaller skin. A pair knows how far apart it was when it was listed: until the rock has come that far it is not
 //! looked at. Nothing of the terrain moves, and nothing here grows with its size.
 
+use super::course::Course;
 use super::tree::{Slab, SphereTree};
 use crate::ground::Ground;
 use crate::ground::face::Face;
-use crate::ground::look::arrival;
 use crate::rock::{Motion, Rock};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -90,19 +90,53 @@ impl Surroundings {
         let speed = now.velocity.norm() + now.angular_momentum.norm() / rock.inertia.min() * rock.arm;
         let [least, most] = SKIN.map(|share| share * rock.smallest_radius);
         let skin = reach + (STRIDES * speed * h).clamp(least, most);
-        let need = tree.reach + skin;
-        if (now.position - self.near_at).norm() + need > self.coverage {
-            self.refreshes += 1;
-            (self.near_at, self.coverage) = (now.position, need + MARGIN * tree.reach);
-            let (near, faces) = (&mut self.near, &mut self.faces);
-            near.clear();
-            faces.clear();
-            ground.within(&now.position, self.coverage, |t| {
-                near.push(t);
-                faces.push(Face::new(ground.corners(t)));
-            });
-        }
+        self.look_around(tree, ground, now, skin);
         self.search(tree, now, skin);
+    }
+
+    /// Make sure that every triangle that is nearer than `further` [m] to the rock's reach is kept.
+    fn look_around(&mut self, tree: &SphereTree, ground: &Ground, now: &Motion, further: f64) {
+        let need = tree.reach + further;
+        if (now.position - self.near_at).norm() + need <= self.coverage {
+            return;
+        }
+        self.refreshes += 1;
+        (self.near_at, self.coverage) = (now.position, need + MARGIN * tree.reach);
+        // The pairs name places among the old ones.
+        self.searched = None;
+        let (near, faces) = (&mut self.near, &mut self.faces);
+        near.clear();
+        faces.clear();
+        ground.within(&now.position, self.coverage, |t| {
+            near.push(t);
+            faces.push(Face::new(ground.corners(t)));
+        });
+    }
+
+    /// For how long [s], at most `most`, a flying rock is certain to touch nothing of the terrain, 0 where it
+    /// touches already; and whether that is so because it then may have come `far` [m], further than which nothing
+    /// was looked at. It follows from the arguments alone, not from what happens to be kept.
+    pub fn free_time(
+        &mut self,
+        rock: &Rock,
+        tree: &SphereTree,
+        ground: &Ground,
+        now: &Motion,
+        gravity: &Vector3<f64>,
+        far: f64,
+        most: f64,
+    ) -> (f64, bool) {
+        self.look_around(tree, ground, now, far);
+        let course = Course::new(rock, tree, now, gravity);
+        let end = course.after(far);
+        let mut least = end.min(most);
+        for face in &self.faces {
+            least = course.meets(tree, face, far, least);
+            if least == 0.0 {
+                break;
+            }
+        }
+        (least, least == end)
     }
 
     fn search(&mut self, tree: &SphereTree, now: &Motion, skin: f64) {
@@ -128,9 +162,8 @@ impl Surroundings {
                 None => {
                     let seen = it.seen(&to_own, &now.position);
                     // The tree holds the spheres with their radii.
-                    tree.near_face(&Slab::of(&seen), skin, |sphere, k| {
+                    tree.near_face(&Slab::new(&seen), skin, |sphere, k| {
                         add(k, seen.closest(&sphere.centre).0.norm() - sphere.radius);
-                        skin
                     });
                 }
             }
@@ -139,59 +172,3 @@ impl Surroundings {
     }
 }
 
-/// For how long [s], at most `most`, a flying rock is certain to touch nothing of the terrain; 0 where it
-/// touches already. It follows from the arguments alone.
-///
-/// A triangle is convex: it lies behind the plane through its point that is closest to a sphere, and until
-/// the sphere has reached that plane they cannot touch. Along the plane's normal the sphere's centre moves
-/// with the rock and its spin, bent by gravity and by the turn. Triangles further than `far` [m] from the rock
-/// are not looked at: no point of the rock goes that way sooner than its speed allows.
-pub fn free_time(
-    rock: &Rock,
-    tree: &SphereTree,
-    ground: &Ground,
-    now: &Motion,
-    gravity: &Vector3<f64>,
-    far: f64,
-    most: f64,
-) -> f64 {
-    let to_own = now.rotation().transpose();
-    let [velocity, pull] = [now.velocity, *gravity].map(|v| to_own * v);
-    let spin = (to_own * now.angular_momentum).component_div(&rock.inertia);
-    let rate = now.angular_momentum.norm() / rock.inertia.min();
-    // Largest acceleration of a point at the distance 1: the spin itself turns where the moments differ.
-    let bend = rate * rate * (rock.inertia.max() / rock.inertia.min());
-    let (speed, bow) = (velocity.norm() + rate * rock.arm, gravity.norm() + bend * rock.arm);
-    let way = |time: f64| (speed + 0.5 * bow * time) * time;
-    let mut least = arrival(far, speed, bow).min(most);
-    let rounding = 1e-9 * tree.reach;
-    let look = |number: u32, mut least: f64| {
-        let face = Face::new(ground.corners(number)).seen(&to_own, &now.position);
-        tree.near_face(&Slab::of(&face), way(least), |sphere, _| {
-            let (to_point, _) = face.closest(&sphere.centre);
-            let distance = to_point.norm();
-            let gap = distance - sphere.radius - rounding;
-            if gap <= 0.0 {
-                least = 0.0;
-            } else if gap < way(least) {
-                let normal = to_point / distance;
-                let approach = (velocity + spin.cross(&sphere.centre)).dot(&normal);
-                let bow = pull.dot(&normal).max(0.0) + bend * sphere.centre.norm();
-                least = least.min(arrival(gap, approach, bow));
-            }
-            way(least)
-        });
-        least
-    };
-    // The nearest first: most others are then out of reach at a glance.
-    let Some(nearest) = ground.nearest(&now.position, tree.reach + way(least).min(far)) else { return least };
-    least = look(nearest, least);
-    if least > 0.0 {
-        ground.within(&now.position, tree.reach + way(least).min(far), |number| {
-            if number != nearest && least > 0.0 {
-                least = look(number, least);
-            }
-        });
-    }
-    least
-}

@@ -25,14 +25,8 @@ pub struct Slab {
 }
 
 impl Slab {
-    /// Of the triangle `corners`.
-    pub fn new([a, b, c]: [&Vector3<f64>; 3]) -> Self {
-        let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
-        Self { bounds: [a.inf(b).inf(c), a.sup(b).sup(c)], start: *a, normal }
-    }
-
     /// Of a face.
-    pub fn of(face: &Face) -> Self {
+    pub fn new(face: &Face) -> Self {
         let [a, b, c] = face.corners();
         Self { bounds: [a.inf(&b).inf(&c), a.sup(&b).sup(&c)], start: a, normal: face.normal }
     }
@@ -87,17 +81,22 @@ impl SphereTree {
     }
 
     /// Call `found` with every sphere, and its number, that may be nearer than `limit` [m] to the
-    /// triangle; what `found` answers is the limit from there on. Allocates nothing.
-    pub fn near_face(&self, face: &Slab, limit: f64, mut found: impl FnMut(&Sphere, u32) -> f64) {
-        let limit = std::cell::Cell::new(limit);
+    /// triangle. Allocates nothing.
+    pub fn near_face(&self, face: &Slab, limit: f64, mut found: impl FnMut(&Sphere, u32)) {
         self.tree.visit(
-            |bounds| face.distance(bounds) <= limit.get(),
+            |bounds| face.distance(bounds) <= limit,
             |i| {
                 let (sphere, number) = &self.spheres[i];
-                limit.set(found(sphere, *number));
+                found(sphere, *number);
                 true
             },
         );
+    }
+
+    /// Call `found` with every sphere of the boxes into which `enter` leads, until it answers false.
+    #[inline]
+    pub fn visit(&self, enter: impl FnMut(&Bounds) -> bool, mut found: impl FnMut(&Sphere) -> bool) {
+        self.tree.visit(enter, |i| found(&self.spheres[i].0));
     }
 }
 
@@ -139,12 +138,11 @@ mod tests {
         let [a, b, c] = &corners;
         let near = |s: &Sphere| on_face(&s.centre, [a, b, c]).to_point.norm() <= s.radius + 0.03;
         let (mut found, mut seen) = (Vec::new(), 0);
-        tree.near_face(&Slab::new([a, b, c]), 0.03, |s, k| {
+        tree.near_face(&Slab::new(&Face::new([*a, *b, *c])), 0.03, |s, k| {
             seen += 1;
             if near(s) {
                 found.push(k);
             }
-            0.03
         });
         found.sort_unstable();
         let every: Vec<u32> = (0..500).filter(|k| near(&spheres[*k as usize])).collect();

@@ -28,7 +28,8 @@ fn laws_on<'a>(model: &'a Model, ground: &'a Ground, rock: usize) -> Option<Wall
 /// What surrounds the rocks, and what is to be told of their ways.
 #[derive(Debug, Clone)]
 pub struct OnTerrain {
-    around: Vec<Surroundings>,
+    /// What is near each rock.
+    pub around: Vec<Surroundings>,
     standing: Vec<Standing>,
     /// Rows of the window under way; none are kept where nobody writes them.
     pub rows: Option<Vec<Row>>,

@@ -313,7 +313,10 @@ impl Run {
         while step < cut.steps {
             if flies && step >= next_try {
                 let most = self.steps_apart(model, state, cut.h, cut.steps - step);
-                let clear = if most > 0 { clear_of_all(model, state, cut.h, most) } else { 0 };
+                let clear = match &mut self.terrain {
+                    Some(terrain) if most > 0 => clear_of_all(model, &mut terrain.around, state, cut.h, most),
+                    _ => 0,
+                };
                 if clear >= FEWEST.min(cut.steps - step) {
                     self.fly(model, state, window, cut, step..step + clear, output);
                     step += clear;
