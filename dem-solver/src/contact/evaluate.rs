@@ -14,8 +14,8 @@ use super::pair::{Meeting, Past};
 use super::touch::{Contact, Touch};
 use crate::rock::{Motion, Rock};
 use crate::search::pairs::{Instant, PairElement, PairList};
-use crate::wall::motion::NodeMotion;
 use crate::wall::Wall;
+use crate::wall::motion::NodeMotion;
 use nalgebra::Vector3;
 
 /// Angle between two contacts up to which one that sets in takes over the spring of the other [rad].

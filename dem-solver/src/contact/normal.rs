@@ -78,13 +78,20 @@ impl Normal {
 
     /// How long such a contact lasts without dashpot [s].
     pub fn duration(&self, radius: f64, mass: f64, speed: f64) -> f64 {
-        match *self {
+        self.impact(radius, mass, speed).1
+    }
+
+    /// Both: deepest overlap [m] and duration [s].
+    pub fn impact(&self, radius: f64, mass: f64, speed: f64) -> (f64, f64) {
+        let deepest = self.deepest(radius, mass, speed);
+        let duration = match self {
             // The integral of 2 dx / sqrt(1 - x^(5/2)) from 0 to 1.
-            Self::Hertz(_) => 2.943_275_184_3 * self.deepest(radius, mass, speed) / speed,
+            Self::Hertz(_) => 2.943_275_184_3 * deepest / speed,
             Self::Linear(_) | Self::LinearPerRadius(_) => {
                 PI * (mass / self.load(radius, 1.0).stiffness).sqrt()
             }
-        }
+        };
+        (deepest, duration)
     }
 
     /// Damping ratio that gives the restitution `e`, in (0, 1].

@@ -145,13 +145,7 @@ impl Standing {
         if remembers {
             let neighbours = |a: u32, b: u32| ground.share_a_node(a, b);
             let view = |contact| View { contact, way: sums.fastest * h };
-            inherit(
-                self.contacts.len(),
-                |i| view(&self.contacts[i]),
-                before,
-                neighbours,
-                &mut self.heirs,
-            );
+            inherit(self.contacts.len(), |i| view(&self.contacts[i]), before, neighbours, &mut self.heirs);
         }
         let spin = rock.spin(now);
         let contacts = self.contacts.len();

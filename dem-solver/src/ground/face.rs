@@ -115,16 +115,14 @@ mod tests {
     fn a_point_over_the_middle_an_edge_and_a_corner_says_what_it_lies_on() {
         let face = Face::new([Vector3::zeros(), Vector3::x(), Vector3::y()]);
         let feature = |x: f64, y: f64| face.closest(&Vector3::new(x, y, 0.5)).1;
-        assert_eq!([feature(0.2, 0.2), feature(0.5, -0.1), feature(-0.1, 0.5)], [
-            Feature::Face,
-            Feature::Edge,
-            Feature::Edge
-        ]);
-        assert_eq!([feature(0.6, 0.6), feature(-0.1, -0.1), feature(1.5, 0.0)], [
-            Feature::Edge,
-            Feature::Node,
-            Feature::Node
-        ]);
+        assert_eq!(
+            [feature(0.2, 0.2), feature(0.5, -0.1), feature(-0.1, 0.5)],
+            [Feature::Face, Feature::Edge, Feature::Edge]
+        );
+        assert_eq!(
+            [feature(0.6, 0.6), feature(-0.1, -0.1), feature(1.5, 0.0)],
+            [Feature::Edge, Feature::Node, Feature::Node]
+        );
         assert_eq!(feature(-0.1, 1.2), Feature::Node);
     }
 }

@@ -45,17 +45,14 @@ impl Parabola {
 }
 
 impl Ground {
-    /// Call `found` with the number of every triangle that comes within `radius` [m] of `centre`, in
-    /// ascending order.
-    pub fn within(&self, centre: &Vector3<f64>, radius: f64, mut found: impl FnMut(u32)) {
+    /// Call `found` with the number of every triangle that comes within `radius` [m] of `centre`, and of some
+    /// others, in ascending order.
+    pub fn about(&self, centre: &Vector3<f64>, radius: f64, mut found: impl FnMut(u32)) {
         let query = Bounds::around(&centre.add_scalar(-radius), &centre.add_scalar(radius));
         self.tree.visit(
             |bounds| bounds.meets(&query),
             |t| {
-                let [a, b, c] = self.corners(t as u32);
-                if on_face(centre, [&a, &b, &c]).to_point.norm_squared() <= radius * radius {
-                    found(t as u32);
-                }
+                found(t as u32);
                 true
             },
         );

@@ -161,7 +161,8 @@ impl Rock {
     pub fn holds(&self, point: &Vector3<f64>, depth: f64) -> bool {
         let radius = (1.0 + depth) * self.smallest_radius;
         (0..3).all(|axis| {
-            point[axis] > self.lowest_corner[axis] + radius && point[axis] < self.highest_corner[axis] - radius
+            point[axis] > self.lowest_corner[axis] + radius
+                && point[axis] < self.highest_corner[axis] - radius
         })
     }
 

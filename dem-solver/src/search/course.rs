@@ -60,6 +60,11 @@ impl Course {
         arrival(far, self.speed, self.bow)
     }
 
+    /// How far a point may have come after `time` [s] [m].
+    pub fn way(&self, time: f64) -> f64 {
+        (self.speed + 0.5 * self.bow * time) * time
+    }
+
     /// The smaller of `least` [s] and the time at which the rock may touch the triangle, if that comes within `far`
     /// [m] of its reach; 0 where they touch already.
     pub fn meets(&self, tree: &SphereTree, face: &Face, far: f64, least: f64) -> f64 {
@@ -72,6 +77,15 @@ impl Course {
         let off = to_point.norm() - self.reach;
         if off > far || (off > 0.0 && arrival(off, self.speed, self.bow) >= least) {
             return least;
+        }
+        if let Some(radius) = tree.single() {
+            let distance = to_point.norm();
+            let gap = distance - radius - self.rounding;
+            if gap <= 0.0 {
+                return 0.0;
+            }
+            let normal = self.to_own * (to_point / distance);
+            return least.min(arrival(gap, self.velocity.dot(&normal), self.pull.dot(&normal).max(0.0)));
         }
         let seen = face.seen(&self.to_own, &self.position);
         let plane = Plane::new(self, &seen);

@@ -16,6 +16,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 const SKIN: [f64; 2] = [0.05, 0.2];
 const STRIDES: f64 = 100.0;
 
+/// Share by which spheres around triangles are taken larger, for rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// Margin of the triangles that are kept, as a share of the rock's reach: at 10 m/s a look into the
 /// terrain's tree each 20 ms for a rock of 0.8 m.
 const MARGIN: f64 = 0.5;
@@ -40,6 +43,10 @@ pub struct Surroundings {
     near: Vec<u32>,
     /// The same as faces.
     pub faces: Vec<Face>,
+    /// A sphere around each: centre and radius [m].
+    round: Vec<(Vector3<f64>, f64)>,
+    /// The place of one of them that was lately met first.
+    first: usize,
     near_at: Vector3<f64>,
     coverage: f64,
     /// Pairs that may touch, by sphere, then triangle.
@@ -60,6 +67,7 @@ impl Surroundings {
         let mut it = Self { coverage: f64::NEG_INFINITY, ..Self::default() };
         it.near.reserve(1024);
         it.faces.reserve(1024);
+        it.round.reserve(1024);
         it.pairs.reserve(4 * rock.spheres.len() + 1024);
         it
     }
@@ -104,12 +112,23 @@ impl Surroundings {
         (self.near_at, self.coverage) = (now.position, need + MARGIN * tree.reach);
         // The pairs name places among the old ones.
         self.searched = None;
-        let (near, faces) = (&mut self.near, &mut self.faces);
+        let (near, faces, round) = (&mut self.near, &mut self.faces, &mut self.round);
+        let coverage = self.coverage;
+        self.first = 0;
         near.clear();
         faces.clear();
-        ground.within(&now.position, self.coverage, |t| {
-            near.push(t);
-            faces.push(Face::new(ground.corners(t)));
+        round.clear();
+        ground.about(&now.position, coverage, |t| {
+            let corners = ground.corners(t);
+            let middle = corners.iter().sum::<Vector3<f64>>() / 3.0;
+            let square = corners.iter().map(|c| (c - middle).norm_squared()).fold(0.0, f64::max);
+            let radius = square.sqrt() * (1.0 + ROUNDING);
+            let limit = coverage + radius;
+            if (middle - now.position).norm_squared() <= limit * limit {
+                near.push(t);
+                faces.push(Face::new(corners));
+                round.push((middle, radius));
+            }
         });
     }
 
@@ -130,10 +149,21 @@ impl Surroundings {
         let course = Course::new(rock, tree, now, gravity);
         let end = course.after(far);
         let mut least = end.min(most);
-        for face in &self.faces {
+        // Once one that is near has been asked most others are out of reach at a glance.
+        let first = self.first;
+        if let Some(face) = self.faces.get(first) {
             least = course.meets(tree, face, far, least);
-            if least == 0.0 {
-                break;
+        }
+        let mut reach = tree.reach + course.way(least).min(far);
+        for (place, (middle, radius)) in self.round.iter().enumerate() {
+            let limit = reach + radius;
+            if (middle - now.position).norm_squared() > limit * limit || place == first {
+                continue;
+            }
+            let sooner = course.meets(tree, &self.faces[place], far, least);
+            if sooner < least {
+                (least, self.first) = (sooner, place);
+                reach = tree.reach + course.way(least).min(far);
             }
         }
         (least, least == end)
@@ -147,7 +177,13 @@ impl Surroundings {
         let single = tree.single();
         let to_own = now.rotation().transpose();
         let pairs = &mut self.pairs;
-        for ((face, it), &triangle) in (0..).zip(&self.faces).zip(&self.near) {
+        let reach = tree.reach + skin;
+        for (place, (middle, radius)) in self.round.iter().enumerate() {
+            let limit = reach + radius;
+            if (middle - now.position).norm_squared() > limit * limit {
+                continue;
+            }
+            let (face, it, triangle) = (place as u32, &self.faces[place], self.near[place]);
             let mut add = |sphere: u32, gap: f64| {
                 if gap <= skin {
                     pairs.push(Pair { sphere, triangle, face, gap });
@@ -171,4 +207,3 @@ impl Surroundings {
         self.pairs.sort_unstable_by_key(|p| (p.sphere, p.face));
     }
 }
-

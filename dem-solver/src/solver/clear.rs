@@ -44,13 +44,7 @@ fn clear_steps(
 
 /// Steps, at most `most`, that all rocks fly freely over the terrain; 0 while one touches. `around` holds what
 /// surrounds each.
-pub fn clear_of_all(
-    model: &Model,
-    around: &mut [Surroundings],
-    state: &State,
-    h: f64,
-    most: usize,
-) -> usize {
+pub fn clear_of_all(model: &Model, around: &mut [Surroundings], state: &State, h: f64, most: usize) -> usize {
     let Some(ground) = &model.ground else { return 0 };
     if state.bodies.iter().any(|body| body.contacts > 0) {
         return 0;

@@ -90,7 +90,8 @@ pub fn next(
 /// The step [s] that a law asks for.
 fn step(law: &Law, rock: &Rock, near: &Near, speed: f64, per_contact: f64) -> f64 {
     let (radius, mass) = (rock.smallest_radius, 1.0 / near.across);
-    let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * radius).max(near.deepest);
+    let (deepest, duration) = law.normal.impact(radius, mass, speed);
+    let overlap = deepest.min(DEEP * radius).max(near.deepest);
     let stiffness = law.normal.load(radius, overlap).stiffness;
     let tangential = law.tangential.as_ref().map_or(0.0, |t| t.stiffness_ratio);
     let mut square = stiffness * near.across.max(tangential * near.along);
@@ -103,17 +104,11 @@ fn step(law: &Law, rock: &Rock, near: &Near, speed: f64, per_contact: f64) -> f6
         EffectiveMass::Rock => d.ratio * near.count.sqrt(),
     });
     let stable = SHARE * critical(square.sqrt(), ratio);
-    stable.min(law.normal.duration(radius, mass, speed) / per_contact)
+    stable.min(duration / per_contact)
 }
 
 /// What is within `reach` [m] of a rock's surface.
-fn near(
-    rock: &Rock,
-    laws: WallLaws,
-    around: &Surroundings,
-    body: &Body,
-    reach: f64,
-) -> Near {
+fn near(rock: &Rock, laws: WallLaws, around: &Surroundings, body: &Body, reach: f64) -> Near {
     let now = &body.motion;
     let rotation = now.rotation();
     let to_own = rotation.transpose();
