@@ -1,6 +1,6 @@
 //! Cost of trajectories, and of a contact step, over generated slopes. One thread; processor time.
 //!
-//! `cargo run --release -p dem-solver --example trajectories [SECONDS PER FIGURE [one | thousand | step-10 | step-27 | fixed-10 | fixed-27]]`
+//! `cargo run --release -p dem-solver --example trajectories [SECONDS PER FIGURE [one | thousand | step-10 | step-27 | fixed-10 | fixed-27 [STEPS PER CONTACT]]]`
 //!
 //! Targets: 20 trajectories per second and core with a rock of 1 000 spheres, 500 with one sphere, on a slope
 //! of a million triangles; a contact step of a cluster of 1 000 and of 19 683 spheres over 100 352 triangles in
@@ -114,7 +114,7 @@ fn trajectories(dir: &Path, name: &str, shape: &str, contact: &str, steps: f64, 
     };
     let (step, critical) = (runner.solver.model().steps.step, runner.solver.model().steps.critical);
     println!(
-        "{name}: {:.1} trajectories/s (target {target}); {} runs, {rested} at rest, {:.1} impacts on average, {most} at \
+        "{name}, {steps} steps per contact: {:.1} trajectories/s (target {target}); {} runs, {rested} at rest, {:.1} impacts on average, {most} at \
          most, {:.1} s each, {:.2} of it in contact",
         count / wall,
         ends.len(),
@@ -232,11 +232,18 @@ fn main() {
     drop(runner);
     let only = std::env::args().nth(2).unwrap_or_default();
     let wanted = |name: &str| only.is_empty() || only == name;
-    if wanted("one") {
-        trajectories(dir.path(), "one sphere", sphere, SOFT, 20.0, 500.0, seconds);
-    }
-    if wanted("thousand") {
-        trajectories(dir.path(), "1 000 spheres", cube, "young = 3e9", 20.0, 20.0, seconds);
+    // What accuracy costs: from coarse to fine.
+    let finenesses = match std::env::args().nth(3).and_then(|s| s.parse().ok()) {
+        Some(steps) => vec![steps],
+        None => vec![10.0, 20.0, 40.0],
+    };
+    for steps in finenesses {
+        if wanted("one") {
+            trajectories(dir.path(), "one sphere", sphere, SOFT, steps, 500.0, seconds);
+        }
+        if wanted("thousand") {
+            trajectories(dir.path(), "1 000 spheres", cube, "young = 3e9", steps, 20.0, seconds);
+        }
     }
     if wanted("step-10") {
         contact_step(dir.path(), 10, 4.4, seconds, false);

@@ -48,9 +48,8 @@ impl Ground {
     /// Call `found` with the number of every triangle that comes within `radius` [m] of `centre`, and of some
     /// others, in ascending order.
     pub fn about(&self, centre: &Vector3<f64>, radius: f64, mut found: impl FnMut(u32)) {
-        let query = Bounds::around(&centre.add_scalar(-radius), &centre.add_scalar(radius));
         self.tree.visit(
-            |bounds| bounds.meets(&query),
+            |bounds| bounds.square_to(centre) <= radius * radius,
             |t| {
                 found(t as u32);
                 true
@@ -61,38 +60,55 @@ impl Ground {
     /// Whole steps of `h` [s], at most `most`, for which a sphere of `radius` [m] on this flight meets
     /// no triangle for certain.
     ///
-    /// The path is taken in pieces of `PIECE` radii. A triangle that comes into the box of a piece is convex:
-    /// until the sphere has reached the plane through its closest point they cannot touch. The shortest such
-    /// time is flown, and looked at again from there while it is worth it.
+    /// A triangle is convex: the sphere cannot touch it before it has reached the triangle's own plane, nor before
+    /// it has reached the one through its closest point. The shortest such time is flown, and looked at again from
+    /// there while it is worth it.
     pub fn free_steps(&self, flight: &Parabola, radius: f64, h: f64, most: usize) -> usize {
         let mut done = 0;
         while done < most {
             let from = h * done as f64;
             let (position, velocity) = (flight.at(from), flight.velocity + flight.gravity * from);
-            let time = arrival(PIECE * radius, velocity.norm(), flight.gravity.norm());
+            let (speed, bow) = (velocity.norm(), flight.gravity.norm());
+            // No further ahead than what is worth a look: boxes around long ways are wide.
             let left = most - done;
-            let piece = if time < h * left as f64 { ((time / h) as usize).max(1) } else { left };
+            let piece = ((arrival(PIECE * radius, speed, bow) / h) as usize).clamp(1, left);
             let whole = h * piece as f64;
             let (lowest, highest) = flight.piece(from, from + whole);
             let query = Bounds::around(&lowest.add_scalar(-radius), &highest.add_scalar(radius));
-            let mut least = whole;
+            let least = std::cell::Cell::new(whole);
+            let until = |distance: f64, normal: &Vector3<f64>| {
+                arrival(distance - radius, velocity.dot(normal), flight.gravity.dot(normal).max(0.0))
+            };
             self.tree.visit(
-                |bounds| bounds.meets(&query),
+                |bounds| {
+                    bounds.meets(&query) && {
+                        let gap = bounds.square_to(&position).sqrt() - radius;
+                        gap <= 0.0 || arrival(gap, speed, bow) < least.get()
+                    }
+                },
                 |t| {
-                    let [a, b, c] = self.corners(t as u32);
-                    let to_point = on_face(&position, [&a, &b, &c]).to_point;
+                    let corners = self.corners(t as u32);
+                    let [a, b, c] = &corners;
+                    let upright = (b - a).cross(&(c - a));
+                    let (off, size) = (upright.dot(&(a - position)), upright.norm());
+                    let plane = off.abs() / size;
+                    let plane =
+                        if plane > radius { until(plane, &(upright * (off.signum() / size))) } else { 0.0 };
+                    if plane >= least.get() {
+                        return true;
+                    }
+                    let to_point = on_face(&position, [a, b, c]).to_point;
                     let distance = to_point.norm();
-                    let gap = distance - radius;
-                    if gap <= 0.0 {
-                        least = 0.0;
+                    if distance <= radius {
+                        least.set(0.0);
                         return false;
                     }
-                    let normal = to_point / distance;
-                    least =
-                        least.min(arrival(gap, velocity.dot(&normal), flight.gravity.dot(&normal).max(0.0)));
+                    let closest = until(distance, &(to_point / distance));
+                    least.set(least.get().min(closest.max(plane)));
                     true
                 },
             );
+            let least = least.get();
             if least >= whole {
                 done += piece;
                 continue;

@@ -76,6 +76,7 @@ impl Ground {
         let corner = |t: usize, k: usize| nodes[triangles[t][k] as usize];
         let order = morton_order(triangles.len(), |t| (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);
         let triangles: Vec<[u32; 3]> = order.into_iter().map(|t| triangles[t as usize]).collect();
+        let (nodes, triangles) = by_first_use(nodes, triangles);
         let tree = BoxTree::new(triangles.len(), |t| bounds_of(&triangles[t].map(|n| nodes[n as usize])));
         let mut lowest = Vector3::repeat(f64::INFINITY);
         let mut highest = Vector3::repeat(f64::NEG_INFINITY);
@@ -139,6 +140,25 @@ impl Ground {
 
 fn bounds_of([a, b, c]: &[Vector3<f64>; 3]) -> Bounds {
     Bounds::around(&a.inf(b).inf(c), &a.sup(b).sup(c))
+}
+
+/// The same with the nodes in the order in which the triangles name them, so that what is near lies together in
+/// memory; a node that none names is left out.
+fn by_first_use(
+    nodes: Vec<Vector3<f64>>,
+    mut triangles: Vec<[u32; 3]>,
+) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+    let mut place = vec![u32::MAX; nodes.len()];
+    let mut ordered = Vec::with_capacity(nodes.len());
+    for number in triangles.iter_mut().flatten() {
+        let place = &mut place[*number as usize];
+        if *place == u32::MAX {
+            *place = ordered.len() as u32;
+            ordered.push(nodes[*number as usize]);
+        }
+        *number = *place;
+    }
+    (ordered, triangles)
 }
 
 /// The triangles that have an area, and how many have none: their edges are those of their neighbours.

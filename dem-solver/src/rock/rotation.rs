@@ -13,6 +13,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Largest turn in one series [rad].
 const TURN: f64 = 0.25;
+/// Half a turn [rad] of which four terms of sine and cosine are exact: the fifth is 0.01^8 / 40320 = 2e-21.
+const SMALL: f64 = 0.01;
 /// Most terms: 0.25^25 is 1e-15, over its number and 8 below rounding.
 const TERMS: usize = 25;
 
@@ -29,12 +31,23 @@ pub fn rotate(
     }
     if is_spherical(inertia) {
         // The axis stands still: exact.
-        let turn = UnitQuaternion::from_scaled_axis(angular_momentum * (h / inertia.x));
+        let turn = turn_by(&(angular_momentum * (h / inertia.x)));
         return UnitQuaternion::new_normalize((turn * q).into_inner());
     }
     let turn = angular_momentum.norm() / inertia.min() * h.abs();
     let pieces = (turn / TURN).ceil().max(1.0);
     (0..pieces as u64).fold(*q, |q, _| series(&q, angular_momentum, inertia, h / pieces))
+}
+
+/// The turn by `angle` [rad]. Of a small one the sine and cosine of half of it follow from four terms, to rounding.
+fn turn_by(angle: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let square = 0.25 * angle.norm_squared();
+    if square > SMALL * SMALL {
+        return UnitQuaternion::from_scaled_axis(*angle);
+    }
+    let cos = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0));
+    let sin = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0));
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, angle * (0.5 * sin)))
 }
 
 /// One series over `h` [s].

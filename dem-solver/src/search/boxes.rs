@@ -54,6 +54,18 @@ impl Bounds {
         meets
     }
 
+    /// Square of the distance from `point` [m2]; 0 inside.
+    #[inline]
+    pub fn square_to(&self, point: &Vector3<f64>) -> f64 {
+        let mut square = 0.0;
+        for axis in 0..3 {
+            let at = point[axis];
+            let beside = (f64::from(self.lowest[axis]) - at).max(at - f64::from(self.highest[axis])).max(0.0);
+            square += beside * beside;
+        }
+        square
+    }
+
     /// Middle and half edges [m].
     #[inline]
     pub fn middle_and_half(&self) -> (Vector3<f64>, Vector3<f64>) {

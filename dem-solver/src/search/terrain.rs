@@ -108,6 +108,7 @@ impl Surroundings {
         if (now.position - self.near_at).norm() + need <= self.coverage {
             return;
         }
+
         self.refreshes += 1;
         (self.near_at, self.coverage) = (now.position, need + MARGIN * tree.reach);
         // The pairs name places among the old ones.
@@ -120,9 +121,10 @@ impl Surroundings {
         round.clear();
         ground.about(&now.position, coverage, |t| {
             let corners = ground.corners(t);
-            let middle = corners.iter().sum::<Vector3<f64>>() / 3.0;
-            let square = corners.iter().map(|c| (c - middle).norm_squared()).fold(0.0, f64::max);
-            let radius = square.sqrt() * (1.0 + ROUNDING);
+            let [a, b, c] = &corners;
+            let middle = (a + b + c) * (1.0 / 3.0);
+            let square = (a - middle).norm_squared().max((b - middle).norm_squared());
+            let radius = square.max((c - middle).norm_squared()).sqrt() * (1.0 + ROUNDING);
             let limit = coverage + radius;
             if (middle - now.position).norm_squared() <= limit * limit {
                 near.push(t);
@@ -172,6 +174,7 @@ impl Surroundings {
     fn search(&mut self, tree: &SphereTree, now: &Motion, skin: f64) {
         self.searched = Some((now.position, now.orientation));
         (self.skin, self.moved) = (skin, 0.0);
+
         self.searches += 1;
         self.pairs.clear();
         let single = tree.single();
