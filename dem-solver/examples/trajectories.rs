@@ -1,6 +1,6 @@
 //! Cost of trajectories, and of a contact step, over generated slopes. One thread; processor time.
 //!
-//! `cargo run --release -p dem-solver --example trajectories [SECONDS PER FIGURE [one | thousand | step-10 | step-27 | fixed-10 | fixed-27 [STEPS PER CONTACT]]]`
+//! `cargo run --release -p dem-solver --example trajectories [SECONDS PER FIGURE [one | thousand | step-10 | step-27 | fixed-10 | ... | flat-27 | equal [STEPS PER CONTACT]]]`
 //!
 //! Targets: 20 trajectories per second and core with a rock of 1 000 spheres, 500 with one sphere, on a slope
 //! of a million triangles; a contact step of a cluster of 1 000 and of 19 683 spheres over 100 352 triangles in
@@ -19,6 +19,8 @@ use std::path::Path;
 
 const INTERVAL: f64 = 0.1;
 const END: f64 = 120.0;
+/// Of the plane on which a cluster slides: height over length.
+const FALL: f64 = 0.5;
 
 /// What one sphere meets: a ball rolls on for ever where nothing resists it.
 const SOFT: &str = "young = 1e8\nrolling_friction = 0.5\nrolling = \"spring\"\nrolling_damping = 0.3";
@@ -155,18 +157,37 @@ fn finer(dir: &Path, shape: &str, contact: &str, steps: f64, ends: &[Vector3<f64
     );
 }
 
-/// Microseconds per contact step of a cluster that lies and slides on the slope.
-fn contact_step(dir: &Path, along: u32, target: f64, seconds: f64, fixed: bool) {
+/// How a contact step is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Way {
+    /// Tumbling, steps as the contact asks for.
+    Own,
+    /// Tumbling, all steps of one length.
+    Fixed,
+    /// Sliding on one face down a plane, all steps of one length that is the same for all clusters: equal motion.
+    Flat,
+}
+
+/// Microseconds per contact step of a cluster on the slope.
+fn contact_step(dir: &Path, along: u32, target: f64, seconds: f64, way: Way) {
     let spheres = along.pow(3);
     let shape = format!("shape = {{ type = \"box\", size = [0.8, 0.8, 0.8] }}\ncluster.spheres = {spheres}");
     let mut text = scene("small.asc", &shape, "young = 1e10", 30.0);
+    if way == Way::Flat {
+        text = text.replace("small.asc", "flat.asc").replace("friction = 0.6", "friction = 0.2");
+    }
     let mut runner = Runner::new(dir, &text);
-    if fixed {
-        let step = runner.solver.model().steps.step;
+    if way != Way::Own {
+        let step = if way == Way::Flat { 1e-5 } else { runner.solver.model().steps.step };
         text = text.replace("steps_per_contact = 30.0", &format!("time_step = {step:?}"));
         runner = Runner::new(dir, &text);
     }
-    runner.release(1.0, 30.0, [1.0, 0.1, 0.3, 0.05]);
+    if way == Way::Flat {
+        let half = 0.5 * FALL.atan();
+        runner.release(0.4 / FALL.atan().cos() + 0.002, 30.0, [half.cos(), 0.0, half.sin(), 0.0]);
+    } else {
+        runner.release(1.0, 30.0, [1.0, 0.1, 0.3, 0.05]);
+    }
     // Down to the ground first.
     while runner.solver.state().bodies[0].contacts == 0 {
         runner.advance(1e-3);
@@ -193,11 +214,74 @@ fn contact_step(dir: &Path, along: u32, target: f64, seconds: f64, fixed: bool) 
     println!(
         "{} contact step, {spheres} spheres over {} triangles: {each:.2} us (target {target}), {touching:.1} touching pairs, a \
          search each {:.0} steps, {:.2} us beyond 100 ns per touching pair",
-        if fixed { "fixed" } else { "own" },
+        format!("{way:?}").to_lowercase(),
         runner.solver.model().ground.as_ref().expect("a terrain").triangles.len(),
         steps / searches.max(1.0),
         each - 0.1 * touching
     );
+}
+
+/// Both clusters along the motions of the coarse one that tumbles, lifted so that they touch alike, in steps of one
+/// length: equal work. Microseconds per contact step.
+fn equal_motion(dir: &Path, seconds: f64) {
+    let shape = |along: u32| {
+        let spheres = along.pow(3);
+        format!("shape = {{ type = \"box\", size = [0.8, 0.8, 0.8] }}\ncluster.spheres = {spheres}")
+    };
+    let text = |along| scene("small.asc", &shape(along), "young = 1e10", 30.0);
+    let mut coarse = Runner::new(dir, &text(10));
+    coarse.release(1.0, 30.0, [1.0, 0.1, 0.3, 0.05]);
+    let mut motions = Vec::new();
+    while motions.len() < 4000 && !coarse.solver.has_ended() {
+        coarse.advance(1e-3);
+        let body = &coarse.solver.state().bodies[0];
+        if body.contacts > 0 {
+            motions.push(body.motion);
+        }
+    }
+    let down = Vector3::new(0.5, 0.0, -1.0).normalize();
+    let depths: Vec<f64> = motions
+        .iter()
+        .map(|m| coarse.solver.model().rocks[0].depth(m, &down) - m.position.dot(&down))
+        .collect();
+    for along in [10, 27] {
+        let fixed = text(along).replace("steps_per_contact = 30.0", "time_step = 1e-5");
+        let mut runner = Runner::new(dir, &fixed);
+        let count = |runner: &mut Runner, name: &str| {
+            let counts = runner.solver.finish().expect("counts").counts;
+            counts.iter().find(|(n, _)| n == name).map_or(0, |(_, c)| *c) as f64
+        };
+        let (mut spent, mut steps, mut pairs) = (0.0, 0.0, 0.0);
+        let clock = cpu_seconds();
+        for (motion, depth) in motions.iter().zip(&depths).cycle() {
+            let mut motion = *motion;
+            let own = runner.solver.model().rocks[0].depth(&motion, &down) - motion.position.dot(&down);
+            motion.position += down * (depth - own);
+            runner.solver.release(0, motion);
+            let names = ["sub_steps", "contact_evaluations"];
+            let before = names.map(|n| count(&mut runner, n));
+            let one = cpu_seconds();
+            let window = Window { number: 1, iteration: 1, start: 0.0, length: 1e-3 };
+            let solved = runner.solver.solve(&window, &[], &mut runner.output).is_ok();
+            let one = cpu_seconds() - one;
+            let after = names.map(|n| count(&mut runner, n));
+            if solved && after[0] - before[0] > 50.0 {
+                spent += one;
+                steps += after[0] - before[0];
+                pairs += after[1] - before[1];
+            }
+            if cpu_seconds() - clock > seconds {
+                break;
+            }
+        }
+        let (each, touching) = (1e6 * spent / steps, pairs / steps);
+        println!(
+            "equal motion, {} spheres: {each:.2} us per contact step, {touching:.1} touching pairs, {:.2} us beyond 100 ns \
+             per touching pair",
+            along * along * along,
+            each - 0.1 * touching
+        );
+    }
 }
 
 fn main() {
@@ -215,9 +299,11 @@ fn main() {
     };
     let clock = cpu_seconds();
     slope.raster().write_asc(&dir.path().join("million.asc")).expect("written");
-    Slope { counts: [225, 225], spacing: 0.5, drop: 60.0, ..slope }
-        .raster()
-        .write_asc(&dir.path().join("small.asc"))
+    let small = Slope { counts: [225, 225], spacing: 0.5, drop: 60.0, ..slope };
+    small.raster().write_asc(&dir.path().join("small.asc")).expect("written");
+    let row: Vec<String> = (0..225).map(|i| format!("{}", FALL * (112.0 - 0.5 * f64::from(i)))).collect();
+    let head = "ncols 225\nnrows 225\nxllcenter 0\nyllcenter 0\ncellsize 0.5\n";
+    std::fs::write(dir.path().join("flat.asc"), format!("{head}{}", (row.join(" ") + "\n").repeat(225)))
         .expect("written");
     println!("two slopes generated and written in {:.2} s", (cpu_seconds() - clock));
     let clock = cpu_seconds();
@@ -245,16 +331,14 @@ fn main() {
             trajectories(dir.path(), "1 000 spheres", cube, "young = 3e9", steps, 20.0, seconds);
         }
     }
-    if wanted("step-10") {
-        contact_step(dir.path(), 10, 4.4, seconds, false);
+    if wanted("equal") {
+        equal_motion(dir.path(), seconds);
     }
-    if wanted("fixed-10") {
-        contact_step(dir.path(), 10, 4.4, seconds, true);
-    }
-    if wanted("fixed-27") {
-        contact_step(dir.path(), 27, 10.2, seconds, true);
-    }
-    if wanted("step-27") {
-        contact_step(dir.path(), 27, 10.2, seconds, false);
+    for (name, way) in [("step", Way::Own), ("fixed", Way::Fixed), ("flat", Way::Flat)] {
+        for (along, target) in [(10, 4.4), (27, 10.2)] {
+            if wanted(&format!("{name}-{along}")) {
+                contact_step(dir.path(), along, target, seconds, way);
+            }
+        }
     }
 }

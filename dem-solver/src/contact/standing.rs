@@ -5,6 +5,7 @@
 //!
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
+use super::Law;
 use super::evaluate::Sums;
 use super::laws::WallLaws;
 use super::memory::{Heir, Memory, NONE, inherit};
@@ -142,7 +143,12 @@ impl Standing {
             return sums;
         }
         let remembers = laws.any(|law| law.remembers());
-        if remembers {
+        let stays = |(c, m): (&Contact, &Memory)| (c.sphere, c.triangle) == (m.sphere, m.element);
+        if before.len() == self.contacts.len() && self.contacts.iter().zip(before).all(stays) {
+            // As in most steps, each is its own heir.
+            self.heirs.clear();
+            self.heirs.extend(0..before.len() as u32);
+        } else if remembers {
             let neighbours = |a: u32, b: u32| ground.share_a_node(a, b);
             let view = |contact| View { contact, way: sums.fastest * h };
             inherit(self.contacts.len(), |i| view(&self.contacts[i]), before, neighbours, &mut self.heirs);
@@ -150,8 +156,15 @@ impl Standing {
         let spin = rock.spin(now);
         let contacts = self.contacts.len();
         let inertia = rock.inertia.min() / contacts as f64;
+        let dashpot =
+            |law: &Law| law.damping.as_ref().map_or(0.0, |d| d.coefficient(rock.mass, contacts, 0.0));
+        let mut known = laws.of(self.contacts[0].triangle);
+        let mut coefficient = dashpot(known);
         for (i, contact) in self.contacts.iter().enumerate() {
             let law = laws.of(contact.triangle);
+            if !std::ptr::eq(law, known) {
+                (known, coefficient) = (law, dashpot(law));
+            }
             let arm = contact.centre + contact.normal * contact.distance;
             let past = match self.heirs.get(i) {
                 Some(&heir) if remembers && heir != NONE => {
@@ -167,7 +180,7 @@ impl Standing {
                 velocity: now.velocity + spin.cross(&arm),
                 spin,
                 inertia,
-                dashpot: law.damping.as_ref().map_or(0.0, |d| d.coefficient(rock.mass, contacts, 0.0)),
+                dashpot: coefficient,
             };
             let answer = law.answer(&meeting, &past, h);
             if law.remembers() {

@@ -11,9 +11,10 @@ use crate::ground::face::Face;
 use crate::rock::{Motion, Rock};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// How much further than asked for pairs are listed, as a share of the smallest radius: between these, what the
-/// rock moves in [`STRIDES`] steps. Wider: fewer searches, more pairs that do not touch, which are cheap.
-const SKIN: [f64; 2] = [0.05, 0.2];
+/// How much further than asked for pairs are listed: what the rock moves in [`STRIDES`] steps, at least and at most
+/// these shares of the smallest radius, or (so that small spheres are not searched for all the time) the last one of
+/// the rock's reach. Wider: fewer searches, more pairs that do not touch, which are cheap.
+const SKIN: [f64; 3] = [0.05, 0.2, 0.02];
 const STRIDES: f64 = 100.0;
 
 /// Share by which spheres around triangles are taken larger, for rounding.
@@ -96,7 +97,8 @@ impl Surroundings {
             }
         }
         let speed = now.velocity.norm() + now.angular_momentum.norm() / rock.inertia.min() * rock.arm;
-        let [least, most] = SKIN.map(|share| share * rock.smallest_radius);
+        let least = SKIN[0] * rock.smallest_radius;
+        let most = (SKIN[1] * rock.smallest_radius).max(SKIN[2] * tree.reach);
         let skin = reach + (STRIDES * speed * h).clamp(least, most);
         self.look_around(tree, ground, now, skin);
         self.search(tree, now, skin);
