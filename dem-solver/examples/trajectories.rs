@@ -256,7 +256,7 @@ fn equal_motion(dir: &Path, seconds: f64) {
         for (motion, depth) in motions.iter().zip(&depths).cycle() {
             let mut motion = *motion;
             let own = runner.solver.model().rocks[0].depth(&motion, &down) - motion.position.dot(&down);
-            motion.position += down * (depth - own);
+            motion.position += down * (depth - own) + runner.solver.model().origin;
             runner.solver.release(0, motion);
             let names = ["sub_steps", "contact_evaluations"];
             let before = names.map(|n| count(&mut runner, n));
