@@ -43,9 +43,13 @@ struct Runner {
 
 impl Runner {
     fn new(dir: &Path, text: &str) -> Self {
+        Self::with(dir, text, true)
+    }
+
+    fn with(dir: &Path, text: &str, shortcuts: bool) -> Self {
         let scene = Scene::from_text(&dir.join("s.toml").display().to_string(), text).expect("a scene");
         let mut solver =
-            DemSolver::new(&scene, &Options { out: None, shortcuts: true }).unwrap_or_else(|e| panic!("{e}"));
+            DemSolver::new(&scene, &Options { out: None, shortcuts }).unwrap_or_else(|e| panic!("{e}"));
         let ready = solver.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));
         Self { output: ready.initial, solver, time: 0.0, windows: 0 }
     }
@@ -246,7 +250,8 @@ fn equal_motion(dir: &Path, seconds: f64) {
         .collect();
     for along in [10, 27] {
         let fixed = text(along).replace("steps_per_contact = 30.0", "time_step = 1e-5");
-        let mut runner = Runner::new(dir, &fixed);
+        // No look for a flight: a look in each of these short windows would be none of a step's work.
+        let mut runner = Runner::with(dir, &fixed, false);
         let count = |runner: &mut Runner, name: &str| {
             let counts = runner.solver.finish().expect("counts").counts;
             counts.iter().find(|(n, _)| n == name).map_or(0, |(_, c)| *c) as f64
@@ -265,7 +270,8 @@ fn equal_motion(dir: &Path, seconds: f64) {
             let solved = runner.solver.solve(&window, &[], &mut runner.output).is_ok();
             let one = cpu_seconds() - one;
             let after = names.map(|n| count(&mut runner, n));
-            if solved && after[0] - before[0] > 50.0 {
+            // Windows in which it touches all the time.
+            if solved && after[1] - before[1] >= after[0] - before[0] {
                 spent += one;
                 steps += after[0] - before[0];
                 pairs += after[1] - before[1];

@@ -14,7 +14,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 /// How much further than asked for pairs are listed: what the rock moves in [`STRIDES`] steps, at least and at most
 /// these shares of the smallest radius, or (so that small spheres are not searched for all the time) the last one of
 /// the rock's reach. Wider: fewer searches, more pairs that do not touch, which are cheap.
-const SKIN: [f64; 3] = [0.05, 0.2, 0.02];
+const SKIN: [f64; 3] = [0.05, 0.2, 0.05];
 const STRIDES: f64 = 100.0;
 
 /// Share by which spheres around triangles are taken larger, for rounding.
