@@ -316,8 +316,8 @@ fn readers_hold_against_thousands_of_mutated_files() {
     let text = files::text(&["a rock".into()], &spheres);
     let clu = format!("Name\nrock\nBegin centers_and_radii\n{text}End centers_and_radii\nVolume\n0.1\n");
     type Reader = fn(&[u8]) -> bool;
-    let soup: Reader = |b| stl::read(b).is_ok_and(|t| Surface::from_soup(&t).is_ok());
-    let indexed: Reader = |b| obj::read(b).is_ok_and(|(p, t)| Surface::from_indexed(p, t).is_ok());
+    let soup: Reader = |b| stl::read(b, 1000).is_ok_and(|t| Surface::from_soup(&t.corners).is_ok());
+    let indexed: Reader = |b| obj::read(b, 1000).is_ok_and(|(p, t)| Surface::from_indexed(p, t).is_ok());
     let readers: [(&[u8], Reader); 5] = [
         (ascii.as_bytes(), soup),
         (&binary, soup),
