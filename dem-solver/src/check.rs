@@ -104,10 +104,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
 }
 
 fn resolved(settings: &Settings) -> toml::Table {
-    let mut dem = settings.dem.clone();
-    if dem.time_step.is_none() && !settings.contacts.is_empty() {
-        dem.steps_per_contact = dem.steps_per_contact.or(Some(DemSettings::STEPS_PER_CONTACT));
-    }
+    let dem = if settings.contacts.is_empty() { settings.dem.clone() } else { settings.dem.filled_in() };
     let tables = Resolved {
         gravity: settings.gravity.into(),
         rock: &settings.rocks,

@@ -33,9 +33,6 @@ const STEP_WITHOUT_CONTACT: f64 = 1e-3;
 /// Largest turn in one step that the scene leaves open [rad].
 pub const TURN: f64 = 0.02;
 
-/// Largest share of the critical step that is taken where the scene leaves the step open.
-pub const SHARE: f64 = 0.5;
-
 /// What limits and what sets the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steps {
@@ -93,8 +90,8 @@ impl Steps {
             let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
             let turning = steps.step;
             steps.step = steps.contact / per_contact;
-            if dem.steps_per_contact.is_none() {
-                steps.step = steps.step.min(SHARE * steps.critical).min(turning);
+            if let Some(share) = dem.share() {
+                steps.step = steps.step.min(share * steps.critical).min(turning);
             }
         }
         if steps.step > steps.critical && !dem.allow_unstable {

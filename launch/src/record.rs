@@ -39,7 +39,9 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     for (_, value) in table.iter_mut().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
         files(value, &mut |text| {
             let path = scene.resolve(Path::new(text));
-            if path.is_file()
+            // A rock that is named `rock` is no file, even where one of that name lies beside the scene.
+            if text.contains(['.', '/'])
+                && path.is_file()
                 && let Ok(absolute) = std::path::absolute(path)
             {
                 *text = absolute.display().to_string();
@@ -134,11 +136,13 @@ mod tests {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path().to_owned();
         std::fs::write(dir.join("net.msh"), "x").expect("written");
+        std::fs::write(dir.join("steel"), "x").expect("written");
         let text = "end_time = 2\n[custom]\nfile = \"net.msh\"\n[processes]\nfem = \"sh -c 'a b'\"\ntimeout = 5.0\n\
                     [structure]\nmesh = \"net.msh\"\n";
         let scene = scene_in(&dir, text);
         let plan = Plan::of(&scene).expect("a plan");
-        let structure = "[structure]\nmesh = \"net.msh\"\nsteps = 3\n".parse().expect("TOML");
+        let structure =
+            "[structure]\nmesh = \"net.msh\"\nmaterial = \"steel\"\nsteps = 3\n".parse().expect("TOML");
         let report = CheckReport { resolved: structure, ..CheckReport::default() };
         let table = resolved(&scene, &plan, &[(Part::Fem, report)]).expect("resolved");
         write_scene(&dir, &scene, &table).expect("written");
@@ -148,6 +152,7 @@ mod tests {
         assert_eq!(read["title"].as_str(), Some("changed"));
         assert_eq!(read["structure"]["steps"].as_integer(), Some(3));
         assert_eq!(read["structure"]["mesh"].as_str(), dir.join("net.msh").to_str());
+        assert_eq!(read["structure"]["material"].as_str(), Some("steel"));
         assert_eq!(read["custom"]["file"].as_str(), Some("net.msh"));
         assert_eq!(read["output"]["interval"].as_float(), Some(0.01));
         let plan_again = Plan::of(&again).expect("a plan");

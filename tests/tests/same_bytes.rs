@@ -69,6 +69,28 @@ fn two_runs_one_after_the_other_and_two_at_once_give_equal_bytes() {
     }
 }
 
+/// The record of a run is a scene that runs again as it is: from another directory, with every default filled in.
+#[test]
+fn a_resolved_scene_run_again_from_elsewhere_gives_equal_bytes() {
+    for (name, sets) in [
+        ("slope-cube", &[][..]),
+        ("settling-box", &["end_time=0.01"]),
+        ("walenstadt-compare", &["end_time=0.66"]),
+        ("cable-net", &["end_time=0.02"]),
+    ] {
+        let bench = Bench::new();
+        let first = bench.done(&scene(name), "first", &arguments(sets));
+        let again = bench.done(&first.out.join("scene.toml"), "again", &[]);
+        for file in ["history.csv", "trajectory.csv"] {
+            let read = |out: &Path| std::fs::read(out.join(file)).unwrap_or_default();
+            assert!(read(&first.out) == read(&again.out), "{name}: {file}");
+        }
+        let scene = |out: &Path| std::fs::read_to_string(out.join("scene.toml")).unwrap();
+        let (one, two) = (scene(&first.out), scene(&again.out));
+        assert_eq!(one.lines().skip(1).collect::<Vec<_>>(), two.lines().skip(1).collect::<Vec<_>>());
+    }
+}
+
 #[test]
 fn shortcuts_change_nothing_that_counts() {
     let (name, sets) = SCENES[0];

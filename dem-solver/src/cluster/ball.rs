@@ -13,6 +13,10 @@ use nalgebra::Vector3;
 /// Shrinkings until a ball is made safe by a last look at the distance and taken as it is.
 const MOST_SHRINKINGS: usize = 20;
 
+/// Share of the size below which a gap is none. 50 000 balls leave 9e-4 in a cube; one leaves up to 1.8e-4 in a sphere
+/// of 20 480 triangles.
+const FINEST: f64 = 2e-4;
+
 /// A surface and its size, in which balls are grown.
 pub struct Balls<'a> {
     tree: &'a SurfaceTree,
@@ -75,6 +79,12 @@ impl<'a> Balls<'a> {
         let radius = normal.dot(&(near.point - at)) / (1.0 + normal.dot(inward));
         let touch = at + (inward + normal) * radius;
         (radius > 0.0 && self.tree.nearest(&touch, 1e-9 * self.size).is_some()).then_some(radius)
+    }
+
+    /// Gap [m] below which nothing is left to cover: so small a one is only reached on round surfaces, and there it
+    /// is the chords of their triangles; from the middle very many of these are nearest, and balls are dear.
+    pub fn finest(&self) -> f64 {
+        FINEST * self.size
     }
 
     /// The largest ball that contains the point `inside` and touches where the surface is nearest to

@@ -13,6 +13,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Extra;
 use interface_defs::toolkit::screen::tell;
 use interface_defs::toolkit::vtu::{Cells, Vtu};
+use nalgebra::Vector3;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,7 @@ struct Arguments {
     /// Closed surface, or a built-in shape
     #[arg(value_name = "SHAPE")]
     shape: String,
-    /// Number of spheres, 1 to 50000
+    /// Number of spheres, 1 to 50000. A round shape may take fewer: a sphere is one
     #[arg(long, short = 'n', value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SPHERES)))]
     spheres: u32,
     /// File to write: `x y z r` per line [m], in the shape's own axes
@@ -82,7 +83,11 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
         write(file, &picture(&spheres))?;
     }
     let mut text = header.join("\n") + "\n";
-    for note in notes {
+    let asked = arguments.spheres as usize;
+    let fewer = (arguments.method == "medial" && spheres.len() < asked).then(|| {
+        format!("of {asked} spheres {} cover the shape down to the chords of its triangles", spheres.len())
+    });
+    for note in notes.into_iter().chain(fewer) {
         text += &format!("note: {note}\n");
     }
     tell(&text);
@@ -96,6 +101,10 @@ fn spheres(shape: &Shape, surface: &Surface, arguments: &Arguments) -> Result<Ve
         (_, Method::Lattice) => {
             Err(InputError::in_file("--method lattice", "a lattice fills a box, not this shape")
                 .try_instead("leave --method out"))
+        }
+        // All others would lie inside of it.
+        (Shape::Sphere { radius }, Method::Medial) => {
+            Ok(vec![Sphere { centre: Vector3::zeros(), radius: *radius }])
         }
         (_, Method::Medial) => {
             let fit = match arguments.fit.as_str() {

@@ -35,7 +35,7 @@ pub struct Cover {
     pub enough: Option<usize>,
 }
 
-/// Exactly `count` balls (fewer only where nothing is left to cover): first until every sample lies
+/// Exactly `count` balls (fewer only where nothing is left to cover, [`Balls::finest`]): first until every sample lies
 /// within `error` [m], then on where the gap is largest. No ball is smaller than `least` [m], but for the first.
 pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: f64) -> Cover {
     let mut gaps = Gaps::new(samples);
@@ -52,8 +52,7 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
         if gap <= error && enough.is_none() {
             enough = Some(chosen.len());
         }
-        // Below rounding there is nothing to cover.
-        if gap <= 1e-9 * first_radius(&chosen) {
+        if gap <= balls.finest() {
             break;
         }
         let wish = SHARE * error.min(gap);
@@ -129,10 +128,6 @@ fn connect(balls: &Balls, samples: &Samples, chosen: &mut [Sphere], made_for: &[
         moved += 1;
         linked.push(k);
     }
-}
-
-fn first_radius(balls: &[Sphere]) -> f64 {
-    balls.first().map_or(0.0, |b| b.radius)
 }
 
 /// About the largest of the balls that touch at some of the samples.

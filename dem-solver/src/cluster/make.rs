@@ -4,6 +4,9 @@
 //! found from covers with fewer balls, each a guess for the next; the best cover with at most `n` is filled up
 //! to `n` where its gap is largest. At last all balls grow alike, up to half the gap, so that they reach out
 //! of the solid as the solid reaches out of them ([`Fit`]).
+//!
+//! A round surface is covered down to the chords of its triangles by fewer balls than may be asked for: a sphere
+//! by one. There are as many as asked for where edges are left to cover.
 
 use super::ball::Balls;
 use super::cover::{Cover, cover};
@@ -53,6 +56,7 @@ pub struct Wish {
 pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Vec<Sphere> {
     let tree = SurfaceTree::new(surface);
     let mut sizes = Sizes::new(&tree, surface.size());
+    let finest = Balls::new(&tree, surface.size(), 0.0).finest();
     let count = wish.spheres.max(1) as usize;
     let mut steps = vec![count];
     while let Some(last) = steps.last().filter(|n| **n > 30) {
@@ -66,25 +70,27 @@ pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Ve
         let last = k + 1 == steps.len();
         for attempt in 0..3 {
             let found = attempt_cover(surface, &tree, &mut sizes, error, *n, wish.smallest_radius);
-            // A cover with as many as asked for, or nearly so, is near the best.
+            // A cover with as many as asked for, or nearly so, is near the best; and there is none finer.
             let used = found.enough.map(|m| m as f64 / *n as f64);
+            let enough = used.is_some_and(|share| share > 0.93 || error <= finest);
             error = match used {
                 Some(share) => error * share.max(0.05).powf(ORDER),
                 None if found.gap < 1.5 * error => 1.02 * found.gap.max(error),
                 None => (error * found.gap.powi(2)).cbrt(),
-            };
+            }
+            .max(finest);
             done += n;
             progress(done as f64 / (3 * steps.iter().sum::<usize>()) as f64);
             if last && best.as_ref().is_none_or(|b| found.gap < b.gap) {
                 best = Some(found);
             }
-            if used.is_some_and(|share| share > 0.93) || attempt == 2 {
+            if enough || attempt == 2 {
                 break;
             }
         }
         if !last {
             let next = steps[steps.len() - k - 2];
-            error *= (*n as f64 / next as f64).powf(ORDER);
+            error = (error * (*n as f64 / next as f64).powf(ORDER)).max(finest);
         }
     }
     progress(1.0);

@@ -76,8 +76,8 @@ impl Steps {
         let dem = &settings.dem;
         let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
         steps.step = dem.time_step.unwrap_or(steps.contact / per_contact);
-        if dem.time_step.is_none() && dem.steps_per_contact.is_none() {
-            steps.step = steps.step.min(0.5 * steps.critical);
+        if let (None, Some(share)) = (dem.time_step, dem.share()) {
+            steps.step = steps.step.min(share * steps.critical);
         }
         if steps.step > steps.critical && !dem.allow_unstable {
             let key = if dem.time_step.is_some() { "dem.time_step" } else { "dem.steps_per_contact" };

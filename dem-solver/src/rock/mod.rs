@@ -237,7 +237,11 @@ impl Spheres {
             }
         });
         let notice = (spheres.len() < wish.spheres as usize).then(|| {
-            format!("{} spheres fill the shape without error; {} were asked for", spheres.len(), wish.spheres)
+            format!(
+                "{} spheres cover the shape down to the chords of its triangles; {} were asked for",
+                spheres.len(),
+                wish.spheres
+            )
         });
         Ok(Self { spheres, origin: "medial".into(), outermost: None, facing: None, notice })
     }

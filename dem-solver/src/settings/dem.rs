@@ -13,9 +13,14 @@ pub struct DemSettings {
     pub time_step: Option<f64>,
     /// Steps in the shortest contact that is expected; of one rock on terrain without a structure, in the contact at
     /// hand, which is longer where fewer spheres touch or the rock is slower. More: more accurate, as its
-    /// square, and dearer. Default 50, and never a step above half the critical one.
+    /// square, and dearer. Default 50.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_per_contact: Option<f64>,
+    /// A step that follows from `steps_per_contact` is shortened to this share of the critical one, above 0 to 1.
+    /// Default: 0.5 where the scene leaves `steps_per_contact` open; else it is not shortened, and refused above the
+    /// critical one. Excludes `time_step`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub critical_share: Option<f64>,
     /// Threads for many separate spheres; the results do not depend on it. Default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<usize>,
@@ -28,12 +33,42 @@ impl DemSettings {
     /// Steps in the shortest contact where the scene does not say.
     pub const STEPS_PER_CONTACT: f64 = 50.0;
 
+    /// Largest share of the critical step where the scene leaves the step open.
+    pub const CRITICAL_SHARE: f64 = 0.5;
+
+    /// The share of the critical step to which a step that follows from the contact is shortened, if it is.
+    pub fn share(&self) -> Option<f64> {
+        self.critical_share.or(self.steps_per_contact.is_none().then_some(Self::CRITICAL_SHARE))
+    }
+
+    /// The same with the defaults of a scene with contact filled in: it gives the same step.
+    pub fn filled_in(&self) -> Self {
+        let mut all = self.clone();
+        if self.time_step.is_none() {
+            all.critical_share = self.share();
+            all.steps_per_contact = self.steps_per_contact.or(Some(Self::STEPS_PER_CONTACT));
+        }
+        all
+    }
+
     /// Refuse what makes no sense.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
         if let (Some(_), Some(_)) = (self.time_step, self.steps_per_contact) {
             return Err(scene
                 .invalid("dem.steps_per_contact", "time_step and steps_per_contact say one thing twice")
                 .try_instead("keep one of them"));
+        }
+        if let (Some(_), Some(_)) = (self.time_step, self.critical_share) {
+            return Err(scene
+                .invalid(
+                    "dem.critical_share",
+                    "a given time_step is not shortened to a share of the critical one",
+                )
+                .try_instead("keep one of time_step and critical_share"));
+        }
+        if let Some(share) = self.critical_share.filter(|s| !(*s > 0.0 && *s <= 1.0)) {
+            let what = format!("a share of {share} of the critical step: above 0 to 1 is possible");
+            return Err(scene.invalid("dem.critical_share", what));
         }
         if let Some(step) = self.time_step.filter(|s| *s <= 0.0) {
             return Err(scene.invalid("dem.time_step", format!("a step of {step} s: it must lie above 0")));

@@ -1,7 +1,7 @@
 //! Surface files: which reader, limits, and errors with file and line.
 
 use super::Surface;
-use super::surface::Flaw;
+use super::surface::{Flaw, MOST_TRIANGLES};
 use interface_defs::toolkit::input_error::InputError;
 use nalgebra::Vector3;
 use std::path::Path;
@@ -53,11 +53,11 @@ pub fn read_surface(path: &Path, scale: f64) -> Result<(Surface, Vec<String>), I
     let bytes = read_bytes(path)?;
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let read = match extension.as_deref() {
-        Some("stl") => super::stl::read(&bytes).and_then(|mut corners| {
-            corners.as_flattened_mut().iter_mut().for_each(|p| *p *= scale);
-            Ok(Surface::from_soup(&corners)?)
+        Some("stl") => super::stl::read(&bytes, MOST_TRIANGLES).and_then(|mut soup| {
+            soup.corners.as_flattened_mut().iter_mut().for_each(|p| *p *= scale);
+            Ok(Surface::from_soup(&soup.corners)?)
         }),
-        Some("obj") => super::obj::read(&bytes).and_then(|(mut points, triangles)| {
+        Some("obj") => super::obj::read(&bytes, MOST_TRIANGLES).and_then(|(mut points, triangles)| {
             points.iter_mut().for_each(|p| *p *= scale);
             Ok(Surface::from_indexed(points, triangles)?)
         }),
@@ -110,6 +110,16 @@ pub fn reasonable(value: f64) -> Result<f64, String> {
     } else {
         Err(format!("a coordinate of {value:e}: finite ones up to {FURTHEST:e} are possible"))
     }
+}
+
+/// An error if there are more triangles than `most`.
+pub fn too_many(count: usize, most: usize) -> Result<(), ReadError> {
+    if count > most {
+        return Err(ReadError::new(format!(
+            "{count} triangles: up to {most} are read; thin the surface out"
+        )));
+    }
+    Ok(())
 }
 
 /// The beginning of a word, for a message.

@@ -3,8 +3,7 @@
 //!
 //! Own code: the crate for it works in single precision unless told otherwise and names no line.
 
-use super::file::{ReadError, lines, point, shown};
-use super::surface::MOST_TRIANGLES;
+use super::file::{ReadError, lines, point, shown, too_many};
 use nalgebra::Vector3;
 
 /// Most corners of one face.
@@ -33,8 +32,8 @@ const PASSED: [&str; 16] = [
 /// Corners, and the numbers of those of each triangle.
 pub type Indexed = (Vec<Vector3<f64>>, Vec<[u32; 3]>);
 
-/// Corners and triangles.
-pub fn read(bytes: &[u8]) -> Result<Indexed, ReadError> {
+/// Corners and triangles, of which `most` are read.
+pub fn read(bytes: &[u8], most: usize) -> Result<Indexed, ReadError> {
     let mut points: Vec<Vector3<f64>> = Vec::new();
     let mut faces: Vec<(usize, [i64; 3])> = Vec::new();
     for line in lines(bytes) {
@@ -55,9 +54,7 @@ pub fn read(bytes: &[u8]) -> Result<Indexed, ReadError> {
                     return Err(ReadError::at(at, format!("a face of {} corners", corners.len())));
                 }
                 faces.extend((2..corners.len()).map(|k| (at, [corners[0], corners[k - 1], corners[k]])));
-                if faces.len() > MOST_TRIANGLES {
-                    return Err(super::Flaw::TooMany(faces.len()).into());
-                }
+                too_many(faces.len(), most)?;
             }
             Some(word) if PASSED.contains(&word) => {}
             Some(word) => {
@@ -65,17 +62,20 @@ pub fn read(bytes: &[u8]) -> Result<Indexed, ReadError> {
             }
         }
     }
-    if points.is_empty() && faces.is_empty() {
-        return Err(ReadError::new("the file has no corners and no faces"));
+    if faces.is_empty() {
+        return Err(ReadError::new(format!(
+            "the file has {} corners (`v x y z`) and no faces (`f a b c`): cut off, or not OBJ?",
+            points.len()
+        )));
     }
     let mut triangles = Vec::with_capacity(faces.len());
     for (at, face) in faces {
         let mut triangle = [0; 3];
         for (k, number) in face.iter().enumerate() {
-            triangle[k] = u32::try_from(*number)
-                .ok()
-                .filter(|n| (*n as usize) < points.len())
-                .ok_or_else(|| ReadError::at(at, format!("corner {} of {}", number + 1, points.len())))?;
+            triangle[k] =
+                u32::try_from(*number).ok().filter(|n| (*n as usize) < points.len()).ok_or_else(|| {
+                    ReadError::at(at, format!("corner {} of a file of {} corners", number + 1, points.len()))
+                })?;
         }
         triangles.push(triangle);
     }
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn faces_of_four_corners_and_numbers_from_the_end_make_a_cube() {
-        let (points, triangles) = read(CUBE.as_bytes()).expect("OBJ");
+        let (points, triangles) = read(CUBE.as_bytes(), 12).expect("OBJ");
         let (surface, notes) = Surface::from_indexed(points, triangles).expect("closed");
         assert!(notes.is_empty());
         assert!((Body::of(&surface).volume - 1.0).abs() < 1e-15);
@@ -111,13 +111,14 @@ mod tests {
 
     #[test]
     fn what_is_no_obj_is_refused_with_its_line() {
-        let refused = |text: &str| read(text.as_bytes()).expect_err("refused");
-        assert_eq!(refused("").message, "the file has no corners and no faces");
+        let refused = |text: &str| read(text.as_bytes(), 12).expect_err("refused");
+        assert!(refused("").message.starts_with("the file has 0 corners (`v x y z`) and no faces"));
         assert_eq!(refused("v 0 0\n").message, "a number is missing at the end of the line");
         assert_eq!(refused(&CUBE.replace("f 5 6 7 8", "f 5 6 7 9")).line, Some(14));
         assert_eq!(refused(&CUBE.replace("f 5 6 7 8", "f 5 6 0 8")).message, "`0` is no number of a corner");
         assert_eq!(refused(&CUBE.replace("f -7", "f -9")).line, Some(16));
         assert!(refused("solid x\n").message.contains("`solid` is no word"));
+        assert!(read(CUBE.as_bytes(), 11).expect_err("12").message.contains("up to 11"));
         let endless = format!("v 0 0 0\nf{}", " 1".repeat(1001));
         assert!(refused(&endless).message.contains("more than 1000 corners"));
     }

@@ -3,22 +3,30 @@
 //! Own code: the crate for it keeps single precision in text files too, believes the header's number
 //! of triangles, and names no line. Source: the format as described by the Library of Congress, fdd000505 and fdd000506.
 
-use super::file::{ReadError, lines, point, reasonable, shown};
-use super::surface::MOST_TRIANGLES;
+use super::file::{ReadError, lines, point, reasonable, shown, too_many};
 use nalgebra::Vector3;
 
 const HEADER: usize = 84;
 const RECORD: usize = 50;
 
-/// The corners of all triangles.
-pub fn read(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
+/// What an STL file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Soup {
+    /// Three corners of each triangle [file's unit]; corners that triangles share are repeated.
+    pub corners: Vec<[Vector3<f64>; 3]>,
+    /// True if the file was binary: its coordinates have single precision.
+    pub binary: bool,
+}
+
+/// The corners of all triangles, of which `most` are read.
+pub fn read(bytes: &[u8], most: usize) -> Result<Soup, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::new("the file is empty"));
     }
     // A binary file may begin with `solid` too; the length decides.
     if let Some(count) = claimed(bytes) {
         if HEADER + RECORD * count == bytes.len() {
-            return binary(bytes, count);
+            return Ok(Soup { corners: binary(bytes, count, most)?, binary: true });
         }
         if !bytes.starts_with(b"solid") {
             return Err(ReadError::new(format!(
@@ -28,7 +36,7 @@ pub fn read(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
             )));
         }
     }
-    text(bytes)
+    Ok(Soup { corners: text(bytes, most)?, binary: false })
 }
 
 /// The number of triangles in a binary header.
@@ -37,8 +45,8 @@ fn claimed(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(field.try_into().ok()?) as usize)
 }
 
-fn binary(bytes: &[u8], count: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
-    too_many(count)?;
+fn binary(bytes: &[u8], count: usize, most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
+    too_many(count, most)?;
     let mut corners = Vec::with_capacity(count);
     for (i, record) in bytes[HEADER..].chunks_exact(RECORD).enumerate() {
         let mut triangle = [Vector3::zeros(); 3];
@@ -52,7 +60,7 @@ fn binary(bytes: &[u8], count: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadErro
     Ok(corners)
 }
 
-fn text(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
+fn text(bytes: &[u8], most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
     let mut corners: Vec<[Vector3<f64>; 3]> = Vec::new();
     let mut open: Vec<Vector3<f64>> = Vec::with_capacity(3);
     let (mut begun, mut ended, mut last) = (false, false, 0);
@@ -77,7 +85,7 @@ fn text(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
                     .map_err(|_| ReadError::at(at, format!("a loop of {} corners: 3 are due", open.len())))?;
                 corners.push(triangle);
                 open.clear();
-                too_many(corners.len())?;
+                too_many(corners.len(), most)?;
             }
             _ => return Err(ReadError::at(at, format!("`{}` is no word of a text STL", shown(keyword)))),
         }
@@ -86,13 +94,6 @@ fn text(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
         return Err(ReadError::at(last, "the file ends before `endsolid`: cut off?"));
     }
     Ok(corners)
-}
-
-fn too_many(count: usize) -> Result<(), ReadError> {
-    if count > MOST_TRIANGLES {
-        return Err(super::Flaw::TooMany(count).into());
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -130,7 +131,8 @@ mod tests {
     #[test]
     fn text_keeps_every_bit_and_binary_what_single_precision_holds() {
         let rock = builtin::random_convex(Vector3::new(0.3, 0.5, 0.7), 30, 1).expect("a hull");
-        let read_back = |bytes: &[u8]| Surface::from_soup(&read(bytes).expect("STL")).expect("closed").0;
+        let read_back =
+            |bytes: &[u8]| Surface::from_soup(&read(bytes, 1000).expect("STL").corners).expect("closed").0;
         let text = read_back(as_text(&rock).as_bytes());
         assert!(text.points.iter().all(|p| rock.points.contains(p)));
         let binary = read_back(&as_binary(&rock));
@@ -145,22 +147,25 @@ mod tests {
         let mut bytes = as_binary(&builtin::cuboid(Vector3::repeat(1.0)));
         bytes[80..84].copy_from_slice(&4_000_000_000_u32.to_le_bytes());
         bytes[0] = b'x';
-        let error = read(&bytes).expect_err("a lie").message;
+        let error = read(&bytes, 1000).expect_err("a lie").message;
         assert!(error.contains("4000000000 triangles") && error.contains("cut off"), "{error}");
     }
 
     #[test]
     fn what_is_no_stl_is_refused_with_its_line() {
         let good = as_text(&builtin::cuboid(Vector3::repeat(1.0)));
-        let refused = |text: &str| read(text.as_bytes()).expect_err("refused");
+        let refused = |text: &str| read(text.as_bytes(), 1000).expect_err("refused");
         assert_eq!(refused("").message, "the file is empty");
         assert_eq!(refused("hello").line, Some(1));
+        for bytes in [good.as_bytes(), &as_binary(&builtin::cuboid(Vector3::repeat(1.0)))] {
+            assert!(read(bytes, 11).expect_err("12").message.contains("up to 11"));
+        }
         assert!(refused(&good[..good.len() - "endsolid rock\n".len()]).message.contains("endsolid"));
         let bad = refused(&good.replacen("vertex -0.5", "vertex O.5", 1));
         assert_eq!((bad.line, bad.message.as_str()), (Some(4), "`O.5` is no number"));
         let bad = refused(&good.replacen("vertex -0.5", "vertex 1e10", 1));
         assert!(bad.message.contains("1e10"), "{bad:?}");
         assert!(refused(&good.replacen("  endloop\n", "", 1)).message.contains("before `endloop`"));
-        assert!(read(b"solid x\n\xff\xfe\n").expect_err("binary").message.contains("no text"));
+        assert!(read(b"solid x\n\xff\xfe\n", 1000).expect_err("binary").message.contains("no text"));
     }
 }

@@ -94,16 +94,7 @@ impl Surface {
     /// A closed surface from loose triangles (three corners each), as an STL file has them. The
     /// second part says what was mended.
     pub fn from_soup(corners: &[[Vector3<f64>; 3]]) -> Result<(Self, Vec<String>), Flaw> {
-        let mut points = Vec::new();
-        let mut known: HashMap<[u64; 3], u32> = HashMap::new();
-        let mut number = |p: &Vector3<f64>| {
-            // Adding zero makes -0 and 0 one corner.
-            *known.entry([p.x, p.y, p.z].map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
-                points.push(*p);
-                points.len() as u32 - 1
-            })
-        };
-        let triangles = corners.iter().map(|c| [number(&c[0]), number(&c[1]), number(&c[2])]).collect();
+        let (points, triangles) = joined(corners);
         Self::from_indexed(points, triangles)
     }
 
@@ -319,6 +310,21 @@ impl Surface {
         }
         self.points = points;
     }
+}
+
+/// Loose triangles with corners of equal coordinates made one: the corners, and their numbers by triangle.
+pub fn joined(corners: &[[Vector3<f64>; 3]]) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+    let mut points = Vec::new();
+    let mut known: HashMap<[u64; 3], u32> = HashMap::new();
+    let mut number = |p: &Vector3<f64>| {
+        // Adding zero makes -0 and 0 one corner.
+        *known.entry([p.x, p.y, p.z].map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
+            points.push(*p);
+            points.len() as u32 - 1
+        })
+    };
+    let triangles = corners.iter().map(|c| [number(&c[0]), number(&c[1]), number(&c[2])]).collect();
+    (points, triangles)
 }
 
 #[cfg(test)]

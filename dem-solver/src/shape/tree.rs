@@ -10,6 +10,9 @@ use std::collections::HashMap;
 
 const LEAF: usize = 4;
 
+/// Rounding of a height, as a share of it, with some room.
+const ROUNDING: f64 = 1e-14;
+
 /// Part of a triangle: its inside, the edge from a corner to the next, or a corner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Feature {
@@ -37,6 +40,10 @@ pub struct Nearest {
 struct Node {
     lowest: Vector3<f64>,
     highest: Vector3<f64>,
+    /// Mean normal of its triangles, and between which heights along it their corners lie: of a patch of
+    /// a round surface that is a thin slab, where the box is as thick as the patch is wide.
+    normal: Vector3<f64>,
+    heights: [f64; 2],
     /// First triangle of a leaf, else number of the right child (the left one follows its parent).
     first: u32,
     /// Triangles of a leaf; 0: not a leaf.
@@ -99,7 +106,7 @@ impl SurfaceTree {
             height -= 1;
             let at = stack[height] as usize;
             let node = &self.nodes[at];
-            if gap(node, from) >= limit {
+            if gap(node, from) >= limit || above(node, from) >= limit {
                 continue;
             }
             if node.count > 0 {
@@ -192,7 +199,8 @@ fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, surface: &Surface
         high = high.sup(&middles[*t as usize]);
     }
     let at = nodes.len();
-    nodes.push(Node { lowest, highest, first, count: order.len() as u32 });
+    let (normal, heights) = slab(order, surface);
+    nodes.push(Node { lowest, highest, normal, heights, first, count: order.len() as u32 });
     if order.len() <= LEAF {
         return;
     }
@@ -207,6 +215,30 @@ fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, surface: &Surface
     nodes[at].count = 0;
     nodes[at].first = nodes.len() as u32;
     build(nodes, right, first + half as u32, surface, middles);
+}
+
+/// Mean normal of triangles, weighted with their areas, and the least and largest height of their corners along it.
+fn slab(order: &[u32], surface: &Surface) -> (Vector3<f64>, [f64; 2]) {
+    let area = |t: &u32| {
+        let [a, b, c] = surface.corners(*t as usize);
+        (b - a).cross(&(c - a))
+    };
+    let sum: Vector3<f64> = order.iter().map(area).sum();
+    let normal = sum.try_normalize(0.0).unwrap_or_else(Vector3::z);
+    let corners = order.iter().flat_map(|t| surface.corners(*t as usize));
+    let heights = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
+        let height = normal.dot(&p);
+        [low.min(height), high.max(height)]
+    });
+    (normal, heights)
+}
+
+/// Square of the distance of a point to the slab of a node, rounded down.
+fn above(node: &Node, from: &Vector3<f64>) -> f64 {
+    let height = node.normal.dot(from);
+    let distance =
+        (node.heights[0] - height).max(height - node.heights[1]).max(0.0) - ROUNDING * height.abs();
+    distance.max(0.0).powi(2)
 }
 
 /// Square of the distance of a point to a box.

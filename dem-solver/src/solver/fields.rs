@@ -1,14 +1,23 @@
-//! Field files: the spheres as points with radius, and the surface of the true solids.
+//! Field files: the spheres as points with radius, and the surface of the true solids; where there is terrain,
+//! its triangles and, at the end, the ways over it.
 
 use super::Model;
 use super::state::State;
+use super::trajectory::Row;
+use crate::ground::Ground;
 use interface_defs::Fault;
 use interface_defs::toolkit::vtu::{Cells, Series, Vtu};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The terrain, which never moves.
+const TERRAIN: &str = "terrain.vtu";
+/// The ways of all rocks.
+const WAYS: &str = "trajectory.vtu";
 
 /// The series `rocks` and `rock_surface`, written whenever an interval has passed.
 pub struct Fields {
+    dir: PathBuf,
     interval: f64,
     written: u64,
     spheres: Series,
@@ -19,9 +28,10 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// New series in `dir`, a step each `interval` [s] from t = 0 on.
+    /// New series in `dir`, a step each `interval` [s] from t = 0 on; the terrain is written at once.
     pub fn create(dir: &Path, interval: f64, model: &Model) -> Result<Self, Fault> {
         let mut fields = Self {
+            dir: dir.to_owned(),
             interval,
             written: 0,
             spheres: Series::create(dir, "rocks").map_err(unwritable)?,
@@ -38,7 +48,33 @@ impl Fields {
             fields.triangles.extend(triangles.iter().map(|t| t.map(|n| n + points)));
             points += nodes.len() as u32;
         }
+        if let Some(ground) = &model.ground {
+            std::fs::write(dir.join(TERRAIN), terrain(ground)).map_err(unwritable)?;
+        }
         Ok(fields)
+    }
+
+    /// Write the ways of all rocks as lines, from the rows of `trajectory.csv`.
+    pub fn write_ways(&self, rocks: usize, rows: &[Row]) -> io::Result<()> {
+        let (mut points, mut lines) = (Vec::with_capacity(3 * rows.len()), Vec::with_capacity(rows.len()));
+        let mut data = [(); 4].map(|()| Vec::with_capacity(rows.len()));
+        for rock in 0..rocks {
+            let mut last = None;
+            for row in rows.iter().filter(|r| r.rock() == rock) {
+                let at = (points.len() / 3) as u32;
+                points.extend(row.position());
+                // Outside of the terrain there is no height over it.
+                let values = [row.time(), row.speed(), row.height().unwrap_or(0.0), rock as f64];
+                data.iter_mut().zip(values).for_each(|(list, value)| list.push(value));
+                lines.extend(last.map(|last| [last, at]));
+                last = Some(at);
+            }
+        }
+        let [time, speed, height, rock] = &data;
+        let point_data =
+            vec![("time", 1, &time[..]), ("speed", 1, speed), ("jump_height", 1, height), ("rock", 1, rock)];
+        let vtu = Vtu { points: &points, cells: Cells::Lines(&lines), point_data, cell_data: vec![] };
+        std::fs::write(self.dir.join(WAYS), vtu.to_bytes())
     }
 
     /// Write `state` if its time has reached the next multiple of the interval.
@@ -80,6 +116,15 @@ impl Fields {
         let cells = Cells::Triangles(&self.triangles);
         self.surface.add(state.time, &Vtu { points: &corners, cells, point_data: vec![], cell_data: vec![] })
     }
+}
+
+/// The triangles in the user's coordinates, with the number of the zone of each where there are zones.
+fn terrain(ground: &Ground) -> Vec<u8> {
+    let points: Vec<f64> = ground.nodes.iter().flat_map(|n| <[f64; 3]>::from(n + ground.origin)).collect();
+    let zones: Vec<f64> = ground.zones.iter().map(|z| f64::from(*z)).collect();
+    let cell_data = if zones.is_empty() { vec![] } else { vec![("zone", 1, &zones[..])] };
+    Vtu { points: &points, cells: Cells::Triangles(&ground.triangles), point_data: vec![], cell_data }
+        .to_bytes()
 }
 
 fn unwritable(e: io::Error) -> Fault {

@@ -379,6 +379,11 @@ impl DemSolver {
         {
             warnings.push(format!("{} cannot be written: {e}", picture::PICTURE));
         }
+        if let (Some(trajectory), Some(fields)) = (&self.trajectory, &self.fields)
+            && let Err(e) = fields.write_ways(self.model.rocks.len(), &trajectory.rows)
+        {
+            warnings.push(format!("the ways cannot be written to the field files: {e}"));
+        }
     }
 
     fn write_fields(&mut self) -> Result<(), Fault> {

@@ -12,7 +12,7 @@ use super::state::Body;
 use crate::contact::Law;
 use crate::contact::laws::WallLaws;
 use crate::contact::rolling::STIFFNESS;
-use crate::critical::{DEEP, SHARE, TURN, critical};
+use crate::critical::{DEEP, TURN, critical};
 use crate::ground::Ground;
 use crate::rock::Rock;
 use crate::search::terrain::Surroundings;
@@ -103,7 +103,7 @@ fn step(law: &Law, rock: &Rock, near: &Near, speed: f64, per_contact: f64) -> f6
         EffectiveMass::Local => d.ratio,
         EffectiveMass::Rock => d.ratio * near.count.sqrt(),
     });
-    let stable = SHARE * critical(square.sqrt(), ratio);
+    let stable = DemSettings::CRITICAL_SHARE * critical(square.sqrt(), ratio);
     stable.min(duration / per_contact)
 }
 

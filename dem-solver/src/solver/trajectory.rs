@@ -88,6 +88,11 @@ impl Row {
         [self.0[2], self.0[3], self.0[4]]
     }
 
+    /// Speed [m/s].
+    pub fn speed(&self) -> f64 {
+        nalgebra::Vector3::new(self.0[5], self.0[6], self.0[7]).norm()
+    }
+
     /// Whether it touched.
     pub fn touches(&self) -> bool {
         self.0[15] > 0.0

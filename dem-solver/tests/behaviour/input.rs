@@ -65,6 +65,11 @@ fn what_makes_no_sense_is_refused_with_its_place() {
             "one thing twice",
         ),
         (
+            with(&rock, &format!("{CONTACT}[dem]\ntime_step = 1e-5\ncritical_share = 0.5")),
+            "keep one of time_step and critical_share",
+        ),
+        (with(&rock, &format!("{CONTACT}[dem]\ncritical_share = 1.5")), "above 0 to 1"),
+        (
             with(&format!("{rock}\n{}", cube(1, "position = [0.3, 0.0, 1.0]")), CONTACT),
             "overlap at the start",
         ),
@@ -248,5 +253,21 @@ fn field_files_are_written_at_each_interval_and_at_the_start() {
     for series in ["rocks", "rock_surface"] {
         let pvd = std::fs::read_to_string(dir.path().join(format!("fields/{series}.pvd"))).expect("a series");
         assert_eq!(pvd.matches("<DataSet").count(), 11, "{pvd}");
+    }
+}
+
+/// Soft contacts last for very many critical steps where damping is strong: half the critical step is what counts, and
+/// it counts when the scene that was filled in runs again.
+#[test]
+fn a_filled_in_scene_takes_the_same_step() {
+    let steps = |text: &str| DemSolver::new(&scene(text), &Options::default()).expect("valid").model().steps;
+    let rock = cube(64, "position = [0.0, 0.0, 1.0]\nangular_velocity = [0.0, 0.0, 30.0]");
+    for (contact, share) in [(CONTACT.to_owned(), false), (CONTACT.replace("0.9", "0.001"), true)] {
+        let text = format!("end_time = 1.0\n{rock}{contact}");
+        let first = steps(&text);
+        assert_eq!(first.step == 0.5 * first.critical, share, "{first:?}");
+        let resolved = dem_solver::check::check(&scene(&text)).expect("valid").resolved;
+        assert_eq!(resolved["dem"]["critical_share"].as_float(), Some(0.5));
+        assert_eq!(steps(&format!("end_time = 1.0\n{resolved}")).step, first.step);
     }
 }

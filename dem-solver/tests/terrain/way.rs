@@ -201,3 +201,22 @@ fn the_step_follows_the_contact_at_hand_within_the_error_that_the_scene_asks_for
     // The speed of the landing, 4 m/s, is what the restitution takes its share of; twice for the turn that goes with it.
     assert!(off < 2.0 * 1e-3 * 4.0, "{off:.2e}");
 }
+
+/// A ParaView scene of a terrain: its triangles, once, and the ways as lines, beside the series of the rocks.
+#[test]
+fn fields_hold_the_terrain_and_the_way_where_fields_are_named() {
+    for (more, there) in [("[output]\nfields = 0.1\n", true), ("", false)] {
+        let mut bench = Bench::new(&plane(15.0, [-10.0, 60.0], 30, 10), &block(15.0, 0.6, more), true);
+        bench.run(0.05, 1.0);
+        bench.solver.finish().expect("finished");
+        let read = |name: &str| std::fs::read_to_string(bench.dir.path().join("fields").join(name));
+        assert_eq!(read("terrain.vtu").is_ok(), there);
+        if there {
+            let terrain = read("terrain.vtu").expect("written");
+            assert!(terrain.contains("NumberOfPoints=\"341\" NumberOfCells=\"600\""));
+            let rows = bench.rows().len();
+            let count = format!("NumberOfPoints=\"{rows}\" NumberOfCells=\"{}\"", rows - 1);
+            assert!(read("trajectory.vtu").expect("written").contains(&count), "{count}");
+        }
+    }
+}

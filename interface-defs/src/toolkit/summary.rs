@@ -105,7 +105,7 @@ impl Summary {
             Status::Interrupted => "interrupted",
         };
         let _ = writeln!(text, "{:width$}  {status}", "status");
-        let numbers: Vec<String> = self.measures.iter().map(|m| short(m.value)).collect();
+        let numbers: Vec<String> = self.measures.iter().map(|m| short_in(&m.unit, m.value)).collect();
         let number_width = numbers.iter().map(String::len).max().unwrap_or(0);
         for (m, number) in self.measures.iter().zip(&numbers) {
             let unit = if m.unit == "1" { "" } else { &m.unit };
@@ -146,6 +146,13 @@ pub fn short(value: f64) -> String {
     }
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     if (1e-4..1e7).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// The same; of metres to the millimetre where that is more: coordinates of a survey are large.
+fn short_in(unit: &str, value: f64) -> String {
+    // From here on six digits are coarser than a millimetre.
+    let large = value.is_finite() && value.abs() >= 999.999_5;
+    if unit == "m" && large { ((value * 1000.0).round() / 1000.0).to_string() } else { short(value) }
 }
 
 /// A float that is not finite has become null: drop it and say so.
@@ -247,8 +254,10 @@ mod tests {
         let mut summary = Summary::new(Status::Interrupted);
         summary.measures = vec![measure("max_deflection", 0.351_234_567, Some(0.5))];
         summary.cost.insert("wall_s".into(), 0.25.into());
+        summary.measures.push(measure("rest_x", 2_600_120.263_49, None));
         let expected = "status          interrupted\n\
-                        max_deflection  0.351235 m    at 0.5 s\n\
+                        max_deflection     0.351235 m    at 0.5 s\n\
+                        rest_x          2600120.263 m\n\
                         cost            wall_s 0.25\n";
         assert_eq!(summary.table(), expected);
     }

@@ -1,11 +1,10 @@
-//! Readers of terrain files, one module per format. Each gives what the file holds, in the file's own
+//! Readers of terrain files, one module per format; STL and OBJ are read by those of [`crate::shape`]. Each gives what the file holds, in the file's own
 //! coordinates, or an error with file and place; none trusts a length that the file states before it has
 //! compared it with the file's size.
 
 pub mod asc;
 pub mod las;
-pub mod obj;
-pub mod stl;
+pub mod mesh;
 pub mod tif;
 pub mod xyz;
 
@@ -41,8 +40,8 @@ pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, Input
         "tif" | "tiff" => tif::read(&bytes(path)?, &file).map(Content::Raster),
         "xyz" | "txt" | "csv" => xyz::read(&bytes(path)?, &file).map(Content::Points),
         "las" | "laz" => las::read(bytes(path)?, &settings.classes, &file).map(Content::Points),
-        "stl" => stl::read(&bytes(path)?, &file),
-        "obj" => obj::read(&bytes(path)?, &file),
+        "stl" => mesh::stl(&bytes(path)?).map_err(|e| e.in_file(path)),
+        "obj" => mesh::obj(&bytes(path)?).map_err(|e| e.in_file(path)),
         other => Err(InputError::in_file(file, format!("`.{other}` is no terrain that can be read"))
             .try_instead("known are .asc, .tif, .xyz, .las, .laz, .stl, .obj")),
     }
