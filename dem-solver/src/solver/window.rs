@@ -270,7 +270,16 @@ impl Run {
                 let rock = &model.rocks[r];
                 let before = body.motion;
                 let earlier = time(from) - time(range.start);
-                body.motion = flight::motion_at(rock, &self.starts[r], (&before, earlier), &gravity, since);
+                let rotation = model.settings.dem.rotation;
+                body.motion = flight::motion_at(
+                    rock,
+                    rotation,
+                    &self.starts[r],
+                    (&before, earlier),
+                    &gravity,
+                    since,
+                    to - from,
+                );
                 let passage = Passage {
                     start: window.start + time(from),
                     length: time(to) - time(from),
