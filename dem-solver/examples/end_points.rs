@@ -1,7 +1,8 @@
 //! What the step in contact means for where a rock ends: how two ways of one release part from impact to impact, and
 //! whether the run-outs of many releases are distributed alike.
 //!
-//! `cargo run --release -p dem-solver --example end_points [RELEASES [cube | ball]]` (default 128, both; some minutes)
+//! `cargo run --release -p dem-solver --example end_points [RELEASES [cube | cube-continuous | ball]]` (default 128, all three; some
+//! minutes)
 //!
 //! A way over terrain is chaotic: whatever differs by a millionth of a metre at one impact differs by some times that at the
 //! next. A finer step therefore does not bring the end point of one release nearer to any limit; what converges is what many

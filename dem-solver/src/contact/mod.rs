@@ -8,12 +8,13 @@
 //!
 //! [`pair`] applies the law to one contact, of a sphere with a wall or with another sphere;
 //! [`laws`] knows which law a pair of materials has, its moduli combined by [`elastic`];
-//! [`evaluate`] sums up all contacts of one rock at one instant, [`touch`] finds them; [`rocks`] does both
-//! for two rocks.
+//! [`evaluate`] sums up all contacts of one rock at one instant, [`touch`] finds them, [`faces`] without a jump over
+//! edges; [`rocks`] does both for two rocks.
 
 pub mod damping;
 pub mod elastic;
 pub mod evaluate;
+pub mod faces;
 pub mod laws;
 pub mod memory;
 pub mod normal;

@@ -1,6 +1,7 @@
 //! Which spheres of a rock touch the wall, and where. All geometry is done in the rock's own frame,
 //! in which the spheres stand still: some ten nodes are turned instead of hundreds of spheres.
 
+use super::faces::Faces;
 use crate::rock::{Motion, Rock, Sphere};
 use crate::search::near::inverse_square;
 use crate::search::pairs::{Instant, Pair, PairList};
@@ -27,9 +28,10 @@ pub struct Contact {
     pub sphere: u32,
     /// Place of the element in the pair list.
     pub element: u32,
-    /// Number of the wall's node that it stands for, if it counts for all wires there.
+    /// Number of the wall's node or edge that it stands for, if it counts for all elements there.
     pub node: Option<u32>,
-    feature: Feature,
+    /// What the point lies on.
+    pub feature: Feature,
 }
 
 impl Contact {
@@ -87,6 +89,7 @@ pub struct Touch {
     segments: Vec<Segment>,
     corners: Vec<Corner>,
     spare: Vec<Contact>,
+    faces: Faces,
 }
 
 impl Touch {
@@ -103,7 +106,7 @@ impl Touch {
         if sum >= 1.0 { sum as usize } else { self.contacts.len().min(1) }
     }
 
-    /// Find the contacts of `rock` at `now`. With `crossings` those with wires are continuous.
+    /// Find the contacts of `rock` at `now`. With `crossings` they are continuous.
     pub fn find(
         &mut self,
         rock: &Rock,
@@ -137,7 +140,7 @@ impl Touch {
         }
     }
 
-    /// Make of the candidates from `first` on contacts that are continuous at the nodes of wires.
+    /// Make of the candidates from `first` on contacts that are continuous at the nodes of wires and at the edges of faces.
     fn share_out(
         &mut self,
         first: usize,
@@ -146,6 +149,10 @@ impl Touch {
         list: &PairList,
         crossings: &Crossings,
     ) {
+        // Mostly one face, away from its edges.
+        if self.contacts.len() == first + 1 && self.contacts[first].feature == Feature::Face {
+            return;
+        }
         self.corners.clear();
         self.spare.clear();
         let is_line = |c: &Contact| list.elements[c.element as usize].kind == Kind::Line;
@@ -182,8 +189,13 @@ impl Touch {
             }
         }
         self.contacts.truncate(kept);
-        let others = keep_contacts(&mut self.spare);
-        self.contacts.extend_from_slice(&self.spare[..others]);
+        let is_face = |c: &Contact| list.elements[c.element as usize].kind == Kind::Face;
+        self.spare.sort_by_key(|c| !is_face(c));
+        let faces = self.spare.iter().take_while(|c| is_face(c)).count();
+        let (met, points) = self.spare.split_at_mut(faces);
+        self.faces.share_out(sphere, number, met, list, &self.nodes, &mut self.contacts);
+        let others = keep_contacts(points);
+        self.contacts.extend_from_slice(&points[..others]);
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let to_point = self.nodes[corner.node as usize] - sphere.centre;
             let distance = to_point.norm();

@@ -18,6 +18,7 @@ pub mod zones;
 
 use crate::search::boxes::{Bounds, BoxTree, morton_order};
 use crate::settings::TerrainSettings;
+use crate::wall::hierarchy::Crossings;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -42,6 +43,8 @@ pub struct Ground {
     pub highest: Vector3<f64>,
     /// What the user should know of it.
     pub notices: Vec<String>,
+    /// Where contacts are continuous over kinks; it has no wires.
+    pub crossings: Option<Crossings>,
     tree: BoxTree,
 }
 
@@ -90,6 +93,7 @@ impl Ground {
             lowest,
             highest,
             notices,
+            crossings: None,
             tree,
         }
     }
@@ -106,10 +110,10 @@ impl Ground {
         self.zones.get(triangle as usize).copied().unwrap_or(0)
     }
 
-    /// True if both triangles hold a node.
+    /// True if both triangles hold a node; numbers beyond the triangles, which are edges and corners, do not.
     pub fn share_a_node(&self, a: u32, b: u32) -> bool {
-        let b = &self.triangles[b as usize];
-        self.triangles[a as usize].iter().any(|n| b.contains(n))
+        let of = |key: u32| self.triangles.get(key as usize);
+        of(a).zip(of(b)).is_some_and(|(a, b)| a.iter().any(|n| b.contains(n)))
     }
 
     /// In words, with numbers.

@@ -5,6 +5,7 @@
 
 pub mod contact;
 pub mod dem;
+pub mod limits;
 pub mod rock;
 pub mod spheres;
 pub mod terrain;

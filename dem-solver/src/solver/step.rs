@@ -123,6 +123,9 @@ impl Run {
                 let field = self.answer.means[part.step * samples / cut.steps];
                 add_forces(zone, output, field, samples as f64 / cut.steps as f64);
             }
+            if let Some(reach) = &self.answer.reach {
+                zone.mark_touched(view, &mut output[reach.clone()]);
+            }
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use super::path::{LOOK, jump_height};
 use super::state::{Body, State};
 use super::stretch::{self, Stretch};
 use super::trajectory::Row;
-use super::watch::watch;
+use super::watch::{watch, watch_gap};
 use crate::contact::evaluate::{Evaluation, Scene, Sums};
 use crate::contact::laws::WallLaws;
 use crate::ground::Ground;
@@ -92,6 +92,7 @@ impl OnTerrain {
         let surface = Surface::Ground(ground);
         let scene = Scene { rock: it, laws, surface, list: &around.pairs, motion: &around.nodes };
         if around.pairs.pairs.is_empty() {
+            watch_gap(model, ground, rock, now, h, time)?;
             body.ground_memories.clear();
             return Ok((Sums::default(), 0));
         }

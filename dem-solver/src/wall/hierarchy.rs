@@ -76,7 +76,7 @@ fn order<C: Candidate>(a: &C, b: &C) -> Ordering {
 }
 
 /// How often each node of the wires is to be subtracted.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Crossings {
     excess: Vec<f64>,
 }

@@ -15,11 +15,11 @@ pub enum Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// The crossings of wires, where the law is continuous there.
+    /// The crossings of wires, where contacts are continuous over kinks.
     pub fn crossings(&self) -> Option<&Crossings> {
         match self {
             Self::Wall(wall) => wall.crossings.as_ref(),
-            Self::Ground(_) => None,
+            Self::Ground(ground) => ground.crossings.as_ref(),
         }
     }
 
