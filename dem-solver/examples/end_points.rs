@@ -23,14 +23,16 @@ const END: f64 = 120.0;
 const IMPACTS: [usize; 4] = [1, 2, 5, 10];
 
 /// A rock, and what it meets.
-const ROCKS: [(&str, &str, &str); 2] = [
-    ("cube", "shape = { type = \"box\", size = [0.8, 0.8, 0.8] }\ncluster.spheres = 1000", "young = 3e9"),
+const ROCKS: [(&str, &str, &str); 3] = [
+    ("cube", CUBE, "young = 3e9"),
+    ("cube-continuous", CUBE, "young = 3e9\nhierarchy = \"continuous\""),
     (
         "ball",
         "shape = { type = \"sphere\", radius = 0.5 }",
         "young = 1e8\nrolling_friction = 0.5\nrolling = \"spring\"\nrolling_damping = 0.3",
     ),
 ];
+const CUBE: &str = "shape = { type = \"box\", size = [0.8, 0.8, 0.8] }\ncluster.spheres = 1000";
 
 fn scene([_, shape, contact]: [&str; 3], steps: f64) -> String {
     format!(
