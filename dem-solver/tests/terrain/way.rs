@@ -208,3 +208,49 @@ fn the_step_follows_the_contact_at_hand_within_the_error_that_the_scene_asks_for
     // The speed of the landing, 4 m/s, is what the restitution takes its share of; twice for the turn that goes with it.
     assert!(off < 2.0 * 1e-3 * 4.0, "{off:.2e}");
 }
+
+/// Lengths times s, times and speeds times sqrt(s), moduli times s: a block that falls on a slope, turns, slides and comes to rest does
+/// the same, but for rounding, which each impact of its spheres magnifies. What a scene leaves open is told in its own measures:
+/// the speed and time of rest are scaled here, since their defaults are not of the scene.
+#[test]
+fn a_slope_of_another_size_gives_the_same_way() {
+    let run = |s: f64| {
+        let (length, time) = (s, s.sqrt());
+        let mut mesh = plane(15.0, [-10.0, 60.0], 30, 10);
+        mesh.nodes.iter_mut().for_each(|n| *n *= length);
+        let scene = block(15.0, 0.6, "")
+            .replace("end_time = 20.0", &format!("end_time = {:?}", 20.0 * time))
+            .replace(
+                "[0.0, 0.0, 0.7]",
+                &format!("[0.0, 0.0, {:?}]\nvelocity = [{:?}, 0.0, 0.0]", 0.7 * length, time),
+            )
+            .replace("[0.8, 0.6, 0.5]", &format!("{:?}", [0.8, 0.6, 0.5].map(|a| a * length)))
+            .replace("young = 1e8", &format!("young = {:?}", 1e8 * length))
+            .replace(
+                "\"t.obj\"",
+                &format!("\"t.obj\"\nrest_speed = {:?}\nrest_time = {:?}", 0.01 * time, 0.5 * time),
+            );
+        let mut bench = Bench::new(&mesh, &scene, true);
+        bench.run(0.05 * time, 20.0 * time);
+        assert!(bench.solver.has_ended(), "at rest");
+        let end = bench.solver.finish().expect("finished");
+        let measure = |name: &str| {
+            end.measures.iter().find(|m| m.name == name).unwrap_or_else(|| panic!("no {name}")).value
+        };
+        [
+            bench.time / time,
+            bench.position().x / length,
+            bench.position().z / length,
+            measure("run_out") / length,
+            measure("max_speed") / time,
+            measure("impacts"),
+        ]
+    };
+    let own = run(1.0);
+    for s in [0.1, 10.0] {
+        let other = run(s);
+        let off = own.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("scaled by {s}: {off:.1e} off; {own:?}");
+        assert!(off < 1e-9, "{s}: {own:?} {other:?}");
+    }
+}
