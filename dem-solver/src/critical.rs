@@ -65,16 +65,19 @@ impl Steps {
             speed: 0.0,
         };
         let mut speeds = Vec::with_capacity(rocks.len());
-        // Of the stiffest contact with a wall.
-        let mut on_wall = Mode::default();
         for (rock, table) in rocks.iter().zip(&settings.rocks) {
             let velocity = nalgebra::Vector3::from(table.velocity);
             let mut speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
             if let Some(ground) = ground {
                 speed = speed.min(fastest_on(ground, settings, rock, table));
             }
-            steps.speed = steps.speed.max(speed);
             speeds.push(speed);
+        }
+        // Of the stiffest contact with a wall.
+        let mut on_wall = Mode::default();
+        for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate() {
+            let speed = if laws.is_some() { kicked(rocks, &speeds, at) } else { speeds[at] };
+            steps.speed = steps.speed.max(speed);
             let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
             steps.step = steps.step.min(TURN / spin);
             // A rock that never moves lands nowhere, and may still be touched by a wall.
@@ -228,6 +231,16 @@ impl Mode {
     fn and(self, other: Self) -> Self {
         Self { square: self.square.max(other.square), ratio: self.ratio.max(other.ratio) }
     }
+}
+
+/// Speed with which rock number `at` may land once another has kicked it: head on, elastic, both as fast as they can be [m/s].
+/// One heavier than it throws it at up to twice its own speed; its equals take its speed from it and give theirs.
+fn kicked(rocks: &[Rock], speeds: &[f64], at: usize) -> f64 {
+    let (mass, own) = (rocks[at].mass, speeds[at]);
+    let after = |(other, speed): (&Rock, &f64)| {
+        ((mass - other.mass).abs() * own + 2.0 * other.mass * speed) / (mass + other.mass)
+    };
+    rocks.iter().zip(speeds).map(after).fold(own, f64::max)
 }
 
 /// Speed that a rock cannot exceed above the lowest corner of the box around a terrain: all its energy in

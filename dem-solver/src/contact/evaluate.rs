@@ -9,7 +9,7 @@
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
 use super::laws::WallLaws;
-use super::memory::{Heir, Memory, NONE, inherit};
+use super::memory::{Heir, Memory, NONE, inherit, inherit_beside};
 use super::pair::{Meeting, Past};
 use super::touch::{Contact, Touch};
 use crate::rock::{Motion, Rock};
@@ -17,9 +17,6 @@ use crate::search::pairs::{Instant, PairElement, PairList};
 use crate::wall::Wall;
 use crate::wall::motion::NodeMotion;
 use nalgebra::Vector3;
-
-/// Angle between two contacts up to which one that sets in takes over the spring of the other [rad].
-const BESIDE: f64 = 0.3;
 
 /// What a rock and its wall are at an instant.
 #[derive(Clone, Copy)]
@@ -268,15 +265,7 @@ impl Evaluation {
         let view = |contact| View { contact, touch, list: scene.list, way };
         inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
         if scene.wall.crossings.as_ref().is_some() {
-            // What sets in beside a contact that stays begins with that one's spring: a segment beyond a
-            // kink and the node that is subtracted then cancel.
-            for (contact, heir) in touch.contacts.iter().zip(&mut self.heirs).filter(|(_, h)| **h == NONE) {
-                let normal = touch.rotation * contact.normal;
-                let own = before.iter().enumerate().filter(|(_, m)| m.sphere == contact.sphere);
-                let apart = own.map(|(k, m)| ((m.normal - normal).norm_squared(), k as u32));
-                let nearest = apart.filter(|(a, _)| *a < BESIDE * BESIDE).min_by(|a, b| a.0.total_cmp(&b.0));
-                *heir = nearest.map_or(NONE, |(_, k)| k);
-            }
+            inherit_beside(|i| view(&touch.contacts[i]), before, &mut self.heirs);
         }
     }
 }

@@ -71,6 +71,22 @@ pub fn inherit<H: Heir>(
     }
 }
 
+/// Angle between two contacts up to which one that sets in takes over the spring of the other [rad].
+const BESIDE: f64 = 0.3;
+
+/// What sets in beside a contact that stays begins with that one's spring: a part beyond a kink and the node or edge
+/// that is subtracted then cancel. For those of which `found` has [`NONE`], after [`inherit`].
+pub fn inherit_beside<H: Heir>(contact: impl Fn(usize) -> H, memories: &[Memory], found: &mut [u32]) {
+    for (i, heir) in found.iter_mut().enumerate().filter(|(_, h)| **h == NONE) {
+        let contact = contact(i);
+        let normal = contact.normal();
+        let own = memories.iter().enumerate().filter(|(_, m)| m.sphere == contact.sphere());
+        let apart = own.map(|(k, m)| ((m.normal - normal).norm_squared(), k as u32));
+        let nearest = apart.filter(|(a, _)| *a < BESIDE * BESIDE).min_by(|a, b| a.0.total_cmp(&b.0));
+        *heir = nearest.map_or(NONE, |(_, k)| k);
+    }
+}
+
 fn one_sphere<H: Heir>(
     contact: impl Fn(usize) -> H,
     memories: &[Memory],

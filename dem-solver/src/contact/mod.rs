@@ -9,11 +9,12 @@
 //! [`pair`] applies the law to one contact, of a sphere with a wall or with another sphere;
 //! [`laws`] knows which law a pair of materials has, its moduli combined by [`elastic`];
 //! [`evaluate`] sums up all contacts of one rock with a wall at one instant, [`touch`] finds them; [`standing`]
-//! does both for terrain, [`rocks`] for two rocks.
+//! does both for terrain, [`rocks`] for two rocks. [`faces`] shares out contacts without a jump over edges.
 
 pub mod damping;
 pub mod elastic;
 pub mod evaluate;
+pub mod faces;
 pub mod laws;
 pub mod memory;
 pub mod normal;

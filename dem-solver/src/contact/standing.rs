@@ -7,13 +7,14 @@
 
 use super::Law;
 use super::evaluate::Sums;
+use super::faces::{Faces, Met, Part};
 use super::laws::WallLaws;
-use super::memory::{Heir, Memory, NONE, inherit};
+use super::memory::{Heir, Memory, NONE, inherit, inherit_beside};
 use super::pair::{Meeting, Past};
 use crate::ground::Ground;
 use crate::rock::{Motion, Rock};
 use crate::search::terrain::Surroundings;
-use crate::wall::closest::Feature;
+use crate::wall::closest::{Feature, on_face};
 use crate::wall::hierarchy::{Candidate, keep_contacts};
 use nalgebra::{Matrix3, Vector3};
 
@@ -34,6 +35,10 @@ pub struct Contact {
     pub sphere: u32,
     /// Number of the triangle.
     pub triangle: u32,
+    /// How often it counts: 1, but for edges and corners that several triangles share.
+    pub share: f64,
+    /// What its memory is kept under: the triangle's number, or one beyond all triangles for an edge or a corner.
+    key: u32,
     feature: Feature,
 }
 
@@ -58,6 +63,9 @@ pub struct Standing {
     /// The contacts, by sphere, in the order of the hierarchy.
     pub contacts: Vec<Contact>,
     heirs: Vec<u32>,
+    spare: Vec<Contact>,
+    met: Vec<Met>,
+    faces: Faces,
     /// The memories after the step.
     pub memories: Vec<Memory>,
 }
@@ -69,11 +77,12 @@ impl Standing {
             contacts: Vec::with_capacity(contacts),
             heirs: Vec::with_capacity(contacts),
             memories: Vec::with_capacity(contacts),
+            ..Self::default()
         }
     }
 
-    /// Find the contacts at `now`; `around` must be good there.
-    pub fn find(&mut self, rock: &Rock, around: &Surroundings, now: &Motion) {
+    /// Find the contacts at `now`; `around` must be good there. Where the ground says so they are continuous over kinks.
+    pub fn find(&mut self, rock: &Rock, ground: &Ground, around: &Surroundings, now: &Motion) {
         self.contacts.clear();
         let moved = around.moved;
         let rotation = Turned::new(rock, now);
@@ -109,20 +118,71 @@ impl Standing {
                         radius: sphere.radius,
                         sphere: number,
                         triangle: pair.triangle,
+                        share: 1.0,
+                        key: pair.triangle,
                         feature,
                     });
                 }
             }
-            if self.contacts.len() > before + 1 {
+            if ground.continuous {
+                self.share_out(before, ground, &now.position);
+            } else if self.contacts.len() > before + 1 {
                 let kept = keep_contacts(&mut self.contacts[before..]);
                 self.contacts.truncate(before + kept);
             }
         }
     }
 
+    /// Make of the candidates from `first` on, all of one sphere, contacts that are continuous over edges and corners.
+    fn share_out(&mut self, first: usize, ground: &Ground, position: &Vector3<f64>) {
+        // Mostly one triangle, away from its edges.
+        let [one, ..] = self.contacts[first..] else { return };
+        if self.contacts.len() == first + 1 && one.feature == Feature::Face {
+            return;
+        }
+        self.spare.clear();
+        self.spare.extend(self.contacts.drain(first..));
+        let centre = position + one.centre;
+        self.met.clear();
+        self.met.extend(self.spare.iter().map(|contact| {
+            let corners = ground.corners(contact.triangle);
+            let closest = on_face(&centre, corners.each_ref());
+            let nodes = ground.triangles[contact.triangle as usize];
+            Met { nodes, number: contact.triangle, weights: closest.weights, feature: closest.feature }
+        }));
+        let at = |node: u32| ground.nodes[node as usize] - centre;
+        let (contacts, spare) = (&mut self.contacts, &self.spare);
+        self.faces.share_out(&self.met, at, |shared| {
+            let face = spare[shared.face];
+            let (beyond, feature) = match shared.part {
+                Part::Face => return contacts.push(face),
+                Part::Edge(number) => (number, Feature::Edge),
+                Part::Node(number) => (number, Feature::Node),
+            };
+            let distance = shared.to_point.norm();
+            if distance < face.radius {
+                contacts.push(Contact {
+                    normal: shared.to_point / distance,
+                    distance,
+                    overlap: face.radius - distance,
+                    share: shared.share,
+                    key: !beyond,
+                    feature,
+                    ..face
+                });
+            }
+        });
+    }
+
+    /// Number of contacts, shared points counted by their shares.
+    pub fn count(&self) -> usize {
+        let sum: f64 = self.contacts.iter().map(|c| c.share).sum();
+        if sum >= 1.0 { sum as usize } else { self.contacts.len().min(1) }
+    }
+
     /// Elastic energy of the contacts that were found [J].
     pub fn energy(&self, laws: WallLaws) -> f64 {
-        let of = |c: &Contact| laws.of(c.triangle).normal.load(c.radius, c.overlap).energy;
+        let of = |c: &Contact| c.share * laws.of(c.triangle).normal.load(c.radius, c.overlap).energy;
         self.contacts.iter().map(of).sum()
     }
 
@@ -143,7 +203,7 @@ impl Standing {
             return sums;
         }
         let remembers = laws.any(|law| law.remembers());
-        let stays = |(c, m): (&Contact, &Memory)| (c.sphere, c.triangle) == (m.sphere, m.element);
+        let stays = |(c, m): (&Contact, &Memory)| (c.sphere, c.key) == (m.sphere, m.element);
         if before.len() == self.contacts.len() && self.contacts.iter().zip(before).all(stays) {
             // As in most steps, each is its own heir.
             self.heirs.clear();
@@ -152,9 +212,12 @@ impl Standing {
             let neighbours = |a: u32, b: u32| ground.share_a_node(a, b);
             let view = |contact| View { contact, way: sums.fastest * h };
             inherit(self.contacts.len(), |i| view(&self.contacts[i]), before, neighbours, &mut self.heirs);
+            if ground.continuous {
+                inherit_beside(|i| view(&self.contacts[i]), before, &mut self.heirs);
+            }
         }
         let spin = rock.spin(now);
-        let contacts = self.contacts.len();
+        let contacts = self.count();
         let inertia = rock.inertia.min() / contacts as f64;
         let dashpot =
             |law: &Law| law.damping.as_ref().map_or(0.0, |d| d.coefficient(rock.mass, contacts, 0.0));
@@ -186,7 +249,7 @@ impl Standing {
             if law.remembers() {
                 self.memories.push(Memory {
                     sphere: contact.sphere,
-                    element: contact.triangle,
+                    element: contact.key,
                     spring: answer.spring,
                     moment: answer.rolled,
                     normal: contact.normal,
@@ -194,13 +257,14 @@ impl Standing {
                     energy: answer.sheared,
                 });
             }
-            sums.damped += answer.damped;
-            sums.rubbed += answer.rubbed;
-            sums.sheared += answer.sheared;
-            sums.elastic += answer.load.energy;
+            let (share, force) = (contact.share, answer.force * contact.share);
+            sums.damped += answer.damped * share;
+            sums.rubbed += answer.rubbed * share;
+            sums.sheared += answer.sheared * share;
+            sums.elastic += answer.load.energy * share;
             sums.penetration = sums.penetration.max(contact.overlap / contact.radius);
-            sums.force += answer.force;
-            sums.torque += arm.cross(&answer.force) + answer.moment;
+            sums.force += force;
+            sums.torque += arm.cross(&force) + answer.moment * share;
         }
         sums
     }
@@ -250,7 +314,7 @@ impl Heir for View<'_> {
         self.contact.sphere
     }
     fn element(&self) -> u32 {
-        self.contact.triangle
+        self.contact.key
     }
     fn normal(&self) -> Vector3<f64> {
         self.contact.normal

@@ -1,9 +1,10 @@
 //! Which spheres of a rock touch the wall, and where. All geometry is done in the rock's own frame,
 //! in which the spheres stand still: some ten nodes are turned instead of hundreds of spheres.
 
+use super::faces::{Faces, Met, Part};
 use crate::rock::{Motion, Rock, Sphere};
 use crate::search::near::inverse_square;
-use crate::search::pairs::{Instant, Pair, PairList};
+use crate::search::pairs::{Instant, Pair, PairElement, PairList};
 use crate::wall::Kind;
 use crate::wall::closest::{Feature, on_face, on_line};
 use crate::wall::hierarchy::{Candidate, Crossings, keep_contacts};
@@ -27,9 +28,10 @@ pub struct Contact {
     pub sphere: u32,
     /// Place of the element in the pair list.
     pub element: u32,
-    /// Number of the wall's node that it stands for, if it counts for all wires there.
+    /// Number of the wall's node or edge that it stands for, if it counts for all elements there.
     pub node: Option<u32>,
-    feature: Feature,
+    /// What the point lies on.
+    pub feature: Feature,
 }
 
 impl Contact {
@@ -87,6 +89,8 @@ pub struct Touch {
     segments: Vec<Segment>,
     corners: Vec<Corner>,
     spare: Vec<Contact>,
+    faces: Faces,
+    met: Vec<Met>,
 }
 
 impl Touch {
@@ -103,7 +107,7 @@ impl Touch {
         if sum >= 1.0 { sum as usize } else { self.contacts.len().min(1) }
     }
 
-    /// Find the contacts of `rock` at `now`. With `crossings` those with wires are continuous.
+    /// Find the contacts of `rock` at `now`. With `crossings` they are continuous.
     pub fn find(
         &mut self,
         rock: &Rock,
@@ -137,7 +141,7 @@ impl Touch {
         }
     }
 
-    /// Make of the candidates from `first` on contacts that are continuous at the nodes of wires.
+    /// Make of the candidates from `first` on contacts that are continuous at the nodes of wires and at the edges of faces.
     fn share_out(
         &mut self,
         first: usize,
@@ -146,6 +150,10 @@ impl Touch {
         list: &PairList,
         crossings: &Crossings,
     ) {
+        // Mostly one face, away from its edges.
+        if self.contacts.len() == first + 1 && self.contacts[first].feature == Feature::Face {
+            return;
+        }
         self.corners.clear();
         self.spare.clear();
         let is_line = |c: &Contact| list.elements[c.element as usize].kind == Kind::Line;
@@ -182,8 +190,42 @@ impl Touch {
             }
         }
         self.contacts.truncate(kept);
-        let others = keep_contacts(&mut self.spare);
-        self.contacts.extend_from_slice(&self.spare[..others]);
+        let is_face = |c: &Contact| list.elements[c.element as usize].kind == Kind::Face;
+        self.spare.sort_by_key(|c| !is_face(c));
+        let faces = self.spare.iter().take_while(|c| is_face(c)).count();
+        let (faces, points) = self.spare.split_at_mut(faces);
+        self.met.clear();
+        self.met.extend(faces.iter().map(|face| {
+            let PairElement { nodes, number, .. } = list.elements[face.element as usize];
+            Met { nodes, number, weights: face.weights, feature: face.feature }
+        }));
+        let at = |node: u32| self.nodes[node as usize] - sphere.centre;
+        let contacts = &mut self.contacts;
+        self.faces.share_out(&self.met, at, |shared| {
+            let face = faces[shared.face];
+            let (node, feature) = match shared.part {
+                Part::Face => return contacts.push(face),
+                Part::Edge(number) => (number, Feature::Edge),
+                Part::Node(place) => (list.numbers[place as usize], Feature::Node),
+            };
+            let distance = shared.to_point.norm();
+            let overlap = sphere.radius + list.elements[face.element as usize].radius - distance;
+            if overlap > 0.0 {
+                contacts.push(Contact {
+                    normal: shared.to_point / distance,
+                    distance,
+                    overlap,
+                    weights: shared.weights,
+                    share: shared.share,
+                    sphere: number,
+                    element: face.element,
+                    node: Some(node),
+                    feature,
+                });
+            }
+        });
+        let others = keep_contacts(points);
+        self.contacts.extend_from_slice(&points[..others]);
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let to_point = self.nodes[corner.node as usize] - sphere.centre;
             let distance = to_point.norm();

@@ -20,7 +20,7 @@ pub mod steps;
 use crate::contact::Law;
 use crate::contact::laws::Laws;
 use crate::settings::spheres::SIDES;
-use crate::settings::{GranularSettings, RollingName};
+use crate::settings::{GranularSettings, RollingName, limits};
 use cells::{Pair, Plane};
 use fields::Fields;
 use interface_defs::message::{Gauge, Hello, Measure, Role, capability};
@@ -301,7 +301,8 @@ impl Solver for GranularSolver {
         let gauges = Self::gauges();
         let mut initial = vec![0.0; 3 * gauges.len()];
         self.tell(&self.committed, &mut initial);
-        Ok(Ready { gauges, initial, ..Ready::default() })
+        let warnings = limits::of_contacts(&self.model.settings.contacts);
+        Ok(Ready { gauges, initial, warnings, ..Ready::default() })
     }
 
     fn solve(&mut self, window: &Window, _: &[f64], output: &mut [f64]) -> Result<(), Fault> {

@@ -57,6 +57,20 @@ impl Ground {
         );
     }
 
+    /// True if some triangle comes within `radius` [m] of `point`.
+    pub fn is_near(&self, point: &Vector3<f64>, radius: f64) -> bool {
+        let near = std::cell::Cell::new(false);
+        self.tree.visit(
+            |bounds| !near.get() && bounds.square_to(point) <= radius * radius,
+            |t| {
+                let [a, b, c] = self.corners(t as u32);
+                near.set(on_face(point, [&a, &b, &c]).to_point.norm_squared() <= radius * radius);
+                !near.get()
+            },
+        );
+        near.get()
+    }
+
     /// Whole steps of `h` [s], at most `most`, for which a sphere of `radius` [m] on this flight meets
     /// no triangle for certain.
     ///

@@ -44,6 +44,8 @@ pub struct Ground {
     pub highest: Vector3<f64>,
     /// What the user should know of it.
     pub notices: Vec<String>,
+    /// Whether contacts are continuous over kinks.
+    pub continuous: bool,
     tree: BoxTree,
 }
 
@@ -93,6 +95,7 @@ impl Ground {
             lowest,
             highest,
             notices,
+            continuous: false,
             tree,
         }
     }
@@ -109,10 +112,10 @@ impl Ground {
         self.zones.get(triangle as usize).copied().unwrap_or(0)
     }
 
-    /// True if both triangles hold a node.
+    /// True if both triangles hold a node; numbers beyond the triangles, which are edges and corners, do not.
     pub fn share_a_node(&self, a: u32, b: u32) -> bool {
-        let b = &self.triangles[b as usize];
-        self.triangles[a as usize].iter().any(|n| b.contains(n))
+        let of = |key: u32| self.triangles.get(key as usize);
+        of(a).zip(of(b)).is_some_and(|(a, b)| a.iter().any(|n| b.contains(n)))
     }
 
     /// In words, with numbers.

@@ -132,6 +132,11 @@ impl Sweep {
         }
     }
 
+    /// The same for a rock that something may throw `way` [m] off its flight.
+    pub fn kicked(self, way: f64) -> Self {
+        Self { allowance: self.allowance + way, ..self }
+    }
+
     /// Distance from the rock's centre within which elements may be reached, the wall's own motion
     /// left out [m].
     pub fn need(&self, rock: &Rock, wall: &Wall) -> f64 {

@@ -111,8 +111,8 @@ pub enum HierarchyName {
     /// implementation). At kinks towards the sphere the force jumps.
     #[default]
     Nearest,
-    /// Every wire pushes and the nodes that they share pull, so that force and energy are continuous over
-    /// kinks and crossings. Lines only; faces as `nearest`.
+    /// Every wire and every face pushes, and the nodes and edges that they share pull, so that force and energy are
+    /// continuous over kinks and crossings.
     Continuous,
 }
 

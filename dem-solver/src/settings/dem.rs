@@ -21,12 +21,31 @@ pub struct DemSettings {
     /// critical one. Excludes `time_step`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub critical_share: Option<f64>,
+    /// How rocks turn between two kicks. Default `exact`; separate spheres turn exactly whatever it says.
+    #[serde(default)]
+    pub rotation: Rotation,
     /// Threads for many separate spheres; the results do not depend on it. Default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<usize>,
     /// Whether a step above the critical one is taken all the same. Default false.
     #[serde(default)]
     pub allow_unstable: bool,
+}
+
+/// How a rock turns freely. Each keeps the angular momentum to the last bit ([`crate::rock::rotation`], with what each errs
+/// and costs).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rotation {
+    /// Taylor series of the free motion: no error but rounding. Flights cost what they turn, not their steps.
+    #[default]
+    Exact,
+    /// Implicit midpoint rule: second order, no drift of energy.
+    Midpoint,
+    /// Turns about the principal axes one after the other: second order, no drift of energy.
+    Splitting,
+    /// Runge-Kutta of fourth order on the quaternion; the energy drifts.
+    RungeKutta,
 }
 
 impl DemSettings {

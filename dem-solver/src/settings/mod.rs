@@ -5,12 +5,13 @@
 
 pub mod contact;
 pub mod dem;
+pub mod limits;
 pub mod rock;
 pub mod spheres;
 pub mod terrain;
 
 pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
-pub use dem::DemSettings;
+pub use dem::{DemSettings, Rotation};
 pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
 pub use terrain::{NoData, TerrainSettings, ZoneSettings};

@@ -101,6 +101,11 @@ impl Meetings {
         self.pairs.iter().map(free).fold(f64::INFINITY, f64::min)
     }
 
+    /// The pairs of rocks.
+    pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.pairs.iter().map(|pair| pair.rocks)
+    }
+
     /// Forces of all pairs in the middle of the step of `h` [s] that began at `time`, where the rocks
     /// move as `middles`; what each feels goes to [`Meetings::felt`], memories to `encounters`. The
     /// sums are those of all pairs together.

@@ -4,7 +4,7 @@
 //! - [`zone`]: a rock's surroundings in a window
 //! - [`window`]: the steps ([`step`]) of a window ([`cut`], [`watch`](mod@watch)), and [`flight`] where there is
 //!   nothing to meet
-//! - [`meetings`]: rocks that meet each other
+//! - [`meetings`]: rocks that meet each other; [`kicks`]: how far they may throw each other in a window
 //! - [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
 //! - [`gauges`], [`measures`], [`fields`], [`trajectory`], [`picture`]: what is told of it
 
@@ -13,6 +13,7 @@ pub mod cut;
 pub mod fields;
 pub mod flight;
 pub mod gauges;
+pub mod kicks;
 pub mod measures;
 pub mod meetings;
 pub mod path;
@@ -31,7 +32,7 @@ use crate::critical::Steps;
 use crate::ground::Ground;
 use crate::rock::Rock;
 use crate::search::tree::SphereTree;
-use crate::settings::{RockSettings, STRUCTURE, Settings};
+use crate::settings::{RockSettings, STRUCTURE, Settings, limits};
 use crate::wall::Wall;
 use crate::wall::hierarchy::Crossings;
 use fields::Fields;
@@ -109,10 +110,14 @@ impl DemSolver {
         let rocks = settings.rocks.iter().enumerate().map(|(at, rock)| Rock::new(at, rock, scene));
         let (rocks, notices): (Vec<Rock>, Vec<_>) = rocks.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         let mut notices: Vec<String> = notices.into_iter().flatten().collect();
+        for (rock, table) in rocks.iter().zip(&settings.rocks) {
+            notices.extend(limits::of_rock(table, rock.mass));
+        }
+        notices.extend(limits::of_contacts(&settings.contacts));
         let laws = Laws::new(&settings.contacts);
-        let ground = settings.terrain.as_ref().map(|terrain| Ground::of(scene, terrain)).transpose()?;
+        let mut ground = settings.terrain.as_ref().map(|terrain| Ground::of(scene, terrain)).transpose()?;
         let mut ground_rows = Vec::new();
-        if let Some(ground) = &ground {
+        if let Some(ground) = &mut ground {
             let Some(laws) = &laws else {
                 return Err(scene
                     .invalid(
@@ -124,6 +129,7 @@ impl DemSolver {
             ground_rows = rows(laws, &settings, &ground.materials)
                 .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
             notices.extend(ground.notices.iter().cloned());
+            ground.continuous = laws.continuous();
         }
         let rock_rows = rows_of_rocks(laws.as_ref(), &settings, scene)?;
         if settings.rocks.len() > 1 && rock_rows.is_none() {

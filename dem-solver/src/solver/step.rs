@@ -16,8 +16,8 @@ use super::terrain::steps_per_look;
 use super::watch::watch;
 use super::window::Run;
 use super::zone::{View, add_forces};
-use crate::rock::rotation::rotate;
 use crate::rock::{Motion, Rock};
+use crate::settings::Rotation;
 use interface_defs::{Fault, Window};
 use nalgebra::Vector3;
 
@@ -60,7 +60,7 @@ impl Run {
         self.middles.clear();
         self.loads.clear();
         for (rock, body) in model.rocks.iter().zip(&state.bodies) {
-            self.middles.push(middle(rock, &body.motion, h));
+            self.middles.push(middle(rock, model.settings.dem.rotation, &body.motion, h));
             self.loads.push(Load::default());
         }
         for rock in 0..model.rocks.len() {
@@ -127,6 +127,9 @@ impl Run {
             if samples > 0 {
                 let field = self.answer.means[part.step * samples / cut.steps];
                 add_forces(zone, output, field, samples as f64 / cut.steps as f64);
+            }
+            if let Some(reach) = &self.answer.reach {
+                zone.mark_touched(view, &mut output[reach.clone()]);
             }
         }
         Ok(())
@@ -202,7 +205,8 @@ impl Run {
         after.angular_momentum = before.angular_momentum + load.torque * h;
         after.position = before.position + (before.velocity + after.velocity) * (0.5 * h);
         let half = &self.middles[rock].orientation;
-        after.orientation = rotate(half, &after.angular_momentum, &it.inertia, 0.5 * h);
+        let rotation = model.settings.dem.rotation;
+        after.orientation = rotation.turn(half, &after.angular_momentum, &it.inertia, 0.5 * h);
         if !after.is_finite() {
             return Err(Fault::window(format!(
                 "rock `{}` has left the finite numbers at {start:.6} s: the contact forces have diverged; shorten \
@@ -231,10 +235,10 @@ impl Run {
 }
 
 /// Motion in the middle of a step of `h` [s] that begins with `before`.
-fn middle(rock: &Rock, before: &Motion, h: f64) -> Motion {
+fn middle(rock: &Rock, rotation: Rotation, before: &Motion, h: f64) -> Motion {
     let mut now = *before;
     now.position += before.velocity * (0.5 * h);
-    now.orientation = rotate(&before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * h);
+    now.orientation = rotation.turn(&before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * h);
     now.velocity += before.acceleration * (0.5 * h);
     now.angular_momentum += before.torque * (0.5 * h);
     now

@@ -5,7 +5,7 @@ use super::path::{LOOK, jump_height};
 use super::state::{Body, State};
 use super::stretch::{self, Stretch};
 use super::trajectory::Row;
-use super::watch::watch;
+use super::watch::{watch, watch_gap};
 use crate::contact::evaluate::Sums;
 use crate::contact::laws::WallLaws;
 use crate::contact::standing::Standing;
@@ -83,10 +83,11 @@ impl OnTerrain {
         let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
         around.update(it, &model.trees[rock], ground, now, h, 0.0);
         if around.pairs.is_empty() {
+            watch_gap(model, ground, rock, now, h, time)?;
             body.ground_memories.clear();
             return Ok((Sums::default(), 0));
         }
-        standing.find(it, around, now);
+        standing.find(it, ground, around, now);
         let sums = standing.forces(it, laws, ground, now, h, &body.ground_memories);
         watch(it, now, &sums, h, time, |depth| standing.passed_centre(it, now, h, depth))?;
         std::mem::swap(&mut body.ground_memories, &mut standing.memories);
@@ -99,7 +100,7 @@ impl OnTerrain {
         let it = &model.rocks[rock];
         let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
         around.update(it, &model.trees[rock], ground, now, model.steps.step, 0.0);
-        standing.find(it, around, now);
+        standing.find(it, ground, around, now);
         (standing.energy(laws), standing.contacts.len())
     }
 

@@ -1,6 +1,8 @@
 //! Watches on a step: stop where the answer would be wrong and look calm.
 
+use super::Model;
 use crate::contact::evaluate::Sums;
+use crate::ground::Ground;
 use crate::rock::{Motion, Rock};
 use interface_defs::Fault;
 
@@ -48,4 +50,30 @@ pub fn watch(
         )));
     }
     Ok(passed(0.0).is_some())
+}
+
+/// Fail the window if, in the step of `h` [s] that began at `time` [s], rock number `rock` moves so far past a terrain that is
+/// near and that it does not touch at `now` that it might be through it the next time anybody looks.
+pub fn watch_gap(
+    model: &Model,
+    ground: &Ground,
+    rock: usize,
+    now: &Motion,
+    h: f64,
+    time: f64,
+) -> Result<(), Fault> {
+    let it = &model.rocks[rock];
+    let spin = now.angular_momentum.norm() / it.inertia.min() * it.arm;
+    let stride = (now.velocity.norm() + spin) * h;
+    if stride <= LARGEST_STRIDE * it.smallest_radius {
+        return Ok(());
+    }
+    if !ground.is_near(&now.position, model.trees[rock].reach + stride) {
+        return Ok(());
+    }
+    Err(Fault::window(format!(
+        "rock `{}` at {time:.6} s: it moves {stride:.3e} m past the terrain in one step of {h:.3e} s, more than half the \
+         radius {:.3e} m of its spheres, and might pass through unseen; shorten dem.time_step",
+        it.name, it.smallest_radius
+    )))
 }

@@ -3,6 +3,7 @@
 use super::clear::clear_of_all;
 use super::cut::{Cut, Part};
 use super::gauges::{Gauges, Moment};
+use super::kicks::Kicks;
 use super::measures::Passage;
 use super::meetings::Meetings;
 use super::state::State;
@@ -35,6 +36,7 @@ pub struct Run {
     pub(super) terrain: Option<OnTerrain>,
     /// What the rocks meet of each other.
     pub(super) meetings: Meetings,
+    kicks: Kicks,
     /// Motions in the middle of the step under way.
     pub(super) middles: Vec<Motion>,
     /// What acts on the rocks there.
@@ -52,7 +54,7 @@ pub struct Run {
 pub(super) struct Answer {
     pub(super) means: Vec<usize>,
     ends: Vec<usize>,
-    reach: Option<std::ops::Range<usize>>,
+    pub(super) reach: Option<Range<usize>>,
     gauges: usize,
 }
 
@@ -89,6 +91,7 @@ impl Run {
             gauges: Gauges::new(&model.settings, model.origin),
             terrain: model.ground.as_ref().map(|_| OnTerrain::new(model, rows)),
             meetings: Meetings::new(model),
+            kicks: Kicks::default(),
             middles: Vec::with_capacity(model.rocks.len()),
             loads: Vec::with_capacity(model.rocks.len()),
             counts: Counts::default(),
@@ -220,8 +223,9 @@ impl Run {
         let Some(wall) = &self.wall else { return Ok(model.shortcuts) };
         let view = View { model, wall, fields: &self.fields, input, length };
         let mut flies = model.shortcuts;
-        for (zone, body) in self.zones.iter_mut().zip(&state.bodies) {
-            zone.begin(view, &body.motion)?;
+        self.kicks.find(model, &self.meetings, state, length);
+        for ((zone, body), kick) in self.zones.iter_mut().zip(&state.bodies).zip(&self.kicks.ways) {
+            zone.begin(view, &body.motion, *kick)?;
             if let Some(reach) = &self.answer.reach {
                 zone.mark_reach(view, &body.motion, &mut output[reach.clone()]);
             }
@@ -270,7 +274,16 @@ impl Run {
                 let rock = &model.rocks[r];
                 let before = body.motion;
                 let earlier = time(from) - time(range.start);
-                body.motion = flight::motion_at(rock, &self.starts[r], (&before, earlier), &gravity, since);
+                let rotation = model.settings.dem.rotation;
+                body.motion = flight::motion_at(
+                    rock,
+                    rotation,
+                    &self.starts[r],
+                    (&before, earlier),
+                    &gravity,
+                    since,
+                    to - from,
+                );
                 let passage = Passage {
                     start: window.start + time(from),
                     length: time(to) - time(from),

@@ -78,12 +78,12 @@ impl Zone {
         4 * model.rocks[rock].spheres.len() + 64
     }
 
-    /// A window begins with the rock at `start`.
-    pub fn begin(&mut self, view: View, start: &Motion) -> Result<(), Fault> {
+    /// A window begins with the rock at `start`, which something may throw `kick` [m] off its flight.
+    pub fn begin(&mut self, view: View, start: &Motion, kick: f64) -> Result<(), Fault> {
         let model = view.model;
         let rock = &model.rocks[self.rock];
         let segments = view.fields.segments();
-        let sweep = Sweep::new(rock, start, &model.settings.gravity, view.length, segments);
+        let sweep = Sweep::new(rock, start, &model.settings.gravity, view.length, segments).kicked(kick);
         self.sweep = Some(sweep);
         self.moved = self.furthest(view);
         let need = sweep.need(rock, view.wall).max(self.need_of_pairs(view));
@@ -180,6 +180,16 @@ impl Zone {
             }
             true
         });
+    }
+
+    /// Mark the nodes of every element that touches: where a bound was too narrow, what happened is told all the same.
+    pub fn mark_touched(&self, view: View, marks: &mut [f64]) {
+        for contact in &self.evaluation.touch.contacts {
+            let number = self.pairs.elements[contact.element as usize].number;
+            for &node in view.wall.elements[number as usize].own_nodes() {
+                marks[node as usize] = 1.0;
+            }
+        }
     }
 
     fn reached(&mut self, view: View, start: &Motion, mut found: impl FnMut(u32) -> bool) {

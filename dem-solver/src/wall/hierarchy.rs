@@ -23,7 +23,8 @@
 //!
 //! It counts the pieces of a wire within the sphere, less the holes that they enclose: a ring of wire
 //! that lies in the sphere as a whole, nodes and all, would hold too little. The overlap at which that
-//! begins is large: `L^2 / 8R` for segments of length L around a sphere of radius R.
+//! begins is large: `L^2 / 8R` for segments of length L around a sphere of radius R. Faces have the same, with their
+//! edges and corners: [`crate::contact::faces`].
 //!
 //! Source: Santasusana et al. (2016), Computational Particle Mechanics 3, 407-428; handbook 1.9; the
 //! sum over segments and nodes is the inclusion and exclusion of a wire's parts, derived here.
@@ -76,7 +77,7 @@ fn order<C: Candidate>(a: &C, b: &C) -> Ordering {
 }
 
 /// How often each node of the wires is to be subtracted.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Crossings {
     excess: Vec<f64>,
 }

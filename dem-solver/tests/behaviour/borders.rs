@@ -41,6 +41,17 @@ fn a_sphere_exactly_on_a_vertex_of_six_triangles_has_one_contact_in_the_plane_an
         // The overlap is a difference of 0.1 and 0.095: 1e-17 / 5e-3, times 1.5.
         assert!((force + Vector3::z() * of_a_plane()).norm() < 1e-13 * of_a_plane(), "{force}");
     }
+    // Beside it as on it: a foot this near to three edges is as exact as a foot anywhere.
+    for power in [-300, -17, -15, -12, -9, -6, -4] {
+        for k in 0..13_u32 {
+            let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 13.0).sin_cos();
+            let off = 10.0_f64.powi(power);
+            let bench = placed(fan(0.0), Vector3::new(cos * off, sin * off, 0.095), "friction = 0.5");
+            assert_eq!(bench.value("contacts"), 1.0, "{off:e} m beside, direction {k}");
+            let force = bench.total_force(Sampling::AtEnds);
+            assert!((force + Vector3::z() * of_a_plane()).norm() < 1e-12 * of_a_plane(), "{off:e}: {force}");
+        }
+    }
     // In a pit of the same slope all six faces are met alike.
     let bench = placed(fan(0.3), Vector3::new(0.0, 0.0, 0.1), "");
     assert_eq!(bench.value("contacts"), 6.0);

@@ -60,6 +60,7 @@ fn what_makes_no_sense_is_refused_with_its_place() {
         (with(&rock, &CONTACT.replace("\"hertz_mindlin\"", "\"hertz\"")), "unknown value `hertz`"),
         (with(&rock, &format!("{CONTACT}friction = -0.1")), "0 or more"),
         (with(&rock, &format!("{CONTACT}[dem]\ntime_step = 0.1")), "above the critical step"),
+        (with(&rock, &format!("{CONTACT}[dem]\nrotation = \"midpiont\"")), "unknown value `midpiont`"),
         (
             with(&rock, &format!("{CONTACT}[dem]\ntime_step = 1e-5\nsteps_per_contact = 50")),
             "one thing twice",

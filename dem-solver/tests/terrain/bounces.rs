@@ -1,6 +1,7 @@
 //! V-T1 to V-T3 and V-T5: bounces down a plane.
 
 use crate::bench::{Bench, G, dropped, plane};
+use dem_solver::settings::Rotation;
 use nalgebra::Vector3;
 
 const YOUNG: f64 = 2e15;
@@ -128,12 +129,8 @@ fn the_moment_about_the_contact_of_an_edge_closes_in_every_step() {
         steps += 1;
         // Where the forces were evaluated: half a step from the start, the orientation likewise.
         let middle = before.position + before.velocity * (0.5 * step);
-        let turn = dem_solver::rock::rotation::rotate(
-            &before.orientation,
-            &before.angular_momentum,
-            &rock.inertia,
-            0.5 * step,
-        );
+        let turn =
+            Rotation::Exact.turn(&before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * step);
         let origin = bench.solver.model().origin;
         let lowest = rock
             .spheres
@@ -179,4 +176,39 @@ fn the_energy_of_a_cube_that_lands_on_an_edge_or_a_face_never_grows() {
         assert!(gain < 2e-4 * kinetic, "{name}: {gain:.2e} of {kinetic:.2e}");
         assert!(start - last > 0.1 * kinetic);
     }
+}
+
+/// Ground with kinks, a cube of 64 spheres that lands on it without dashpot and friction: what its energy errs by in the contact. The nearest
+/// hierarchy lets contacts set in with a finite overlap, whatever the step; the continuous one leaves the integrator's error,
+/// of second order.
+#[test]
+fn over_rough_ground_the_energy_error_falls_with_the_step_where_the_hierarchy_is_continuous() {
+    let mut mesh = plane(0.0, [-4.0, 4.0], 32, 80);
+    let mut seed = 3;
+    mesh.nodes.iter_mut().for_each(|n| n.z += 0.06 * crate::bench::random(&mut seed));
+    let imbalance = |hierarchy: &str, steps: f64, number: u32| {
+        let turn = [1.0, 0.3, 0.1 * f64::from(number), -0.2];
+        let scene = cube(64, turn, 1.0, 0.0).replace("young = 1e9", "young = 2e8")
+            + &format!("hierarchy = \"{hierarchy}\"\n[dem]\nsteps_per_contact = {steps:?}\n");
+        let mut bench = Bench::new(&mesh, &scene, true);
+        let (start, mut worst, mut kinetic, mut touched) = (bench.energy(), 0.0_f64, 0.0_f64, false);
+        loop {
+            bench.advance(2e-3);
+            worst = worst.max((bench.energy() - start).abs());
+            kinetic = kinetic.max(bench.value("energy_kinetic_dem"));
+            touched |= bench.value("contacts") > 0.0;
+            if touched && bench.value("contacts") == 0.0 {
+                return worst / kinetic;
+            }
+            assert!(bench.time < 2.0, "lands and leaves");
+        }
+    };
+    let mean =
+        |hierarchy: &str, steps: f64| (0..8).map(|k| imbalance(hierarchy, steps, k)).sum::<f64>() / 8.0;
+    let [coarse, fine] = [50.0, 200.0].map(|steps| mean("continuous", steps));
+    let [jumps, still] = [50.0, 200.0].map(|steps| mean("nearest", steps));
+    println!("continuous: {coarse:.1e}, {fine:.1e}; nearest: {jumps:.1e}, {still:.1e}");
+    let order = (coarse / fine).log2() / 2.0;
+    assert!(order > 1.5, "order {order:.2}: {coarse:.2e} {fine:.2e}");
+    assert!(still > 0.3 * jumps && still > 10.0 * fine, "the nearest one: {jumps:.2e} {still:.2e}");
 }

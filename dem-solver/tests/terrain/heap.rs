@@ -1,7 +1,7 @@
 //! Rocks on a terrain that meet each other.
 
 use crate::bench::{Bench, G, plane};
-use interface_defs::Solver;
+use interface_defs::{Solver, Window};
 
 /// A cube that lies on a flat terrain, a second one that falls on it, and what is to be with them.
 fn scene(more: &str) -> String {
@@ -64,4 +64,68 @@ fn two_rocks_over_terrain_fly_in_closed_form_until_they_can_meet() {
     };
     let (some, none) = (flown(&mut fast), flown(&mut slow));
     assert!(some > 0 && none == 0, "{some} {none}");
+}
+
+/// A light ball hangs over the ground; a heavy one, a thousand times its mass, comes down obliquely at 30 m/s and throws it against
+/// the ground faster than anything falls. However long the step that the scene asks for, it never passes through unseen: it bounces, or
+/// the window fails and says what to do.
+#[test]
+fn a_light_rock_that_a_heavy_one_throws_at_the_ground_does_not_pass_through_it() {
+    let scene = |dem: &str| {
+        let ball = |name: &str, radius: f64, mass: f64, at: [f64; 3], velocity: [f64; 3]| {
+            format!(
+                "[[rock]]\nname = \"{name}\"\nmass = {mass:?}\nshape = {{ type = \"sphere\", radius = {radius:?} }}\n\
+                 position = {at:?}\nvelocity = {velocity:?}\n"
+            )
+        };
+        "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n".to_owned()
+            + &ball("light", 0.05, 1.0, [0.0, 0.0, 0.6], [0.0; 3])
+            + &ball("heavy", 0.5, 1000.0, [-0.9, 0.0, 1.5], [15.0, 0.0, -15.0])
+            + "[terrain]\nfile = \"t.obj\"\n[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.25\n\
+               restitution = 0.9\nfriction = 0.3\n"
+            + dem
+    };
+    let mesh = plane(0.0, [-10.0, 10.0], 4, 4);
+    // The step that the solver takes itself, and those that it is told to take.
+    let (mut bounced, mut refused) = (0, 0);
+    for dem in [
+        String::new(),
+        "[dem]\nsteps_per_contact = 20\n".into(),
+        "[dem]\ntime_step = 2e-4\nallow_unstable = true\n".into(),
+        "[dem]\ntime_step = 1e-3\nallow_unstable = true\n".into(),
+        "[dem]\ntime_step = 5e-3\nallow_unstable = true\n".into(),
+    ] {
+        let mut bench = Bench::new(&mesh, &scene(&dem), true);
+        let (mut fastest, mut fault) = (0.0_f64, None);
+        while bench.time < 0.2 && fault.is_none() {
+            let window = Window { number: bench.windows + 1, iteration: 1, start: bench.time, length: 0.005 };
+            match bench.solver.solve(&window, &[], &mut bench.output) {
+                Ok(()) => bench.solver.commit().expect("committed"),
+                Err(error) => fault = Some(error.message),
+            }
+            bench.windows += 1;
+            bench.time += 0.005;
+            let light = bench.solver.state().bodies[0].motion;
+            fastest = fastest.max(light.velocity.norm());
+            // An overlap of a radius fails the window, here and in the step.
+            assert!(
+                light.position.z + bench.solver.model().origin.z > 0.0,
+                "{dem}: through at {}",
+                bench.time
+            );
+        }
+        match fault {
+            None => {
+                assert!(fastest > 30.0, "{dem}: thrown at {fastest} m/s");
+                assert!(bench.solver.state().bodies[0].path.impacts > 0, "{dem}: met the ground");
+                bounced += 1;
+            }
+            Some(message) => {
+                assert!(message.contains("dem.time_step") && message.contains("`light`"), "{dem}: {message}");
+                assert!(!dem.is_empty(), "the solver's own step is short enough: {message}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(bounced >= 2 && refused >= 2, "{bounced} bounced, {refused} refused");
 }

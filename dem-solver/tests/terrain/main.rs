@@ -4,5 +4,6 @@ mod bench;
 mod bounces;
 mod heap;
 mod meshes;
+mod net;
 mod readers;
 mod way;
