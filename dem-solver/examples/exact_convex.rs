@@ -87,7 +87,7 @@ impl Near {
         self.at = at;
         self.triangles.clear();
         let (mut nodes, mut edges) = (Vec::new(), Vec::new());
-        ground.within(&at, radius, |t| {
+        ground.about(&at, radius, |t| {
             let [a, b, c] = ground.corners(t);
             self.triangles.push(([a, b, c], (b - a).cross(&(c - a)).normalize()));
             let [i, j, k] = ground.triangles[t as usize];

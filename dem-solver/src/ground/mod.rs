@@ -164,15 +164,19 @@ fn by_first_use(
     (ordered, triangles)
 }
 
+/// Height of a triangle over its longest edge, in such edges, up to which it counts as without area. The normal of a
+/// thinner one is a matter of rounding (nodes of 1e3 m, rounded to 1e-13 m, tilt it by 1e-6 rad and more), and the
+/// edges that its neighbours leave are so close that a sphere meets them as one.
+const THINNEST: f64 = 1e-7;
+
 /// The triangles that have an area, and how many have none: their edges are those of their neighbours.
 fn with_area(nodes: &[Vector3<f64>], mut triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, usize) {
     let before = triangles.len();
     triangles.retain(|t| {
         let [a, b, c] = t.map(|n| nodes[n as usize]);
         let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared());
-        // Twice the area over the longest edge squared is the height over that edge, in edges: below
-        // 1e-12 rounding alone says where the normal points.
-        (b - a).cross(&(c - a)).norm() > 1e-12 * longest
+        // Twice the area over the longest edge squared is the height over that edge, in edges.
+        (b - a).cross(&(c - a)).norm() > THINNEST * longest
     });
     let dropped = before - triangles.len();
     (triangles, dropped)
