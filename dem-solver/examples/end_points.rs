@@ -7,6 +7,12 @@
 //! A way over terrain is chaotic: whatever differs by a millionth of a metre at one impact differs by some times that at the
 //! next. A finer step therefore does not bring the end point of one release nearer to any limit; what converges is what many
 //! releases have in common.
+//!
+//! Measured with the cube of 1 000 spheres and the continuous hierarchy, 400 releases: ways with 20 and with 80 steps per contact are (median) 0.2 mm
+//! apart after the first impact, 2 mm after the second, 0.1 m after the fifth, 12 m after the tenth; so are two ways with 80 steps that
+//! begin 1e-9 m apart: 1e-9, 1e-9, 9e-8, 0.02 m, and 103 m at the end. Run-out, median and 90 %: 353 (346 to 363) and 399.7 (399.1 to
+//! 401.1) m with 20 steps, 351 (346 to 358) and 397.5 (396.5 to 398.5) m with 80: the distributions differ by 0.047, two of one
+//! sort by 0.042, the 5 % level is 0.096. At rest on the slope end 96 and 122 of 400, two standard errors apart.
 
 use dem_solver::DemSolver;
 use dem_solver::ground::slope::Slope;

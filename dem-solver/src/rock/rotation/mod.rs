@@ -11,18 +11,18 @@
 //! - [`runge_kutta`]: the classical four stages on the quaternion, fourth order
 //!
 //! Which to take is measured (`cargo run --release -p dem-solver --example rotation -- launch/scenes/slope-edge.toml`). A
-//! slab of three moments at 10 rad/s about its middle axis, 10 s in steps of 1e-4 s, and the scene `slope-edge` (1 000
-//! spheres, 18 us in a contact step, 365 000 of 367 000 steps in flight):
+//! slab of three moments at 10 rad/s about its middle axis, 10 s in turns of 1e-4 s (of 1e-5 s), and the scene `slope-edge`
+//! (1 000 spheres, 362 000 of 364 000 steps in flight):
 //!
-//! | scheme | one turn [us] | orientation [rad] | energy | `slope-edge` to rest [s] |
+//! | scheme | one turn [us] | orientation [rad] | energy | `slope-edge` to its end [s] |
 //! |---|---|---|---|---|
-//! | exact | 0.36 | 1e-12 | 2e-14 | 0.029 |
-//! | midpoint | 0.38 | 3.6e-6 | 4e-9 | 0.28 |
-//! | splitting | 0.21 | 1.6e-6 | 7e-8 | 0.15 |
-//! | Runge-Kutta | 0.22 | 4e-13 | 3e-14 | 0.18 |
+//! | exact | 0.37 (0.13) | 1e-12 | 2e-14 | 0.029 |
+//! | midpoint | 0.38 (0.32) | 3.6e-6 | 4e-9 | 0.28 |
+//! | splitting | 0.21 (0.21) | 1.6e-6 | 7e-8 | 0.15 |
+//! | Runge-Kutta | 0.16 (0.16) | 1e-12 | 7e-15 | 0.14 |
 //!
-//! In contact the two turns of a step are 2 to 4 % of its cost, whatever the scheme; a flight is crossed in one go by the exact
-//! scheme alone. It is the default.
+//! In contact the two turns of a step are 5 to 7 % of its instructions. A flight is crossed in one go by the exact scheme
+//! alone, the others step through it. It is the default.
 //!
 //! *To add one*: a file with a function of the same signature, a line in each `match` below, a name in
 //! [`Rotation`].
