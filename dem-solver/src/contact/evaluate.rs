@@ -178,8 +178,8 @@ impl Evaluation {
         sums
     }
 
-    /// The first contact whose wall has been pushed past the centres of the outer spheres: further than
-    /// `depth` radii into the box that they span, or through the centre of its own sphere within the last `h` [s].
+    /// The first contact whose wall has been pushed past the centres of the outer spheres: of a lattice further than
+    /// `depth` radii into the box that they span, else through the centre of its own sphere within the last `h` [s].
     pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64, depth: f64) -> Option<&Contact> {
         let rock = scene.rock;
         let radius = (1.0 + depth) * rock.smallest_radius;
@@ -188,7 +188,7 @@ impl Evaluation {
         let inside = |contact: &Contact| {
             let centre = &rock.spheres[contact.sphere as usize].centre;
             let point = centre + contact.normal * contact.distance;
-            (0..3).all(|axis| point[axis] > lowest[axis] && point[axis] < highest[axis])
+            (0..3).all(|axis| point[axis] > lowest[axis] && point[axis] < highest[axis]) && rock.fills_a_box()
         };
         let motion = self.own_motion(rock, now);
         self.touch.contacts.iter().find(|contact| {

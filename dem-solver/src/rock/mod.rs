@@ -117,6 +117,11 @@ impl Rock {
         Ok((rock, notices))
     }
 
+    /// Whether its spheres are a lattice in a box: then the outer ones end at its faces.
+    pub fn fills_a_box(&self) -> bool {
+        self.solid.is_box() && self.has_equal_spheres()
+    }
+
     /// Whether all its spheres have one radius.
     pub fn has_equal_spheres(&self) -> bool {
         self.spheres.iter().all(|s| s.radius == self.smallest_radius)

@@ -2,6 +2,7 @@
 
 use crate::contact::evaluate::{Evaluation, Scene, Sums};
 use crate::rock::Motion;
+use crate::wall::surface::Surface;
 use interface_defs::Fault;
 
 /// Overlap over radius from which on it is looked whether the wall is behind a centre: two spheres
@@ -32,7 +33,7 @@ pub fn watch(
     let stride = (sums.fastest + spin) * h;
     if !scene.list.pairs.is_empty() && stride > LARGEST_STRIDE * it.smallest_radius {
         return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: the wall moves {stride:.3e} m past it in one step of {h:.3e} s, more than \
+            "rock `{}` at {time:.6} s: the surface moves {stride:.3e} m past it in one step of {h:.3e} s, more than \
              half the radius {:.3e} m of its spheres, and might pass through unseen; shorten dem.time_step",
             it.name, it.smallest_radius
         )));
@@ -41,10 +42,18 @@ pub fn watch(
         return Ok(false);
     }
     if let Some(contact) = evaluation.passed_centre(scene, now, h, DEEPEST) {
-        let element = scene.list.elements[contact.element as usize].number;
+        let what = match scene.surface {
+            Surface::Ground(ground) => {
+                let [x, y, z] = (now.position + ground.origin).into();
+                format!("near ({x:.2}, {y:.2}, {z:.2}) the terrain")
+            }
+            Surface::Wall(_) => {
+                format!("wall element {}", scene.list.elements[contact.element as usize].number)
+            }
+        };
         return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: wall element {element} has been pushed past the centre of sphere {} (radius \
-             {:.3e} m); the contact is too soft, raise contact.young, or shorten dem.time_step",
+            "rock `{}` at {time:.6} s: {what} has been pushed past the centre of sphere {} (radius {:.3e} m); the \
+             contact is too soft: raise contact.young, or cluster.smallest_radius, or shorten dem.time_step",
             it.name, contact.sphere, it.spheres[contact.sphere as usize].radius
         )));
     }
