@@ -1,5 +1,6 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
+use crate::ground::start;
 use crate::settings::{
     ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings, Shape, TerrainSettings,
 };
@@ -61,6 +62,12 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     }
     if let Some(ground) = &model.ground {
         report.builds.push(ground.describe());
+        for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks) {
+            if let Some(height) = start::height(ground, &model.settings, settings) {
+                let what = format!("rock `{}` starts {height:.2} m above the terrain", rock.name);
+                report.builds.push(what);
+            }
+        }
         report.numbers.insert("triangles".into(), ground.triangles.len() as f64);
     }
     match &model.laws {

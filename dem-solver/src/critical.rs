@@ -33,6 +33,10 @@ const STEP_WITHOUT_CONTACT: f64 = 1e-3;
 /// Largest turn in one step that the scene leaves open [rad].
 pub const TURN: f64 = 0.02;
 
+/// Largest way of a surface point in one step that the scene leaves open, in radii of the smallest sphere; at 0.5 a run
+/// is stopped lest thin parts pass unseen.
+const STRIDE: f64 = 0.4;
+
 /// What limits and what sets the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steps {
@@ -65,6 +69,7 @@ impl Steps {
             speed: 0.0,
         };
         let mut speeds = Vec::with_capacity(rocks.len());
+        let mut stride = f64::INFINITY;
         for (rock, table) in rocks.iter().zip(&settings.rocks) {
             let velocity = nalgebra::Vector3::from(table.velocity);
             let mut speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
@@ -80,6 +85,9 @@ impl Steps {
             steps.speed = steps.speed.max(speed);
             let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
             steps.step = steps.step.min(TURN / spin);
+            // The fastest that a point of the surface gets when speed turns into spin too.
+            let lever = (1.0 + rock.mass * rock.arm * rock.arm / rock.inertia.min()).sqrt();
+            stride = stride.min(STRIDE * rock.smallest_radius / (speed * lever));
             // A rock that never moves lands nowhere, and may still be touched by a wall.
             for law in laws.iter().flat_map(|laws| laws.of(&table.material)) {
                 on_wall = on_wall.and(steps.limit(rock, law, if speed > 0.0 { speed } else { 1.0 }));
@@ -94,7 +102,7 @@ impl Steps {
             let turning = steps.step;
             steps.step = steps.contact / per_contact;
             if let Some(share) = dem.share() {
-                steps.step = steps.step.min(share * steps.critical).min(turning);
+                steps.step = steps.step.min(share * steps.critical).min(turning).min(stride);
             }
         }
         if steps.step > steps.critical && !dem.allow_unstable {

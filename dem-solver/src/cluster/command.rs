@@ -22,7 +22,7 @@ pub const COMMAND: Extra = Extra { command, run };
 
 #[derive(Args)]
 struct Arguments {
-    /// Closed surface, or a built-in shape
+    /// Closed surface (.stl, .obj), or a built-in shape, as in box:1.2,0.8,0.6; all of them below
     #[arg(value_name = "SHAPE")]
     shape: String,
     /// Number of spheres, 1 to 50000. A round shape may take fewer: a sphere is one
@@ -52,6 +52,7 @@ struct Arguments {
 fn command() -> clap::Command {
     Arguments::augment_args(
         clap::Command::new("cluster")
+            .bin_name("rockfall cluster")
             .about("Fill a closed surface with overlapping spheres, and say how far the two lie apart")
             .after_help(format!(
                 "SHAPE is a file (.stl, .obj) or one of {NAMES}.\n\

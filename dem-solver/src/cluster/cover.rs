@@ -13,13 +13,15 @@ use super::ball::Balls;
 use super::gaps::{Gaps, leaves};
 use super::samples::Samples;
 use crate::rock::Sphere;
-use nalgebra::Vector3;
 
 /// Share of the error that a new ball leaves at the sample it is made for.
 const SHARE: f64 = 0.5;
 
 /// A ball lies nearer to another than this share of the sum of their radii.
 const OVERLAP: f64 = 0.9;
+
+/// One that could not be moved may stay where it is if it is nearer than this share.
+const BARELY: f64 = 0.99;
 
 /// Steps inwards in search of a ball that overlaps another.
 const MOST_STEPS: u32 = 40;
@@ -90,10 +92,11 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
 /// Put balls that overlap no other (the last ones in pointed corners) further inside, until they do: between
 /// spheres that only touch a thin wire falls through. How many were moved.
 fn connect(balls: &Balls, samples: &Samples, chosen: &mut [Sphere], made_for: &[usize], least: f64) -> usize {
-    let overlap = |a: &Sphere, b: &Sphere| {
-        let sum = OVERLAP * (a.radius + b.radius);
+    let within = |a: &Sphere, b: &Sphere, share: f64| {
+        let sum = share * (a.radius + b.radius);
         (a.centre - b.centre).norm_squared() < sum * sum
     };
+    let overlap = |a: &Sphere, b: &Sphere| within(a, b, OVERLAP);
     let mut apart: Vec<usize> = (1..chosen.len()).collect();
     let mut linked = vec![0];
     let mut next = 0;
@@ -116,7 +119,10 @@ fn connect(balls: &Balls, samples: &Samples, chosen: &mut [Sphere], made_for: &[
         let k = apart.remove(0);
         let (at, inward) = (&samples.points[made_for[k]], &samples.inward[made_for[k]]);
         let away = |other: &usize| (chosen[*other].centre - at).norm() - chosen[*other].radius;
-        let nearest = linked.iter().map(away).fold(f64::INFINITY, f64::min);
+        let Some(next_to) = linked.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b))) else {
+            return moved;
+        };
+        let nearest = away(&next_to);
         for step in 1..MOST_STEPS {
             let wish = nearest * f64::from(step) / f64::from(MOST_STEPS);
             let Some(ball) = balls.near(at, inward, wish, least) else { continue };
@@ -124,6 +130,12 @@ fn connect(balls: &Balls, samples: &Samples, chosen: &mut [Sphere], made_for: &[
                 chosen[k] = ball;
                 break;
             }
+        }
+        if !linked.iter().any(|other| within(&chosen[k], &chosen[*other], BARELY)) {
+            // In a slit between faces there may be none: then hidden in its nearest neighbour.
+            let host = chosen[next_to];
+            let aside = (at - host.centre).normalize() * (0.4 * host.radius);
+            chosen[k] = Sphere { centre: host.centre + aside, radius: 0.5 * host.radius };
         }
         moved += 1;
         linked.push(k);
@@ -134,15 +146,16 @@ fn connect(balls: &Balls, samples: &Samples, chosen: &mut [Sphere], made_for: &[
 fn largest(balls: &Balls, samples: &Samples) -> Option<Sphere> {
     let rough = balls.roughly();
     let step = (samples.points.len() / 500).max(1);
-    let mut best: Option<(f64, Vector3<f64>)> = None;
+    let mut best: Option<Sphere> = None;
     for k in (0..samples.points.len()).step_by(step) {
         // From a little below the surface: at edges and corners no ball touches.
-        let inside = samples.points[k] + samples.inward[k] * best.map_or(1e-6, |b| 0.01 * b.0);
+        let inside = samples.points[k] + samples.inward[k] * best.map_or(1e-6, |b| 0.01 * b.radius);
         if let Some(ball) = rough.around(&inside)
-            && best.is_none_or(|b| ball.radius > b.0 * (1.0 + 1e-9))
+            && best.is_none_or(|b| ball.radius > b.radius * (1.0 + 1e-9))
         {
-            best = Some((ball.radius, inside));
+            best = Some(ball);
         }
     }
-    balls.around(&best?.1)
+    // From its middle: between the triangles of a round surface the ball that touches at a place may be small.
+    balls.around(&best?.centre)
 }

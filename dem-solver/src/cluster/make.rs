@@ -25,6 +25,8 @@ const COLUMNS: usize = 96;
 const ORDER: f64 = 0.8;
 /// Balls may be smaller than the largest by this share of the error.
 const TOLERANCE: f64 = 0.02;
+/// Samples that are made for an error see gaps down to this share of it.
+const SEEN: f64 = 0.7;
 /// Most samples for each ball: on a smooth solid a guess of the error may be far too small.
 const MOST_SAMPLES: usize = 100;
 
@@ -68,7 +70,8 @@ pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Ve
     let mut best: Option<Cover> = None;
     for (k, n) in steps.iter().rev().enumerate() {
         let last = k + 1 == steps.len();
-        for attempt in 0..3 {
+        for attempt in 0..4 {
+            let asked = error;
             let found = attempt_cover(surface, &tree, &mut sizes, error, *n, wish.smallest_radius);
             // A cover with as many as asked for, or nearly so, is near the best; and there is none finer.
             let used = found.enough.map(|m| m as f64 / *n as f64);
@@ -81,10 +84,12 @@ pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Ve
             .max(finest);
             done += n;
             progress(done as f64 / (3 * steps.iter().sum::<usize>()) as f64);
+            // Samples made for a larger error do not see all of what is left.
+            let found = Cover { gap: found.gap.max(SEEN * asked), ..found };
             if last && best.as_ref().is_none_or(|b| found.gap < b.gap) {
                 best = Some(found);
             }
-            if enough || attempt == 2 {
+            if enough || attempt == if last { 3 } else { 2 } {
                 break;
             }
         }

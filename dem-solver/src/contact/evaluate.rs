@@ -175,8 +175,8 @@ impl Evaluation {
         sums
     }
 
-    /// The first contact whose wall has been pushed past the centres of the outer spheres: further than
-    /// `depth` radii into the box that they span, or through the centre of its own sphere within the last `h` [s].
+    /// The first contact whose wall has been pushed past the centres of the outer spheres: of a lattice further than
+    /// `depth` radii into the box that they span, else through the centre of its own sphere within the last `h` [s].
     pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64, depth: f64) -> Option<&Contact> {
         let rock = scene.rock;
         let inside = |contact: &Contact| {

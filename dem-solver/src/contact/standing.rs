@@ -269,9 +269,9 @@ impl Standing {
         sums
     }
 
-    /// Sphere and triangle of the first contact that has been pushed past the centres of the outer spheres, as
+    /// Sphere of the first contact that has been pushed past the centres of the outer spheres, as
     /// [`super::evaluate::Evaluation::passed_centre`] has it.
-    pub fn passed_centre(&self, rock: &Rock, now: &Motion, h: f64, depth: f64) -> Option<(u32, u32)> {
+    pub fn passed_centre(&self, rock: &Rock, now: &Motion, h: f64, depth: f64) -> Option<u32> {
         let spin = rock.spin(now);
         let passed = |contact: &&Contact| {
             let point = contact.centre + contact.normal * contact.distance;
@@ -279,7 +279,7 @@ impl Standing {
             rock.holds(&now.orientation.inverse_transform_vector(&point), depth)
                 || contact.distance + h * relative.dot(&contact.normal) < 0.0
         };
-        self.contacts.iter().find(passed).map(|c| (c.sphere, c.triangle))
+        self.contacts.iter().find(passed).map(|c| c.sphere)
     }
 }
 

@@ -117,6 +117,11 @@ impl Rock {
         Ok((rock, notices))
     }
 
+    /// Whether its spheres are a lattice in a box: then the outer ones end at its faces.
+    pub fn fills_a_box(&self) -> bool {
+        self.solid.is_box() && self.has_equal_spheres()
+    }
+
     /// Whether all its spheres have one radius.
     pub fn has_equal_spheres(&self) -> bool {
         self.spheres.iter().all(|s| s.radius == self.smallest_radius)
@@ -160,10 +165,11 @@ impl Rock {
     /// outer spheres span.
     pub fn holds(&self, point: &Vector3<f64>, depth: f64) -> bool {
         let radius = (1.0 + depth) * self.smallest_radius;
-        (0..3).all(|axis| {
-            point[axis] > self.lowest_corner[axis] + radius
-                && point[axis] < self.highest_corner[axis] - radius
-        })
+        self.fills_a_box()
+            && (0..3).all(|axis| {
+                point[axis] > self.lowest_corner[axis] + radius
+                    && point[axis] < self.highest_corner[axis] - radius
+            })
     }
 
     /// Angular velocity along the axes of space [rad/s].

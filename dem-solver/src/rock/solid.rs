@@ -37,6 +37,11 @@ impl Solid {
         !matches!(self.shape, Shape::RandomConvex { .. } | Shape::ConvexHull { .. } | Shape::Mesh { .. })
     }
 
+    /// Whether it is a box.
+    pub fn is_box(&self) -> bool {
+        matches!(self.shape, Shape::Box { .. })
+    }
+
     /// Volume [m3].
     pub fn volume(&self) -> f64 {
         match self.shape {

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// The terrain, which never moves.
 const TERRAIN: &str = "terrain.vtu";
 /// The ways of all rocks.
-const WAYS: &str = "trajectory.vtu";
+pub const WAYS: &str = "trajectory.vtu";
 
 /// The series `rocks` and `rock_surface`, written whenever an interval has passed.
 pub struct Fields {
@@ -54,20 +54,18 @@ impl Fields {
         Ok(fields)
     }
 
-    /// Write the ways of all rocks as lines, from the rows of `trajectory.csv`.
-    pub fn write_ways(&self, rocks: usize, rows: &[Row]) -> io::Result<()> {
-        let (mut points, mut lines) = (Vec::with_capacity(3 * rows.len()), Vec::with_capacity(rows.len()));
-        let mut data = [(); 4].map(|()| Vec::with_capacity(rows.len()));
-        for rock in 0..rocks {
-            let mut last = None;
-            for row in rows.iter().filter(|r| r.rock() == rock) {
-                let at = (points.len() / 3) as u32;
+    /// Write the ways of all rocks, rows by rock, as lines.
+    pub fn write_ways(&self, ways: &[Vec<Row>]) -> io::Result<()> {
+        let (mut points, mut lines) = (Vec::new(), Vec::new());
+        let mut data = [(); 4].map(|()| Vec::new());
+        for (rock, way) in ways.iter().enumerate() {
+            let first = (points.len() / 3) as u32;
+            lines.extend((1..way.len() as u32).map(|k| [first + k - 1, first + k]));
+            for row in way {
                 points.extend(row.position());
                 // Outside of the terrain there is no height over it.
                 let values = [row.time(), row.speed(), row.height().unwrap_or(0.0), rock as f64];
                 data.iter_mut().zip(values).for_each(|(list, value)| list.push(value));
-                lines.extend(last.map(|last| [last, at]));
-                last = Some(at);
             }
         }
         let [time, speed, height, rock] = &data;

@@ -28,8 +28,8 @@ pub mod window;
 pub mod zone;
 
 use crate::contact::laws::Laws;
-use crate::critical::Steps;
-use crate::ground::Ground;
+use crate::critical::{DEEP, Steps};
+use crate::ground::{Ground, start};
 use crate::rock::Rock;
 use crate::search::tree::SphereTree;
 use crate::settings::{RockSettings, STRUCTURE, Settings, limits};
@@ -130,6 +130,9 @@ impl DemSolver {
                 .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
             notices.extend(ground.notices.iter().cloned());
             ground.continuous = laws.continuous();
+            for (at, rock) in rocks.iter().enumerate() {
+                start::check(ground, &settings, at, rock, scene)?;
+            }
         }
         let rock_rows = rows_of_rocks(laws.as_ref(), &settings, scene)?;
         if settings.rocks.len() > 1 && rock_rows.is_none() {
@@ -379,16 +382,25 @@ impl DemSolver {
             path::results(
                 rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings,
             );
+            let (share, when) = body.path.deepest;
+            if share > DEEP {
+                warnings.push(format!(
+                    "rock `{}`: overlap of {share:.2} radii at {when:.4} s, beyond {DEEP} the contact law does not hold; \
+                     raise contact.young or cluster.smallest_radius",
+                    rock.name
+                ));
+            }
         }
-        if let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out)
-            && let Err(e) = picture::write(&out.join(picture::PICTURE), &self.model, ground, &trajectory.rows)
-        {
-            warnings.push(format!("{} cannot be written: {e}", picture::PICTURE));
-        }
-        if let (Some(trajectory), Some(fields)) = (&self.trajectory, &self.fields)
-            && let Err(e) = fields.write_ways(self.model.rocks.len(), &trajectory.rows)
-        {
-            warnings.push(format!("the ways cannot be written to the field files: {e}"));
+        let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out) else { return };
+        let ways = trajectory::ways(&self.model, ground, &trajectory.rows);
+        let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_ways(&ways));
+        for (name, written) in [
+            (picture::PICTURE, picture::write(&out.join(picture::PICTURE), &self.model, ground, &ways)),
+            (fields::WAYS, fields),
+        ] {
+            if let Err(e) = written {
+                warnings.push(format!("{name} cannot be written: {e}"));
+            }
         }
     }
 

@@ -35,10 +35,11 @@ struct Map {
 
 impl Map {
     /// The part of the terrain around the ways.
-    fn new(ground: &Ground, rows: &[Row], origin: &Vector3<f64>) -> Self {
+    fn new(ground: &Ground, ways: &[Vec<Row>], origin: &Vector3<f64>) -> Self {
+        let rows = || ways.iter().flatten();
         let place = |row: &Row| Vector3::from(row.position()) - origin;
-        let mut lowest = rows.iter().fold(Vector3::repeat(f64::INFINITY), |l, r| l.inf(&place(r)));
-        let mut highest = rows.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, r| h.sup(&place(r)));
+        let mut lowest = rows().fold(Vector3::repeat(f64::INFINITY), |l, r| l.inf(&place(r)));
+        let mut highest = rows().fold(Vector3::repeat(f64::NEG_INFINITY), |h, r| h.sup(&place(r)));
         let room = 0.15 * (highest - lowest).xy().max() + 2.0;
         lowest = lowest.add_scalar(-room).sup(&ground.lowest);
         highest = highest.add_scalar(room).inf(&ground.highest);
@@ -185,18 +186,17 @@ fn round_step(step: f64) -> f64 {
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|f| f * power).find(|s| *s >= step).unwrap_or(f64::NAN)
 }
 
-/// Draw the ways.
-pub fn write(path: &Path, model: &Model, ground: &Ground, rows: &[Row]) -> io::Result<()> {
-    let map = Map::new(ground, rows, &model.origin);
+/// Draw the ways, rows by rock.
+pub fn write(path: &Path, model: &Model, ground: &Ground, ways: &[Vec<Row>]) -> io::Result<()> {
+    let map = Map::new(ground, ways, &model.origin);
     let mut body = String::new();
     map.shade(&mut body);
     let step = map.contours(&mut body);
     let top = 2.0 * MARGIN + map.depth();
-    let (farthest, highest) = extents(model, rows);
+    let (farthest, highest) = extents(ways);
     let (across, up) = (WIDTH / farthest.max(1e-9), SECTION / highest.max(1e-9));
-    for (number, rock) in model.rocks.iter().enumerate() {
+    for (number, (rock, own)) in model.rocks.iter().zip(ways).enumerate() {
         let colour = COLOURS[number % COLOURS.len()];
-        let own: Vec<&Row> = rows.iter().filter(|r| r.rock() == number).collect();
         let every = own.len().div_ceil(POINTS).max(1);
         let (mut line, mut heights, mut dots) = (String::new(), String::new(), String::new());
         let mut way = 0.0;
@@ -207,6 +207,12 @@ pub fn write(path: &Path, model: &Model, ground: &Ground, rows: &[Row]) -> io::R
             }
             let lands = k > 0 && row.touches() && !own[k - 1].touches();
             let [x, y] = map.pixel(at.x, at.y);
+            if k == 0 {
+                let _ = write!(
+                    dots,
+                    "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\" fill=\"none\" stroke=\"{colour}\"/>"
+                );
+            }
             if lands {
                 let _ = write!(dots, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\"/>");
             }
@@ -238,11 +244,13 @@ pub fn write(path: &Path, model: &Model, ground: &Ground, rows: &[Row]) -> io::R
         body,
         "<path d=\"M{MARGIN} {top}V{base}H{}\" fill=\"none\" stroke=\"#333\"/>\n<text x=\"{MARGIN}\" y=\"{}\">jump height, \
          0 to {highest:.1} m, over {farthest:.1} m of way seen from above</text>\n<text x=\"{MARGIN}\" y=\"{}\">map {:.1} m wide, \
-         contours each {step} m; dots: impacts</text>",
+         its lower left corner at x {:.1}, y {:.1}; contours each {step} m; ring: start, dots: impacts</text>",
         MARGIN + WIDTH,
         base + 20.0,
         MARGIN + map.depth() + 20.0,
-        map.cell * map.counts[0] as f64
+        map.cell * map.counts[0] as f64,
+        map.lowest.x + model.origin.x,
+        map.lowest.y + model.origin.y
     );
     let (width, height) = (WIDTH + 2.0 * MARGIN, base + MARGIN);
     std::fs::write(
@@ -255,12 +263,10 @@ pub fn write(path: &Path, model: &Model, ground: &Ground, rows: &[Row]) -> io::R
 }
 
 /// Longest way seen from above, and largest jump height [m].
-fn extents(model: &Model, rows: &[Row]) -> (f64, f64) {
-    let way = |number: usize| {
-        let own: Vec<Vector3<f64>> =
-            rows.iter().filter(|r| r.rock() == number).map(|r| Vector3::from(r.position())).collect();
-        own.windows(2).map(|w| (w[1] - w[0]).xy().norm()).sum::<f64>()
-    };
-    let farthest = (0..model.rocks.len()).map(way).fold(0.0, f64::max);
-    (farthest, rows.iter().filter_map(Row::height).fold(0.0, f64::max))
+fn extents(ways: &[Vec<Row>]) -> (f64, f64) {
+    let place = |row: &Row| Vector3::from(row.position());
+    let length =
+        |way: &Vec<Row>| way.windows(2).map(|w| (place(&w[1]) - place(&w[0])).xy().norm()).sum::<f64>();
+    let farthest = ways.iter().map(length).fold(0.0, f64::max);
+    (farthest, ways.iter().flatten().filter_map(Row::height).fold(0.0, f64::max))
 }

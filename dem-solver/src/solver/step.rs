@@ -104,7 +104,8 @@ impl Run {
         if !scene.list.pairs.is_empty() {
             load.behind = watch(scene.rock, now, &sums, h, start, |depth| {
                 let contact = evaluation.passed_centre(scene, now, h, depth)?;
-                Some((contact.sphere, scene.list.elements[contact.element as usize].number))
+                let number = scene.list.elements[contact.element as usize].number;
+                Some((contact.sphere, format!("wall element {number}")))
             })?;
         }
         (load.force, load.torque, load.elastic, load.sheared) =

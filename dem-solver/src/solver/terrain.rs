@@ -89,7 +89,11 @@ impl OnTerrain {
         }
         standing.find(it, ground, around, now);
         let sums = standing.forces(it, laws, ground, now, h, &body.ground_memories);
-        watch(it, now, &sums, h, time, |depth| standing.passed_centre(it, now, h, depth))?;
+        watch(it, now, &sums, h, time, |depth| {
+            let sphere = standing.passed_centre(it, now, h, depth)?;
+            let [x, y, z] = (now.position + ground.origin).into();
+            Some((sphere, format!("near ({x:.2}, {y:.2}, {z:.2}) the terrain")))
+        })?;
         std::mem::swap(&mut body.ground_memories, &mut standing.memories);
         Ok((sums, standing.contacts.len()))
     }

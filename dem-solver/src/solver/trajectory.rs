@@ -5,8 +5,10 @@
 
 use super::Model;
 use super::state::{Body, State};
+use crate::ground::Ground;
 use interface_defs::Fault;
 use interface_defs::toolkit::history::History;
+use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
 
@@ -51,7 +53,7 @@ impl Row {
         let place = motion.position + model.origin;
         let spin = it.spin(motion);
         let translation = 0.5 * it.mass * motion.velocity.norm_squared();
-        let start = nalgebra::Vector3::from(model.settings.rocks[rock].position) - model.origin;
+        let start = Vector3::from(model.settings.rocks[rock].position) - model.origin;
         Self([
             time,
             rock as f64,
@@ -73,6 +75,23 @@ impl Row {
         ])
     }
 
+    /// At a share (0 to 1) of the time to the row `to`, by the cubic that has place and velocity of both: exact in free
+    /// flight. Spin and energies are those of this row.
+    fn towards(&self, to: &Self, share: f64) -> Self {
+        let (s, length) = (share, to.time() - self.time());
+        let mut row = *self;
+        row.0[0] = self.time() + s * length;
+        for axis in 0..3 {
+            let (x, v) = (2 + axis, 5 + axis);
+            let (a, b) = (self.0[x], to.0[x]);
+            let (va, vb) = (self.0[v] * length, to.0[v] * length);
+            let (q, c) = (3.0 * (b - a) - 2.0 * va - vb, va + vb - 2.0 * (b - a));
+            row.0[x] = a + s * (va + s * (q + s * c));
+            row.0[v] = (va + s * (2.0 * q + 3.0 * s * c)) / length;
+        }
+        row
+    }
+
     /// Time [s].
     pub fn time(&self) -> f64 {
         self.0[0]
@@ -90,7 +109,7 @@ impl Row {
 
     /// Speed [m/s].
     pub fn speed(&self) -> f64 {
-        nalgebra::Vector3::new(self.0[5], self.0[6], self.0[7]).norm()
+        Vector3::new(self.0[5], self.0[6], self.0[7]).norm()
     }
 
     /// Whether it touched.
@@ -102,6 +121,38 @@ impl Row {
     pub fn height(&self) -> Option<f64> {
         Some(self.0[14]).filter(|h| !h.is_nan())
     }
+}
+
+/// Chords of a flight that is drawn lie this close to its arc [m].
+const CHORD: f64 = 0.01;
+
+/// The way of each rock: its rows, with more of them in its flights, so that lines between them look as the rock flew.
+pub fn ways(model: &Model, ground: &Ground, rows: &[Row]) -> Vec<Vec<Row>> {
+    let down = model.settings.down();
+    let centre = |row: &Row| ground.height(&(Vector3::from(row.position()) - model.origin), &down);
+    // Of an arc over a time t the chord is g t^2 / 8 away.
+    let per_second = (model.settings.gravity.norm() / (8.0 * CHORD)).sqrt();
+    let way = |rock: usize| {
+        let mut way: Vec<Row> = Vec::new();
+        for row in rows.iter().filter(|row| row.rock() == rock) {
+            if let Some(from) = way.last().copied().filter(|from| !from.touches()) {
+                let parts = (per_second * (row.time() - from.time())).ceil().max(1.0) as usize;
+                // How far the lowest point of the rock lies below its centre.
+                let below = |row: &Row| centre(row).zip(row.height()).map_or(0.0, |(c, h)| c - h);
+                let ends = [below(&from), below(row)];
+                way.extend((1..parts).map(|k| {
+                    let share = k as f64 / parts as f64;
+                    let mut between = from.towards(row, share);
+                    let height = centre(&between).map(|c| c - ends[0] - share * (ends[1] - ends[0]));
+                    between.0[14] = height.map_or(f64::NAN, |h| h.max(0.0));
+                    between
+                }));
+            }
+            way.push(*row);
+        }
+        way
+    };
+    (0..model.rocks.len()).map(way).collect()
 }
 
 /// Writes the rows, and keeps them for the picture.
@@ -139,4 +190,27 @@ impl Trajectory {
 
 fn unwritable(e: io::Error) -> Fault {
     Fault::broken(format!("{TRAJECTORY} cannot be written: {e}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_free_flight_between_two_rows_is_its_parabola() {
+        let at = |t: f64| {
+            let mut row = [0.0; COLUMNS.len()];
+            row[0] = 3.0 + t;
+            row[2..5].copy_from_slice(&[2.0 * t, -t, 5.0 * t - 4.905 * t * t]);
+            row[5..8].copy_from_slice(&[2.0, -1.0, 5.0 - 9.81 * t]);
+            Row(row)
+        };
+        for share in [0.0, 0.3, 0.5, 1.0] {
+            let (found, due) = (at(0.0).towards(&at(0.8), share), at(0.8 * share));
+            assert!(
+                found.0.iter().zip(&due.0).all(|(a, b)| (a - b).abs() < 1e-14 * 20.0),
+                "{found:?} {due:?}"
+            );
+        }
+    }
 }

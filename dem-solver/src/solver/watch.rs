@@ -21,20 +21,20 @@ const LARGEST_STRIDE: f64 = 0.5;
 /// Fail the window if, in the step of `h` [s] that began at `time` [s], the wall has passed a rock too
 /// fast to be met, or has been pushed too far past the centres of its outer spheres. Otherwise: whether
 /// it lies behind them at all, between two spheres, where the contact is weaker than its law. `passed` says which
-/// sphere the wall has passed by so many radii, and with which element.
+/// sphere has been passed by so many radii, and by what.
 pub fn watch(
     rock: &Rock,
     now: &Motion,
     sums: &Sums,
     h: f64,
     time: f64,
-    passed: impl Fn(f64) -> Option<(u32, u32)>,
+    passed: impl Fn(f64) -> Option<(u32, String)>,
 ) -> Result<bool, Fault> {
     let spin = now.angular_momentum.norm() / rock.inertia.min() * rock.arm;
     let stride = (sums.fastest + spin) * h;
     if stride > LARGEST_STRIDE * rock.smallest_radius {
         return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: the wall moves {stride:.3e} m past it in one step of {h:.3e} s, more than \
+            "rock `{}` at {time:.6} s: the surface moves {stride:.3e} m past it in one step of {h:.3e} s, more than \
              half the radius {:.3e} m of its spheres, and might pass through unseen; shorten dem.time_step",
             rock.name, rock.smallest_radius
         )));
@@ -42,10 +42,10 @@ pub fn watch(
     if sums.penetration <= PASSING {
         return Ok(false);
     }
-    if let Some((sphere, element)) = passed(DEEPEST) {
+    if let Some((sphere, what)) = passed(DEEPEST) {
         return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: wall element {element} has been pushed past the centre of sphere {sphere} \
-             (radius {:.3e} m); the contact is too soft, raise contact.young, or shorten dem.time_step",
+            "rock `{}` at {time:.6} s: {what} has been pushed past the centre of sphere {sphere} (radius {:.3e} m); the \
+             contact is too soft: raise contact.young, or cluster.smallest_radius, or shorten dem.time_step",
             rock.name, rock.spheres[sphere as usize].radius
         )));
     }

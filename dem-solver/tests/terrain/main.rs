@@ -3,6 +3,7 @@
 mod bench;
 mod bounces;
 mod heap;
+mod memory;
 mod meshes;
 mod net;
 mod readers;

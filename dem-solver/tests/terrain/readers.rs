@@ -1,5 +1,6 @@
 //! Terrain files of every format: the same slope from each, and files that lie.
 
+use crate::memory::peak;
 use dem_solver::ground::Ground;
 use dem_solver::ground::relief;
 use dem_solver::ground::slope::Slope;
@@ -77,18 +78,25 @@ fn tif() -> Vec<u8> {
 }
 
 fn las(compressed: bool) -> Vec<u8> {
-    let mut builder = las::Builder::from((1, 2));
+    las_of((1, 2), 0, compressed)
+}
+
+/// Of a version and a format of points: from 6 on each part of them is compressed in a layer of its own.
+fn las_of(version: (u8, u8), format: u8, compressed: bool) -> Vec<u8> {
+    let mut builder = las::Builder::from(version);
+    builder.point_format = las::point::Format::new(format).expect("a format");
     builder.point_format.is_compressed = compressed;
     let millimetres = |offset| las::Transform { scale: 0.001, offset };
     builder.transforms = las::Vector { x: millimetres(2.6e6), y: millimetres(1.2e6), z: millimetres(1500.0) };
     let bytes = std::io::Cursor::new(Vec::new());
     let mut writer = las::Writer::new(bytes, builder.into_header().expect("a header")).expect("a writer");
+    let gps_time = (format >= 6).then_some(0.0);
     for (i, [x, y, z]) in points().into_iter().enumerate() {
         // Trees 5 m high among them, of another class.
         for (up, class) in [(0.0, 2), (5.0, 5)].into_iter().take(1 + usize::from(i % 10 == 0)) {
             let classification = las::point::Classification::new(class).expect("a class");
             writer
-                .write_point(las::Point { x, y, z: z + up, classification, ..Default::default() })
+                .write_point(las::Point { x, y, z: z + up, classification, gps_time, ..Default::default() })
                 .expect("written");
         }
     }
@@ -147,6 +155,7 @@ fn every() -> Vec<(&'static str, Vec<u8>)> {
         ("t.xyz", xyz()),
         ("t.las", las(false)),
         ("t.laz", las(true)),
+        ("layers.laz", las_of((1, 4), 6, true)),
         ("t.obj", obj()),
         ("t.stl", stl_text()),
         ("b.stl", stl_binary()),
@@ -289,14 +298,21 @@ fn a_fault_is_told_with_file_and_line() {
 fn no_file_however_damaged_brings_a_reader_down() {
     let files = every();
     let (mut refused, mut taken) = (0, 0);
-    let mut try_it = |name: &str, bytes: &[u8]| match read(name, bytes, |_| {}) {
-        Ok(ground) => {
-            assert!(!ground.triangles.is_empty());
-            taken += 1;
-        }
-        Err(error) => {
-            assert!(error.starts_with(name), "{name}: {error}");
-            refused += 1;
+    let mut most = 0;
+    let mut try_it = |name: &str, bytes: &[u8]| {
+        let (read, peak) = peak(|| read(name, bytes, |_| {}));
+        // Batches of 4 MiB, tables of the decoders; an image may shrink by a factor of 1100.
+        assert!(peak < (32 << 20) + 3000 * bytes.len(), "{name} of {} bytes took {peak}", bytes.len());
+        most = most.max(peak);
+        match read {
+            Ok(ground) => {
+                assert!(!ground.triangles.is_empty());
+                taken += 1;
+            }
+            Err(error) => {
+                assert!(error.starts_with(name), "{name}: {error}");
+                refused += 1;
+            }
         }
     };
     for (name, bytes) in &files {
@@ -324,8 +340,38 @@ fn no_file_however_damaged_brings_a_reader_down() {
             try_it(name, &changed);
         }
     }
-    println!("{taken} read, {refused} refused");
+    println!("{taken} read, {refused} refused, {most} bytes at most");
     assert!(refused > 500 && taken > 100);
+}
+
+/// Lengths that a header or a chunk claims are compared with the file before there is room made for them.
+#[test]
+fn lengths_that_lie_make_no_room() {
+    let with = |bytes: &[u8], at: usize, value: u32| {
+        let mut changed = bytes.to_vec();
+        changed[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        changed
+    };
+    let refused = |name: &str, bytes: &[u8], expected: &str| {
+        let (error, peak) = peak(|| read(name, bytes, |_| {}).expect_err("a lie"));
+        assert!(error.contains(expected), "{error}");
+        assert!(peak < (8 << 20), "{name}: {peak} bytes");
+    };
+    let layers = las_of((1, 4), 6, true);
+    let points = u32::from_le_bytes(layers[96..100].try_into().expect("4 bytes")) as usize;
+    // The first chunk: a point of 30 bytes, their number, the lengths of nine layers.
+    let sizes = points + 8 + 30 + 4;
+    for layer in 0..9 {
+        refused("l.laz", &with(&layers, sizes + 4 * layer, 2_000_000_000), "its chunk 1 at byte");
+    }
+    refused("l.laz", &with(&layers, 105, 0xffff_ffff), "bytes");
+    refused("t.laz", &with(&las(true), 107, 3_000_000_000), "promises 3000000000 points");
+    refused("t.las", &with(&las(false), 107, 1_000_000), "promises 1000000 points");
+    let mut head = stl_binary();
+    head.truncate(84);
+    refused("t.stl", &with(&head, 80, 80_000_000), "80000000 triangles");
+    let asc = "ncols 40000\nnrows 40000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n";
+    refused("t.asc", asc.as_bytes(), "40000 x 40000 heights");
 }
 
 #[test]

@@ -221,9 +221,14 @@ fn fields_hold_the_terrain_and_the_way_where_fields_are_named() {
         if there {
             let terrain = read("terrain.vtu").expect("written");
             assert!(terrain.contains("NumberOfPoints=\"341\" NumberOfCells=\"600\""));
-            let rows = bench.rows().len();
-            let count = format!("NumberOfPoints=\"{rows}\" NumberOfCells=\"{}\"", rows - 1);
-            assert!(read("trajectory.vtu").expect("written").contains(&count), "{count}");
+            let way = read("trajectory.vtu").expect("written");
+            let number = |key: &str| -> usize {
+                let text = way.split(key).nth(1).and_then(|t| t.split('"').nth(1)).expect("declared");
+                text.parse().expect("a number")
+            };
+            // The rows, and some in the first flight.
+            assert!(number("NumberOfPoints=") > bench.rows().len());
+            assert_eq!(number("NumberOfCells="), number("NumberOfPoints=") - 1);
         }
     }
 }
@@ -272,4 +277,44 @@ fn a_slope_of_another_size_gives_the_same_way() {
         println!("scaled by {s}: {off:.1e} off; {own:?}");
         assert!(off < 1e-9, "{s}: {own:?} {other:?}");
     }
+}
+
+#[test]
+fn a_rock_that_starts_below_or_beside_the_terrain_is_refused_with_a_place_that_is_free() {
+    let mesh = plane(15.0, [-10.0, 60.0], 30, 10);
+    let refused = |place: &str| {
+        let dir = tempfile::tempdir().expect("a directory");
+        std::fs::write(dir.path().join("t.obj"), mesh.obj()).expect("written");
+        let text = block(15.0, 0.6, "").replace("[0.0, 0.0, 0.7]", place);
+        let name = dir.path().join("s.toml").display().to_string();
+        let scene = interface_defs::toolkit::scene::Scene::from_text(&name, &text).expect("a scene");
+        dem_solver::DemSolver::new(&scene, &Default::default()).err().map(|e| e.to_string())
+    };
+    assert_eq!(refused("[0.0, 0.0, 0.7]"), None);
+    let below = refused("[0.0, 0.0, -0.25]").expect("refused");
+    assert!(below.contains(":4:12: rock `rock` starts 0.25 m below the terrain"), "{below}");
+    let free = below.split("position = ").nth(1).expect("a place").lines().next().expect("a line").to_owned();
+    assert_eq!(refused(&free), None);
+    let beside = refused("[0.0, 11.0, 5.0]").expect("refused");
+    assert!(beside.contains("starts beside the terrain, at (0, 11, 5)"), "{beside}");
+}
+
+/// A rock of spheres of many sizes that lands on its flanks: the box around it is not what it fills, and a contact a fifth of a
+/// small radius deep inside of that box is a contact like others.
+#[test]
+fn a_rock_of_any_shape_goes_its_way_to_rest() {
+    let scene = block(35.0, 0.6, "").replace("young = 1e8", "young = 3e10").replace(
+        "shape = { type = \"box\", size = [0.8, 0.6, 0.5] }\ncluster.spheres = 64",
+        "shape = { type = \"random_convex\", size = [1.2, 0.9, 0.7], seed = 4 }\ncluster.spheres = 200",
+    );
+    let mut mesh = plane(35.0, [-10.0, 60.0], 30, 10);
+    // A run-out: beyond x = 20 m it is flat.
+    for node in &mut mesh.nodes {
+        node.z = node.z.max(-20.0 * 35.0_f64.to_radians().tan());
+        node.x += (node.x - 20.0).max(0.0) * 2.0;
+    }
+    let mut bench = Bench::new(&mesh, &scene.replace("end_time = 20.0", "end_time = 60.0"), true);
+    bench.run(0.05, 60.0);
+    let end = bench.solver.finish().expect("finished");
+    assert!(end.measures.iter().any(|m| m.name == "rest_x"), "{:?} {:?}", end.measures, end.warnings);
 }

@@ -1,7 +1,7 @@
 //! ESRI ASCII grid: `ncols`, `nrows`, `xllcorner` or `xllcenter`, `yll..`, `cellsize` (or `dx`, `dy`),
 //! `NODATA_value`, then the heights row by row from the north. A height stands in the middle of its cell.
 
-use super::{Words, number, shown};
+use super::{MOST_CELLS, Words, number, shown};
 use crate::ground::relief::Raster;
 use interface_defs::toolkit::input_error::InputError;
 
@@ -39,8 +39,8 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
             format!("the header promises {columns} x {rows} heights, and the file has {} bytes", bytes.len()),
         ));
     };
-    if count > u32::MAX as usize / 2 {
-        return Err(InputError::in_file(file, format!("{count} heights are more than can be numbered")));
+    if count > MOST_CELLS {
+        return Err(InputError::in_file(file, format!("{count} heights: up to {MOST_CELLS} are read")));
     }
     let mut heights = Vec::with_capacity(count);
     while heights.len() < count {

@@ -3,17 +3,19 @@
 //!
 //! Source of the layout: ASPRS LAS 1.4-R15, tables 3 to 6.
 
+use super::laz;
 use interface_defs::toolkit::input_error::InputError;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Points that are read at once.
-const BATCH: u64 = 65_536;
+/// Bytes of points that are read at once.
+const BATCH: u64 = 1 << 22;
 /// Fixed part of the smallest header, and of a variable length record [bytes].
 const HEADER: usize = 227;
 const RECORD: usize = 54;
-/// Most points: each becomes a node and about two triangles.
-const MOST: u64 = 500_000_000;
+/// Most points in a file, and most that are taken of them: each becomes a node and two triangles, 230 bytes together.
+const MOST: u64 = 2_000_000_000;
+const MOST_TAKEN: usize = 100_000_000;
 
 /// Read the bytes of `file`: points of these classes, all if there is none.
 pub fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
@@ -30,6 +32,10 @@ pub fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>,
             ));
         }
     };
+    if points.len() > MOST_TAKEN {
+        return Err(InputError::in_file(file, format!("more than {MOST_TAKEN} points of the ground"))
+            .try_instead("thin them out, or cut the area out that is needed"));
+    }
     if points.is_empty() {
         let text: Vec<String> = classes.iter().map(u8::to_string).collect();
         let what = format!("none of its {seen} points is of class {}", text.join(", "));
@@ -43,7 +49,8 @@ fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::E
     let mut reader = las::Reader::new(Cursor::new(bytes))?;
     let count = reader.header().number_of_points();
     let mut points = Vec::new();
-    let mut batch = reader.read_points(BATCH.min(count))?;
+    let at_once = (BATCH / u64::from(reader.header().point_format().len()).max(1)).clamp(1, 65_536);
+    let mut batch = reader.read_points(at_once.min(count))?;
     let mut seen = batch.len() as u64;
     loop {
         let places = batch.x().zip(batch.y()).zip(batch.z());
@@ -53,10 +60,10 @@ fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::E
                 points.push([x, y, z]);
             }
         }
-        if seen >= count {
+        if points.len() > MOST_TAKEN || seen >= count {
             return Ok((points, seen));
         }
-        let got = reader.fill_points(BATCH, &mut batch)?;
+        let got = reader.fill_points(at_once, &mut batch)?;
         if got == 0 {
             return Ok((points, seen));
         }
@@ -73,11 +80,7 @@ fn check(bytes: &[u8], file: &str) -> Result<(), InputError> {
     if bytes.len() < HEADER {
         return fault(format!("{} bytes are too few for the header of a LAS file", bytes.len()));
     }
-    let whole = |at: usize, size: usize| {
-        bytes
-            .get(at..at + size)
-            .map_or(0, |b| b.iter().rev().fold(0_u64, |v, byte| v << 8 | u64::from(*byte)))
-    };
+    let whole = |at: usize, size: usize| laz::whole(bytes, at, size);
     let length = bytes.len() as u64;
     let (header, offset, records) = (whole(94, 2), whole(96, 4), whole(100, 4));
     let newest = (bytes[24], bytes[25]) >= (1, 4);
@@ -102,14 +105,8 @@ fn check(bytes: &[u8], file: &str) -> Result<(), InputError> {
         extended_records(bytes, whole(235, 8), whole(243, 4)).or_else(fault)?;
     }
     if compressed {
-        let table = whole(offset as usize, 8);
-        // A table at the file's end is told by -1 there and by its place in the last eight bytes.
-        let table = if table == u64::MAX { whole(bytes.len() - 8, 8) } else { table };
-        let chunks =
-            usize::try_from(table).ok().filter(|t| *t < bytes.len()).map_or(u64::MAX, |t| whole(t + 4, 4));
-        if chunks > length {
-            return fault(format!("its table of chunks at byte {table} does not fit {length} bytes"));
-        }
+        let start = offset as usize;
+        laz::check(bytes, header as usize, records, start, count, each).or_else(fault)?;
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 
 pub mod asc;
 pub mod las;
+mod laz;
 pub mod mesh;
 pub mod tif;
 pub mod xyz;
@@ -52,9 +53,22 @@ pub fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
+/// Largest file that is read [bytes].
+const LARGEST: u64 = 16 << 30;
+
+/// Most cells of a raster: each takes some 90 bytes, with its two triangles and their tree.
+pub(crate) const MOST_CELLS: usize = 250_000_000;
+
 /// The whole file.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, InputError> {
     let file = path.display().to_string();
+    match std::fs::metadata(path) {
+        Ok(data) if data.is_dir() => return Err(InputError::in_file(file, "this is a directory")),
+        Ok(data) if data.len() > LARGEST => {
+            return Err(InputError::in_file(file, format!("{} bytes: up to {LARGEST} are read", data.len())));
+        }
+        _ => {}
+    }
     let bytes = std::fs::read(path).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => InputError::in_file(file.as_str(), "there is no such file"),
         _ => InputError::in_file(file.as_str(), format!("cannot be read: {e}")),

@@ -4,6 +4,7 @@
 //!
 //! Source: OGC GeoTIFF 1.1, 7.1 and B.6; the mark of pixels without height is GDAL's.
 
+use super::MOST_CELLS;
 use crate::ground::relief::Raster;
 use interface_defs::toolkit::input_error::InputError;
 use std::io::Cursor;
@@ -35,9 +36,6 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
         )));
     }
     let (place, spacing) = parts.place().map_err(fault)?;
-    if columns * rows > u32::MAX as usize / 2 {
-        return Err(fault(format!("{columns} x {rows} heights are more than can be numbered")));
-    }
     let half = if parts.point { 0.0 } else { 0.5 };
     let [dx, dy] = spacing;
     let corner = [place[0] + half * dx, place[1] - half * dy - dy * (rows - 1) as f64];
@@ -79,7 +77,7 @@ impl Parts {
 }
 
 fn decode(bytes: &[u8]) -> TiffResult<(Parts, [usize; 2], Vec<f64>)> {
-    let most = bytes.len().saturating_mul(LARGEST_SHRINK);
+    let most = bytes.len().saturating_mul(LARGEST_SHRINK).min(8 * MOST_CELLS);
     let mut limits = Limits::default();
     limits.decoding_buffer_size = most;
     limits.intermediate_buffer_size = most;
@@ -87,7 +85,7 @@ fn decode(bytes: &[u8]) -> TiffResult<(Parts, [usize; 2], Vec<f64>)> {
     let mut decoder = Decoder::new(Cursor::new(bytes))?.with_limits(limits);
     let (columns, rows) = decoder.dimensions()?;
     let pixels = columns as usize * rows as usize;
-    if pixels == 0 || pixels > most {
+    if pixels == 0 || pixels > most.min(MOST_CELLS) {
         return Err(TiffError::LimitsExceeded);
     }
     let mut numbers = |tag: Tag| match decoder.find_tag(tag) {
