@@ -31,7 +31,7 @@ const MOST_STEPS: u32 = 40;
 pub struct Cover {
     /// The balls, none of which reaches out of the solid.
     pub balls: Vec<Sphere>,
-    /// The furthest that a sample lies outside of all [m].
+    /// The furthest that a sample lies outside of all [m], but for those that no ball can help.
     pub gap: f64,
     /// Balls after which no sample lay further outside than the error that was asked for.
     pub enough: Option<usize>,
@@ -48,7 +48,7 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
     }
     let mut made_for = vec![0; chosen.len()];
     let mut enough = None;
-    let mut left_out = 0.0_f64;
+    let mut helpless = Vec::new();
     while chosen.len() < count {
         let (gap, sample) = gaps.largest();
         if gap <= error && enough.is_none() {
@@ -71,12 +71,12 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
                 made_for.push(sample);
                 // A ball that must be larger than the gap asks for leaves its sample as it is.
                 if left > wish * (1.0 + 1e-9) && ball.radius <= 2.0 * least {
-                    left_out = left_out.max(left);
+                    helpless.push(sample);
                     gaps.give_up(sample);
                 }
             }
             _ => {
-                left_out = left_out.max(gap);
+                helpless.push(sample);
                 gaps.give_up(sample);
             }
         }
@@ -84,8 +84,9 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
     if connect(balls, samples, &mut chosen, &made_for, least) > 0 {
         gaps = Gaps::new(samples);
         chosen.iter().for_each(|ball| gaps.add(ball));
+        helpless.iter().for_each(|sample| gaps.give_up(*sample));
     }
-    let gap = gaps.largest().0.max(left_out).max(0.0);
+    let gap = gaps.largest().0.max(0.0);
     Cover { balls: chosen, gap, enough }
 }
 

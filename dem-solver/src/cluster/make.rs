@@ -10,6 +10,7 @@
 
 use super::ball::Balls;
 use super::cover::{Cover, cover};
+use super::index::SphereIndex;
 use super::samples::Sizes;
 use super::{samples, volume};
 use crate::rock::Sphere;
@@ -25,8 +26,6 @@ const COLUMNS: usize = 96;
 const ORDER: f64 = 0.8;
 /// Balls may be smaller than the largest by this share of the error.
 const TOLERANCE: f64 = 0.02;
-/// Samples that are made for an error see gaps down to this share of it.
-const SEEN: f64 = 0.7;
 /// Most samples for each ball: on a smooth solid a guess of the error may be far too small.
 const MOST_SAMPLES: usize = 100;
 
@@ -67,11 +66,10 @@ pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Ve
     // A single ball leaves about a third of the size; from there on a guess follows from the last.
     let mut error = 0.3 * surface.size() / (*steps.last().unwrap_or(&1) as f64).powf(ORDER);
     let mut done = 0;
-    let mut best: Option<Cover> = None;
+    let mut covers: Vec<Cover> = Vec::new();
     for (k, n) in steps.iter().rev().enumerate() {
         let last = k + 1 == steps.len();
-        for attempt in 0..4 {
-            let asked = error;
+        for attempt in 0..3 {
             let found = attempt_cover(surface, &tree, &mut sizes, error, *n, wish.smallest_radius);
             // A cover with as many as asked for, or nearly so, is near the best; and there is none finer.
             let used = found.enough.map(|m| m as f64 / *n as f64);
@@ -84,12 +82,10 @@ pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Ve
             .max(finest);
             done += n;
             progress(done as f64 / (3 * steps.iter().sum::<usize>()) as f64);
-            // Samples made for a larger error do not see all of what is left.
-            let found = Cover { gap: found.gap.max(SEEN * asked), ..found };
-            if last && best.as_ref().is_none_or(|b| found.gap < b.gap) {
-                best = Some(found);
+            if last {
+                covers.push(found);
             }
-            if enough || attempt == if last { 3 } else { 2 } {
+            if enough || attempt == 2 {
                 break;
             }
         }
@@ -99,7 +95,7 @@ pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Ve
         }
     }
     progress(1.0);
-    let Cover { mut balls, gap, .. } = best.unwrap_or(Cover { balls: Vec::new(), gap: 0.0, enough: None });
+    let Cover { mut balls, gap, .. } = best(surface, &mut sizes, covers, count);
     let grown = match wish.fit {
         Fit::Inside => 0.0,
         Fit::Largest => 0.5 * gap,
@@ -107,6 +103,33 @@ pub fn make(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> Ve
     };
     balls.iter_mut().for_each(|b| b.radius += grown);
     balls
+}
+
+/// The cover that leaves the surface nearest to its balls, as samples see it that are fine enough for all of them: those
+/// made for a larger error do not see all of what is left. Its gap is what they see.
+fn best(surface: &Surface, sizes: &mut Sizes, covers: Vec<Cover>, count: usize) -> Cover {
+    let mut error =
+        0.5 * covers.iter().map(|c| c.gap).fold(f64::INFINITY, f64::min).max(1e-6 * surface.size());
+    let samples = loop {
+        if let Some(samples) = samples::corners(surface, sizes, error, DENSITY, most_samples(surface, count))
+        {
+            break samples;
+        }
+        error *= 1.5;
+    };
+    let seen = |cover: Cover| {
+        let index = SphereIndex::new(&cover.balls);
+        let gap = samples.points.iter().map(|p| index.nearest(p).0).fold(0.0, f64::max);
+        Cover { gap, ..cover }
+    };
+    let none = Cover { balls: Vec::new(), gap: 0.0, enough: None };
+    let better = |a: Cover, b: Cover| if b.gap < a.gap { b } else { a };
+    covers.into_iter().filter(|c| !c.balls.is_empty()).map(seen).reduce(better).unwrap_or(none)
+}
+
+/// The corners of the surface are samples in any case.
+fn most_samples(surface: &Surface, count: usize) -> usize {
+    (MOST_SAMPLES * count).max(20_000) + 2 * surface.points.len()
 }
 
 /// How far all balls must grow to have the solid's volume together, up to `most` [m].
@@ -139,8 +162,7 @@ fn attempt_cover(
 ) -> Cover {
     let balls = Balls::new(tree, surface.size(), TOLERANCE * error);
     let mut coarse = error;
-    // The corners of the surface are samples in any case.
-    let most = (MOST_SAMPLES * count).max(20_000) + 2 * surface.points.len();
+    let most = most_samples(surface, count);
     loop {
         if let Some(samples) = samples::corners(surface, sizes, coarse, DENSITY, most) {
             return cover(&balls, &samples, error, count, least);

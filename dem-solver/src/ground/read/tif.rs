@@ -15,6 +15,8 @@ use tiff::{TiffError, TiffResult};
 
 /// Deflate and LZW do not shrink further than this: a promise beyond it is a lie.
 const LARGEST_SHRINK: usize = 1100;
+/// Value of the tag for the kind of compression where there is none.
+const NOT_PACKED: u16 = 1;
 /// Geo key of what a pixel is, and its value for a point.
 const RASTER_TYPE: u16 = 1025;
 const PIXEL_IS_POINT: u16 = 2;
@@ -81,11 +83,17 @@ fn decode(bytes: &[u8]) -> TiffResult<(Parts, [usize; 2], Vec<f64>)> {
     let mut limits = Limits::default();
     limits.decoding_buffer_size = most;
     limits.intermediate_buffer_size = most;
-    limits.ifd_value_size = bytes.len().max(1 << 20);
+    // A value takes some 100 bytes in memory for each byte in the file.
+    limits.ifd_value_size = bytes.len();
     let mut decoder = Decoder::new(Cursor::new(bytes))?.with_limits(limits);
     let (columns, rows) = decoder.dimensions()?;
     let pixels = columns as usize * rows as usize;
-    if pixels == 0 || pixels > most.min(MOST_CELLS) {
+    let packed = match decoder.find_tag(Tag::Compression)? {
+        Some(how) => how.into_u16()? != NOT_PACKED,
+        None => false,
+    };
+    // What is not packed stands in the file, a byte per pixel at least.
+    if pixels == 0 || pixels > MOST_CELLS || pixels > if packed { most } else { bytes.len() } {
         return Err(TiffError::LimitsExceeded);
     }
     let mut numbers = |tag: Tag| match decoder.find_tag(tag) {
