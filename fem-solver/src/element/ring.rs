@@ -182,7 +182,7 @@ impl Element for Ring {
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
         let start = self.energies(&[0.0; 12], &[0.0; WIDTHS + 3]);
-        let lost = history[LOST] - start.1;
+        let lost = history[LOST];
         if history[BROKEN] > 0.0 {
             let (_, dissipated) = self.energies(&[0.0; 12], history);
             return Energy { stored: -start.0, dissipated: lost + dissipated };
