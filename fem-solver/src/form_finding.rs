@@ -108,6 +108,7 @@ fn loaded(
         done.iterations += info.iterations;
         done.factorisations += info.factorisations;
         done.unstable = info.unstable;
+        done.shifted_at = done.shifted_at.or(info.shifted_at);
     }
     Ok(())
 }

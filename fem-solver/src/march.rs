@@ -36,7 +36,9 @@ pub struct Counts {
     pub factorisations: u64,
     /// Windows begun anew with twice the steps, because Newton had failed.
     pub refined: u64,
-    /// Steps whose tangent was not positive and had to be shifted.
+    /// Steps with a tangent that was not positive and had to be shifted.
+    pub shifted: u64,
+    /// Those of them whose last tangent was such.
     pub unstable: u64,
     /// Degree of freedom of the pivot that was not positive, in the first of them.
     pub unstable_at: Option<usize>,
@@ -280,6 +282,15 @@ impl March {
                     .step(model, &mut self.trial, &load, time, h)
                     .map_err(|failure| failure.describe(model))?;
                 self.counts.newton += info.iterations;
+                if let Some(dof) = info.shifted_at {
+                    if self.counts.shifted == 0 {
+                        tracing::warn!(
+                            "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (said once)",
+                            model.dof_name(dof)
+                        );
+                    }
+                    self.counts.shifted += 1;
+                }
                 self.counts.unstable += u64::from(info.unstable.is_some());
                 self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
                 self.counts.factorisations += info.factorisations;

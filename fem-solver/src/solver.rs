@@ -265,6 +265,7 @@ impl Solver for FemSolver {
             ("skipped_windows", counts.skipped),
             ("factorisations", counts.factorisations),
             ("refined_windows", counts.refined),
+            ("shifted_tangents", counts.shifted),
         ];
         let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })

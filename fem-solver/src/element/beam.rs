@@ -64,11 +64,18 @@ struct Shape {
     axes: [[Vector3<f64>; 2]; 2],
 }
 
-/// `asin(s)` with first and second derivative; beyond 1 the straight line goes on.
+/// Sine beyond which [`arc`] goes on as a parabola: 84 degrees against the chord, where the energy is no beam's any more.
+const STEEPEST: f64 = 0.995;
+
+/// `asin(s)` with first and second derivative. Beyond [`STEEPEST`], where they grow without bounds, the parabola that has
+/// its value, slope and curvature there goes on: force and tangent stay derivatives of one energy.
 fn arc(s: f64) -> (f64, f64, f64) {
-    let s = s.clamp(-0.999, 0.999);
-    let root = (1.0 - s * s).sqrt();
-    (s.asin(), 1.0 / root, s / (root * root * root))
+    let size = s.abs();
+    let at = size.min(STEEPEST);
+    let root = (1.0 - at * at).sqrt();
+    let (slope, bend, beyond) = (1.0 / root, at / (root * root * root), size - at);
+    let value = at.asin() + (slope + 0.5 * bend * beyond) * beyond;
+    (value.copysign(s), slope + bend * beyond, bend.copysign(s))
 }
 
 fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
@@ -303,6 +310,13 @@ impl Element for Beam {
         1
     }
 
+    /// Its length is a root, its angles are products of unit vectors; moments become forces over its length.
+    fn coarseness(&self) -> f64 {
+        let rest = self.rest();
+        let bending = 12.0 / rest * self.bending[0].max(self.bending[1]);
+        self.axial.max(bending.max(self.torsion / rest) / rest.min(1.0))
+    }
+
     fn radius(&self) -> f64 {
         self.radius
     }
@@ -369,6 +383,28 @@ mod tests {
             let case = Case::new(&beam, &positions, &u).with_history(&history);
             case.derivatives();
             case.mass();
+        }
+    }
+
+    #[test]
+    fn an_end_that_turns_across_its_chord_and_beyond_keeps_one_energy() {
+        // 80 to 100 degrees, on both sides of where the parabola begins.
+        let (beam, positions) = (beam(), [Vector3::zeros(), beam().span]);
+        for degrees in [80.0_f64, 84.0, 84.5, 89.0, 91.0, 100.0] {
+            let turn = beam.axes[1] * degrees.to_radians();
+            let history = turned([turn, turn * 0.9]);
+            Case::new(&beam, &positions, &[0.0; 12]).with_history(&history).derivatives();
+        }
+        let step = 1e-7;
+        for s in [0.5, STEEPEST - step, STEEPEST + step, 0.9999] {
+            let [(before, ..), (_, slope, bend), (after, ..)] = [arc(s - step), arc(s), arc(s + step)];
+            // Third derivative below 3 / (1 - s^2)^2.5 = 3e5; rounding eps / h, and eps / h^2 of the curvature.
+            assert!(((after - before) / (2.0 * step) - slope).abs() < 3e5 * step * step + 1e-8);
+            assert!(
+                ((arc(s + step).1 - arc(s - step).1) / (2.0 * step) - bend).abs() < 3e5 * step + 1e-6,
+                "{s}"
+            );
+            assert_eq!(arc(-s), (-arc(s).0, slope, -bend));
         }
     }
 

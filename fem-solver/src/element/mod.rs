@@ -125,6 +125,12 @@ pub trait Element: Debug {
         0.0
     }
 
+    /// Size of the terms whose differences its forces are [N], where that is more than stiffness times displacement:
+    /// what its rounding is relative to. 0 where strains follow from displacements alone.
+    fn coarseness(&self) -> f64 {
+        0.0
+    }
+
     /// Critical step of central differences [s] for this element alone with its lumped masses: a lower
     /// bound by Gershgorin's circles, `w^2 <= max_a sum_b |K_ab| / m_a`. Infinite without stiffness.
     fn critical_step(&self, u: &[f64], history: &[f64]) -> f64 {

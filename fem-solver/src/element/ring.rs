@@ -232,6 +232,14 @@ impl Element for Ring {
         forces.fill(if history[BROKEN] > 0.0 { f64::NAN } else { self.tension(u, history) });
     }
 
+    /// Its lengths are roots; it unloads the stiffest.
+    fn coarseness(&self) -> f64 {
+        [&self.perimeter, &self.width]
+            .map(|m| m.start * m.stiffness * m.unloading)
+            .into_iter()
+            .fold(0.0, f64::max)
+    }
+
     fn elongation(&self, u: &[f64]) -> f64 {
         self.length(u) - self.spans.iter().map(Vector3::norm).sum::<f64>()
     }

@@ -310,6 +310,11 @@ impl Element for SlidingCable {
         }
     }
 
+    /// Its length is a sum of roots.
+    fn coarseness(&self) -> f64 {
+        self.young * self.area
+    }
+
     fn elongation(&self, u: &[f64]) -> f64 {
         let pieces = self.spans.iter().enumerate();
         pieces.map(|(i, span)| Segment::new(span, u, i, i + 1, 3).length - span.norm()).sum()
