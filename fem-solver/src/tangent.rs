@@ -214,6 +214,11 @@ impl Tangent {
         sums
     }
 
+    /// Add `amount` [N/m] to the diagonal entry of free degree of freedom number `at`.
+    pub fn stiffen(&mut self, at: usize, amount: f64) {
+        self.values[self.diagonal[at]] += amount;
+    }
+
     /// Add `amount` [N/m] to every diagonal entry.
     pub fn shift(&mut self, amount: f64) {
         for at in &self.diagonal {

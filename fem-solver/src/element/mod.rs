@@ -120,6 +120,16 @@ pub trait Element: Debug {
     /// Axial force of each of its lines [N]; `NaN` where broken.
     fn line_forces(&self, _u: &[f64], _history: &[f64], _forces: &mut [f64]) {}
 
+    /// Section of its lines [m2], which turns their forces into stresses; 0 where it has none.
+    fn section(&self) -> f64 {
+        0.0
+    }
+
+    /// Principal stresses of its faces [Pa], the larger first.
+    fn face_stresses(&self, _u: &[f64]) -> [f64; 2] {
+        [0.0; 2]
+    }
+
     /// How much longer it is than as modelled [m]; 0 where that says nothing.
     fn elongation(&self, _u: &[f64]) -> f64 {
         0.0

@@ -315,6 +315,10 @@ impl Element for SlidingCable {
         self.young * self.area
     }
 
+    fn section(&self) -> f64 {
+        self.area
+    }
+
     fn elongation(&self, u: &[f64]) -> f64 {
         let pieces = self.spans.iter().enumerate();
         pieces.map(|(i, span)| Segment::new(span, u, i, i + 1, 3).length - span.norm()).sum()

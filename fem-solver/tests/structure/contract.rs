@@ -294,7 +294,7 @@ fn field_files_are_written_at_multiples_of_their_interval() {
     // t = 0, 0.2, ... 1 ms.
     assert_eq!(pvd.matches("<DataSet").count(), 6, "{pvd}");
     let file = std::fs::read_to_string(dir.path().join("fields/structure_000006.vtu")).unwrap();
-    for field in ["displacement", "velocity", "tension"] {
+    for field in ["displacement", "velocity", "tension", "stress", "slack", "broken"] {
         assert!(file.contains(&format!("Name=\"{field}\"")), "{field}");
     }
 }
