@@ -14,17 +14,16 @@
 //! rotation however large, and force and tangent follow without an element frame. Small turns
 //! against the chord are assumed, as by every co-rotational beam; the error falls with the square of the element's length.
 //!
-//! Rotations: a degree of freedom of rotation grows by the increments of the rotation vector in space. A
-//! node's rotation is `exp(u - u_0) R_0` with `u_0` and the quaternion `R_0` of the last committed state
-//! in the history, hence never near the singularity at a full turn. Forces are moments in space; the tangent is
-//! the second derivative of the energy along rotations, which is symmetric.
+//! Rotations are kept as [`super::turn`] says. Forces are moments in space; the tangent is the second derivative of the
+//! energy along rotations, which is symmetric.
 //!
 //! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
 
 use super::bar::Rupture;
 use super::segment::{add_block, add_consistent_mass, add_vector, vector};
+use super::turn::{self, START, TURN};
 use super::{Answer, Element, Energy};
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// A beam between two nodes.
 #[derive(Debug, Clone)]
@@ -51,9 +50,7 @@ pub struct Beam {
     pub rupture: Rupture,
 }
 
-/// Rotation of one node in the history: vector at the last commit, quaternion there.
-const ROTATION: usize = 7;
-const BROKEN: usize = 2 * ROTATION;
+const BROKEN: usize = 2 * TURN;
 const LOST: usize = BROKEN + 1;
 
 /// The beam at given displacements and rotations.
@@ -83,18 +80,11 @@ fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 impl Beam {
-    fn rotation(u: &[f64], history: &[f64], node: usize) -> UnitQuaternion<f64> {
-        let h = &history[node * ROTATION..][..ROTATION];
-        let step = vector(u, 6 * node + 3) - Vector3::new(h[0], h[1], h[2]);
-        let before = UnitQuaternion::new_unchecked(Quaternion::new(h[3], h[4], h[5], h[6]));
-        UnitQuaternion::new(step) * before
-    }
-
     fn shape(&self, u: &[f64], history: &[f64]) -> Shape {
         let d = self.span + vector(u, 6) - vector(u, 0);
         let length = d.norm();
         let axes = [0, 1].map(|node| {
-            let turn = Self::rotation(u, history, node);
+            let turn = turn::rotation(u, history, node);
             self.axes.map(|axis| turn * axis)
         });
         Shape { length, e: d / length, axes }
@@ -169,15 +159,14 @@ fn add_curvature(k: &mut [f64], factor: f64, shape: &Shape, a: &Vector3<f64>, no
     let g = a - s * e;
     let dd = -(g * e.transpose() + e * g.transpose() + s * across) * (factor / (l * l));
     super::segment::add_pair(k, 12, 0, 6, &dd);
-    let turn = 6 * node + 3;
+    let at = 6 * node + 3;
     // d(a x e)/dd = [a]x (I - e e^T) / l, row = rotation.
     let mixed = cross(a) * across * (factor / l);
-    add_block(k, 12, turn, 6, &mixed);
-    add_block(k, 12, turn, 0, &-mixed);
-    add_block(k, 12, 6, turn, &mixed.transpose());
-    add_block(k, 12, 0, turn, &-mixed.transpose());
-    let both = 0.5 * (e * a.transpose() + a * e.transpose()) - Matrix3::identity() * s;
-    add_block(k, 12, turn, turn, &(factor * both));
+    add_block(k, 12, at, 6, &mixed);
+    add_block(k, 12, at, 0, &-mixed);
+    add_block(k, 12, 6, at, &mixed.transpose());
+    add_block(k, 12, 0, at, &-mixed.transpose());
+    add_block(k, 12, at, at, &(factor * turn::curvature(a, &e)));
 }
 
 /// Second derivative of `p . q` times `factor`, `p` being an axis of the first node and `q` of the second.
@@ -201,20 +190,12 @@ impl Element for Beam {
     }
 
     fn start_history(&self) -> Vec<f64> {
-        let node = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-        [&node[..], &node[..], &[0.0, 0.0]].concat()
+        [&START[..], &START[..], &[0.0, 0.0]].concat()
     }
 
     fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         answer.history.copy_from_slice(history);
-        for node in 0..2 {
-            let now = Self::rotation(u, history, node);
-            let to = &mut answer.history[node * ROTATION..][..ROTATION];
-            to[..3].copy_from_slice(&u[6 * node + 3..6 * node + 6]);
-            // Products of unit quaternions drift from 1 by rounding.
-            let q = now.quaternion().normalize();
-            to[3..].copy_from_slice(&[q.w, q.i, q.j, q.k]);
-        }
+        turn::settle(u, history, 2, answer.history);
         answer.force.fill(0.0);
         answer.tension = 0.0;
         if let Some(k) = &mut answer.tangent {
@@ -334,7 +315,7 @@ impl Element for Beam {
 mod tests {
     use super::*;
     use crate::element::checks::{Case, random};
-    use nalgebra::Rotation3;
+    use nalgebra::{Rotation3, UnitQuaternion};
 
     fn beam() -> Beam {
         let span = Vector3::new(0.6, 0.3, 0.2);
@@ -358,7 +339,7 @@ mod tests {
         let mut history = beam().start_history();
         for (node, turn) in turns.iter().enumerate() {
             let q = UnitQuaternion::new(*turn);
-            history[node * ROTATION + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+            history[node * TURN + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
         }
         history
     }
@@ -422,8 +403,8 @@ mod tests {
             for (node, x) in [Vector3::zeros(), beam.span].into_iter().enumerate() {
                 let to = matrix * (x + vector(&u, 6 * node)) - x;
                 moved[6 * node..6 * node + 3].copy_from_slice(to.as_slice());
-                let q = turn * Beam::rotation(&u, &start, node);
-                history[node * ROTATION + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+                let q = turn * turn::rotation(&u, &start, node);
+                history[node * TURN + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
             }
             let before = Case::new(&beam, &[], &u).force();
             let after = Case::new(&beam, &[], &moved).with_history(&history).force();

@@ -16,8 +16,10 @@ pub mod mass;
 pub mod membrane;
 pub mod ring;
 pub mod segment;
+pub mod shell;
 pub mod sliding_cable;
 pub mod spring;
+mod turn;
 
 pub use bar::Bar;
 pub use beam::Beam;
@@ -26,6 +28,7 @@ pub use cable::Cable;
 pub use mass::PointMass;
 pub use membrane::Membrane;
 pub use ring::Ring;
+pub use shell::Shell;
 pub use sliding_cable::SlidingCable;
 pub use spring::Spring;
 
@@ -208,4 +211,6 @@ elements! {
     Ring,
     /// A triangle of membrane.
     Membrane,
+    /// A triangle of shell.
+    Shell,
 }
