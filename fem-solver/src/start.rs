@@ -79,11 +79,11 @@ impl Start {
         on_progress(format!("{} nodes, {} cables: analysing", model.node_count(), model.cables.len()))
             .map_err(NoStart::Stopped)?;
         let mut newton = Newton::new(model);
-        let (Form { displacement, history }, form_finding) = match config.structure.form_finding {
+        let (Form { displacement, history, smoothed }, form_finding) = match config.structure.form_finding {
             FormFinding::None => {
                 let mut u = vec![0.0; model.dof_count()];
                 model.prescribe(0.0, &mut u);
-                (Form { displacement: u, history: model.start_history() }, Info::default())
+                (Form { displacement: u, history: model.start_history(), smoothed: false }, Info::default())
             }
             way => {
                 let mut last: Option<Instant> = None;
@@ -126,6 +126,13 @@ impl Start {
                 model.added_mass,
                 all - model.added_mass
             ));
+        }
+        if smoothed {
+            warnings.push(
+                "with friction of the ropes no rest shape was found: they hang as they would without, with one tension each; \
+                 friction acts from t = 0 on"
+                    .into(),
+            );
         }
         if let Some(dof) = form_finding.shifted_at {
             // Whoever reads the log sees why it took so long; the answer does not depend on it.

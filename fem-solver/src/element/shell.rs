@@ -33,7 +33,7 @@ pub struct Shell {
     /// Its middle surface.
     membrane: Membrane,
     /// `K_b`, over `q_11, q_12, q_21, ...` [N m].
-    bending: Matrix6<f64>,
+    bending: Box<Matrix6<f64>>,
     /// `k_d` [N m].
     drilling: f64,
 }
@@ -66,7 +66,8 @@ impl Shell {
                 weight * b.transpose() * d * b
             })
             .into_iter()
-            .fold(Matrix6::zeros(), |sum, k| sum + k);
+            .fold(Matrix6::zeros(), |sum, k| sum + k)
+            .into();
         let drilling = DRILLING * young * thickness * membrane.area / 3.0;
         Self { membrane, bending, drilling }
     }
@@ -210,7 +211,7 @@ impl Element for Shell {
         }
         let shape = self.shape(u, history);
         let tilts = shape.tilts();
-        let moments = self.bending * Vector6::from_fn(|i, _| tilts[i].value());
+        let moments = *self.bending * Vector6::from_fn(|i, _| tilts[i].value());
         let gradients: [[f64; 18]; 6] = std::array::from_fn(|i| self.gradient(&tilts[i]));
         for (moment, gradient) in moments.iter().zip(&gradients) {
             answer.force.iter_mut().zip(gradient).for_each(|(f, g)| *f += moment * g);
@@ -240,7 +241,7 @@ impl Element for Shell {
         let q = Vector6::from_fn(|i, _| tilts[i].value());
         let drills = shape.drills().map(|[one, other]| 0.5 * (one.value() - other.value()));
         let turned = drills.iter().map(|g| g * g).sum::<f64>();
-        let own = 0.5 * (self.bending * q).dot(&q) + 0.5 * self.drilling * turned;
+        let own = 0.5 * (*self.bending * q).dot(&q) + 0.5 * self.drilling * turned;
         Energy { stored: self.membrane.energy(&translations(u), &[]).stored + own, dissipated: 0.0 }
     }
 

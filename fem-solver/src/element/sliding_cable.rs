@@ -86,6 +86,24 @@ impl SlidingCable {
         self.lengths.iter().sum()
     }
 
+    /// The same without friction.
+    #[must_use]
+    pub fn smooth(&self) -> Self {
+        Self { friction: 0.0, ..self.clone() }
+    }
+
+    /// History of a rope that hangs at `u` as it would without friction: the same tension in every segment.
+    pub fn hung(&self, u: &[f64]) -> Vec<f64> {
+        let mut history = self.start_history();
+        if self.friction > 0.0 {
+            let lengths = self.spans.iter().enumerate().map(|(i, s)| Segment::new(s, u, i, i + 1, 3).length);
+            let lengths: Vec<f64> = lengths.collect();
+            let share = self.total() / lengths.iter().sum::<f64>();
+            history[RESTS..].iter_mut().zip(lengths).for_each(|(rest, l)| *rest = share * l);
+        }
+        history
+    }
+
     fn shape(&self, u: &[f64], history: &[f64]) -> RefMut<'_, Shape> {
         let mut borrowed = self.memory.0.borrow_mut();
         let shape = &mut *borrowed;
