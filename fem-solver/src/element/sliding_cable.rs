@@ -48,6 +48,9 @@ pub struct SlidingCable {
     pub memory: Memory,
 }
 
+/// With friction a segment counts as long as this part of the shortest as modelled at least.
+const LEAST: f64 = 0.5;
+
 const BROKEN: usize = 0;
 const LOST: usize = 1;
 const FRICTION: usize = 2;
@@ -79,7 +82,9 @@ pub struct Memory(Box<RefCell<Shape>>);
 
 impl SlidingCable {
     fn law(&self) -> Law {
-        Law { rigidity: self.young * self.area, preload: self.prestress * self.area }
+        let shortest = self.lengths.iter().copied().fold(f64::INFINITY, f64::min);
+        let least = if self.friction > 0.0 { LEAST * shortest } else { 0.0 };
+        Law { rigidity: self.young * self.area, preload: self.prestress * self.area, least }
     }
 
     fn total(&self) -> f64 {
