@@ -55,6 +55,21 @@ fn a_barrier_stops_a_block_of_a_thousand_kilojoules() {
 }
 
 #[test]
+fn friction_in_the_bearing_ropes_spares_the_brakes_and_loads_the_ropes() {
+    let bench = Bench::new();
+    let rough = ["structure.parts.3.friction=0.1", "structure.parts.4.friction=0.1"];
+    let ended = run(&bench, &rough);
+    assert!(ended.measure("energy_error") < 0.02, "{}", ended.measure("energy_error"));
+    // Without friction: 5.33 m, 1.50 m. The ropes turn by some 90 degrees at the inner posts and at the block each: exp(0.1
+    // pi) = 1.4 times the force of the brakes reaches their middles, and less length passes.
+    let (way, travel) = (ended.measure("max_deflection"), ended.measure("rope_brakes_elongation_max"));
+    assert!(way > 4.8 && way < 5.3 && travel > 1.0 && travel < 1.4, "{way} m, {travel} m");
+    let ratio = ended.measure("bottom_rope_tension_max") / ended.measure("rope_brakes_tension_max");
+    assert!(ratio > 1.2 && ratio < 1.8, "{ratio}");
+    assert!(!warnings(&ended).iter().any(|w| w.contains("rupture")), "{:?}", warnings(&ended));
+}
+
+#[test]
 fn a_barrier_with_weak_brakes_tears_and_says_where_and_when() {
     let bench = Bench::new();
     let ended = run(&bench, &["structure.parts.0.curve=[[0.008,3e4],[1.6,4e4]]"]);
