@@ -35,7 +35,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         numbers.insert(name.to_owned(), value);
     };
     tell("nodes", model.node_count() as f64);
-    tell("elements", (model.cables.len() + model.springs.len() + model.point_masses.len()) as f64);
+    tell(
+        "elements",
+        (model.cables.len() + model.elements.len() + model.springs.len() + model.point_masses.len()) as f64,
+    );
     tell("least_interface_mass_kg", least);
     tell("highest_frequency_rad_per_s", start.frequency);
     if config.fem.integrator != Integrator::Static {
@@ -56,13 +59,14 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
     let mass: f64 = model.mass.iter().sum();
     let held = (0..model.node_count()).filter(|n| model.fully_held(*n)).count();
     let mut lines = vec![format!(
-        "structure: {} nodes ({held} held), {} cables, {} springs, {} point masses, {mass:.4} kg",
+        "structure: {} nodes ({held} held), {} cables, {} other elements, {} springs, {} point masses, {mass:.4} kg",
         model.node_count(),
         model.cables.len(),
+        model.elements.len(),
         model.springs.len(),
         model.point_masses.len()
     )];
-    let at_rest = if start.at_rest { "at rest in static equilibrium" } else { "at rest, not in equilibrium" };
+    let at_rest = if start.at_rest { "at rest in static equilibrium" } else { "still, not in equilibrium" };
     let hangs = sag.map_or(String::new(), |sag| format!(", its lowest node {sag:.6} m below the supports"));
     lines.push(format!(
         "t = 0: {at_rest}{hangs}, largest cable force {:.4e} N ({} Newton iterations)",

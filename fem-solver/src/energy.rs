@@ -40,11 +40,14 @@ impl Energies {
             // Supports that move are a second source of work; it counts as their potential, negated.
             kinds.push(("energy_supports_fem", Role::Potential));
         }
-        kinds.into_iter().map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") }).collect()
+        let energies = kinds.into_iter().map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") });
+        let factor =
+            (!model.live_load.is_empty()).then(|| Gauge { extremes: true, ..Gauge::new("load_factor", "1") });
+        energies.chain(factor).collect()
     }
 
     /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
-    /// supports have given, negated. Potential and stored energy count from the structure as modelled.
+    /// supports have given, negated; and the factor of loads that grow. Potential and stored energy count from the structure as modelled.
     pub fn of(
         &self,
         model: &Model,
@@ -65,6 +68,9 @@ impl Energies {
         to.extend([kinetic, potential, stored, dissipated, state.received]);
         if self.moving_supports {
             to.push(-state.support_work);
+        }
+        if !model.live_load.is_empty() {
+            to.push(state.factor);
         }
     }
 }

@@ -1,4 +1,6 @@
-//! Field files: the structure with displacement, velocity and tension, for ParaView.
+//! Field files for ParaView. `structure`: its lines with displacement, velocity, tension [N], stress [Pa] (tension by the
+//! section as modelled; 0 where there is none, as in rings and brakes), and the flags `slack` and `broken`.
+//! `structure_faces`: its faces, where there are any, with both principal stresses [Pa] and the flag `slack`.
 
 use crate::assembly::Assembly;
 use crate::loads::{difference_to_node_major, to_node_major};
@@ -18,9 +20,20 @@ pub struct Fields {
     velocity: Vec<f64>,
     points: Vec<f64>,
     tension: Vec<f64>,
+    /// Section of each line [m2], 0 where it has none.
+    section: Vec<f64>,
+    stress: Vec<f64>,
     slack: Vec<f64>,
     broken: Vec<f64>,
     assembly: Assembly,
+    faces: Option<Faces>,
+}
+
+/// The faces: their series, both principal stresses, and whether they are slack.
+struct Faces {
+    series: Series,
+    stresses: [Vec<f64>; 2],
+    slack: Vec<f64>,
 }
 
 impl Fields {
@@ -37,9 +50,19 @@ impl Fields {
             velocity: memory(),
             points: memory(),
             tension: vec![0.0; mesh.lines.len()],
+            section: sections(model),
+            stress: vec![0.0; mesh.lines.len()],
             slack: vec![0.0; mesh.lines.len()],
             broken: vec![0.0; mesh.lines.len()],
             assembly: Assembly::new(model),
+            faces: match mesh.faces.len() {
+                0 => None,
+                count => Some(Faces {
+                    series: Series::create(dir, "structure_faces").map_err(|e| cannot_write(&e))?,
+                    stresses: [0, 1].map(|_| vec![0.0; count]),
+                    slack: vec![0.0; count],
+                }),
+            },
         })
     }
 
@@ -83,6 +106,12 @@ impl Fields {
             *force = if force.is_nan() { 0.0 } else { *force };
             *slack = f64::from(u8::from(*force == 0.0));
         }
+        for ((stress, force), area) in self.stress.iter_mut().zip(&self.tension).zip(&self.section) {
+            *stress = if *area > 0.0 { force / area } else { 0.0 };
+        }
+        if self.faces.is_some() {
+            self.write_faces(model, mesh, state, time)?;
+        }
         let vtu = Vtu {
             points: &self.points,
             cells: if mesh.lines.is_empty() { Cells::Vertices } else { Cells::Lines(&mesh.lines) },
@@ -90,11 +119,54 @@ impl Fields {
             cell_data: if mesh.lines.is_empty() {
                 Vec::new()
             } else {
-                vec![("tension", 1, &self.tension), ("slack", 1, &self.slack), ("broken", 1, &self.broken)]
+                vec![
+                    ("tension", 1, &self.tension),
+                    ("stress", 1, &self.stress),
+                    ("slack", 1, &self.slack),
+                    ("broken", 1, &self.broken),
+                ]
             },
         };
         self.series.add(time, &vtu).map_err(|e| cannot_write(&e))
     }
+
+    fn write_faces(
+        &mut self,
+        model: &Model,
+        mesh: &InterfaceMesh,
+        state: &State,
+        time: f64,
+    ) -> Result<(), Fault> {
+        let Some(faces) = &mut self.faces else { return Ok(()) };
+        let mut at = 0;
+        for (i, element) in model.elements.iter().enumerate() {
+            let count = element.faces().len();
+            if count == 0 {
+                continue;
+            }
+            let stresses = element.face_stresses(self.assembly.gather(i, &state.displacement));
+            for face in at..at + count {
+                (faces.stresses[0][face], faces.stresses[1][face]) = stresses.into();
+                faces.slack[face] = f64::from(u8::from(stresses == [0.0; 2]));
+            }
+            at += count;
+        }
+        let [first, second] = &faces.stresses;
+        let vtu = Vtu {
+            points: &self.points,
+            cells: Cells::Triangles(&mesh.faces),
+            point_data: vec![("displacement", 3, &self.displacement), ("velocity", 3, &self.velocity)],
+            cell_data: vec![("stress_1", 1, first), ("stress_2", 1, second), ("slack", 1, &faces.slack)],
+        };
+        faces.series.add(time, &vtu).map_err(|e| cannot_write(&e))
+    }
+}
+
+/// Section of each line [m2], 0 where it has none.
+fn sections(model: &Model) -> Vec<f64> {
+    let cables = model.cables.iter().map(|c| c.area);
+    let others = model.elements.iter().flat_map(|e| std::iter::repeat_n(e.section(), e.line_count()));
+    cables.chain(others).collect()
 }
 
 fn cannot_write(error: &std::io::Error) -> Fault {

@@ -8,7 +8,7 @@
 use crate::assembly::Assembly;
 use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
-use crate::element::Cable;
+use crate::element::{AnyElement, Cable};
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, OnIteration, Problem, spring_dofs};
@@ -35,14 +35,52 @@ pub struct Form {
     pub displacement: Vec<f64>,
     /// History of the elements there.
     pub history: Vec<f64>,
+    /// Whether friction of ropes was left out, because with it no form was found.
+    pub smoothed: bool,
 }
 
 /// Displacements [m] of static equilibrium under the dead load, moving supports at their place at
 /// t = 0, and what it took.
+///
+/// Ropes with friction have many forms; where Newton does not come to one at once, they hang as they would without it,
+/// with the same tension in every segment: a form that friction holds, too.
 pub fn find_form(
     model: &Model,
     newton: &mut Newton,
     way: FormFinding,
+    on_iteration: OnIteration,
+) -> Result<(Form, Info), Failure> {
+    let rough = |e: &AnyElement| matches!(e, AnyElement::SlidingCable(rope) if rope.friction > 0.0);
+    if !model.elements.iter().any(rough) {
+        return find(model, newton, way, MOST_STEPS, on_iteration);
+    }
+    match find(model, newton, way, 1, on_iteration) {
+        Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {}
+        done => return done,
+    }
+    let mut smooth = model.clone();
+    for element in &mut smooth.elements {
+        if let AnyElement::SlidingCable(rope) = element {
+            *rope = rope.smooth();
+        }
+    }
+    let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), way, MOST_STEPS, on_iteration)?;
+    let mut assembly = Assembly::new(&smooth);
+    let histories = model.elements.iter().enumerate().map(|(i, element)| match element {
+        AnyElement::SlidingCable(rope) => rope.hung(assembly.gather(i, &form.displacement)),
+        _ => assembly.history(i, &form.history).to_vec(),
+    });
+    form.history = histories.flatten().collect();
+    form.smoothed = true;
+    Ok((form, info))
+}
+
+/// The same by `most` load steps at most.
+fn find(
+    model: &Model,
+    newton: &mut Newton,
+    way: FormFinding,
+    most: u32,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
     let mut start = vec![0.0; model.dof_count()];
@@ -51,7 +89,7 @@ pub fn find_form(
     model.prescribe(0.0, &mut start);
     let mut done = Info::default();
     if newton.tangent.is_empty() {
-        return Ok((Form { displacement: start, history }, done));
+        return Ok((Form { displacement: start, history, smoothed: false }, done));
     }
     match way {
         FormFinding::ForceDensity => keep_force_densities(model, newton, &mut start),
@@ -66,11 +104,11 @@ pub fn find_form(
     }
     let mut steps = 1;
     loop {
-        let mut form = Form { displacement: start.clone(), history: history.clone() };
+        let mut form = Form { displacement: start.clone(), history: history.clone(), smoothed: false };
         match loaded(model, newton, &mut assembly, steps, &mut form, &mut done, on_iteration) {
             Ok(()) => return Ok((form, done)),
             Err(Failure::Stopped(fault)) => return Err(Failure::Stopped(fault)),
-            Err(failure) if steps >= MOST_STEPS => return Err(failure),
+            Err(failure) if steps >= most => return Err(failure),
             Err(_) => steps *= 2,
         }
     }
@@ -108,6 +146,7 @@ fn loaded(
         done.iterations += info.iterations;
         done.factorisations += info.factorisations;
         done.unstable = info.unstable;
+        done.shifted_at = done.shifted_at.or(info.shifted_at);
     }
     Ok(())
 }

@@ -10,7 +10,7 @@
 //! - [`kernel`], [`scattered`], [`lanes`]: all cables at once, fast; loops over long vectors
 //! - [`tangent`], [`linear_solver`], [`newton`]: the sparse tangent, its Cholesky factor, Newton's iteration
 //! - [`form_finding`], [`critical_step`], [`start`]: the state at t = 0 and the longest step
-//! - [`explicit`], [`implicit`]: one step in time
+//! - [`explicit`], [`implicit`], [`path`]: one step in time, or along a path of equilibrium
 //! - [`loads`], [`march`]: one window: the interface force in, motion out
 //! - [`record`], [`moving_mean`], [`energy`], [`fields`]: what is told of it
 //! - [`solver`], [`check`]: the contract's two ends
@@ -38,6 +38,7 @@ pub mod material;
 pub mod model;
 pub mod moving_mean;
 pub mod newton;
+pub mod path;
 pub mod read;
 pub mod record;
 pub mod scattered;

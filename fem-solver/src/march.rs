@@ -7,6 +7,7 @@ use crate::implicit::{Implicit, Scheme};
 use crate::lanes::{add, work};
 use crate::loads::{Loads, difference_to_node_major, to_node_major};
 use crate::model::Model;
+use crate::path::Path;
 use crate::record::{Recorder, Step};
 use crate::start::Start;
 use crate::state::{Peak, Peaks, State};
@@ -23,6 +24,7 @@ const FINEST: usize = 8;
 enum Engine {
     Explicit(Box<Explicit>),
     Implicit(Box<Implicit>),
+    Path(Box<Path>),
 }
 
 /// Work that was done, iterations of windows included, and windows that were skipped.
@@ -36,7 +38,9 @@ pub struct Counts {
     pub factorisations: u64,
     /// Windows begun anew with twice the steps, because Newton had failed.
     pub refined: u64,
-    /// Steps whose tangent was not positive and had to be shifted.
+    /// Steps with a tangent that was not positive and had to be shifted.
+    pub shifted: u64,
+    /// Those of them whose last tangent was such.
     pub unstable: u64,
     /// Degree of freedom of the pivot that was not positive, in the first of them.
     pub unstable_at: Option<usize>,
@@ -100,7 +104,7 @@ impl March {
             acceleration: vec![0.0; if scheme.is_some() { n } else { 0 }],
             force: if balances_at_end { start.force.clone() } else { Vec::new() },
             load: vec![0.0; ends],
-            at_rest: start.at_rest,
+            at_rest: start.at_rest && config.fem.path_speed.is_none(),
             history: start.history.clone(),
             events: Vec::with_capacity(model.elements.len()),
             ..State::default()
@@ -123,6 +127,9 @@ impl March {
         Self {
             energies: Energies::new(model, scheme.is_none_or(|s| s.inertia)),
             engine: match scheme {
+                _ if let Some(speed) = config.fem.path_speed => {
+                    Engine::Path(Box::new(Path::new(model, config.fem.newton.clone(), speed)))
+                }
                 None => Engine::Explicit(Box::new(Explicit::new(model))),
                 Some(scheme) => Engine::Implicit(Box::new(Implicit::new(
                     model,
@@ -145,7 +152,7 @@ impl March {
             parts: each.into_iter().fold(1, least_common_multiple),
             displacement_samples,
             velocity_samples,
-            energy_now: Vec::with_capacity(6),
+            energy_now: Vec::with_capacity(7),
             part_start: vec![0.0; n],
             end_loads: vec![0.0; n],
             counts: Counts {
@@ -272,6 +279,13 @@ impl March {
             Engine::Explicit(explicit) => {
                 Ok(explicit.step(model, &mut self.trial, self.loads.mean(), time, h).sqrt())
             }
+            Engine::Path(path) => {
+                let (largest, info) =
+                    path.step(model, &mut self.trial, time, h).map_err(|failure| failure.describe(model))?;
+                self.counts.newton += info.iterations;
+                self.counts.factorisations += info.factorisations;
+                Ok(largest.sqrt())
+            }
             Engine::Implicit(implicit) => {
                 self.part_start.copy_from_slice(&self.trial.displacement);
                 let scheme = implicit.scheme;
@@ -280,6 +294,15 @@ impl March {
                     .step(model, &mut self.trial, &load, time, h)
                     .map_err(|failure| failure.describe(model))?;
                 self.counts.newton += info.iterations;
+                if let Some(dof) = info.shifted_at {
+                    if self.counts.shifted == 0 {
+                        tracing::warn!(
+                            "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (said once)",
+                            model.dof_name(dof)
+                        );
+                    }
+                    self.counts.shifted += 1;
+                }
                 self.counts.unstable += u64::from(info.unstable.is_some());
                 self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
                 self.counts.factorisations += info.factorisations;
@@ -307,6 +330,7 @@ impl March {
         let (force, middle) = match &self.engine {
             Engine::Explicit(e) => (&e.force, &e.middle),
             Engine::Implicit(i) => (&i.force, &i.middle),
+            Engine::Path(p) => (&p.force, &p.middle),
         };
         let step = Step { end, length: h, force, middle, tension };
         let mut peaks = self.trial.peaks;
@@ -343,6 +367,7 @@ impl March {
         let parts = match &mut self.engine {
             Engine::Explicit(e) => e.parts(),
             Engine::Implicit(i) => i.parts(),
+            Engine::Path(p) => p.parts(),
         };
         self.energies.of(model, parts, &self.trial, &mut self.energy_now);
         let gauges = &mut output[self.gauges_from..];

@@ -14,6 +14,8 @@ use crate::tangent::{Slack, Tangent};
 use interface_defs::message::Fault;
 use std::fmt;
 
+/// A statics or a step has settled where the last iteration moved less than this share of the whole way.
+const SETTLED: f64 = 1e-6;
 /// Part of its axial stiffness that a slack cable shows in the tangent of statics.
 const SLACK_SHARE: f64 = 1e-6;
 /// A step along the direction of Newton is taken if the work of the residual falls below this share.
@@ -25,6 +27,8 @@ const COARSEST: f64 = 1e-7;
 /// An implicit step keeps its factorisation as long as an iteration takes the residual below this share:
 /// inertia rules the tangent there, and another solution costs a fifth of a new factorisation.
 const GOOD_ENOUGH: f64 = 0.1;
+/// A pivot below this part of its diagonal entry is rounding: nothing holds there.
+const NOTHING: f64 = 1e-13;
 /// Largest shift of a tangent that is not positive, relative to its largest diagonal entry.
 const LARGEST_SHIFT: f64 = 1e2;
 
@@ -55,6 +59,8 @@ pub struct Info {
     pub factorisations: u64,
     /// Degree of freedom of the first pivot that was not positive, if the last tangent had to be shifted.
     pub unstable: Option<usize>,
+    /// The same of the first tangent that had to be shifted.
+    pub shifted_at: Option<usize>,
 }
 
 /// Why there is no solution.
@@ -70,6 +76,11 @@ pub enum Failure {
         limit: f64,
         /// Degree of freedom with the largest residual.
         worst: usize,
+        /// Where the residual is small enough, but the last iterations still moved by more than [`SETTLED`] of the
+        /// whole way: how far the last one moved [m].
+        moving: Option<f64>,
+        /// Degree of freedom of the first pivot that was not positive, if the last tangent had to be shifted.
+        unstable: Option<usize>,
     },
     /// The tangent stays indefinite, whatever is added to it.
     Unstable {
@@ -84,11 +95,26 @@ impl Failure {
     /// In words, with the names of nodes.
     pub fn describe(&self, model: &Model) -> String {
         match self {
-            Self::NotConverged { iterations, residual, limit, worst } => format!(
-                "Newton did not converge: residual {residual:.2e} N > {limit:.2e} N after {iterations} iterations, \
-                 largest at {}",
-                model.dof_name(*worst)
-            ),
+            Self::NotConverged { iterations, residual, limit, worst, moving, unstable } => {
+                let what = match moving {
+                    Some(way) => format!(
+                        "Newton did not settle: after {iterations} iterations the residual is small enough, {residual:.2e} N \
+                         of {limit:.2e} N allowed, but the last one still moved {way:.2e} m"
+                    ),
+                    None => format!(
+                        "Newton did not converge: residual {residual:.2e} N > {limit:.2e} N after {iterations} iterations, \
+                         largest at {}",
+                        model.dof_name(*worst)
+                    ),
+                };
+                let free = unstable.map_or(String::new(), |dof| {
+                    format!(
+                        "; the tangent is not positive, first at {} (free to move, slack, or buckled)",
+                        model.dof_name(dof)
+                    )
+                });
+                what + &free
+            }
             Self::Unstable { dof } => format!(
                 "no stable equilibrium: a pivot at {} is not positive (slack, not connected to a support, or buckled)",
                 model.dof_name(*dof)
@@ -126,8 +152,10 @@ pub struct Newton {
     accepted: Vec<f64>,
     direction: Vec<f64>,
     free: Vec<f64>,
-    /// How many roundings of the displacements a residual may show.
-    roundings: f64,
+    /// Largest size of terms that elements other than cables take differences of [N].
+    coarseness: f64,
+    /// Of the structure as modelled [m].
+    extent: f64,
 }
 
 /// Sizes of one evaluation [N].
@@ -152,16 +180,17 @@ impl Newton {
             accepted: vec![0.0; n],
             direction: vec![0.0; n],
             free: vec![0.0; tangent.len()],
-            // Elements other than cables take lengths as roots, turn vectors before they differ, and turn moments into
-            // forces over short arms.
-            roundings: if model.elements.is_empty() { 2.0 } else { 32.0 },
+            extent: model.extent(),
+            coarseness: model.elements.iter().map(|e| e.coarseness()).fold(0.0, f64::max),
             tangent,
         }
     }
 
-    /// The degree of freedom that the structure does not hold in the static equilibrium `u`, if any.
+    /// The degree of freedom that the structure does not hold in the static equilibrium `u`, if any: a pivot that is
+    /// not positive once rounding is taken from the diagonal. Slack cables count as soft ones.
     pub fn not_held(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Option<usize> {
         self.tangent.assemble(model, u, history, 1.0, Slack::Regularised(SLACK_SHARE));
+        self.tangent.weaken(NOTHING);
         self.tangent.factorise().err()
     }
 
@@ -178,7 +207,7 @@ impl Newton {
         let mut info = Info::default();
         let mut sizes = self.evaluate(model, problem, u);
         let (mut rounding, mut settled, mut shift) = (0.0, true, 0.0);
-        let mut last_residual = 0.0;
+        let (mut last_residual, mut way) = (0.0, 0.0);
         loop {
             let limit = settings.tolerance * sizes.scale;
             if sizes.residual <= rounding || (sizes.residual <= limit && settled) {
@@ -190,6 +219,8 @@ impl Newton {
                     residual: sizes.residual,
                     limit: limit.max(rounding),
                     worst: self.worst(),
+                    moving: (sizes.residual <= limit).then_some(way),
+                    unstable: info.unstable,
                 });
             }
             let keep = problem.inertia > 0.0 && sizes.residual < GOOD_ENOUGH * last_residual;
@@ -198,19 +229,29 @@ impl Newton {
             }
             last_residual = sizes.residual;
             self.aim();
-            let stiffness = self.tangent.largest_diagonal();
             let (length, before) = (largest(&self.direction), self.work());
             self.accepted.copy_from_slice(u);
             let step = self.step(model, problem, u, before, settings.line_search, &mut sizes);
-            // Rounding of u alone, and of the tensions that cancel at a node.
-            let noise = f64::EPSILON * (stiffness * largest(u) + sizes.tension);
-            rounding =
-                (self.roundings * noise * (self.tangent.len() as f64).sqrt()).min(COARSEST * sizes.scale);
+            rounding = self.rounding(u, &sizes);
             let travel = u.iter().zip(problem.start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            settled = step * length <= 1e-6 * travel;
+            way = step * length;
+            settled = way <= SETTLED * travel;
             info.iterations += 1;
             on_iteration(info.iterations, sizes.residual / limit.max(rounding)).map_err(Failure::Stopped)?;
         }
+    }
+
+    /// Residual that rounding leaves at `u` [N]: of `u` itself, of the tensions that cancel at a node, and of what elements
+    /// take differences of. Where there are no forces at all, what no position can tell apart, squared.
+    fn rounding(&mut self, u: &[f64], sizes: &Sizes) -> f64 {
+        for (x, dof) in self.free.iter_mut().zip(self.tangent.dofs()) {
+            *x = u[*dof].abs();
+        }
+        let of_u = self.tangent.bound(&self.free);
+        let root = (self.tangent.len() as f64).sqrt();
+        let noise = 2.0 * f64::EPSILON * (of_u + root * (sizes.tension + self.coarseness));
+        let least = f64::EPSILON * f64::EPSILON * self.tangent.largest_diagonal() * self.extent * root;
+        noise.min(COARSEST * sizes.scale).max(least)
     }
 
     /// Residual at `u`, and the sizes of what it is made of.
@@ -275,6 +316,7 @@ impl Newton {
                 Err(dof) if *shift >= LARGEST_SHIFT => return Err(Failure::Unstable { dof }),
                 Err(dof) => {
                     info.unstable = Some(dof);
+                    info.shifted_at = info.shifted_at.or(Some(dof));
                     *shift = (10.0 * *shift).max(1e-8);
                 }
             }

@@ -135,6 +135,11 @@ impl FemSolver {
                 return Err(Fault::input(format!("fem-solver cannot give the field {asked:?}")));
             }
         }
+        if self.config.fem.path_speed.is_some() && !plan.takes.is_empty() {
+            return Err(Fault::input(
+                "fem.path_speed follows a path of equilibrium, which no force from outside acts on",
+            ));
+        }
         for asked in &plan.takes {
             let kind = matches!(asked.sampling, Sampling::Means | Sampling::AtEnds);
             if !known(&hello.takes, asked, kind) {
@@ -265,6 +270,7 @@ impl Solver for FemSolver {
             ("skipped_windows", counts.skipped),
             ("factorisations", counts.factorisations),
             ("refined_windows", counts.refined),
+            ("shifted_tangents", counts.shifted),
         ];
         let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })

@@ -79,11 +79,11 @@ impl Start {
         on_progress(format!("{} nodes, {} cables: analysing", model.node_count(), model.cables.len()))
             .map_err(NoStart::Stopped)?;
         let mut newton = Newton::new(model);
-        let (Form { displacement, history }, form_finding) = match config.structure.form_finding {
+        let (Form { displacement, history, smoothed }, form_finding) = match config.structure.form_finding {
             FormFinding::None => {
                 let mut u = vec![0.0; model.dof_count()];
                 model.prescribe(0.0, &mut u);
-                (Form { displacement: u, history: model.start_history() }, Info::default())
+                (Form { displacement: u, history: model.start_history(), smoothed: false }, Info::default())
             }
             way => {
                 let mut last: Option<Instant> = None;
@@ -127,9 +127,29 @@ impl Start {
                 all - model.added_mass
             ));
         }
-        if form_finding.unstable.is_some()
+        if smoothed {
+            warnings.push(
+                "with friction of the ropes no rest shape was found: they hang as they would without, with one tension each; \
+                 friction acts from t = 0 on"
+                    .into(),
+            );
+        }
+        if let Some(dof) = form_finding.shifted_at {
+            // Whoever reads the log sees why it took so long; the answer does not depend on it.
+            tracing::warn!(
+                "form finding: the tangent was not positive, first at {}; it was shifted, which slows Newton down",
+                model.dof_name(dof)
+            );
+        }
+        let statics = config.fem.integrator == Integrator::Static;
+        if (statics || form_finding.unstable.is_some())
+            && !newton.tangent.is_empty()
             && let Some(dof) = newton.not_held(model, &displacement, &history)
         {
+            // What a support is going to push may stiffen on the way, as a flat net does.
+            if statics && model.moving.is_empty() {
+                return Err(NoStart::Input(mechanism(scene, model, dof)));
+            }
             warnings.push(format!(
                 "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
                 model.dof_name(dof)
@@ -152,6 +172,16 @@ impl Start {
             newton,
         })
     }
+}
+
+fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {
+    let what = format!(
+        "the structure is a mechanism: {} can move without any force, so statics has no answer",
+        model.dof_name(dof)
+    );
+    scene.invalid("structure", what).try_instead(
+        "support or connect that node, give the cables tension, or choose an integrator with inertia",
+    )
 }
 
 fn not_found(scene: &Scene, model: &Model, failure: &Failure) -> InputError {

@@ -19,6 +19,10 @@ pub struct State {
     pub history: Vec<f64>,
     /// What has broken so far.
     pub events: Vec<Event>,
+    /// Factor of the loads that grow along a path of equilibrium, and that at the start of the last step.
+    pub factor: f64,
+    /// See `factor`.
+    pub factor_before: f64,
     /// Energy dissipated by damping since t = 0 [J].
     pub dissipated: f64,
     /// Work of the interface force since t = 0 [J].
@@ -71,6 +75,7 @@ impl State {
         self.history.copy_from_slice(&other.history);
         self.events.clear();
         self.events.extend_from_slice(&other.events);
+        (self.factor, self.factor_before) = (other.factor, other.factor_before);
         self.dissipated = other.dissipated;
         self.received = other.received;
         self.support_work = other.support_work;

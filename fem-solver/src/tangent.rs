@@ -39,6 +39,8 @@ pub struct Tangent {
     assembly: Assembly,
     /// Positions of the lower triangles of their tangents, by rows, one after the other.
     elements: Vec<usize>,
+    /// Memory of [`Tangent::bound`].
+    sums: Vec<f64>,
     cholesky: Cholesky,
 }
 
@@ -69,6 +71,7 @@ impl Tangent {
         let elements = others.iter().map(|at| at.map_or(sink, |(i, j)| position(i, j))).collect();
         let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
         let cholesky = Cholesky::new(dofs.len(), &starts, &rows);
+        let count = dofs.len();
         Self {
             free,
             dofs,
@@ -79,6 +82,7 @@ impl Tangent {
             cables,
             assembly,
             elements,
+            sums: vec![0.0; count],
             cholesky,
         }
     }
@@ -210,10 +214,22 @@ impl Tangent {
         sums
     }
 
+    /// Add `amount` [N/m] to the diagonal entry of free degree of freedom number `at`.
+    pub fn stiffen(&mut self, at: usize, amount: f64) {
+        self.values[self.diagonal[at]] += amount;
+    }
+
     /// Add `amount` [N/m] to every diagonal entry.
     pub fn shift(&mut self, amount: f64) {
         for at in &self.diagonal {
             self.values[*at] += amount;
+        }
+    }
+
+    /// Take `part` of itself from every diagonal entry.
+    pub fn weaken(&mut self, part: f64) {
+        for at in &self.diagonal {
+            self.values[*at] *= 1.0 - part;
         }
     }
 
@@ -237,6 +253,20 @@ impl Tangent {
     /// Numbers in the Cholesky factor.
     pub fn factor_len(&self) -> usize {
         self.cholesky.factor_len()
+    }
+
+    /// Norm of `|K| x` over the free degrees of freedom, entries by their magnitudes.
+    pub fn bound(&mut self, x: &[f64]) -> f64 {
+        self.sums.fill(0.0);
+        for j in 0..self.dofs.len() {
+            let (start, end) = (self.starts[j], self.starts[j + 1]);
+            self.sums[j] += self.values[start].abs() * x[j];
+            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
+                self.sums[*row] += value.abs() * x[j];
+                self.sums[j] += value.abs() * x[*row];
+            }
+        }
+        self.sums.iter().map(|s| s * s).sum::<f64>().sqrt()
     }
 
     /// `y = K x` over the free degrees of freedom.

@@ -35,6 +35,12 @@ pub struct FemConfig {
     /// need, without weight. The added mass is told as a warning. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_scaling: Option<f64>,
+    /// `static` only: follow the path of equilibrium under `[[structure.loads]]` that grow and fall by one factor, from 0
+    /// on, beyond limit points and back (arc length). Time is the way along it: the degree of freedom that moves most
+    /// does so at this speed [m/s]. The factor is told as `load_factor`; a step is at most `time_step` long. Default: the
+    /// loads are constant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path_speed: Option<f64>,
     /// Accept a `time_step` above the critical one (`central_difference` only). Default false.
     pub allow_unstable: bool,
 }
@@ -92,6 +98,13 @@ impl FemConfig {
                 let what =
                     format!("mass_scaling is for central_difference, not for {}", self.integrator.name());
                 return Err(scene.invalid("fem.mass_scaling", what));
+            }
+        }
+        if let Some(speed) = self.path_speed {
+            positive(scene, "fem.path_speed", speed, "m/s")?;
+            if self.integrator != Integrator::Static {
+                let what = format!("path_speed is for static, not for {}", self.integrator.name());
+                return Err(scene.invalid("fem.path_speed", what));
             }
         }
         let gamma = self.gamma.unwrap_or(0.5);

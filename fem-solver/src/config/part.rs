@@ -23,6 +23,8 @@ pub enum PartConfig {
     Ring(RingPart),
     /// Triangles of membrane.
     Membrane(MembranePart),
+    /// Triangles of thin shell, with rotations.
+    Shell(ShellPart),
     /// Nothing: a group of a mesh that can still be held, loaded and gauged by its name.
     None(NoPart),
 }
@@ -208,6 +210,21 @@ part! {
     }
 }
 
+part! {
+    /// Thin shells.
+    ShellPart {
+        /// Thickness [m].
+        thickness: f64,
+        /// Density [kg/m3].
+        density: f64,
+        /// Young's modulus [Pa].
+        young: f64,
+        /// Poisson's ratio. Default 0.3.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        poisson: Option<f64>,
+    }
+}
+
 /// A group of a mesh of which no element is made.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -230,6 +247,7 @@ impl PartConfig {
             Self::Beam(p) => (&p.name, &p.cells),
             Self::Ring(p) => (&p.name, &p.cells),
             Self::Membrane(p) => (&p.name, &p.cells),
+            Self::Shell(p) => (&p.name, &p.cells),
             Self::None(p) => (&p.name, &[]),
         }
     }
@@ -240,7 +258,7 @@ impl PartConfig {
             Self::Cable(_) | Self::SlidingCable(_) => (2, usize::MAX),
             Self::Brake(_) | Self::Beam(_) => (2, 2),
             Self::Ring(_) => (3, 4),
-            Self::Membrane(_) => (3, 3),
+            Self::Membrane(_) | Self::Shell(_) => (3, 3),
             Self::None(_) => (0, usize::MAX),
         }
     }
@@ -254,6 +272,7 @@ impl PartConfig {
             Self::Beam(_) => "beams",
             Self::Ring(_) => "rings",
             Self::Membrane(_) => "membranes",
+            Self::Shell(_) => "shells",
             Self::None(_) => "nothing",
         }
     }

@@ -147,6 +147,10 @@ impl Element for Bar {
         forces[0] = if history[2] > 0.0 { f64::NAN } else { self.force(u, history) };
     }
 
+    fn section(&self) -> f64 {
+        self.area
+    }
+
     fn elongation(&self, u: &[f64]) -> f64 {
         self.segment(u).0.length - self.span.norm()
     }

@@ -14,17 +14,16 @@
 //! rotation however large, and force and tangent follow without an element frame. Small turns
 //! against the chord are assumed, as by every co-rotational beam; the error falls with the square of the element's length.
 //!
-//! Rotations: a degree of freedom of rotation grows by the increments of the rotation vector in space. A
-//! node's rotation is `exp(u - u_0) R_0` with `u_0` and the quaternion `R_0` of the last committed state
-//! in the history, hence never near the singularity at a full turn. Forces are moments in space; the tangent is
-//! the second derivative of the energy along rotations, which is symmetric.
+//! Rotations are kept as [`super::turn`] says. Forces are moments in space; the tangent is the second derivative of the
+//! energy along rotations, which is symmetric.
 //!
 //! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
 
 use super::bar::Rupture;
 use super::segment::{add_block, add_consistent_mass, add_vector, vector};
+use super::turn::{self, START, TURN};
 use super::{Answer, Element, Energy};
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// A beam between two nodes.
 #[derive(Debug, Clone)]
@@ -51,9 +50,7 @@ pub struct Beam {
     pub rupture: Rupture,
 }
 
-/// Rotation of one node in the history: vector at the last commit, quaternion there.
-const ROTATION: usize = 7;
-const BROKEN: usize = 2 * ROTATION;
+const BROKEN: usize = 2 * TURN;
 const LOST: usize = BROKEN + 1;
 
 /// The beam at given displacements and rotations.
@@ -64,11 +61,18 @@ struct Shape {
     axes: [[Vector3<f64>; 2]; 2],
 }
 
-/// `asin(s)` with first and second derivative; beyond 1 the straight line goes on.
+/// Sine beyond which [`arc`] goes on as a parabola: 84 degrees against the chord, where the energy is no beam's any more.
+const STEEPEST: f64 = 0.995;
+
+/// `asin(s)` with first and second derivative. Beyond [`STEEPEST`], where they grow without bounds, the parabola that has
+/// its value, slope and curvature there goes on: force and tangent stay derivatives of one energy.
 fn arc(s: f64) -> (f64, f64, f64) {
-    let s = s.clamp(-0.999, 0.999);
-    let root = (1.0 - s * s).sqrt();
-    (s.asin(), 1.0 / root, s / (root * root * root))
+    let size = s.abs();
+    let at = size.min(STEEPEST);
+    let root = (1.0 - at * at).sqrt();
+    let (slope, bend, beyond) = (1.0 / root, at / (root * root * root), size - at);
+    let value = at.asin() + (slope + 0.5 * bend * beyond) * beyond;
+    (value.copysign(s), slope + bend * beyond, bend.copysign(s))
 }
 
 fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
@@ -76,18 +80,11 @@ fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 impl Beam {
-    fn rotation(u: &[f64], history: &[f64], node: usize) -> UnitQuaternion<f64> {
-        let h = &history[node * ROTATION..][..ROTATION];
-        let step = vector(u, 6 * node + 3) - Vector3::new(h[0], h[1], h[2]);
-        let before = UnitQuaternion::new_unchecked(Quaternion::new(h[3], h[4], h[5], h[6]));
-        UnitQuaternion::new(step) * before
-    }
-
     fn shape(&self, u: &[f64], history: &[f64]) -> Shape {
         let d = self.span + vector(u, 6) - vector(u, 0);
         let length = d.norm();
         let axes = [0, 1].map(|node| {
-            let turn = Self::rotation(u, history, node);
+            let turn = turn::rotation(u, history, node);
             self.axes.map(|axis| turn * axis)
         });
         Shape { length, e: d / length, axes }
@@ -162,15 +159,14 @@ fn add_curvature(k: &mut [f64], factor: f64, shape: &Shape, a: &Vector3<f64>, no
     let g = a - s * e;
     let dd = -(g * e.transpose() + e * g.transpose() + s * across) * (factor / (l * l));
     super::segment::add_pair(k, 12, 0, 6, &dd);
-    let turn = 6 * node + 3;
+    let at = 6 * node + 3;
     // d(a x e)/dd = [a]x (I - e e^T) / l, row = rotation.
     let mixed = cross(a) * across * (factor / l);
-    add_block(k, 12, turn, 6, &mixed);
-    add_block(k, 12, turn, 0, &-mixed);
-    add_block(k, 12, 6, turn, &mixed.transpose());
-    add_block(k, 12, 0, turn, &-mixed.transpose());
-    let both = 0.5 * (e * a.transpose() + a * e.transpose()) - Matrix3::identity() * s;
-    add_block(k, 12, turn, turn, &(factor * both));
+    add_block(k, 12, at, 6, &mixed);
+    add_block(k, 12, at, 0, &-mixed);
+    add_block(k, 12, 6, at, &mixed.transpose());
+    add_block(k, 12, 0, at, &-mixed.transpose());
+    add_block(k, 12, at, at, &(factor * turn::curvature(a, &e)));
 }
 
 /// Second derivative of `p . q` times `factor`, `p` being an axis of the first node and `q` of the second.
@@ -194,20 +190,12 @@ impl Element for Beam {
     }
 
     fn start_history(&self) -> Vec<f64> {
-        let node = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-        [&node[..], &node[..], &[0.0, 0.0]].concat()
+        [&START[..], &START[..], &[0.0, 0.0]].concat()
     }
 
     fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         answer.history.copy_from_slice(history);
-        for node in 0..2 {
-            let now = Self::rotation(u, history, node);
-            let to = &mut answer.history[node * ROTATION..][..ROTATION];
-            to[..3].copy_from_slice(&u[6 * node + 3..6 * node + 6]);
-            // Products of unit quaternions drift from 1 by rounding.
-            let q = now.quaternion().normalize();
-            to[3..].copy_from_slice(&[q.w, q.i, q.j, q.k]);
-        }
+        turn::settle(u, history, 2, answer.history);
         answer.force.fill(0.0);
         answer.tension = 0.0;
         if let Some(k) = &mut answer.tangent {
@@ -303,6 +291,13 @@ impl Element for Beam {
         1
     }
 
+    /// Its length is a root, its angles are products of unit vectors; moments become forces over its length.
+    fn coarseness(&self) -> f64 {
+        let rest = self.rest();
+        let bending = 12.0 / rest * self.bending[0].max(self.bending[1]);
+        self.axial.max(bending.max(self.torsion / rest) / rest.min(1.0))
+    }
+
     fn radius(&self) -> f64 {
         self.radius
     }
@@ -320,7 +315,7 @@ impl Element for Beam {
 mod tests {
     use super::*;
     use crate::element::checks::{Case, random};
-    use nalgebra::Rotation3;
+    use nalgebra::{Rotation3, UnitQuaternion};
 
     fn beam() -> Beam {
         let span = Vector3::new(0.6, 0.3, 0.2);
@@ -344,7 +339,7 @@ mod tests {
         let mut history = beam().start_history();
         for (node, turn) in turns.iter().enumerate() {
             let q = UnitQuaternion::new(*turn);
-            history[node * ROTATION + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+            history[node * TURN + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
         }
         history
     }
@@ -373,6 +368,28 @@ mod tests {
     }
 
     #[test]
+    fn an_end_that_turns_across_its_chord_and_beyond_keeps_one_energy() {
+        // 80 to 100 degrees, on both sides of where the parabola begins.
+        let (beam, positions) = (beam(), [Vector3::zeros(), beam().span]);
+        for degrees in [80.0_f64, 84.0, 84.5, 89.0, 91.0, 100.0] {
+            let turn = beam.axes[1] * degrees.to_radians();
+            let history = turned([turn, turn * 0.9]);
+            Case::new(&beam, &positions, &[0.0; 12]).with_history(&history).derivatives();
+        }
+        let step = 1e-7;
+        for s in [0.5, STEEPEST - step, STEEPEST + step, 0.9999] {
+            let [(before, ..), (_, slope, bend), (after, ..)] = [arc(s - step), arc(s), arc(s + step)];
+            // Third derivative below 3 / (1 - s^2)^2.5 = 3e5; rounding eps / h, and eps / h^2 of the curvature.
+            assert!(((after - before) / (2.0 * step) - slope).abs() < 3e5 * step * step + 1e-8);
+            assert!(
+                ((arc(s + step).1 - arc(s - step).1) / (2.0 * step) - bend).abs() < 3e5 * step + 1e-6,
+                "{s}"
+            );
+            assert_eq!(arc(-s), (-arc(s).0, slope, -bend));
+        }
+    }
+
+    #[test]
     fn a_rigid_motion_changes_no_energy_and_turns_forces_and_moments() {
         let beam = beam();
         let mut noise = random(6);
@@ -386,8 +403,8 @@ mod tests {
             for (node, x) in [Vector3::zeros(), beam.span].into_iter().enumerate() {
                 let to = matrix * (x + vector(&u, 6 * node)) - x;
                 moved[6 * node..6 * node + 3].copy_from_slice(to.as_slice());
-                let q = turn * Beam::rotation(&u, &start, node);
-                history[node * ROTATION + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+                let q = turn * turn::rotation(&u, &start, node);
+                history[node * TURN + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
             }
             let before = Case::new(&beam, &[], &u).force();
             let after = Case::new(&beam, &[], &moved).with_history(&history).force();

@@ -28,6 +28,9 @@ pub struct Law {
     pub rigidity: f64,
     /// `s_0 A` [N].
     pub preload: f64,
+    /// Reference length below which a segment counts as one of this length, the rest of it in line and unloaded [m]: no
+    /// node that runs up to its neighbour makes a segment stiffer than explicit steps can follow.
+    pub least: f64,
 }
 
 /// Force of a segment and what it depends on.
@@ -44,24 +47,35 @@ pub struct Tension {
 impl Law {
     /// Of a segment of length `l` that is `rest` long unstretched.
     pub fn tension(&self, l: f64, rest: f64) -> Tension {
+        let short = rest < self.least;
+        let (l, rest) = self.padded(l, rest);
         let (x, stress) = (l / rest, self.stress(l, rest));
         let by_length = (stress + self.rigidity * x * x) / rest;
-        Tension { force: stress * x, by_length, by_rest: -by_length * x }
+        Tension { force: stress * x, by_length, by_rest: if short { -by_length } else { -by_length * x } }
     }
 
-    /// `S A`, of a segment of length `l` that is `rest` long unstretched [N].
-    pub fn stress(&self, l: f64, rest: f64) -> f64 {
+    /// Length and reference length, of [`Law::least`] at least.
+    fn padded(&self, l: f64, rest: f64) -> (f64, f64) {
+        if rest < self.least { (l + self.least - rest, self.least) } else { (l, rest) }
+    }
+
+    /// `S A`, of a segment of length `l` that is `rest` long unstretched [N]; both padded.
+    fn stress(&self, l: f64, rest: f64) -> f64 {
         self.preload + self.rigidity * (l - rest) * (l + rest) / (2.0 * rest * rest)
     }
 
     /// Stored energy [J], counted from where the stress is 0.
     pub fn energy(&self, l: f64, rest: f64) -> f64 {
+        let (l, rest) = self.padded(l, rest);
         let stress = self.stress(l, rest).max(0.0);
         rest * stress * stress / (2.0 * self.rigidity)
     }
 
     /// What a unit of reference length carries in energy as it leaves the segment, `-dW/dL` at constant length [N].
     pub fn release(&self, l: f64, rest: f64) -> f64 {
+        if rest < self.least {
+            return self.tension(l, rest).force.max(0.0);
+        }
         let stress = self.stress(l, rest).max(0.0);
         stress * (l / rest).powi(2) - stress * stress / (2.0 * self.rigidity)
     }
@@ -134,10 +148,11 @@ impl Returned {
             }
             let [below, diagonal, above, step] = &mut self.system;
             solve_tridiagonal(below, diagonal, above, step);
-            // No segment may lose more than half of itself at once.
+            // No segment may lose more than half of what it counts as at once.
             let share = self.rest.iter().enumerate().map(|(i, rest)| {
                 let change = gained(step, i);
-                if change < -0.5 * rest { -0.5 * rest / change } else { 1.0 }
+                let most = -0.5 * rest.max(law.least);
+                if change < most { most / change } else { 1.0 }
             });
             let share = share.fold(1.0, f64::min);
             self.slip.iter_mut().zip(step).for_each(|(s, d)| *s += share * *d);
@@ -257,7 +272,7 @@ mod tests {
     use super::*;
     use crate::element::checks::random;
 
-    const LAW: Law = Law { rigidity: 1e5, preload: 0.0 };
+    const LAW: Law = Law { rigidity: 1e5, preload: 0.0, least: 0.0 };
 
     fn slide(lengths: &[f64], rest: &[f64], factors: &[f64]) -> Returned {
         let mut returned = Returned::default();
@@ -289,6 +304,33 @@ mod tests {
                 assert!(end.dissipated >= 0.0);
             }
         }
+    }
+
+    #[test]
+    fn a_segment_that_has_run_out_is_no_stiffer_than_one_of_the_least_length() {
+        let law = Law { least: 0.1, ..LAW };
+        let step = 1e-7;
+        for rest in [0.3, 0.1 + 2.0 * step, 0.1 - 2.0 * step, 0.01, 0.0, -0.02] {
+            let l = rest + 0.002;
+            let slope = |f: &dyn Fn(f64) -> f64| (f(step) - f(-step)) / (2.0 * step);
+            let now = law.tension(l, rest);
+            assert!(now.by_length <= law.tension(0.102, 0.1).by_length * (1.0 + 1e-5), "{rest}: {now:?}");
+            let by_length = slope(&|d| law.tension(l + d, rest).force);
+            let by_rest = slope(&|d| law.tension(l, rest + d).force);
+            // Stiffnesses of 1e6 N/m on forces of 2e3 N: rounding of stresses of E A to eps, over h; truncation below it.
+            assert!((by_length - now.by_length).abs() < 10.0, "{rest}: {by_length} {now:?}");
+            assert!((by_rest - now.by_rest).abs() < 10.0, "{rest}: {by_rest} {now:?}");
+            let (force, release) =
+                (slope(&|d| law.energy(l + d, rest)), -slope(&|d| law.energy(l, rest + d)));
+            assert!((force - now.force).abs() < 1e-2, "{rest}: {force} {now:?}");
+            assert!((release - law.release(l, rest)).abs() < 1e-2, "{rest}: {release}");
+        }
+        // A node drawn all the way to its neighbour: the cone still holds.
+        let mut returned = Returned::default();
+        returned.slide(&law, &[0.0001, 1.05], &[0.05, 1.0], &[1.1]);
+        let [a, b] = [returned.tension[0].force, returned.tension[1].force];
+        assert!(a > 0.0 && (b / a - 1.1).abs() < 1e-9, "{a} {b}");
+        assert!((returned.rest.iter().sum::<f64>() - 1.05).abs() < 1e-14);
     }
 
     #[test]

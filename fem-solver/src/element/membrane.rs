@@ -241,6 +241,12 @@ impl Element for Membrane {
         }
     }
 
+    fn face_stresses(&self, u: &[f64]) -> [f64; 2] {
+        let (_, s, _) = self.fabric.respond(&self.strain(u).1, Slack::Exact);
+        let (mean, radius) = (0.5 * (s.x + s.y), (0.5 * (s.x - s.y)).hypot(s.z));
+        [mean + radius, mean - radius]
+    }
+
     fn faces(&self) -> Vec<[usize; 3]> {
         vec![self.nodes]
     }

@@ -16,8 +16,10 @@ pub mod mass;
 pub mod membrane;
 pub mod ring;
 pub mod segment;
+pub mod shell;
 pub mod sliding_cable;
 pub mod spring;
+mod turn;
 
 pub use bar::Bar;
 pub use beam::Beam;
@@ -26,6 +28,7 @@ pub use cable::Cable;
 pub use mass::PointMass;
 pub use membrane::Membrane;
 pub use ring::Ring;
+pub use shell::Shell;
 pub use sliding_cable::SlidingCable;
 pub use spring::Spring;
 
@@ -120,8 +123,24 @@ pub trait Element: Debug {
     /// Axial force of each of its lines [N]; `NaN` where broken.
     fn line_forces(&self, _u: &[f64], _history: &[f64], _forces: &mut [f64]) {}
 
+    /// Section of its lines [m2], which turns their forces into stresses; 0 where it has none.
+    fn section(&self) -> f64 {
+        0.0
+    }
+
+    /// Principal stresses of its faces [Pa], the larger first.
+    fn face_stresses(&self, _u: &[f64]) -> [f64; 2] {
+        [0.0; 2]
+    }
+
     /// How much longer it is than as modelled [m]; 0 where that says nothing.
     fn elongation(&self, _u: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// Size of the terms whose differences its forces are [N], where that is more than stiffness times displacement:
+    /// what its rounding is relative to. 0 where strains follow from displacements alone.
+    fn coarseness(&self) -> f64 {
         0.0
     }
 
@@ -192,4 +211,6 @@ elements! {
     Ring,
     /// A triangle of membrane.
     Membrane,
+    /// A triangle of shell.
+    Shell,
 }

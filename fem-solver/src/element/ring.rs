@@ -182,7 +182,7 @@ impl Element for Ring {
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
         let start = self.energies(&[0.0; 12], &[0.0; WIDTHS + 3]);
-        let lost = history[LOST] - start.1;
+        let lost = history[LOST];
         if history[BROKEN] > 0.0 {
             let (_, dissipated) = self.energies(&[0.0; 12], history);
             return Energy { stored: -start.0, dissipated: lost + dissipated };
@@ -230,6 +230,14 @@ impl Element for Ring {
 
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         forces.fill(if history[BROKEN] > 0.0 { f64::NAN } else { self.tension(u, history) });
+    }
+
+    /// Its lengths are roots; it unloads the stiffest.
+    fn coarseness(&self) -> f64 {
+        [&self.perimeter, &self.width]
+            .map(|m| m.start * m.stiffness * m.unloading)
+            .into_iter()
+            .fold(0.0, f64::max)
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {

@@ -48,6 +48,9 @@ pub struct SlidingCable {
     pub memory: Memory,
 }
 
+/// With friction a segment counts as long as this part of the shortest as modelled at least.
+const LEAST: f64 = 0.5;
+
 const BROKEN: usize = 0;
 const LOST: usize = 1;
 const FRICTION: usize = 2;
@@ -79,11 +82,31 @@ pub struct Memory(Box<RefCell<Shape>>);
 
 impl SlidingCable {
     fn law(&self) -> Law {
-        Law { rigidity: self.young * self.area, preload: self.prestress * self.area }
+        let shortest = self.lengths.iter().copied().fold(f64::INFINITY, f64::min);
+        let least = if self.friction > 0.0 { LEAST * shortest } else { 0.0 };
+        Law { rigidity: self.young * self.area, preload: self.prestress * self.area, least }
     }
 
     fn total(&self) -> f64 {
         self.lengths.iter().sum()
+    }
+
+    /// The same without friction.
+    #[must_use]
+    pub fn smooth(&self) -> Self {
+        Self { friction: 0.0, ..self.clone() }
+    }
+
+    /// History of a rope that hangs at `u` as it would without friction: the same tension in every segment.
+    pub fn hung(&self, u: &[f64]) -> Vec<f64> {
+        let mut history = self.start_history();
+        if self.friction > 0.0 {
+            let lengths = self.spans.iter().enumerate().map(|(i, s)| Segment::new(s, u, i, i + 1, 3).length);
+            let lengths: Vec<f64> = lengths.collect();
+            let share = self.total() / lengths.iter().sum::<f64>();
+            history[RESTS..].iter_mut().zip(lengths).for_each(|(rest, l)| *rest = share * l);
+        }
+        history
     }
 
     fn shape(&self, u: &[f64], history: &[f64]) -> RefMut<'_, Shape> {
@@ -308,6 +331,15 @@ impl Element for SlidingCable {
         } else {
             forces.copy_from_slice(&self.shape(u, history).forces);
         }
+    }
+
+    /// Its length is a sum of roots.
+    fn coarseness(&self) -> f64 {
+        self.young * self.area
+    }
+
+    fn section(&self) -> f64 {
+        self.area
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {

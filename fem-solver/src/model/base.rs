@@ -262,7 +262,7 @@ fn takes(part: Option<&PartConfig>, kind: Kind) -> bool {
         None | Some(PartConfig::SlidingCable(_)) => matches!(kind, Kind::Line2 | Kind::Row),
         Some(PartConfig::Brake(_) | PartConfig::Beam(_)) => kind == Kind::Line2,
         Some(PartConfig::Ring(_)) => matches!(kind, Kind::Tri3 | Kind::Quad4),
-        Some(PartConfig::Membrane(_)) => kind == Kind::Tri3,
+        Some(PartConfig::Membrane(_) | PartConfig::Shell(_)) => kind == Kind::Tri3,
         Some(PartConfig::None(_)) => true,
     }
 }

@@ -34,6 +34,7 @@ impl Model {
             held: vec![false; 3 * base.nodes.len()],
             moving: Vec::new(),
             dead_load: vec![0.0; 3 * base.nodes.len()],
+            live_load: Vec::new(),
             down: None,
             damping: table.damping,
             added_mass: 0.0,
@@ -56,6 +57,16 @@ impl Model {
         model.add_supports(scene, table)?;
         model.lump();
         model.load(scene, config)?;
+        if config.fem.path_speed.is_some() {
+            if !model.moving.is_empty() {
+                return Err(scene.invalid("fem.path_speed", "a path under loads takes no supports that move"));
+            }
+            if model.live_load.iter().all(|p| *p == 0.0) {
+                return Err(scene
+                    .invalid("fem.path_speed", "there are no loads that could grow")
+                    .try_instead("write [[structure.loads]] with the force at the factor 1"));
+            }
+        }
         model.check_held_together(scene, config, base.framed)?;
         if let Some(step) = config.fem.mass_scaling {
             model.scale_masses(step);
@@ -237,13 +248,16 @@ impl Model {
                 }
             }
         }
+        if config.fem.path_speed.is_some() {
+            self.live_load = vec![0.0; self.dof_count()];
+        }
         for (i, entry) in config.structure.loads.iter().enumerate() {
             for node in self.place(scene, &format!("structure.loads.{i}"), entry.place())? {
                 for c in 0..3 {
                     let dof = self.dof(node, c);
-                    self.dead_load[dof] += entry.force[c];
+                    self.load_of(config)[dof] += entry.force[c];
                     match self.rotation(node, c) {
-                        Some(dof) => self.dead_load[dof] += entry.moment[c],
+                        Some(dof) => self.load_of(config)[dof] += entry.moment[c],
                         None if entry.moment[c] != 0.0 => {
                             let what = format!(
                                 "node {} has no rotations: no moment acts on it",
@@ -257,6 +271,11 @@ impl Model {
             }
         }
         Ok(())
+    }
+
+    /// Where loads go: they are constant, or grow along a path.
+    fn load_of(&mut self, config: &Config) -> &mut [f64] {
+        if config.fem.path_speed.is_some() { &mut self.live_load } else { &mut self.dead_load }
     }
 
     /// Every node must be part of an element, except those of a frame (`framed`) that are held; every

@@ -49,6 +49,8 @@ pub struct Model {
     pub moving: Vec<(usize, Motion)>,
     /// Weight and constant loads on every degree of freedom [N].
     pub dead_load: Vec<f64>,
+    /// Loads that grow along a path of equilibrium, at the factor 1 [N]; empty without a path.
+    pub live_load: Vec<f64>,
     /// Whether weight is part of the dead load, and its direction: the unit vector of gravity.
     pub down: Option<Vector3<f64>>,
     /// Mass-proportional damping alpha [1/s].

@@ -4,15 +4,15 @@ use super::base::Cell;
 use super::build::{cable, check_cable, properties};
 use super::{Model, Part};
 use crate::config::part::{
-    BeamPart, BrakePart, CablePart, MembranePart, PartConfig, RingPart, SlidingCablePart,
+    BeamPart, BrakePart, CablePart, MembranePart, PartConfig, RingPart, ShellPart, SlidingCablePart,
 };
 use crate::config::structure::{CableConfig, StructureConfig};
 use crate::config::{not_negative, positive};
 use crate::element::bar::Rupture;
-use crate::element::membrane::{Fabric, Membrane};
+use crate::element::membrane::{Fabric, Geometry, Membrane};
 use crate::element::ring::{Mechanism, Ring};
 use crate::element::sliding_cable::Memory;
-use crate::element::{AnyElement, Bar, Beam, Brake, Cable, SlidingCable};
+use crate::element::{AnyElement, Bar, Beam, Brake, Cable, Shell, SlidingCable};
 use crate::material::Law;
 use crate::read::mesh::ElementGroup;
 use interface_defs::mesh::Group;
@@ -176,6 +176,9 @@ impl Model {
             PartConfig::Ring(part) => ring(key, part, cell, &self.nodes)?.into(),
             PartConfig::Membrane(part) => {
                 membrane(key, place, part, [cell[0], cell[1], cell[2]], &self.nodes)?.into()
+            }
+            PartConfig::Shell(part) => {
+                shell(key, place, part, [cell[0], cell[1], cell[2]], &self.nodes)?.into()
             }
             PartConfig::None(_) => return Ok(()),
         };
@@ -416,21 +419,10 @@ fn membrane(
     if part.rupture_force.is_some() {
         return Err(key.invalid("rupture_force", "a membrane does not break"));
     }
-    let corners = nodes.map(|n| positions[n]);
-    let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-    let upright = normal.x.abs() > 0.999 * normal.norm();
-    let along = part.along.map_or(if upright { Vector3::z() } else { Vector3::x() }, Vector3::from);
-    let Some((axes, slopes, area)) = Membrane::geometry(&corners, &along) else {
-        let what = format!("the triangle of nodes {nodes:?} has no area, or `along` is normal to it");
-        return Err(key.invalid(place, what));
-    };
+    let (axes, slopes, area) = triangle(key, place, nodes, positions, part.along)?;
     let fabric = match part.young[..] {
         [young] => {
-            let poisson = part.poisson.unwrap_or(0.3);
-            if !(-1.0..0.5 + 1e-12).contains(&poisson) || poisson <= -1.0 {
-                return Err(key
-                    .invalid("poisson", format!("it is {poisson}, it must lie above -1 and not above 0.5")));
-            }
+            let poisson = poisson(key, part.poisson)?;
             let [first, second] = part.prestress;
             Fabric::Isotropic { young, poisson, prestress: [first, second, 0.0], wrinkles: part.wrinkles }
         }
@@ -443,4 +435,51 @@ fn membrane(
         _ => return Err(key.invalid("young", "write one modulus (isotropic) or two (fibres)")),
     };
     Ok(Membrane { nodes, axes, slopes, area, thickness: part.thickness, density: part.density, fabric })
+}
+
+/// Axes, slopes and area of the triangle of `nodes`.
+fn triangle(
+    key: &Key,
+    place: &str,
+    nodes: [usize; 3],
+    positions: &[Vector3<f64>],
+    along: Option<[f64; 3]>,
+) -> Result<Geometry, InputError> {
+    let corners = nodes.map(|n| positions[n]);
+    let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+    let upright = normal.x.abs() > 0.999 * normal.norm();
+    let along = along.map_or(if upright { Vector3::z() } else { Vector3::x() }, Vector3::from);
+    Membrane::geometry(&corners, &along).ok_or_else(|| {
+        let what = format!("the triangle of nodes {nodes:?} has no area, or `along` is normal to it");
+        key.invalid(place, what)
+    })
+}
+
+/// Poisson's ratio, 0.3 where it is not stated.
+fn poisson(key: &Key, stated: Option<f64>) -> Result<f64, InputError> {
+    let poisson = stated.unwrap_or(0.3);
+    if poisson > -1.0 && poisson < 0.5 + 1e-12 {
+        return Ok(poisson);
+    }
+    Err(key.invalid("poisson", format!("it is {poisson}, it must lie above -1 and not above 0.5")))
+}
+
+fn shell(
+    key: &Key,
+    place: &str,
+    part: &ShellPart,
+    nodes: [usize; 3],
+    positions: &[Vector3<f64>],
+) -> Result<Shell, InputError> {
+    key.positive("thickness", part.thickness, "m")?;
+    key.not_negative("density", part.density, "kg/m3")?;
+    key.positive("young", part.young, "Pa")?;
+    if part.rupture_force.is_some() {
+        return Err(key.invalid("rupture_force", "a shell does not break"));
+    }
+    let poisson = poisson(key, part.poisson)?;
+    let (axes, slopes, area) = triangle(key, place, nodes, positions, None)?;
+    let fabric = Shell::fabric(part.young, poisson);
+    let (thickness, density) = (part.thickness, part.density);
+    Ok(Shell::new(Membrane { nodes, axes, slopes, area, thickness, density, fabric }, part.young, poisson))
 }

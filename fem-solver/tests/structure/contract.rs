@@ -1,7 +1,8 @@
 //! The contract: repeatable windows, samples, skipped windows, gauges, faults.
 
-use crate::common::{Run, WALENSTADT, coupled_plan, random, scene, solver};
+use crate::common::{Run, WALENSTADT, coupled_plan, off, random, scene, solver};
 use fem_solver::FemSolver;
+use fem_solver::newton::Failure;
 use interface_defs::field::{Sampling, name};
 use interface_defs::message::{FaultKind, Plan};
 use interface_defs::solver::Solver;
@@ -294,7 +295,61 @@ fn field_files_are_written_at_multiples_of_their_interval() {
     // t = 0, 0.2, ... 1 ms.
     assert_eq!(pvd.matches("<DataSet").count(), 6, "{pvd}");
     let file = std::fs::read_to_string(dir.path().join("fields/structure_000006.vtu")).unwrap();
-    for field in ["displacement", "velocity", "tension"] {
+    for field in ["displacement", "velocity", "tension", "stress", "slack", "broken"] {
         assert!(file.contains(&format!("Name=\"{field}\"")), "{field}");
     }
+}
+
+#[test]
+fn faces_are_written_with_their_stresses() {
+    let text = r#"
+end_time = 1.0
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
+supports = [{ nodes = [0, 1, 2, 3] }]
+[[structure.parts]]
+name = "skin"
+element = "membrane"
+cells = [[0, 1, 2], [0, 2, 3]]
+thickness = 1e-3
+density = 1000.0
+young = [1e9]
+prestress = [1e6, 1e6]
+[output]
+fields = 1e-3
+"#;
+    let dir = tempfile::tempdir().unwrap();
+    let options = Options { out: Some(dir.path().to_owned()), shortcuts: true };
+    let structure = FemSolver::new(&scene(text), &options).unwrap();
+    let mut run = Run::of(structure, coupled_plan(1e-3, Sampling::Means, 1, 1));
+    run.step(1e-3, &[]);
+    let file = std::fs::read_to_string(dir.path().join("fields/structure_faces_000002.vtu")).unwrap();
+    for field in ["displacement", "stress_1", "stress_2", "slack"] {
+        assert!(file.contains(&format!("Name=\"{field}\"")), "{field}");
+    }
+    let triangle = &run.solver.model().elements[0];
+    // The prestress as a strain, and back.
+    assert!(triangle.face_stresses(&[0.0; 9]).iter().all(|s| off(*s, 1e6) < 1e-14), "{triangle:?}");
+}
+
+#[test]
+fn newton_that_fails_says_what_it_waits_for() {
+    let run = Run::alone(&net("integrator = \"static\""), 1e-3);
+    let model = run.solver.model();
+    let failed = |moving, unstable| {
+        let failure =
+            Failure::NotConverged { iterations: 30, residual: 9e-5, limit: 2e-4, worst: 8, moving, unstable };
+        failure.describe(model)
+    };
+    let words = failed(Some(1e-3), None);
+    assert!(
+        words.contains("9.00e-5 N of 2.00e-4 N allowed, but the last one still moved 1.00e-3 m"),
+        "{words}"
+    );
+    let words = failed(None, Some(9));
+    assert!(words.contains("largest at node 8 at (0.15, 0.15, 0) in x"), "{words}");
+    assert!(
+        words.ends_with("first at node 9 at (0.3, 0.15, 0) in x (free to move, slack, or buckled)"),
+        "{words}"
+    );
 }

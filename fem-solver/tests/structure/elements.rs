@@ -62,6 +62,61 @@ fn a_cantilever_under_an_end_moment_rolls_up_to_a_circle() {
     }
 }
 
+/// Tip of a strip of shell, 10 m long, 1 m wide, 0.1 m thick, E I = 1000, under the end moment `f 2 pi E I / L`.
+fn strip(cells: usize, f: f64) -> [f64; 2] {
+    let x = |i: usize| 10.0 * i as f64 / cells as f64;
+    let nodes: Vec<_> =
+        (0..=cells).flat_map(|i| [0.0, 1.0].map(|y| format!("[{:?}, {y:?}, 0.0]", x(i)))).collect();
+    let corner = |i: usize| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1];
+    let triangles: Vec<_> = (0..cells)
+        .flat_map(|i| {
+            let [a, b, c, d] = corner(i);
+            if i % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+        })
+        .collect();
+    let (first, last) = ([0, 1], [2 * cells, 2 * cells + 1]);
+    let others: Vec<_> = (2..2 * cells + 2).collect();
+    let moment = -0.5 * f * 2.0 * PI * 1000.0 / 10.0;
+    let text = format!(
+        r#"
+end_time = 1.0
+[structure]
+nodes = [{}]
+supports = [{{ nodes = {first:?}, rotations = "xyz" }}, {{ nodes = {others:?}, directions = "y", rotations = "xz" }}]
+loads = [{{ nodes = {last:?}, moment = [0.0, {moment:?}, 0.0] }}]
+[[structure.parts]]
+name = "strip"
+element = "shell"
+cells = {triangles:?}
+thickness = 0.1
+density = 1.0
+young = 1.2e7
+poisson = 0.0
+[fem]
+integrator = "static"
+"#,
+        nodes.join(", "),
+    );
+    let mesh = Run::alone(&text, 0.1).ready.mesh;
+    let tip = |c: usize| 0.5 * (mesh.coordinates[3 * last[0] + c] + mesh.coordinates[3 * last[1] + c]);
+    [tip(0), tip(2)]
+}
+
+#[test]
+fn a_strip_of_shell_rolls_up_to_a_circle_with_an_error_of_second_order() {
+    // V-F6 with a plate: without Poisson's ratio it is a beam.
+    for (f, exact) in [(0.25, [6.36619772368, 6.36619772368]), (0.5, [0.0, 6.36619772368])] {
+        let error = |cells: usize| {
+            let [x, z] = strip(cells, f);
+            (x - exact[0]).hypot(z - exact[1])
+        };
+        let (coarse, fine) = (error(10), error(20));
+        assert!(fine < 0.01 * 10.0, "f = {f}: off by {fine} m");
+        // Second order: a quarter, and what the next order leaves of it.
+        assert!(fine < 0.35 * coarse, "f = {f}: {coarse} {fine}");
+    }
+}
+
 #[test]
 fn an_elastica_bends_as_far_as_it_should_with_an_error_of_second_order() {
     // V-F7: P L^2 / E I, w / L, (L - x) / L.

@@ -1,5 +1,5 @@
-//! Extremes: stiffness, length and mass far apart, mechanisms, cables that snap taut, a million steps; and the other ways
-//! to find a form.
+//! Extremes, on both sides of their limits: stiffness, length and mass far apart, mechanisms, slack and flat nets, cables
+//! that snap taut, a million steps; and the other ways to find a form.
 
 use crate::common::{Run, off, scene};
 use fem_solver::FemSolver;
@@ -147,23 +147,34 @@ fn stiffnesses_eight_decades_apart_are_told_apart() {
     assert!(message.contains("did not converge") && message.contains("node 2"), "{message}");
 }
 
-#[test]
-fn elements_of_a_tenth_of_a_millimetre_hang_beside_those_of_ten_metres() {
-    let text = r#"
+/// Two cables of 10 m with one of `short` between.
+fn with_a_short_one(short: f64) -> String {
+    format!(
+        r#"
 end_time = 1.0
 gravity = [0.0, 0.0, -9.81]
 [structure]
-nodes = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0001, 0.0, 0.0], [20.0001, 0.0, 0.0]]
-cables = [{ nodes = [0, 1] }, { nodes = [1, 2] }, { nodes = [2, 3] }]
-cable = { young = 1e10, area = 1e-4, density = 7850.0, prestress = 1e6 }
-supports = [{ nodes = [0, 3] }]
+nodes = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [{:?}, 0.0, 0.0], [{:?}, 0.0, 0.0]]
+cables = [{{ nodes = [0, 1] }}, {{ nodes = [1, 2] }}, {{ nodes = [2, 3] }}]
+cable = {{ young = 1e10, area = 1e-4, density = 7850.0, prestress = 1e6 }}
+supports = [{{ nodes = [0, 3] }}]
 [fem]
 integrator = "static"
-"#;
-    let run = Run::alone(text, 0.1);
+"#,
+        10.0 + short,
+        20.0 + short
+    )
+}
+
+#[test]
+fn elements_of_a_tenth_of_a_millimetre_hang_beside_those_of_ten_metres() {
+    let run = Run::alone(&with_a_short_one(1e-4), 0.1);
     assert!(off(run.value("reaction_z"), 7850.0 * 1e-4 * 20.0001 * 9.81) < 1e-9);
     let z = |node: usize| run.ready.mesh.coordinates[3 * node + 2];
     assert!((z(1) - z(2)).abs() < 1e-9 && z(1) < -0.1, "{} {}", z(1), z(2));
+    // The other end: what no number tells apart from a point is refused.
+    let message = refused(&with_a_short_one(1e-16));
+    assert!(message.contains("the cable between nodes 1 and 2 has no length"), "{message}");
 }
 
 #[test]
@@ -232,8 +243,140 @@ form_finding = "none"
     }
 }
 
+#[test]
+fn a_slack_cable_that_is_not_reached_carries_nothing() {
+    // 0.1 m of slack: 10 kg fall for less than sqrt(0.2 / g) = 0.1428 s, then for a little longer.
+    for (end, taut) in [(0.142, false), (0.144, true)] {
+        let text = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+nodes = [[0.0, 0.0, 0.0], [0.0, 0.0, -0.9]]
+cables = [{ nodes = [0, 1], length = 1.0 }]
+cable = { young = 1e9, area = 1e-4, density = 0.0 }
+supports = [{ nodes = [0] }]
+masses = [{ nodes = [1], mass = 10.0 }]
+form_finding = "none"
+[fem]
+time_step = 1e-5
+"#;
+        let mut run = Run::alone(text, 1e-3);
+        (0..(end * 1e3) as usize).for_each(|_| run.step(1e-3, &[]));
+        let force = run.measure("max_cable_force");
+        assert!(if taut { force > 100.0 } else { force == 0.0 }, "{end}: {force}");
+    }
+}
+
+#[test]
+fn a_net_hangs_alike_just_slack_and_just_taut() {
+    // A strain of 1e-9 on either side of none, against one of some 1e-5 by the weight: the sag changes by half of 1e-4 of
+    // itself at most. Without tension as modelled the tangent is singular across the net.
+    let sag = |prestress: f64| {
+        let mut run = Run::alone(
+            &format!(
+                r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+generator = {{ type = "rectangular_net", cells = [10, 10], spacing = 0.15 }}
+cable = {{ young = 1e11, area = 1.25e-5, density = 7850.0, prestress = {prestress:?} }}
+"#
+            ),
+            1e-4,
+        );
+        run.measure("sag")
+    };
+    let (slack, none, taut) = (sag(-100.0), sag(0.0), sag(100.0));
+    assert!(slack > none && none > taut, "{slack} {none} {taut}");
+    assert!(off(slack, none) < 1e-4 && off(taut, none) < 1e-4, "{slack} {none} {taut}");
+    // And far on both sides: a strain e of slack hangs as an inextensible net of that length, a tension as a film; from
+    // -1e-4 to -4e-4 the depth doubles, from 4e-4 to 1e-3 it falls by 2.5, where the weight's own strain is small.
+    assert!(off(sag(-4e8) / sag(-1e8), 2.0) < 0.02, "{}", sag(-4e8) / sag(-1e8));
+    assert!(off(sag(4e7) / sag(1e8), 2.5) < 0.02, "{}", sag(4e7) / sag(1e8));
+}
+
+/// Two unstressed bars in a line, E A = 1e5 N, loaded across by `load`.
+fn flat(load: f64) -> String {
+    format!(
+        r#"
+end_time = 1.0
+[structure]
+nodes = [[-1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+cables = [{{ nodes = [0, 1] }}, {{ nodes = [1, 2] }}]
+cable = {{ young = 1e9, area = 1e-4, density = 0.0, tension_only = false }}
+loads = [{{ nodes = [1], force = [0.0, 0.0, {load:?}] }}]
+supports = [{{ nodes = [0, 2] }}, {{ nodes = [1], directions = "y" }}]
+[fem]
+integrator = "static"
+"#
+    )
+}
+
+#[test]
+fn a_flat_unstressed_structure_carries_any_load_across_and_none_is_a_mechanism() {
+    // V-F3 with N0 = 0: E A u^3 = P.
+    for load in [1e-6, 1e-3, 1.0, 1e3] {
+        let run = Run::alone(&flat(load), 0.1);
+        let (u, exact) = (run.ready.mesh.coordinates[5], (load / 1e5).cbrt());
+        assert!(off(u, exact) < 1e-9, "{load}: {u} is not {exact}");
+    }
+    let message = refused_at_start(&flat(0.0));
+    assert!(message.contains("mechanism: node 1 at (0, 0, 0) in z can move"), "{message}");
+}
+
+/// Message with which the numbers of a scene are refused.
+fn refused(text: &str) -> String {
+    match FemSolver::new(&scene(text), &Options::default()) {
+        Err(error) => error.to_string(),
+        Ok(_) => panic!("must be refused"),
+    }
+}
+
+/// Message of a structure that is refused as a run starts.
+fn refused_at_start(text: &str) -> String {
+    let mut solver = FemSolver::new(&scene(text), &Options { out: None, shortcuts: true }).unwrap();
+    solver.prepare(&Default::default(), &mut |_| Ok(())).expect_err("must be refused").message
+}
+
+/// A square of four bars on two hinges, and a diagonal of the section `diagonal` where that is above 0.
+fn frame(diagonal: f64) -> String {
+    let brace =
+        if diagonal > 0.0 { format!(", {{ nodes = [0, 2], area = {diagonal:?} }}") } else { String::new() };
+    format!(
+        r#"
+end_time = 1.0
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]
+cables = [{{ nodes = [1, 2] }}, {{ nodes = [2, 3] }}, {{ nodes = [3, 0] }}{brace}]
+cable = {{ young = 1e11, area = 1e-4, density = 0.0, tension_only = false }}
+supports = [{{ nodes = [0, 1] }}, {{ nodes = [2, 3], directions = "y" }}]
+[fem]
+integrator = "static"
+"#
+    )
+}
+
+#[test]
+fn a_mechanism_is_refused_with_the_node_that_is_free_and_its_direction() {
+    let message = refused_at_start(&frame(0.0));
+    // Node 2 and node 3 sway together, along x: either may be named.
+    assert!(
+        message.contains("mechanism: node 2 at (1, 0, 1) in x")
+            || message.contains("node 3 at (0, 0, 1) in x"),
+        "{message}"
+    );
+    // The thinnest of braces makes a structure of it: 1e-8 of the bars' section.
+    let mut run = Run::alone(&frame(1e-12), 0.1);
+    run.step(0.1, &[]);
+    assert!(run.value("reaction_x").abs() < 1e-12, "{}", run.value("reaction_x"));
+    // With inertia it may swing: said, and computed.
+    let swinging =
+        frame(0.0).replace("density = 0.0", "density = 7850.0").replace("integrator = \"static\"", "");
+    Run::alone(&swinging, 1e-5).step(1e-5, &[]);
+}
+
 /// A pendulum of 10 kg on an elastic bar, released level.
-fn pendulum(step: f64, window: f64) -> Run {
+fn pendulum(scheme: &str, step: f64, window: f64) -> Run {
     Run::alone(
         &format!(
             r#"
@@ -247,7 +390,7 @@ supports = [{{ nodes = [0] }}]
 masses = [{{ nodes = [1], mass = 10.0 }}]
 form_finding = "none"
 [fem]
-integrator = "generalized_alpha"
+integrator = "{scheme}"
 time_step = {step:?}
 newton.tolerance = 1e-12
 "#
@@ -258,7 +401,7 @@ newton.tolerance = 1e-12
 
 #[test]
 fn a_million_steps_let_no_energy_drift() {
-    let mut run = pendulum(0.005, 5.0);
+    let mut run = pendulum("generalized_alpha", 0.005, 5.0);
     let mut worst = 0.0_f64;
     for _ in 0..1000 {
         run.step(5.0, &[]);
@@ -266,12 +409,17 @@ fn a_million_steps_let_no_energy_drift() {
     }
     // Each step leaves the tolerance of Newton, 1e-12 of the forces over some mm, or the rounding of u at w h ~ 1.
     assert!(worst < 1e-8 * 98.1, "{worst} J");
+    // The other side: the trapezoidal rule, which keeps the energy of linear structures only, loses 100 times as much in
+    // its first thousand.
+    let mut newmark = pendulum("newmark", 0.005, 5.0);
+    newmark.step(5.0, &[]);
+    assert!(newmark.balance().abs() > 1e-6 * 98.1, "{} J", newmark.balance());
 }
 
 #[test]
 fn steps_from_a_tenth_of_a_microsecond_to_a_tenth_of_a_second_keep_the_energy() {
     for step in [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1] {
-        let mut run = pendulum(step, step);
+        let mut run = pendulum("generalized_alpha", step, step);
         (0..100).for_each(|_| run.step(step, &[]));
         // u rounds to eps, which M / h^2 turns into force over the way of a step.
         let rounding = 100.0 * f64::EPSILON * 10.0 / (step * step) * (step * step * 10.0).max(1e-12) + 1e-8;

@@ -66,6 +66,72 @@ fn a_shallow_truss_carries_the_loads_of_its_curve() {
     }
 }
 
+/// The truss under a load on its apex that follows its path.
+fn path(window: f64) -> Run {
+    let supports =
+        "[[structure.supports]]\nnodes = [0, 2]\n[[structure.supports]]\nnodes = [1]\ndirections = \"y\"";
+    let loads = "[[structure.loads]]\nnodes = [1]\nforce = [0.0, 0.0, -1.0]";
+    let text = truss(&format!("{supports}\n{loads}"));
+    Run::alone(&text.replace("integrator = \"static\"", "integrator = \"static\"\npath_speed = 1.0"), window)
+}
+
+/// V-F1: the load of the truss at the depth `w` of its apex.
+fn truss_load(w: f64) -> f64 {
+    2.1e7 * (0.5 * w - w * w) * (0.25 - w) / 1.0625_f64.powf(1.5)
+}
+
+#[test]
+fn a_shallow_truss_snaps_through_along_its_path_of_equilibrium() {
+    // V-F1 by arc length: the load rises to its limit, falls through 0 to its other limit, and rises again.
+    let mut run = path(0.01);
+    let (mut most, mut least, mut worst) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for step in 1..=60 {
+        run.step(0.01, &[]);
+        let (w, load) = (-run.value("apex_uz"), run.value("load_factor"));
+        assert!((w - 0.01 * f64::from(step)).abs() < 1e-12, "the apex goes its way: {w}");
+        worst = worst.max((load - truss_load(w)).abs());
+        assert!((run.value("reaction_z") - load).abs() < 1e-6);
+        if w < 0.5 {
+            (most, least) = (most.max(load), least.min(load));
+        }
+    }
+    assert!(worst < 1e-9 * 115317.183391, "{worst} N");
+    // Points of the path 0.01 m apart lie within P'' w^2 / 8 of the limits: P'' = 6 (h - w) E A / L0^3.
+    let near = 6.0 * 0.1443 * 2.1e7 / 1.0952 * 0.01 * 0.01 / 8.0;
+    assert!(most < 115317.1834 && most > 115317.1834 - near, "{most}");
+    assert!(least > -115317.1834 && least < -115317.1834 + near, "{least}");
+    assert!(run.value("load_factor") > 1.2e5, "beyond, it bears more than ever");
+}
+
+#[test]
+fn a_truss_under_a_soft_spring_snaps_back_along_its_path() {
+    // A bar of 1 m and 9e5 N/m between load and apex is softer than the truss is unstable (-1.2e6 N/m): beyond the limit
+    // the load's own way turns back, and so does the load. In series all carry the same.
+    let text = path_text_with_spring();
+    let mut run = Run::alone(&text, 0.01);
+    let (mut back, mut before) = (false, 0.0);
+    for _ in 0..130 {
+        run.step(0.01, &[]);
+        let (w, load, v) = (-run.value("apex_uz"), run.value("load_factor"), -run.value("load_uz"));
+        assert!((load - truss_load(w)).abs() < 1e-7 * 115317.0, "{w}: {load} {}", truss_load(w));
+        back |= v < before - 1e-3;
+        before = v;
+    }
+    assert!(back, "the path turns back");
+    assert!(-run.value("apex_uz") > 0.5, "and comes through");
+}
+
+fn path_text_with_spring() -> String {
+    let supports =
+        "[[structure.supports]]\nnodes = [0, 2]\n[[structure.supports]]\nnodes = [1, 3]\ndirections = \"xy\"";
+    let loads = "[[structure.loads]]\nnodes = [3]\nforce = [0.0, 0.0, -1.0]";
+    let gauge = "[[gauge]]\nname = \"load\"\nat = [0.0, 0.0, -0.75]\nquantity = \"displacement\"";
+    truss(&format!("{supports}\n{loads}\n{gauge}"))
+        .replace("integrator = \"static\"", "integrator = \"static\"\npath_speed = 1.0")
+        .replace("[1.0, 0.0, 0.0]]", "[1.0, 0.0, 0.0], [0.0, 0.0, -0.75]]")
+        .replace("{ nodes = [1, 2] }]", "{ nodes = [1, 2] }, { nodes = [1, 3], area = 4.3e-6 }]")
+}
+
 #[test]
 fn the_limit_load_is_the_last_one_with_an_equilibrium_near_by() {
     let limit = 115317.183391;

@@ -1,0 +1,84 @@
+//! A whole barrier under a block of 1 000 kJ: it stops the block, or it tears and says where.
+
+use tests::{Bench, Ended, scene};
+
+/// The scene with rings of twice the size, each in place of four; until the block has turned back.
+const COARSE: [&str; 9] = [
+    "structure.generator.cells=[15,6]",
+    "structure.parts.2.diameter=0.6666666666666666",
+    "structure.parts.2.perimeter=1.88",
+    "structure.parts.2.mass=2.52",
+    "structure.parts.2.rupture_force=2.4e5",
+    "rock.0.cluster.spheres=100",
+    "coupling.time_window=5e-5",
+    "output.fields=1.0",
+    "end_time=0.34",
+];
+
+fn run(bench: &Bench, more: &[&str]) -> Ended {
+    let sets: Vec<&str> = COARSE.iter().chain(more).flat_map(|set| ["--set", *set]).collect();
+    bench.done(&scene("barrier-impact"), "out", &sets)
+}
+
+fn warnings(ended: &Ended) -> Vec<String> {
+    let summary = ended.summary();
+    let all = summary["warnings"].as_array().expect("a list");
+    all.iter().map(|w| w.as_str().expect("text").to_owned()).collect()
+}
+
+#[test]
+fn a_barrier_stops_a_block_of_a_thousand_kilojoules() {
+    let bench = Bench::new();
+    let ended = run(&bench, &[]);
+    // m v^2 / 2 at 25 m/s, and 0.02 J per J for each 0.05 m that it falls before.
+    let energy = 0.5 * 3200.0 * ended.measure("impact_speed").powi(2);
+    assert!((energy / 1e6 - 1.0).abs() < 3e-3, "{energy} J");
+    assert!(ended.measure("energy_error") < 0.02, "{}", ended.measure("energy_error"));
+    // The fine mesh stops it in 5.24 m and 0.312 s, with 1.47 m of brake travel: elements twice as long are of first
+    // order at worst, some centimetres of a net of cells of 0.67 m, and the speed of the block is gone either way.
+    for (measure, fine, off) in [
+        ("max_deflection", 5.24, 0.05),
+        ("braking_time", 0.312, 0.05),
+        ("rope_brakes_elongation_max", 1.47, 0.05),
+        ("upslope_ropes_tension_max", 84.7e3, 0.15),
+    ] {
+        let value = ended.measure(measure);
+        assert!((value / fine - 1.0).abs() < off, "{measure}: {value}, {fine} on the fine mesh");
+    }
+    // A brake of 120 to 150 kN bounds the force of its rope: with what the rope's own mass and length add while it gives
+    // way, and not by half.
+    for rope in ["top_rope", "bottom_rope"] {
+        let force = ended.measure(&format!("{rope}_tension_max"));
+        assert!(force > 1.2e5 && force < 2.0e5, "{rope}: {force} N");
+    }
+    assert!(!warnings(&ended).iter().any(|w| w.contains("rupture")), "{:?}", warnings(&ended));
+}
+
+#[test]
+fn friction_in_the_bearing_ropes_spares_the_brakes_and_loads_the_ropes() {
+    let bench = Bench::new();
+    let rough = ["structure.parts.3.friction=0.1", "structure.parts.4.friction=0.1"];
+    let ended = run(&bench, &rough);
+    assert!(ended.measure("energy_error") < 0.02, "{}", ended.measure("energy_error"));
+    // Without friction: 5.33 m, 1.50 m. The ropes turn by some 90 degrees at the inner posts and at the block each: exp(0.1
+    // pi) = 1.4 times the force of the brakes reaches their middles, and less length passes.
+    let (way, travel) = (ended.measure("max_deflection"), ended.measure("rope_brakes_elongation_max"));
+    assert!(way > 4.8 && way < 5.3 && travel > 1.0 && travel < 1.4, "{way} m, {travel} m");
+    let ratio = ended.measure("bottom_rope_tension_max") / ended.measure("rope_brakes_tension_max");
+    assert!(ratio > 1.2 && ratio < 1.8, "{ratio}");
+    assert!(!warnings(&ended).iter().any(|w| w.contains("rupture")), "{:?}", warnings(&ended));
+}
+
+#[test]
+fn a_barrier_with_weak_brakes_tears_and_says_where_and_when() {
+    let bench = Bench::new();
+    let ended = run(&bench, &["structure.parts.0.curve=[[0.008,3e4],[1.6,4e4]]"]);
+    let said = warnings(&ended);
+    let torn: Vec<&String> = said.iter().filter(|w| w.starts_with("rupture at t = 0.2")).collect();
+    assert_eq!(torn.len(), 1, "{said:?}");
+    assert!(torn[0].contains("`bottom_rope`") && torn[0].contains("broke under 3.0"), "{}", torn[0]);
+    // At the end stop, before it tears.
+    assert!(ended.measure("rope_brakes_elongation_max") > 1.6);
+    assert!(*ended.column("block_vy_m_per_s").last().expect("rows") > 5.0, "nothing stops the block");
+    assert!(ended.measure("energy_error") < 0.02, "{}", ended.measure("energy_error"));
+}
