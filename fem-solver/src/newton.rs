@@ -76,7 +76,7 @@ pub enum Failure {
         limit: f64,
         /// Degree of freedom with the largest residual.
         worst: usize,
-        /// Where the residual is small enough, but the last iterations still moved by more than [`SETTLED`] of the
+        /// Where the residual is small enough, but the last iterations still moved by more than 1e-6 of the
         /// whole way: how far the last one moved [m].
         moving: Option<f64>,
         /// Degree of freedom of the first pivot that was not positive, if the last tangent had to be shifted.

@@ -19,7 +19,7 @@ pub mod segment;
 pub mod shell;
 pub mod sliding_cable;
 pub mod spring;
-mod turn;
+pub mod turn;
 
 pub use bar::Bar;
 pub use beam::Beam;
