@@ -56,6 +56,8 @@ pub struct Rock {
     pub arm: f64,
     /// Smallest radius of its spheres [m].
     pub smallest_radius: f64,
+    /// Largest radius [m].
+    pub largest_radius: f64,
     /// The true solid.
     pub solid: Solid,
 }
@@ -99,6 +101,7 @@ impl Rock {
             reach: 0.0,
             arm: 0.0,
             smallest_radius: f64::INFINITY,
+            largest_radius: 0.0,
             solid,
             spheres,
         };
@@ -107,6 +110,7 @@ impl Rock {
             rock.highest_corner = rock.highest_corner.sup(&sphere.centre.add_scalar(sphere.radius));
             rock.arm = rock.arm.max(sphere.centre.norm());
             rock.smallest_radius = rock.smallest_radius.min(sphere.radius);
+            rock.largest_radius = rock.largest_radius.max(sphere.radius);
         }
         rock.reach = rock.lowest_corner.abs().sup(&rock.highest_corner.abs()).norm();
         if facing.is_none() {
@@ -124,7 +128,7 @@ impl Rock {
 
     /// Whether all its spheres have one radius.
     pub fn has_equal_spheres(&self) -> bool {
-        self.spheres.iter().all(|s| s.radius == self.smallest_radius)
+        self.largest_radius == self.smallest_radius
     }
 
     /// The error of its spheres against its true surface.
