@@ -2,6 +2,7 @@
 
 mod bench;
 mod bounces;
+mod figure8;
 mod heap;
 mod memory;
 mod meshes;
