@@ -14,10 +14,11 @@
 
 use crate::assembly::{Assembly, Event};
 use crate::kernel::Kernel;
-use crate::lanes::{LANES, add, drift, total, wide};
+use crate::lanes::{LANES, add, total, wide};
 use crate::model::Model;
 use crate::newton::spring_dofs;
 use crate::state::State;
+use std::ops::Range;
 
 /// Memory and constants of the explicit step.
 pub struct Explicit {
@@ -29,6 +30,8 @@ pub struct Explicit {
     inverse_mass: Vec<f64>,
     /// Mass of each degree of freedom, 0 where held [kg].
     mass: Vec<f64>,
+    /// Dead load and what loads the structure now [N].
+    load: Vec<f64>,
     /// Displacement in the middle of the last step [m].
     pub middle: Vec<f64>,
     /// Force of load and elements on each degree of freedom there [N]; the inertia of held nodes
@@ -36,6 +39,8 @@ pub struct Explicit {
     pub force: Vec<f64>,
     /// Velocity of the supports that move, at the step's start [m/s].
     support_velocity: Vec<f64>,
+    /// Whether cables are all there is.
+    cables_only: bool,
 }
 
 impl Explicit {
@@ -43,24 +48,73 @@ impl Explicit {
     pub fn new(model: &Model) -> Self {
         let mass = free_masses(model);
         let n = model.dof_count();
+        let (assembly, springs) = (Assembly::new(model), spring_dofs(model));
         Self {
             kernel: Kernel::new(&model.cables, model.node_count()),
-            assembly: Assembly::new(model),
-            springs: spring_dofs(model),
+            cables_only: assembly.is_empty() && springs.is_empty() && model.moving.is_empty(),
+            assembly,
+            springs,
             inverse_mass: mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect(),
             mass,
+            load: model.dead_load.clone(),
             middle: vec![0.0; n],
             force: vec![0.0; n],
             support_velocity: vec![0.0; model.moving.len()],
         }
     }
 
-    /// Advance `state` from `time` by `h` [s] under the dead load and the constant force `outer` [N].
-    /// Returns the largest tension in the middle of the step, squared [N2].
-    pub fn step(&mut self, model: &Model, state: &mut State, outer: &[f64], time: f64, h: f64) -> f64 {
-        drift(&mut self.middle, &state.displacement, &state.velocity, 0.5 * h);
+    /// From now on the constant force `outer` [N] loads the structure, beside the dead load.
+    pub fn load(&mut self, model: &Model, outer: &[f64]) {
+        add(&mut self.load, &model.dead_load, outer);
+    }
+
+    /// Advance `state` from `time` by `h` [s]. Returns the largest tension in the middle of the step, squared [N2].
+    pub fn step(&mut self, model: &Model, state: &mut State, time: f64, h: f64) -> f64 {
+        let damping = 0.5 * model.damping * h;
+        let kick = Kick { keep: (1.0 - damping) / (1.0 + damping), gain: h / (1.0 + damping), half: 0.5 * h };
+        let (largest, squares) = if self.cables_only {
+            self.sweep(model, state, &kick)
+        } else {
+            self.step_whole(model, state, time, h, &kick)
+        };
+        state.dissipated += 0.25 * model.damping * h * squares;
+        self.dash(model, state, h);
+        for ((dof, motion), v0) in model.moving.iter().zip(&self.support_velocity) {
+            let (before, after) = (motion.at(time), motion.at(time + h));
+            let v1 = (after - before) / h;
+            state.support_work -= self.force[*dof] * (after - before);
+            let mass = model.dof_mass(*dof);
+            self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
+            state.velocity[*dof] = v1;
+        }
+        model.prescribe(time + h, &mut state.displacement);
+        largest
+    }
+
+    /// The step of a structure of cables, tile by tile, each kicked as soon as nothing pulls on it any more.
+    fn sweep(&mut self, model: &Model, state: &mut State, kick: &Kick) -> (f64, f64) {
+        let nodes = model.node_count();
+        let (mut largest, mut squares, mut begun) = (0.0, 0.0, 0);
+        for tile in 0..self.kernel.tile_count() {
+            let (own, reach) = self.kernel.tile(tile);
+            for c in 0..3 {
+                self.begin(c * nodes + begun..c * nodes + reach, state, kick.half);
+            }
+            begun = reach;
+            largest = f64::max(largest, self.kernel.pull_tile(tile, &self.middle, &mut self.force));
+            for c in 0..3 {
+                let dofs = c * nodes + own.start..c * nodes + own.end;
+                squares += self.kick(dofs, state, kick, model.damping > 0.0);
+            }
+        }
+        (largest, squares)
+    }
+
+    /// The step of any structure.
+    fn step_whole(&mut self, model: &Model, state: &mut State, time: f64, h: f64, kick: &Kick) -> (f64, f64) {
+        let all = 0..model.dof_count();
+        self.begin(all.clone(), state, kick.half);
         model.prescribe(time + 0.5 * h, &mut self.middle);
-        add(&mut self.force, &model.dead_load, outer);
         let mut largest = self.kernel.pull(&self.middle, &mut self.force);
         if !self.assembly.is_empty() {
             let history = &mut state.history;
@@ -80,23 +134,25 @@ impl Explicit {
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];
         }
-        let damping = 0.5 * model.damping * h;
-        let (keep, gain) = ((1.0 - damping) / (1.0 + damping), h / (1.0 + damping));
-        let kick = Kick { keep, gain, half: 0.5 * h };
-        let (v, u) = (&mut state.velocity, &mut state.displacement);
-        let squares = kick_and_drift(&kick, v, u, &self.middle, &self.force, &self.inverse_mass, &self.mass);
-        state.dissipated += 0.25 * model.damping * h * squares;
-        self.dash(model, state, h);
-        for ((dof, motion), v0) in model.moving.iter().zip(&self.support_velocity) {
-            let (before, after) = (motion.at(time), motion.at(time + h));
-            let v1 = (after - before) / h;
-            state.support_work -= self.force[*dof] * (after - before);
-            let mass = model.dof_mass(*dof);
-            self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
-            state.velocity[*dof] = v1;
+        (largest, self.kick(all, state, kick, model.damping > 0.0))
+    }
+
+    /// The first drift of some degrees of freedom, which the load alone pulls on then.
+    fn begin(&mut self, dofs: Range<usize>, state: &State, half: f64) {
+        let (u, v) = (&state.displacement[dofs.clone()], &state.velocity[dofs.clone()]);
+        begin(&mut self.middle[dofs.clone()], &mut self.force[dofs.clone()], u, v, &self.load[dofs], half);
+    }
+
+    /// Kick and second drift of some degrees of freedom. Returns `sum m (v_0 + v_1)^2` if `damped`, otherwise 0.
+    fn kick(&self, dofs: Range<usize>, state: &mut State, kick: &Kick, damped: bool) -> f64 {
+        let (v, u) = (&mut state.velocity[dofs.clone()], &mut state.displacement[dofs.clone()]);
+        let (middle, force) = (&self.middle[dofs.clone()], &self.force[dofs.clone()]);
+        let inverse_mass = &self.inverse_mass[dofs.clone()];
+        if damped {
+            return kick_and_drift_damped(kick, v, u, middle, force, inverse_mass, &self.mass[dofs]);
         }
-        model.prescribe(time + h, &mut state.displacement);
-        largest
+        kick_and_drift(kick, v, u, middle, force, inverse_mass);
+        0.0
     }
 
     /// The cables and the other elements.
@@ -140,8 +196,41 @@ struct Kick {
 }
 
 wide! {
-    /// New velocity and displacement of every degree of freedom; returns `sum m (v_0 + v_1)^2`.
+    /// `middle = u + half v`, `force = load`.
+    fn begin(middle: &mut [f64], force: &mut [f64], u: &[f64], v: &[f64], load: &[f64], half: f64) {
+        let n = middle.len();
+        let (force, u, v, load) = (&mut force[..n], &u[..n], &v[..n], &load[..n]);
+        for i in 0..n {
+            middle[i] = u[i] + half * v[i];
+            force[i] = load[i];
+        }
+    }
+}
+
+wide! {
+    /// New velocity and displacement of some degrees of freedom without damping.
     fn kick_and_drift(
+        kick: &Kick,
+        velocity: &mut [f64],
+        displacement: &mut [f64],
+        middle: &[f64],
+        force: &[f64],
+        inverse_mass: &[f64],
+    ) {
+        let n = velocity.len();
+        let (u, x, f, i) = (&mut displacement[..n], &middle[..n], &force[..n], &inverse_mass[..n]);
+        let (gain, half) = (kick.gain, kick.half);
+        for k in 0..n {
+            let after = velocity[k] + gain * (i[k] * f[k]);
+            velocity[k] = after;
+            u[k] = x[k] + half * after;
+        }
+    }
+}
+
+wide! {
+    /// The same with damping; returns `sum m (v_0 + v_1)^2`.
+    fn kick_and_drift_damped(
         kick: &Kick,
         velocity: &mut [f64],
         displacement: &mut [f64],

@@ -102,20 +102,6 @@ wide! {
 }
 
 wide! {
-    /// Largest of `a` and `at_least`; what is not a number is passed over.
-    pub fn largest_of(a: &[f64], at_least: f64) -> f64 {
-        let (chunks, rest) = a.as_chunks::<LANES>();
-        let mut lanes = [at_least; LANES];
-        for a in chunks {
-            for l in 0..LANES {
-                lanes[l] = if a[l] > lanes[l] { a[l] } else { lanes[l] };
-            }
-        }
-        lanes.iter().chain(rest).fold(at_least, |x, y| if *y > x { *y } else { x })
-    }
-}
-
-wide! {
     /// `to = a + b`.
     pub fn add(to: &mut [f64], a: &[f64], b: &[f64]) {
         to.iter_mut().zip(a).zip(b).for_each(|((t, a), b)| *t = a + b);
@@ -136,24 +122,16 @@ wide! {
     }
 }
 
-wide! {
-    /// `to = from + time * rate`.
-    pub fn drift(to: &mut [f64], from: &[f64], rate: &[f64], time: f64) {
-        to.iter_mut().zip(from).zip(rate).for_each(|((t, f), r)| *t = f + time * r);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn sums_and_maxima_take_every_value() {
+    fn sums_take_every_value() {
         let a: Vec<f64> = (1..=29).map(f64::from).collect();
         let b = vec![2.0; 29];
         assert_eq!((sum_of(&a), dot(&a, &b), weighted_square(&b, &b)), (435.0, 870.0, 29.0 * 8.0));
         assert_eq!(work(&b, &a, &b), 2.0 * (435.0 - 58.0));
-        assert_eq!((largest_of(&a, 3.0), largest_of(&a[..2], 3.0)), (29.0, 3.0));
     }
 
     #[test]

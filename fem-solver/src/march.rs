@@ -277,7 +277,10 @@ impl March {
     fn step(&mut self, model: &Model, time: f64, h: f64, step: usize, steps: usize) -> Result<f64, String> {
         match &mut self.engine {
             Engine::Explicit(explicit) => {
-                Ok(explicit.step(model, &mut self.trial, self.loads.mean(), time, h).sqrt())
+                if step == 0 {
+                    explicit.load(model, self.loads.mean());
+                }
+                Ok(explicit.step(model, &mut self.trial, time, h).sqrt())
             }
             Engine::Path(path) => {
                 let (largest, info) =

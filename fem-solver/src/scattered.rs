@@ -6,6 +6,7 @@
 
 use crate::element::Cable;
 use crate::lanes::wide;
+use crate::model::numbering::neighbours_together;
 
 /// Constants of one cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +40,8 @@ pub struct Scattered {
 impl Scattered {
     /// For `cables` between `nodes` nodes.
     pub fn new(cables: &[Cable], nodes: usize) -> Self {
-        let old = neighbours_together(cables, nodes);
+        let pairs: Vec<[usize; 2]> = cables.iter().map(|c| c.nodes).collect();
+        let old: Vec<u32> = neighbours_together(&pairs, nodes).into_iter().map(|n| n as u32).collect();
         let mut new = vec![0_u32; nodes];
         old.iter().enumerate().for_each(|(i, o)| new[*o as usize] = i as u32);
         let number = |cable: &Cable| cable.nodes.map(|n| new[n]);
@@ -156,42 +158,4 @@ wide! {
         }
         sum
     }
-}
-
-/// Nodes in an order in which neighbours lie close: breadth first, from a node with few neighbours.
-fn neighbours_together(cables: &[Cable], nodes: usize) -> Vec<u32> {
-    let mut starts = vec![0_usize; nodes + 1];
-    cables.iter().flat_map(|c| c.nodes).for_each(|n| starts[n + 1] += 1);
-    (0..nodes).for_each(|n| starts[n + 1] += starts[n]);
-    let mut next = starts.clone();
-    let mut beside = vec![0_u32; 2 * cables.len()];
-    for cable in cables {
-        for (a, b) in [(0, 1), (1, 0)] {
-            let at = &mut next[cable.nodes[a]];
-            beside[*at] = cable.nodes[b] as u32;
-            *at += 1;
-        }
-    }
-    let mut by_degree: Vec<u32> = (0..nodes as u32).collect();
-    by_degree.sort_by_key(|n| starts[*n as usize + 1] - starts[*n as usize]);
-    let mut order = Vec::with_capacity(nodes);
-    let mut seen = vec![false; nodes];
-    for start in by_degree {
-        if seen[start as usize] {
-            continue;
-        }
-        seen[start as usize] = true;
-        let mut head = order.len();
-        order.push(start);
-        while head < order.len() {
-            let node = order[head] as usize;
-            head += 1;
-            for other in &beside[starts[node]..starts[node + 1]] {
-                if !std::mem::replace(&mut seen[*other as usize], true) {
-                    order.push(*other);
-                }
-            }
-        }
-    }
-    order
 }

@@ -3,6 +3,7 @@
 
 use super::build::check_cable;
 use super::generator::{Generated, Part, generate};
+use super::numbering::neighbours_together;
 use super::ropes::join;
 use crate::config::part::PartConfig;
 use crate::config::structure::StructureConfig;
@@ -136,6 +137,9 @@ impl Base {
         base.held = held;
         if counts_nodes(table).is_none() {
             base.leave_out(table);
+            if table.mesh.is_some() {
+                base.bring_neighbours_together();
+            }
         }
         Ok(base)
     }
@@ -157,26 +161,46 @@ impl Base {
         if unused == 0 {
             return;
         }
-        let mut place = vec![0; used.len()];
-        let mut next = 0;
-        for (to, used) in place.iter_mut().zip(&used) {
-            *to = next;
-            next += usize::from(*used);
-        }
-        let mut flags = used.iter();
-        self.nodes.retain(|_| *flags.next().expect("there is a flag for each node"));
-        let mut flags = used.iter();
-        self.numbers.retain(|_| *flags.next().expect("there is a flag for each node"));
-        let cells = self.lines.iter_mut().chain(self.cells.iter_mut().flatten());
-        cells.flat_map(|c| &mut c.nodes).chain(&mut self.held).for_each(|n| *n = place[*n]);
-        for group in &mut self.groups {
-            group.nodes.retain(|n| used[*n as usize]);
-            group.nodes.iter_mut().for_each(|n| *n = place[*n as usize] as u32);
-        }
-        self.groups.retain(|g| !g.nodes.is_empty());
+        let kept: Vec<usize> = (0..used.len()).filter(|n| used[*n]).collect();
+        self.put_in_order(&kept);
         self.warnings.push(format!(
             "{unused} nodes of the mesh belong to no element and to no support, spring, mass or load: left out"
         ));
+    }
+
+    /// Number the nodes anew, neighbours close to each other, if that brings them closer than the mesh does. Messages
+    /// call nodes by the numbers of the mesh.
+    fn bring_neighbours_together(&mut self) {
+        let cells = self.lines.iter().chain(self.cells.iter().flatten());
+        let pairs: Vec<[usize; 2]> =
+            cells.flat_map(|c| c.nodes.windows(2).map(|two| [two[0], two[1]])).collect();
+        let order = neighbours_together(&pairs, self.nodes.len());
+        let mut place = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(new, old)| place[*old] = new);
+        let now: usize = pairs.iter().map(|[a, b]| a.abs_diff(*b)).sum();
+        let then: usize = pairs.iter().map(|[a, b]| place[*a].abs_diff(place[*b])).sum();
+        if then < now {
+            self.put_in_order(&order);
+        }
+    }
+
+    /// Keep the nodes of `order` alone, in that order.
+    fn put_in_order(&mut self, order: &[usize]) {
+        let mut place = vec![None; self.nodes.len()];
+        order.iter().enumerate().for_each(|(new, old)| place[*old] = Some(new));
+        self.nodes = order.iter().map(|n| self.nodes[*n]).collect();
+        if !self.numbers.is_empty() {
+            self.numbers = order.iter().map(|n| self.numbers[*n]).collect();
+        }
+        let cells = self.lines.iter_mut().chain(self.cells.iter_mut().flatten());
+        for node in cells.flat_map(|c| &mut c.nodes).chain(&mut self.held) {
+            *node = place[*node].expect("a node that is used is kept");
+        }
+        for group in &mut self.groups {
+            group.nodes = group.nodes.iter().filter_map(|n| place[*n as usize]).map(|n| n as u32).collect();
+            group.nodes.sort_unstable();
+        }
+        self.groups.retain(|g| !g.nodes.is_empty());
     }
 }
 

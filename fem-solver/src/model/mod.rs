@@ -8,6 +8,7 @@
 mod base;
 mod build;
 mod generator;
+pub mod numbering;
 mod parts;
 mod ropes;
 pub mod support;

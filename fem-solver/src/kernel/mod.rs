@@ -5,18 +5,24 @@
 //! so the loops have neither indices nor bounds checks, and neither roots nor divisions. Small gaps
 //! are filled with cables that carry nothing: a generated net is a handful of runs. Where runs are short, as in an
 //! irregular structure, [`Scattered`] pulls instead. Sums are taken in one fixed order.
+//!
+//! Runs are sorted into *tiles* of nodes that follow each other, by their first nodes: when the tiles up to one are done,
+//! nothing pulls on its nodes any more, and a step can go on with them while they are in the nearest cache.
 
+mod pull;
+
+use self::pull::{Pull, WIDEST};
 use crate::element::Cable;
-use crate::lanes::{add_to, largest_of, subtract_from, sum_of, wide};
+use crate::lanes::{add_to, subtract_from, sum_of, wide};
 use crate::scattered::Scattered;
 use std::ops::Range;
 
-/// Cables in a run, at most: what a run computes in between stays in the nearest cache.
-const LONGEST: usize = 256;
+/// Nodes of a tile.
+const TILE: usize = 256;
 /// Cables without effect that are put in a row to join two runs; one more run costs as much as some ten.
 const LARGEST_GAP: usize = 8;
 /// Runs with fewer cables than this on average are slower than [`Scattered`].
-const SHORT: usize = 16;
+const SHORT: usize = 8;
 /// Below that many cables nothing is gained.
 const FEWEST_SCATTERED: usize = 64;
 
@@ -28,12 +34,25 @@ struct Run {
     nodes: [usize; 2],
     /// Least pull per length [N/m].
     floor: f64,
+    /// Whether all of its cables have the same constants.
+    alike: bool,
+}
+
+/// Nodes that follow each other.
+#[derive(Debug, Clone)]
+struct Tile {
+    nodes: Range<usize>,
+    /// Runs of the cables whose lower nodes are here.
+    runs: Range<usize>,
+    /// End of the nodes that the runs up to here pull on, and no less than its own.
+    reach: usize,
 }
 
 /// The cables of a structure, constants apart by kind.
 #[derive(Debug, Clone, Default)]
 pub struct Kernel {
     node_count: usize,
+    tiles: Vec<Tile>,
     runs: Vec<Run>,
     /// `2 D` of each cable, by component [m].
     span2: [Vec<f64>; 3],
@@ -80,32 +99,63 @@ impl Kernel {
         };
         order.sort_by_key(|i| {
             let (a, b) = ends(&cables[*i]);
-            (cables[*i].tension_only, b - a, a, *i)
+            (a / TILE, cables[*i].tension_only, b - a, a, *i)
         });
-        for cable in order.into_iter().map(|i| &cables[i]) {
-            let (a, b) = ends(cable);
-            let joins = kernel.runs.last().and_then(|run| {
-                let next = run.nodes[0] + run.cables.len();
-                let gap = a.checked_sub(next)?;
-                let fits = run.nodes[1] + run.cables.len() + gap == b && run.floor == cable.floor();
-                (fits && gap <= LARGEST_GAP && run.cables.len() + gap < LONGEST).then_some(gap)
-            });
-            match joins {
-                Some(gap) => (0..gap).for_each(|_| kernel.push_nothing()),
-                None => {
-                    let next = kernel.q0.len();
-                    kernel.runs.push(Run { cables: next..next, nodes: [a, b], floor: cable.floor() });
-                }
+        let mut rest = &order[..];
+        let mut reach = 0;
+        for start in (0..node_count).step_by(TILE) {
+            let nodes = start..(start + TILE).min(node_count);
+            let (own, others) = rest.split_at(rest.partition_point(|i| ends(&cables[*i]).0 < nodes.end));
+            rest = others;
+            let first = kernel.runs.len();
+            for cable in own.iter().map(|i| &cables[*i]) {
+                kernel.append(cable, ends(cable), first);
+                reach = reach.max(ends(cable).1 + 1);
             }
-            kernel.push(cable);
+            reach = reach.max(nodes.end);
+            kernel.tiles.push(Tile { nodes, runs: first..kernel.runs.len(), reach });
         }
         let longest = kernel.runs.iter().map(|r| r.cables.len()).max().unwrap_or(0);
-        kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest]);
+        // Room for what the widest registers write beyond the end of a run.
+        kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest + WIDEST]);
+        for constants in
+            kernel.span2.iter_mut().chain([&mut kernel.square, &mut kernel.q0, &mut kernel.slope])
+        {
+            constants.resize(constants.len() + WIDEST, 0.0);
+        }
         kernel.scalar = vec![0.0; longest];
+        for i in 0..kernel.runs.len() {
+            kernel.runs[i].alike = kernel.alike(&kernel.runs[i].cables);
+        }
         if cables.len() >= FEWEST_SCATTERED && kernel.runs.len() * SHORT > cables.len() {
             kernel.scattered = Some(Scattered::new(cables, node_count));
+            kernel.tiles = vec![Tile { nodes: 0..node_count, runs: 0..0, reach: node_count }];
         }
         kernel
+    }
+
+    /// Append a cable with these ends to the last run, if that is not before number `first` and it fits, or as a run of its own.
+    fn append(&mut self, cable: &Cable, (a, b): (usize, usize), first: usize) {
+        let joins = self.runs[first..].last().and_then(|run| {
+            let gap = a.checked_sub(run.nodes[0] + run.cables.len())?;
+            let fits = run.nodes[1] + run.cables.len() + gap == b && run.floor == cable.floor();
+            (fits && gap <= LARGEST_GAP).then_some(gap)
+        });
+        match joins {
+            Some(gap) => (0..gap).for_each(|_| self.push_nothing()),
+            None => {
+                let next = self.q0.len();
+                self.runs.push(Run { cables: next..next, nodes: [a, b], floor: cable.floor(), alike: false });
+            }
+        }
+        self.push(cable);
+    }
+
+    /// Whether these cables have the same constants.
+    fn alike(&self, cables: &Range<usize>) -> bool {
+        let [x, y, z] = &self.span2;
+        let constants = [x, y, z, &self.square, &self.q0, &self.slope];
+        constants.iter().all(|of| of[cables.clone()].windows(2).all(|two| two[0] == two[1]))
     }
 
     /// Append a cable to the last run.
@@ -143,28 +193,32 @@ impl Kernel {
         self.runs.len()
     }
 
+    /// Number of tiles.
+    pub fn tile_count(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Nodes of a tile, and the end of those that the tiles up to it pull on.
+    pub fn tile(&self, tile: usize) -> (Range<usize>, usize) {
+        (self.tiles[tile].nodes.clone(), self.tiles[tile].reach)
+    }
+
     /// Add what the cables pull on their nodes (minus the internal force) to `force` [N], at the
     /// displacements `u` [m]; both component-major. Returns the largest tension, squared [N2].
     pub fn pull(&mut self, u: &[f64], force: &mut [f64]) -> f64 {
+        (0..self.tiles.len()).fold(0.0, |largest, tile| f64::max(largest, self.pull_tile(tile, u, force)))
+    }
+
+    /// The same for the cables whose lower nodes are in one tile.
+    pub fn pull_tile(&mut self, tile: usize, u: &[f64], force: &mut [f64]) -> f64 {
         if let Some(scattered) = &mut self.scattered {
             return scattered.pull(u, force);
         }
-        let n = self.node_count;
-        let mut largest = 0.0;
-        for run in &self.runs {
-            let slices = slices(u, n, run, &self.span2, &self.q0, &self.slope);
-            let len = run.cables.len();
-            let [px, py, pz] = &mut self.pull;
-            let squares = &mut self.scalar[..len];
-            pulls(&slices, run.floor, &self.square[run.cables.clone()], px, py, pz, squares);
-            for (c, p) in self.pull.iter().enumerate() {
-                let component = &mut force[c * n..(c + 1) * n];
-                add_to(&mut component[run.nodes[0]..][..len], &p[..len]);
-                subtract_from(&mut component[run.nodes[1]..][..len], &p[..len]);
-            }
-            largest = largest_of(squares, largest);
-        }
-        largest
+        let runs = &self.runs[self.tiles[tile].runs.clone()];
+        let [x, y, z] = &self.span2;
+        let constants = [x, y, z, &self.square, &self.q0, &self.slope].map(|of| &of[..]);
+        let (nodes, spare) = (self.node_count, &mut self.pull);
+        pulp::Arch::new().dispatch(Pull { runs, constants, u, force, nodes, spare })
     }
 
     /// Add the pull of the cables over a step from `before` to `after` to `force`: the mean stress
@@ -259,39 +313,6 @@ fn slices<'a>(
         span2: [0, 1, 2].map(|c: usize| &span2[c][run.cables.clone()]),
         q0: &q0[run.cables.clone()],
         slope: &slope[run.cables.clone()],
-    }
-}
-
-wide! {
-    /// Pulls and squared tensions of one run. A function of its own, so that the compiler knows that
-    /// what is written overlaps nothing that is read.
-    fn pulls(
-        run: &Slices,
-        floor: f64,
-        square: &[f64],
-        px: &mut [f64],
-        py: &mut [f64],
-        pz: &mut [f64],
-        squared: &mut [f64],
-    ) {
-        let len = square.len();
-        let ([x1, y1, z1], [x2, y2, z2], [sx, sy, sz]) = (run.first, run.second, run.span2);
-        let (x1, y1, z1) = (&x1[..len], &y1[..len], &z1[..len]);
-        let (x2, y2, z2) = (&x2[..len], &y2[..len], &z2[..len]);
-        let (sx, sy, sz) = (&sx[..len], &sy[..len], &sz[..len]);
-        let (q0, slope) = (&run.q0[..len], &run.slope[..len]);
-        let (px, py, pz, squared) = (&mut px[..len], &mut py[..len], &mut pz[..len], &mut squared[..len]);
-        for k in 0..len {
-            let (wx, wy, wz) = (x2[k] - x1[k], y2[k] - y1[k], z2[k] - z1[k]);
-            let s = wx * (sx[k] + wx) + wy * (sy[k] + wy) + wz * (sz[k] + wz);
-            // Anything not a number stays so, and is found at the window's end.
-            let elastic = q0[k] + slope[k] * s;
-            let q = if elastic < floor { floor } else { elastic };
-            px[k] = q * (0.5 * sx[k] + wx);
-            py[k] = q * (0.5 * sy[k] + wy);
-            pz[k] = q * (0.5 * sz[k] + wz);
-            squared[k] = q * q * (square[k] + s);
-        }
     }
 }
 
