@@ -291,3 +291,27 @@ fn the_resolved_scene_of_a_mesh_builds_the_same_structure() {
     assert_eq!(again.resolved, report.resolved);
     assert!(Path::new(again.resolved["structure"]["mesh"].as_str().unwrap()).is_file());
 }
+
+#[test]
+fn nodes_numbered_without_a_pattern_are_brought_together_and_called_as_in_the_file() {
+    // A rope of 40 cables whose nodes are numbered with large steps.
+    let number = |i: usize| 1 + i * 17 % 41;
+    let mut place = [0; 41];
+    (0..41).for_each(|i| place[number(i) - 1] = i);
+    let mut mesh = String::from("*NODE\n");
+    place.iter().enumerate().for_each(|(n, i)| mesh += &format!("{}, {i}, 0, 0\n", n + 1));
+    mesh += "*ELEMENT, TYPE=T3D2, ELSET=rope\n";
+    (0..40).for_each(|i| mesh += &format!("{}, {}, {}\n", i + 1, number(i), number(i + 1)));
+    mesh += &format!("*NSET, NSET=ends\n{}, {}\n", number(0), number(40));
+    let files = Files::new("rope.inp", &mesh);
+    let scene = files.scene(&format!("mesh = \"rope.inp\"\n{CABLE}\nsupports = [{{ group = \"ends\" }}]"));
+    let solver = FemSolver::new(&scene, &Options::default()).unwrap();
+    let model = solver.model();
+    assert!(model.cables.iter().all(|c| c.nodes[0].abs_diff(c.nodes[1]) == 1), "{:?}", model.cables[0].nodes);
+    let ends = model.groups.iter().find(|g| g.name == "ends").unwrap();
+    assert_eq!(ends.nodes, [0, 40]);
+    for (node, position) in model.nodes.iter().enumerate() {
+        let name = format!("{} at ({}, 0, 0)", number(position.x as usize), position.x);
+        assert_eq!(model.node_name(node), name);
+    }
+}
