@@ -11,15 +11,9 @@
 //! Every number is the same sum in the same order whatever the width of the registers, and no product is
 //! fused with a sum: equal input gives equal bytes on every machine.
 
-use crate::lanes::{total, wide};
+use crate::dense::{Apart, Arithmetic, Fused, ROWS, eliminate, leave_over};
+use crate::lanes::wide;
 use std::ops::Range;
-
-/// Rows of a tile: panels begin and end at multiples of it.
-const ROWS: usize = 8;
-/// Columns of a tile.
-const COLUMNS: usize = 4;
-/// Pivots that are eliminated before the columns to their right hear of it.
-const BLOCK: usize = 8;
 
 /// Columns of the factor with one pattern.
 #[derive(Debug, Clone)]
@@ -58,13 +52,15 @@ pub struct Fronts {
     factor_len: usize,
     rest_len: usize,
     most_rows: usize,
+    /// Numbers of the largest panel.
+    widest: usize,
 }
 
 /// A column pattern of supernodes, as an analysis gives it.
 pub struct Shape<'a> {
     /// Unknown of each column in the order of elimination.
     pub unknowns: &'a [usize],
-    /// Columns of each supernode and its rows below, increasing.
+    /// Columns of each supernode and its rows below, increasing; each supernode right after its children.
     pub supernodes: Vec<(Range<usize>, Vec<usize>)>,
 }
 
@@ -75,9 +71,21 @@ impl Supernode {
         self.columns.len() / ROWS * ROWS
     }
 
+    /// Numbers from one column of what is left over to the next.
+    #[inline(always)]
+    fn ld_rest(&self) -> usize {
+        leading(self.rows) - self.base()
+    }
+
+    /// Rows with which a column of what is left over begins, and which are none of it.
+    #[inline(always)]
+    fn skipped(&self) -> usize {
+        self.columns.len() - self.base()
+    }
+
     /// Numbers of what is left over.
     fn rest_len(&self) -> usize {
-        (leading(self.rows) - self.base()) * self.below.len()
+        self.ld_rest() * self.below.len()
     }
 }
 
@@ -93,11 +101,9 @@ impl Fronts {
         }
         let count = shape.supernodes.len();
         let mut children = vec![Vec::new(); count];
-        let mut roots = Vec::new();
         for (s, (_, below)) in shape.supernodes.iter().enumerate() {
-            match below.first() {
-                Some(row) => children[owner[*row]].push(s),
-                None => roots.push(s),
+            if let Some(row) = below.first() {
+                children[owner[*row]].push(s);
             }
         }
         let mut entries = vec![Vec::new(); count];
@@ -108,20 +114,16 @@ impl Fronts {
             }
         }
         let mut fronts = Self { unknowns: shape.unknowns.to_vec(), ..Self::default() };
-        let mut number = vec![0; count];
         let mut memory = Memory::default();
-        for s in after_children(&children, &roots) {
-            number[s] = fronts.supernodes.len();
-            fronts.push(&shape.supernodes[s], &entries[s], &mut memory, &children[s], &number);
+        for s in 0..count {
+            fronts.push(&shape.supernodes[s], &entries[s], &mut memory, &children[s]);
         }
         fronts.rest_len = memory.len;
-        for s in 0..fronts.supernodes.len() {
+        for s in 0..count {
             let parent = &fronts.supernodes[s];
             for child in &fronts.children[parent.children.clone()] {
-                let rows = fronts.supernodes[*child as usize].below.clone();
-                for at in rows {
-                    let row = fronts.below[at] as usize;
-                    fronts.in_parent[at] = local(parent, &fronts.below, row) as u32;
+                for at in fronts.supernodes[*child as usize].below.clone() {
+                    fronts.in_parent[at] = local(parent, &fronts.below, fronts.below[at] as usize) as u32;
                 }
             }
         }
@@ -135,13 +137,12 @@ impl Fronts {
         entries: &[(usize, usize, usize)],
         memory: &mut Memory,
         children: &[usize],
-        number: &[usize],
     ) {
         let first = self.below.len();
         self.below.extend(below.iter().map(|row| *row as u32));
         self.in_parent.resize(self.below.len(), 0);
         let (first_entry, first_child) = (self.entries.len(), self.children.len());
-        self.children.extend(children.iter().map(|c| number[*c] as u32));
+        self.children.extend(children.iter().map(|c| *c as u32));
         let rows = columns.len() + below.len();
         let mut supernode = Supernode {
             columns: columns.clone(),
@@ -155,17 +156,29 @@ impl Fronts {
         supernode.rest = memory.take(supernode.rest_len());
         for (at, row, column) in entries {
             let row = local(&supernode, &self.below, *row);
-            let place = supernode.panel + (column - columns.start) * leading(rows) + row;
+            let place = in_panel(columns.len(), row, column - columns.start);
             self.entries.push([*at as u32, place as u32]);
         }
         supernode.entries.end = self.entries.len();
         for child in children {
-            let child = &self.supernodes[number[*child]];
+            let child = &self.supernodes[*child];
             memory.give_back(child.rest, child.rest_len());
         }
         self.factor_len += leading(rows) * columns.len();
         self.most_rows = self.most_rows.max(rows);
+        self.widest = self.widest.max(leading(rows) * columns.len());
         self.supernodes.push(supernode);
+    }
+
+    pub fn stat(&self) {
+        let (mut ops, mut flops, mut gather) = (0.0, 0.0, 0.0);
+        for s in &self.supernodes {
+            let (p, r) = (s.columns.len() as f64, s.rows as f64);
+            for k in 0..s.columns.len() { let l = r - k as f64; ops += l * (l + 1.0) / 2.0; }
+            gather += s.below.len() as f64 * (s.below.len() as f64 + 1.0) / 2.0;
+            flops += p * r;
+        }
+        println!("supernodes {} ops {:.2}M gather {:.2}M runs {} panel {:.2}M len {:.2}M rest {:.2}M", self.supernodes.len(), ops/1e6, gather/1e6, 0, flops/1e6, self.factor_len as f64/1e6, self.rest_len as f64/1e6);
     }
 
     /// Numbers in the factor, padding included.
@@ -175,7 +188,7 @@ impl Fronts {
 
     /// Numbers that wait for a parent, at most.
     pub fn rest_len(&self) -> usize {
-        self.rest_len
+        self.rest_len + self.widest
     }
 
     /// Numbers of work that [`Self::solve`] needs.
@@ -205,6 +218,12 @@ fn leading(rows: usize) -> usize {
     rows.next_multiple_of(ROWS)
 }
 
+/// Place of a number in a panel of so many pivots.
+#[inline(always)]
+fn in_panel(pivots: usize, row: usize, column: usize) -> usize {
+    (row / ROWS * pivots + column) * ROWS + row % ROWS
+}
+
 /// Where `row` is in the front of `supernode`.
 fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     if supernode.columns.contains(&row) {
@@ -212,18 +231,6 @@ fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     }
     let inside = below[supernode.below.clone()].binary_search(&(row as u32));
     supernode.columns.len() + inside.expect("the front of a parent holds the rows of its children")
-}
-
-/// All nodes of a forest, children before their parents.
-fn after_children(children: &[Vec<usize>], roots: &[usize]) -> Vec<usize> {
-    let mut order = Vec::with_capacity(children.len());
-    let mut open: Vec<usize> = roots.to_vec();
-    while let Some(s) = open.pop() {
-        order.push(s);
-        open.extend(&children[s]);
-    }
-    order.reverse();
-    order
 }
 
 /// Places in memory that is taken and given back, found once: the first gap that is wide enough.
@@ -269,193 +276,129 @@ impl Memory {
     }
 }
 
-wide! {
-    /// All fronts, one after the other.
-    fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
-        for supernode in &fronts.supernodes {
-            let (pivots, below) = (supernode.columns.len(), supernode.below.len());
-            let (ld, base) = (leading(supernode.rows), supernode.base());
-            let ld_rest = ld - base;
-            let panel = &mut factor[supernode.panel..][..ld * pivots];
-            panel.fill(0.0);
-            for [from, to] in &fronts.entries[supernode.entries.clone()] {
-                panel[*to as usize - supernode.panel] = values[*from as usize];
-            }
-            rest[supernode.rest..][..ld_rest * below].fill(0.0);
-            for child in &fronts.children[supernode.children.clone()] {
-                let child = &fronts.supernodes[*child as usize];
-                let places = &fronts.in_parent[child.below.clone()];
-                gather(child, places, panel, supernode, rest);
-            }
-            if let Err(column) = eliminate(panel, ld, supernode.rows, pivots) {
-                return Err(fronts.unknowns[supernode.columns.start + column]);
-            }
-            let target = &mut rest[supernode.rest..][..ld_rest * below];
-            subtract_products(target, ld_rest, base, pivots, panel, ld, 0..pivots);
+/// All fronts, one after the other, with the widest registers of this processor.
+fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx512f")]
+        fn widest(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+            all_fronts::<Fused<true>>(fronts, values, factor, rest)
         }
-        Ok(())
+        #[target_feature(enable = "avx2,fma")]
+        fn wide(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+            all_fronts::<Fused<false>>(fronts, values, factor, rest)
+        }
+        let which = std::env::var("ISA").unwrap_or_default();
+        if std::arch::is_x86_feature_detected!("avx512f") && which.is_empty() {
+            // SAFETY: the processor has what the function is compiled for; it was asked a line above.
+            return unsafe { widest(fronts, values, factor, rest) };
+        }
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") && which != "0" {
+            // SAFETY: as above.
+            return unsafe { wide(fronts, values, factor, rest) };
+        }
     }
+    all_fronts::<Apart>(fronts, values, factor, rest)
 }
 
-/// Add what `child` leaves over to the front of its parent: panel and rest.
 #[inline(always)]
-fn gather(child: &Supernode, places: &[u32], panel: &mut [f64], parent: &Supernode, rest: &mut [f64]) {
-    let (pivots, ld, base) = (parent.columns.len(), leading(parent.rows), parent.base());
-    let ld_child = leading(child.rows) - child.base();
-    let skipped = child.columns.len() - child.base();
-    for (j, place) in places.iter().enumerate() {
-        let from = child.rest + j * ld_child + skipped;
-        let place = *place as usize;
-        if place < pivots {
-            let column = &mut panel[place * ld..][..ld];
-            let numbers = &rest[from + j..from + places.len()];
-            for (number, row) in numbers.iter().zip(&places[j..]) {
-                column[*row as usize] += number;
+fn all_fronts<A: Arithmetic>(
+    fronts: &Fronts,
+    values: &[f64],
+    factor: &mut [f64],
+    memory: &mut [f64],
+) -> Result<(), usize> {
+    let rest = memory; let mut in_column = vec![0u32; fronts.most_rows];
+    let mut T = [0u64; 7]; let mut t0 = tick();
+    macro_rules! mark { ($i:literal) => { let t = tick(); T[$i] += t - t0; t0 = t; } }
+    for supernode in &fronts.supernodes {
+        let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
+        let children = &fronts.children[supernode.children.clone()];
+        let panel = &mut factor[supernode.panel..][..ld * pivots];
+        panel.fill(0.0);
+        for [from, to] in &fronts.entries[supernode.entries.clone()] {
+            panel[*to as usize] = values[*from as usize];
+        }
+mark!(0);
+        for child in children {
+            let child = &fronts.supernodes[*child as usize];
+            let places = &fronts.in_parent[child.below.clone()];
+            let ld_child = child.ld_rest();
+            let columns = rest[child.rest..][..child.rest_len()].chunks_exact(ld_child);
+            let targets = places.iter().take_while(|place| (**place as usize) < pivots);
+            let in_column = &mut in_column[..places.len()];
+            in_column.iter_mut().zip(places).for_each(|(to, row)| *to = in_panel(pivots, *row as usize, 0) as u32);
+            for (j, (place, column)) in targets.zip(columns).enumerate() {
+                let to = &mut panel[*place as usize * ROWS..];
+                for (number, row) in column[child.skipped() + j..].iter().zip(&in_column[j..]) {
+                    to[*row as usize] += number;
+                }
             }
-        } else {
-            let to = parent.rest + (place - pivots) * (ld - base);
+        }
+mark!(1);
+mark!(2);
+        if let Err(column) = eliminate::<A>(panel, pivots) {
+            return Err(fronts.unknowns[supernode.columns.start + column]);
+        }
+mark!(3);
+        leave_over::<A>(&mut rest[supernode.rest..][..supernode.rest_len()], panel, pivots, supernode.rows);
+mark!(4);
+        let (ld, base) = (supernode.ld_rest(), supernode.base());
+        for child in children {
+            let child = &fronts.supernodes[*child as usize];
+            let places = &fronts.in_parent[child.below.clone()];
             // The two lie apart in one memory, in either order.
-            let (column, numbers) = if to < from {
-                let (low, high) = rest.split_at_mut(from);
-                (&mut low[to..to + ld - base], &high[j..places.len()])
+            let (from, to) = if supernode.rest < child.rest {
+                let (low, high) = rest.split_at_mut(child.rest);
+                (&high[..], &mut low[supernode.rest..])
             } else {
-                let (low, high) = rest.split_at_mut(to);
-                (&mut high[..ld - base], &low[from + j..from + places.len()])
+                let (low, high) = rest.split_at_mut(supernode.rest);
+                (&low[child.rest..], high)
             };
-            for (number, row) in numbers.iter().zip(&places[j..]) {
-                column[*row as usize - base] += number;
-            }
-        }
-    }
-}
-
-/// Eliminate the first `pivots` columns of a front; the error is the column of a pivot that is not positive.
-#[inline(always)]
-fn eliminate(panel: &mut [f64], ld: usize, rows: usize, pivots: usize) -> Result<(), usize> {
-    let mut first = 0;
-    while first < pivots {
-        let end = (first + BLOCK).min(pivots);
-        for j in first..end {
-            let mut factors = [0.0; BLOCK];
-            for (factor, k) in factors.iter_mut().zip(first..j) {
-                *factor = panel[k * ld + j];
-            }
-            let (left, right) = panel.split_at_mut(j * ld);
-            let column = &mut right[..ld];
-            let mut square = column[j];
-            for factor in &factors[..j - first] {
-                square -= factor * factor;
-            }
-            if !(square > 0.0 && square < f64::INFINITY) {
-                return Err(j);
-            }
-            let pivot = square.sqrt();
-            let inverse = 1.0 / pivot;
-            let start = j / ROWS * ROWS;
-            for at in (start..rows).step_by(ROWS) {
-                let tile: &mut [f64; ROWS] = (&mut column[at..at + ROWS]).try_into().expect("a tile");
-                let mut sum = *tile;
-                for (factor, k) in factors.iter().zip(first..j) {
-                    let other: &[f64; ROWS] = (&left[k * ld + at..][..ROWS]).try_into().expect("a tile");
-                    for r in 0..ROWS {
-                        sum[r] -= factor * other[r];
-                    }
-                }
-                for r in 0..ROWS {
-                    tile[r] = sum[r] * inverse;
+            let columns = from[..child.rest_len()].chunks_exact(child.ld_rest());
+            let first = places.partition_point(|place| (*place as usize) < pivots);
+            for (j, (place, column)) in places.iter().zip(columns).enumerate().skip(first) {
+                let to = &mut to[(*place as usize - pivots) * ld..][..ld];
+                for (number, row) in column[child.skipped() + j..].iter().zip(&places[j..]) {
+                    to[*row as usize - base] += number;
                 }
             }
-            column[j] = pivot;
         }
-        if end < pivots {
-            let (left, right) = panel.split_at_mut(end * ld);
-            subtract_products(&mut right[..(pivots - end) * ld], ld, 0, end, left, ld, first..end);
-        }
-        first = end;
+mark!(5);
     }
+    unsafe { for i in 0..7 { TT[i] += T[i]; } }
     Ok(())
 }
-
-/// `to[i, j] -= sum_k panel[i, k] panel[j, k]` over the columns `j` of `to` and all rows from the diagonal on, in rows
-/// of the panel: `to` begins with row `base`, its columns are the rows from `first` on. What stands above the
-/// diagonal takes part in tiles, and is never read.
-#[inline(always)]
-fn subtract_products(
-    to: &mut [f64],
-    ld_to: usize,
-    base: usize,
-    first: usize,
-    panel: &[f64],
-    ld: usize,
-    pivots: Range<usize>,
-) {
-    let panel = &panel[pivots.start * ld..pivots.end * ld];
-    let columns = to.len() / ld_to.max(1);
-    let mut j = 0;
-    while j < columns {
-        let width = (columns - j).min(COLUMNS);
-        let to = &mut to[j * ld_to..(j + width) * ld_to];
-        let (start, diagonal) = ((first + j) / ROWS * ROWS, first + j);
-        for row in (start..ld).step_by(ROWS) {
-            match width {
-                4 => tile::<4>(to, ld_to, row - base, panel, ld, row, diagonal),
-                3 => tile::<3>(to, ld_to, row - base, panel, ld, row, diagonal),
-                2 => tile::<2>(to, ld_to, row - base, panel, ld, row, diagonal),
-                _ => tile::<1>(to, ld_to, row - base, panel, ld, row, diagonal),
-            }
-        }
-        j += width;
-    }
-}
-
-/// One tile of [`subtract_products`]: `W` columns, [`ROWS`] rows.
-#[inline(always)]
-fn tile<const W: usize>(
-    to: &mut [f64],
-    ld_to: usize,
-    at: usize,
-    panel: &[f64],
-    ld: usize,
-    row: usize,
-    diagonal: usize,
-) {
-    let mut sums = [[0.0; ROWS]; W];
-    for (c, sum) in sums.iter_mut().enumerate() {
-        sum.copy_from_slice(&to[c * ld_to + at..][..ROWS]);
-    }
-    for column in panel.chunks_exact(ld) {
-        let rows: &[f64; ROWS] = column[row..row + ROWS].try_into().expect("a tile of rows");
-        let factors: &[f64; W] = column[diagonal..diagonal + W].try_into().expect("a tile of columns");
-        for c in 0..W {
-            for r in 0..ROWS {
-                sums[c][r] -= factors[c] * rows[r];
-            }
-        }
-    }
-    for (c, sum) in sums.iter().enumerate() {
-        to[c * ld_to + at..][..ROWS].copy_from_slice(sum);
-    }
-}
+pub static mut TT: [u64;7] = [0;7];
+fn tick() -> u64 { unsafe { std::arch::x86_64::_rdtsc() } }
 
 wide! {
     /// `y = L^-1 y`, in the order of elimination.
     fn forward(fronts: &Fronts, factor: &[f64], y: &mut [f64], work: &mut [f64]) {
         for supernode in &fronts.supernodes {
             let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
-            let panel = &factor[supernode.panel..][..ld * pivots];
-            let work = &mut work[..ld];
-            work.fill(0.0);
-            work[..pivots].copy_from_slice(&y[supernode.columns.clone()]);
-            for (k, column) in panel.chunks_exact(ld).enumerate() {
-                let x = work[k] / column[k];
-                let start = k / ROWS * ROWS;
-                for (w, l) in work[start..].iter_mut().zip(&column[start..]) {
-                    *w -= x * l;
+            let panel = factor[supernode.panel..][..ld * pivots].as_chunks::<ROWS>().0;
+            let x = &mut y[supernode.columns.clone()];
+            for (t, tile) in panel.chunks_exact(pivots).enumerate() {
+                let solved = pivots.min(t * ROWS);
+                let mut sums = [[0.0; ROWS]; 2];
+                for (k, (x, l)) in x[..solved].iter().zip(tile).enumerate() {
+                    for r in 0..ROWS {
+                        sums[k % 2][r] += x * l[r];
+                    }
                 }
-                y[supernode.columns.start + k] = x;
+                let mut sum: [f64; ROWS] = std::array::from_fn(|r| sums[0][r] + sums[1][r]);
+                for k in solved..pivots.min(solved + ROWS) {
+                    let l = &tile[k];
+                    x[k] = (x[k] - sum[k - solved]) * l[k - solved];
+                    for r in 0..ROWS {
+                        sum[r] += x[k] * l[r];
+                    }
+                }
+                work[t * ROWS..][..ROWS].copy_from_slice(&sum);
             }
             for (row, w) in fronts.below[supernode.below.clone()].iter().zip(&work[pivots..]) {
-                y[*row as usize] += w;
+                y[*row as usize] -= w;
             }
         }
     }
@@ -466,25 +409,41 @@ wide! {
     fn backward(fronts: &Fronts, factor: &[f64], y: &mut [f64], work: &mut [f64]) {
         for supernode in fronts.supernodes.iter().rev() {
             let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
-            let panel = &factor[supernode.panel..][..ld * pivots];
+            let panel = factor[supernode.panel..][..ld * pivots].as_chunks::<ROWS>().0;
             let work = &mut work[..ld];
-            work.fill(0.0);
+            work[..pivots].copy_from_slice(&y[supernode.columns.clone()]);
             for (row, w) in fronts.below[supernode.below.clone()].iter().zip(&mut work[pivots..]) {
                 *w = y[*row as usize];
             }
-            for (k, column) in panel.chunks_exact(ld).enumerate().rev() {
-                let start = k / ROWS * ROWS;
-                let mut lanes = [0.0; ROWS];
-                // What stands in a column above its diagonal meets zeros: these unknowns come later.
-                for (w, l) in work[start..].as_chunks::<ROWS>().0.iter().zip(column[start..].as_chunks::<ROWS>().0) {
-                    for r in 0..ROWS {
-                        lanes[r] += w[r] * l[r];
+            work[supernode.rows..].fill(0.0);
+            for start in (0..pivots).step_by(ROWS).rev() {
+                let width = (pivots - start).min(ROWS);
+                let own = start / ROWS;
+                let mut sums = [[0.0; ROWS]; ROWS];
+                for (tile, w) in panel.chunks_exact(pivots).zip(work.as_chunks::<ROWS>().0).skip(own + 1) {
+                    for (sum, l) in sums.iter_mut().zip(&tile[start..start + width]) {
+                        for r in 0..ROWS {
+                            sum[r] += w[r] * l[r];
+                        }
                     }
                 }
-                let x = (y[supernode.columns.start + k] - total(lanes, std::iter::empty())) / column[k];
-                work[k] = x;
-                y[supernode.columns.start + k] = x;
+                let tile = &panel[own * pivots..(own + 1) * pivots];
+                for k in (0..width).rev() {
+                    let l = &tile[start + k];
+                    let mut sum = total(&sums[k]);
+                    for r in k + 1..ROWS {
+                        sum += work[start + r] * l[r];
+                    }
+                    work[start + k] = (work[start + k] - sum) * l[k];
+                }
             }
+            y[supernode.columns.clone()].copy_from_slice(&work[..pivots]);
         }
     }
+}
+
+#[inline(always)]
+fn total(lanes: &[f64; ROWS]) -> f64 {
+    let pairs = [lanes[0] + lanes[4], lanes[1] + lanes[5], lanes[2] + lanes[6], lanes[3] + lanes[7]];
+    (pairs[0] + pairs[2]) + (pairs[1] + pairs[3])
 }

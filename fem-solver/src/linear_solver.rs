@@ -4,16 +4,8 @@
 //! as often as they change by [`Fronts`], into memory that is kept. One thread, fixed order: equal input
 //! gives equal bytes.
 
-use crate::fronts::{Fronts, Shape};
-use faer::Side;
-use faer::sparse::SymbolicSparseColMat;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
-
-/// Two neighbouring supernodes of so many columns in all become one if at most that share of their numbers is 0.
-const RELAX: &[(usize, f64)] = &[(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
+use crate::elimination::analyse;
+use crate::fronts::Fronts;
 
 /// Cholesky factorisation of a sparse matrix whose lower triangle has a fixed pattern.
 pub struct Cholesky {
@@ -37,6 +29,7 @@ impl Cholesky {
     /// the diagonal on, are `rows[starts[j]..starts[j + 1]]`.
     pub fn new(n: usize, starts: &[usize], rows: &[usize]) -> Self {
         let fronts = analyse(n, starts, rows);
+        fronts.stat();
         let (factor, rest) = (vec![0.0; fronts.factor_len()], vec![0.0; fronts.rest_len()]);
         let work = vec![0.0; fronts.work_len()];
         Self { fronts, factor, rest, work, factorised: false }
@@ -59,37 +52,6 @@ impl Cholesky {
         assert!(self.factorised, "solve follows a factorisation that succeeded");
         self.fronts.solve(&self.factor, x, &mut self.work);
     }
-}
-
-/// Order of elimination by approximate minimum degree, and the supernodes of the factor.
-fn analyse(n: usize, starts: &[usize], rows: &[usize]) -> Fronts {
-    if n == 0 {
-        return Fronts::default();
-    }
-    let pattern = SymbolicSparseColMat::new_checked(n, n, starts.to_vec(), None, rows.to_vec());
-    let parameters = CholeskySymbolicParams {
-        amd_params: Default::default(),
-        // Below 0: a diagonal matrix too is to come in supernodes.
-        supernodal_flop_ratio_threshold: SupernodalThreshold(-1.0),
-        supernodal_params: SymbolicSupernodalParams { relax: Some(RELAX) },
-    };
-    let symbolic =
-        factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, SymmetricOrdering::Amd, parameters)
-            .expect("indices and memory suffice for a pattern that exists already");
-    let SymbolicCholeskyRaw::Supernodal(blocks) = symbolic.raw() else {
-        unreachable!("supernodes were asked for")
-    };
-    let columns = blocks.supernode_begin().iter().zip(blocks.supernode_end());
-    let supernodes = columns.enumerate().map(|(s, (a, b))| (*a..*b, blocks.supernode(s).pattern().to_vec()));
-    let natural: Vec<usize>;
-    let unknowns = match symbolic.perm() {
-        Some(perm) => perm.arrays().0,
-        None => {
-            natural = (0..n).collect();
-            &natural
-        }
-    };
-    Fronts::new(&Shape { unknowns, supernodes: supernodes.collect() }, starts, rows)
 }
 
 #[cfg(test)]
