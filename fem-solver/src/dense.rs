@@ -78,17 +78,6 @@ pub fn eliminate<A: Arithmetic>(panel: &mut [f64], pivots: usize) -> Result<(), 
     Ok(())
 }
 
-/// `panel` from the columns of `front`, which follow each other in memory.
-#[inline(always)]
-pub fn pack(panel: &mut [f64], front: &[f64], pivots: usize) {
-    let leading = front.len() / pivots;
-    for (k, column) in front.chunks_exact(leading).enumerate() {
-        for (t, rows) in column.as_chunks::<ROWS>().0.iter().enumerate() {
-            panel[(t * pivots + k) * ROWS..][..ROWS].copy_from_slice(rows);
-        }
-    }
-}
-
 /// Eliminate columns `first..first + W`, which have heard of all before `start`.
 #[inline(always)]
 fn columns<A: Arithmetic, const W: usize>(
@@ -185,14 +174,19 @@ fn subtract_eliminated<A: Arithmetic>(panel: &mut [f64], pivots: usize, start: u
         for height in blocks(start / ROWS..tiles, HEIGHT) {
             for column in (start..end).step_by(ROWS) {
                 let (own, width) = (column / ROWS, (end - column).min(ROWS));
-                let place = |tile: usize| (tile * pivots + column) * ROWS..(tile * pivots + column + width) * ROWS;
+                let place =
+                    |tile: usize| (tile * pivots + column) * ROWS..(tile * pivots + column + width) * ROWS;
                 let mut t = own.max(height.start);
                 while t < height.end {
                     let two = A::WIDE && t + 1 < height.end;
                     let mut sums = [[[0.0; ROWS]; ROWS]; 2];
                     let other = &panel[factors(own)];
                     if two {
-                        minus_products_twice::<A, ROWS>(&mut sums, [&panel[factors(t)], &panel[factors(t + 1)]], other);
+                        minus_products_twice::<A, ROWS>(
+                            &mut sums,
+                            [&panel[factors(t)], &panel[factors(t + 1)]],
+                            other,
+                        );
                     } else {
                         minus_products::<A, ROWS>(&mut sums[0], &panel[factors(t)], other);
                     }
@@ -207,14 +201,21 @@ fn subtract_eliminated<A: Arithmetic>(panel: &mut [f64], pivots: usize, start: u
     }
 }
 
+/// Where a column of what is left over begins: with the tile of its diagonal. `tiles` is the number of tiles in the first.
+#[inline(always)]
+pub fn rest_place(tiles: usize, column: usize) -> usize {
+    let before = column / ROWS;
+    (before * (2 * tiles + 1 - before) / 2 * ROWS + column % ROWS * (tiles - before)) * ROWS
+}
+
 /// What the pivots of a front of `rows` rows leave over: less the products of its panel, by columns from row `pivots`
-/// on, each from the row on with which the tile of row `pivots` begins. What stands above the diagonal is not to be read.
+/// on, each from the tile of its diagonal on. What stands above the diagonal is not to be read.
 #[inline(always)]
 pub fn leave_over<A: Arithmetic>(rest: &mut [f64], panel: &[f64], pivots: usize, rows: usize) {
     let (first, tiles) = (pivots / ROWS, rows.div_ceil(ROWS));
-    let leading = (tiles - first) * ROWS;
     for depth in blocks(0..pivots, DEPTH) {
-        let factors = |tile: usize| &panel[(tile * pivots + depth.start) * ROWS..(tile * pivots + depth.end) * ROWS];
+        let factors =
+            |tile: usize| &panel[(tile * pivots + depth.start) * ROWS..(tile * pivots + depth.end) * ROWS];
         for height in blocks(first..tiles, HEIGHT) {
             for own in first..height.end {
                 let columns = pivots.max(own * ROWS)..rows.min(own * ROWS + ROWS);
@@ -223,20 +224,25 @@ pub fn leave_over<A: Arithmetic>(rest: &mut [f64], panel: &[f64], pivots: usize,
                     let two = A::WIDE && t + 1 < height.end;
                     let mut sums = [[[0.0; ROWS]; ROWS]; 2];
                     if two {
-                        minus_products_twice::<A, ROWS>(&mut sums, [factors(t), factors(t + 1)], factors(own));
+                        minus_products_twice::<A, ROWS>(
+                            &mut sums,
+                            [factors(t), factors(t + 1)],
+                            factors(own),
+                        );
                     } else {
                         minus_products::<A, ROWS>(&mut sums[0], factors(t), factors(own));
                     }
                     for (i, sum) in sums.iter().enumerate().take(1 + usize::from(two)) {
-                        let row = (t + i - first) * ROWS;
+                        let (leading, row) = ((tiles - own) * ROWS, (t + i - own) * ROWS);
                         if columns.len() == ROWS {
+                            let to = &mut rest[rest_place(tiles - first, (own - first) * ROWS)..];
                             for (c, sum) in sum.iter().enumerate() {
-                                put(&mut rest[(columns.start + c - pivots) * leading + row..], sum, depth.start > 0);
+                                put(&mut to[c * leading + row..], sum, depth.start > 0);
                             }
                         } else {
-                            let sum = &sum[columns.start - own * ROWS..];
-                            for (column, sum) in columns.clone().zip(sum) {
-                                put(&mut rest[(column - pivots) * leading + row..], sum, depth.start > 0);
+                            for column in columns.clone() {
+                                let to = &mut rest[rest_place(tiles - first, column - first * ROWS)..];
+                                put(&mut to[row..], &sum[column - own * ROWS], depth.start > 0);
                             }
                         }
                     }
@@ -322,4 +328,129 @@ fn load<const W: usize>(from: &[f64]) -> Tile<W> {
 #[inline(always)]
 fn store<const W: usize>(to: &mut [f64], tile: &Tile<W>) {
     to[..W * ROWS].copy_from_slice(tile.as_flattened());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eliminate, and what is left over, as the processor asks for it: fused or not.
+    type Both = fn(&mut [f64], &mut [f64], usize, usize) -> Result<(), usize>;
+
+    #[inline(always)]
+    fn both<A: Arithmetic>(
+        panel: &mut [f64],
+        rest: &mut [f64],
+        pivots: usize,
+        rows: usize,
+    ) -> Result<(), usize> {
+        eliminate::<A>(panel, pivots)?;
+        leave_over::<A>(rest, panel, pivots, rows);
+        Ok(())
+    }
+
+    /// All that this processor can.
+    fn kinds() -> Vec<(&'static str, Both)> {
+        let mut kinds: Vec<(&str, Both)> = vec![("apart", both::<Apart>)];
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2,fma")]
+            fn wide(panel: &mut [f64], rest: &mut [f64], pivots: usize, rows: usize) -> Result<(), usize> {
+                both::<Fused<false>>(panel, rest, pivots, rows)
+            }
+            #[target_feature(enable = "avx512f")]
+            fn widest(panel: &mut [f64], rest: &mut [f64], pivots: usize, rows: usize) -> Result<(), usize> {
+                both::<Fused<true>>(panel, rest, pivots, rows)
+            }
+            if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+                // SAFETY: asked a line above.
+                kinds.push(("fused", |a, b, p, n| unsafe { wide(a, b, p, n) }));
+            }
+            if std::arch::is_x86_feature_detected!("avx512f") {
+                // SAFETY: asked a line above.
+                kinds.push(("fused, two tiles", |a, b, p, n| unsafe { widest(a, b, p, n) }));
+            }
+        }
+        kinds
+    }
+
+    /// Panel of the front `a`, square and by columns.
+    fn panel_of(a: &[f64], rows: usize, pivots: usize) -> Vec<f64> {
+        let mut panel = vec![0.0; rows.next_multiple_of(ROWS) * pivots];
+        for k in 0..pivots {
+            for row in k..rows {
+                panel[(row / ROWS * pivots + k) * ROWS + row % ROWS] = a[k * rows + row];
+            }
+        }
+        panel
+    }
+
+    #[test]
+    fn a_front_of_any_size_is_its_factor_times_itself_and_what_is_left_over() {
+        let mut random = crate::element::checks::random(5);
+        let sizes = (1..20).flat_map(|p| [0, 1, 5, 8, 21].map(|b| (p, p + b)));
+        for (pivots, rows) in sizes.chain([(97, 97), (100, 131), (200, 203), (300, 341)]) {
+            // Positive: each diagonal entry is larger than the sum of its row.
+            let mut a = vec![0.0; rows * rows];
+            for c in 0..rows {
+                for r in c..rows {
+                    a[c * rows + r] = if r == c { rows as f64 } else { random() };
+                }
+            }
+            for (name, run) in kinds() {
+                let mut panel = panel_of(&a, rows, pivots);
+                let (first, tiles) = (pivots / ROWS, rows.div_ceil(ROWS));
+                let mut rest = vec![f64::NAN; (tiles - first) * (tiles - first + 1) / 2 * ROWS * ROWS];
+                run(&mut panel, &mut rest, pivots, rows).expect("is positive definite");
+                let l = |row: usize, k: usize| {
+                    let number = panel[(row / ROWS * pivots + k) * ROWS + row % ROWS];
+                    if row == k { 1.0 / number } else { number }
+                };
+                for c in 0..rows {
+                    for r in c..rows {
+                        let left = if c < pivots {
+                            0.0
+                        } else {
+                            let column = c - first * ROWS;
+                            rest[rest_place(tiles - first, column) + r - c / ROWS * ROWS]
+                        };
+                        // What is left over does not hold what the matrix has below its pivots.
+                        let whole = if c < pivots { a[c * rows + r] } else { 0.0 };
+                        let product: f64 = (0..pivots.min(c + 1)).map(|k| l(r, k) * l(c, k)).sum();
+                        // Sum of as many products as there are pivots, none larger than the diagonal; the inverse of
+                        // a pivot is rounded, too (Higham, 2002, theorem 10.3).
+                        let bound = 2.0 * (pivots + 3) as f64 * f64::EPSILON * rows as f64;
+                        let error = (product + left - whole).abs();
+                        assert!(
+                            error <= bound,
+                            "{name}, {pivots} of {rows}: {error:.1e} > {bound:.1e} at {r}, {c}"
+                        );
+                    }
+                }
+                for k in 0..pivots {
+                    for row in k / ROWS * ROWS..k {
+                        assert_eq!(
+                            panel[(row / ROWS * pivots + k) * ROWS + row % ROWS],
+                            0.0,
+                            "above the diagonal"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_pivot_that_is_not_positive_is_told() {
+        for (pivots, bad) in [(1, 0), (7, 3), (30, 29), (120, 100)] {
+            let rows = pivots + 4;
+            let mut a = vec![0.0; rows * rows];
+            (0..rows).for_each(|i| a[i * rows + i] = if i == bad { -1e-3 } else { 1.0 });
+            for (name, run) in kinds() {
+                let mut rest = vec![0.0; rows.next_multiple_of(ROWS).pow(2)];
+                let outcome = run(&mut panel_of(&a, rows, pivots), &mut rest, pivots, rows);
+                assert_eq!(outcome, Err(bad), "{name}");
+            }
+        }
+    }
 }

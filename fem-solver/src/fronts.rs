@@ -6,12 +6,12 @@
 //! complement) is handed to the parent. All arithmetic runs in small dense loops over contiguous memory. Source:
 //! Duff and Reid (1983), ACM TOMS 9, 302; Liu (1992), SIAM Review 34, 82.
 //!
-//! Fronts of cable nets are small (three to a hundred columns): general dense kernels spend more time in
-//! getting started than in numbers. Measured for 10 092 unknowns: 47e6 operations took 12 ms through them.
-//! Every number is the same sum in the same order whatever the width of the registers, and no product is
-//! fused with a sum: equal input gives equal bytes on every machine.
+//! Fronts of cable nets are small (three to a few hundred columns): general dense kernels spend more time in
+//! getting started than in numbers, so [`crate::dense`] has its own. Every sum has one order, so that equal input gives
+//! equal bytes on one machine. Between machines the last bits of a factor may differ: where the processor can, the
+//! factorisation fuses products with sums.
 
-use crate::dense::{Apart, Arithmetic, Fused, ROWS, eliminate, leave_over};
+use crate::dense::{Apart, Arithmetic, Fused, ROWS, eliminate, leave_over, rest_place};
 use crate::lanes::wide;
 use std::ops::Range;
 
@@ -22,9 +22,9 @@ struct Supernode {
     columns: Range<usize>,
     /// Rows of its front: its columns, and below them.
     rows: usize,
-    /// Place of its panel in the factor: `leading(rows)` numbers per column.
+    /// Place of its panel in the factor.
     panel: usize,
-    /// Place of what it leaves over, `leading(rows) - base` numbers per row below.
+    /// Place of what it leaves over.
     rest: usize,
     /// Its rows below, in `below`.
     below: Range<usize>,
@@ -37,13 +37,14 @@ struct Supernode {
 /// Shape of a factor: all that does not depend on the numbers.
 #[derive(Debug, Clone, Default)]
 pub struct Fronts {
-    /// In an order in which children precede their parents.
+    /// Each right after its children.
     supernodes: Vec<Supernode>,
     /// Rows below all supernodes, in the order of elimination.
     below: Vec<u32>,
-    /// Where these are in the front of the parent.
+    /// Where these are in the front of the parent, by rows and in its first column.
     in_parent: Vec<u32>,
-    /// Place of a number among those of the matrix, and in the factor.
+    in_panel: Vec<u32>,
+    /// Place of a number among those of the matrix, and in the panel.
     entries: Vec<[u32; 2]>,
     /// Children of all supernodes.
     children: Vec<u32>,
@@ -52,8 +53,6 @@ pub struct Fronts {
     factor_len: usize,
     rest_len: usize,
     most_rows: usize,
-    /// Numbers of the largest panel.
-    widest: usize,
 }
 
 /// A column pattern of supernodes, as an analysis gives it.
@@ -71,13 +70,7 @@ impl Supernode {
         self.columns.len() / ROWS * ROWS
     }
 
-    /// Numbers from one column of what is left over to the next.
-    #[inline(always)]
-    fn ld_rest(&self) -> usize {
-        leading(self.rows) - self.base()
-    }
-
-    /// Rows with which a column of what is left over begins, and which are none of it.
+    /// Rows with which the first tile of what is left over begins, and which are none of it.
     #[inline(always)]
     fn skipped(&self) -> usize {
         self.columns.len() - self.base()
@@ -85,7 +78,17 @@ impl Supernode {
 
     /// Numbers of what is left over.
     fn rest_len(&self) -> usize {
-        self.ld_rest() * self.below.len()
+        let tiles = leading(self.rows) / ROWS - self.base() / ROWS;
+        tiles * (tiles + 1) / 2 * ROWS * ROWS
+    }
+
+    /// Column `j` of what is left over, from the diagonal on.
+    #[inline(always)]
+    fn rest_column<'a>(&self, rest: &'a [f64], j: usize) -> &'a [f64] {
+        let tiles = leading(self.rows) / ROWS - self.base() / ROWS;
+        let column = self.skipped() + j;
+        let from = rest_place(tiles, column) + column % ROWS;
+        &rest[from..from + self.below.len() - j]
     }
 }
 
@@ -106,42 +109,64 @@ impl Fronts {
                 children[owner[*row]].push(s);
             }
         }
-        let mut entries = vec![Vec::new(); count];
-        for j in 0..n {
-            for at in starts[j]..starts[j + 1] {
-                let (a, b) = (column[j], column[rows[at]]);
-                entries[owner[a.min(b)]].push((at, a.max(b), a.min(b)));
-            }
-        }
         let mut fronts = Self { unknowns: shape.unknowns.to_vec(), ..Self::default() };
         let mut memory = Memory::default();
         for s in 0..count {
-            fronts.push(&shape.supernodes[s], &entries[s], &mut memory, &children[s]);
+            fronts.push(&shape.supernodes[s], &mut memory, &children[s]);
         }
         fronts.rest_len = memory.len;
         for s in 0..count {
             let parent = &fronts.supernodes[s];
             for child in &fronts.children[parent.children.clone()] {
                 for at in fronts.supernodes[*child as usize].below.clone() {
-                    fronts.in_parent[at] = local(parent, &fronts.below, fronts.below[at] as usize) as u32;
+                    let row = local(parent, &fronts.below, fronts.below[at] as usize);
+                    fronts.in_parent[at] = row as u32;
+                    fronts.in_panel[at] = in_panel(parent.columns.len(), row, 0) as u32;
                 }
             }
         }
+        fronts.place_entries(&column, &owner, starts, rows);
         fronts
+    }
+
+    /// Find the place of each number of the matrix in the panel of its supernode.
+    fn place_entries(&mut self, column: &[usize], owner: &[usize], starts: &[usize], rows: &[usize]) {
+        let ends = |j: usize, at: usize| {
+            let (a, b) = (column[j], column[rows[at]]);
+            (a.max(b), a.min(b))
+        };
+        let all = || (0..column.len()).flat_map(|j| (starts[j]..starts[j + 1]).map(move |at| (j, at)));
+        let mut next = vec![0; self.supernodes.len()];
+        all().for_each(|(j, at)| next[owner[ends(j, at).1]] += 1);
+        let mut sum = 0;
+        for (supernode, next) in self.supernodes.iter_mut().zip(&mut next) {
+            supernode.entries = sum..sum + *next;
+            (*next, sum) = (sum, sum + *next);
+        }
+        self.entries = vec![[0; 2]; sum];
+        for (j, at) in all() {
+            let (row, column) = ends(j, at);
+            let supernode = &self.supernodes[owner[column]];
+            let row = local(supernode, &self.below, row);
+            let place = in_panel(supernode.columns.len(), row, column - supernode.columns.start);
+            let next = &mut next[owner[column]];
+            self.entries[*next] = [at as u32, place as u32];
+            *next += 1;
+        }
     }
 
     /// Append a supernode whose children are there.
     fn push(
         &mut self,
         (columns, below): &(Range<usize>, Vec<usize>),
-        entries: &[(usize, usize, usize)],
         memory: &mut Memory,
         children: &[usize],
     ) {
         let first = self.below.len();
         self.below.extend(below.iter().map(|row| *row as u32));
         self.in_parent.resize(self.below.len(), 0);
-        let (first_entry, first_child) = (self.entries.len(), self.children.len());
+        self.in_panel.resize(self.below.len(), 0);
+        let first_child = self.children.len();
         self.children.extend(children.iter().map(|c| *c as u32));
         let rows = columns.len() + below.len();
         let mut supernode = Supernode {
@@ -150,35 +175,17 @@ impl Fronts {
             panel: self.factor_len,
             rest: 0,
             below: first..self.below.len(),
-            entries: first_entry..first_entry,
+            entries: 0..0,
             children: first_child..self.children.len(),
         };
         supernode.rest = memory.take(supernode.rest_len());
-        for (at, row, column) in entries {
-            let row = local(&supernode, &self.below, *row);
-            let place = in_panel(columns.len(), row, column - columns.start);
-            self.entries.push([*at as u32, place as u32]);
-        }
-        supernode.entries.end = self.entries.len();
         for child in children {
             let child = &self.supernodes[*child];
             memory.give_back(child.rest, child.rest_len());
         }
         self.factor_len += leading(rows) * columns.len();
         self.most_rows = self.most_rows.max(rows);
-        self.widest = self.widest.max(leading(rows) * columns.len());
         self.supernodes.push(supernode);
-    }
-
-    pub fn stat(&self) {
-        let (mut ops, mut flops, mut gather) = (0.0, 0.0, 0.0);
-        for s in &self.supernodes {
-            let (p, r) = (s.columns.len() as f64, s.rows as f64);
-            for k in 0..s.columns.len() { let l = r - k as f64; ops += l * (l + 1.0) / 2.0; }
-            gather += s.below.len() as f64 * (s.below.len() as f64 + 1.0) / 2.0;
-            flops += p * r;
-        }
-        println!("supernodes {} ops {:.2}M gather {:.2}M runs {} panel {:.2}M len {:.2}M rest {:.2}M", self.supernodes.len(), ops/1e6, gather/1e6, 0, flops/1e6, self.factor_len as f64/1e6, self.rest_len as f64/1e6);
     }
 
     /// Numbers in the factor, padding included.
@@ -188,7 +195,7 @@ impl Fronts {
 
     /// Numbers that wait for a parent, at most.
     pub fn rest_len(&self) -> usize {
-        self.rest_len + self.widest
+        self.rest_len
     }
 
     /// Numbers of work that [`Self::solve`] needs.
@@ -212,7 +219,7 @@ impl Fronts {
     }
 }
 
-/// Numbers from one column to the next of a panel of so many rows.
+/// Rows of all tiles of a front of so many rows.
 #[inline(always)]
 fn leading(rows: usize) -> usize {
     rows.next_multiple_of(ROWS)
@@ -276,24 +283,28 @@ impl Memory {
     }
 }
 
-/// All fronts, one after the other, with the widest registers of this processor.
+/// [`all_fronts`], compiled for the widest registers that this processor has.
 fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx512f")]
-        fn widest(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+        fn widest(
+            fronts: &Fronts,
+            values: &[f64],
+            factor: &mut [f64],
+            rest: &mut [f64],
+        ) -> Result<(), usize> {
             all_fronts::<Fused<true>>(fronts, values, factor, rest)
         }
         #[target_feature(enable = "avx2,fma")]
         fn wide(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
             all_fronts::<Fused<false>>(fronts, values, factor, rest)
         }
-        let which = std::env::var("ISA").unwrap_or_default();
-        if std::arch::is_x86_feature_detected!("avx512f") && which.is_empty() {
+        if std::arch::is_x86_feature_detected!("avx512f") {
             // SAFETY: the processor has what the function is compiled for; it was asked a line above.
             return unsafe { widest(fronts, values, factor, rest) };
         }
-        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") && which != "0" {
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
             // SAFETY: as above.
             return unsafe { wide(fronts, values, factor, rest) };
         }
@@ -301,16 +312,14 @@ fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f6
     all_fronts::<Apart>(fronts, values, factor, rest)
 }
 
+/// All fronts, one after the other.
 #[inline(always)]
 fn all_fronts<A: Arithmetic>(
     fronts: &Fronts,
     values: &[f64],
     factor: &mut [f64],
-    memory: &mut [f64],
+    rest: &mut [f64],
 ) -> Result<(), usize> {
-    let rest = memory; let mut in_column = vec![0u32; fronts.most_rows];
-    let mut T = [0u64; 7]; let mut t0 = tick();
-    macro_rules! mark { ($i:literal) => { let t = tick(); T[$i] += t - t0; t0 = t; } }
     for supernode in &fronts.supernodes {
         let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
         let children = &fronts.children[supernode.children.clone()];
@@ -319,58 +328,47 @@ fn all_fronts<A: Arithmetic>(
         for [from, to] in &fronts.entries[supernode.entries.clone()] {
             panel[*to as usize] = values[*from as usize];
         }
-mark!(0);
         for child in children {
             let child = &fronts.supernodes[*child as usize];
             let places = &fronts.in_parent[child.below.clone()];
-            let ld_child = child.ld_rest();
-            let columns = rest[child.rest..][..child.rest_len()].chunks_exact(ld_child);
-            let targets = places.iter().take_while(|place| (**place as usize) < pivots);
-            let in_column = &mut in_column[..places.len()];
-            in_column.iter_mut().zip(places).for_each(|(to, row)| *to = in_panel(pivots, *row as usize, 0) as u32);
-            for (j, (place, column)) in targets.zip(columns).enumerate() {
+            let in_panel = &fronts.in_panel[child.below.clone()];
+            let from = &rest[child.rest..][..child.rest_len()];
+            for (j, place) in places.iter().enumerate().take_while(|(_, place)| (**place as usize) < pivots) {
                 let to = &mut panel[*place as usize * ROWS..];
-                for (number, row) in column[child.skipped() + j..].iter().zip(&in_column[j..]) {
+                for (number, row) in child.rest_column(from, j).iter().zip(&in_panel[j..]) {
                     to[*row as usize] += number;
                 }
             }
         }
-mark!(1);
-mark!(2);
         if let Err(column) = eliminate::<A>(panel, pivots) {
             return Err(fronts.unknowns[supernode.columns.start + column]);
         }
-mark!(3);
         leave_over::<A>(&mut rest[supernode.rest..][..supernode.rest_len()], panel, pivots, supernode.rows);
-mark!(4);
-        let (ld, base) = (supernode.ld_rest(), supernode.base());
+        let (base, tiles) = (supernode.base(), (ld - supernode.base()) / ROWS);
         for child in children {
             let child = &fronts.supernodes[*child as usize];
             let places = &fronts.in_parent[child.below.clone()];
             // The two lie apart in one memory, in either order.
             let (from, to) = if supernode.rest < child.rest {
                 let (low, high) = rest.split_at_mut(child.rest);
-                (&high[..], &mut low[supernode.rest..])
+                (&high[..child.rest_len()], &mut low[supernode.rest..])
             } else {
                 let (low, high) = rest.split_at_mut(supernode.rest);
-                (&low[child.rest..], high)
+                (&low[child.rest..][..child.rest_len()], high)
             };
-            let columns = from[..child.rest_len()].chunks_exact(child.ld_rest());
             let first = places.partition_point(|place| (*place as usize) < pivots);
-            for (j, (place, column)) in places.iter().zip(columns).enumerate().skip(first) {
-                let to = &mut to[(*place as usize - pivots) * ld..][..ld];
-                for (number, row) in column[child.skipped() + j..].iter().zip(&places[j..]) {
-                    to[*row as usize - base] += number;
+            for (j, place) in places.iter().enumerate().skip(first) {
+                let column = *place as usize - base;
+                let start = column / ROWS * ROWS + base;
+                let to = &mut to[rest_place(tiles, column)..][..ld - start];
+                for (number, row) in child.rest_column(from, j).iter().zip(&places[j..]) {
+                    to[*row as usize - start] += number;
                 }
             }
         }
-mark!(5);
     }
-    unsafe { for i in 0..7 { TT[i] += T[i]; } }
     Ok(())
 }
-pub static mut TT: [u64;7] = [0;7];
-fn tick() -> u64 { unsafe { std::arch::x86_64::_rdtsc() } }
 
 wide! {
     /// `y = L^-1 y`, in the order of elimination.
@@ -382,12 +380,20 @@ wide! {
             for (t, tile) in panel.chunks_exact(pivots).enumerate() {
                 let solved = pivots.min(t * ROWS);
                 let mut sums = [[0.0; ROWS]; 2];
-                for (k, (x, l)) in x[..solved].iter().zip(tile).enumerate() {
-                    for r in 0..ROWS {
-                        sums[k % 2][r] += x * l[r];
+                let ((x2, x1), (l2, l1)) = (x[..solved].as_chunks::<2>(), tile[..solved].as_chunks::<2>());
+                for (x, l) in x2.iter().zip(l2) {
+                    for part in 0..2 {
+                        for r in 0..ROWS {
+                            sums[part][r] += x[part] * l[part][r];
+                        }
                     }
                 }
                 let mut sum: [f64; ROWS] = std::array::from_fn(|r| sums[0][r] + sums[1][r]);
+                for (x, l) in x1.iter().zip(l1) {
+                    for r in 0..ROWS {
+                        sum[r] += x * l[r];
+                    }
+                }
                 for k in solved..pivots.min(solved + ROWS) {
                     let l = &tile[k];
                     x[k] = (x[k] - sum[k - solved]) * l[k - solved];
@@ -411,37 +417,50 @@ wide! {
             let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
             let panel = factor[supernode.panel..][..ld * pivots].as_chunks::<ROWS>().0;
             let work = &mut work[..ld];
-            work[..pivots].copy_from_slice(&y[supernode.columns.clone()]);
             for (row, w) in fronts.below[supernode.below.clone()].iter().zip(&mut work[pivots..]) {
                 *w = y[*row as usize];
             }
+            // What is not solved yet counts as 0, as does what lies behind the last row.
+            work[..pivots].fill(0.0);
             work[supernode.rows..].fill(0.0);
-            for start in (0..pivots).step_by(ROWS).rev() {
-                let width = (pivots - start).min(ROWS);
-                let own = start / ROWS;
-                let mut sums = [[0.0; ROWS]; ROWS];
-                for (tile, w) in panel.chunks_exact(pivots).zip(work.as_chunks::<ROWS>().0).skip(own + 1) {
-                    for (sum, l) in sums.iter_mut().zip(&tile[start..start + width]) {
-                        for r in 0..ROWS {
-                            sum[r] += w[r] * l[r];
-                        }
-                    }
-                }
-                let tile = &panel[own * pivots..(own + 1) * pivots];
-                for k in (0..width).rev() {
-                    let l = &tile[start + k];
-                    let mut sum = total(&sums[k]);
-                    for r in k + 1..ROWS {
-                        sum += work[start + r] * l[r];
-                    }
-                    work[start + k] = (work[start + k] - sum) * l[k];
+            let x = &mut y[supernode.columns.clone()];
+            for start in (0..pivots).step_by(4).rev() {
+                match pivots - start {
+                    1 => back::<1>(panel, pivots, start, work, x),
+                    2 => back::<2>(panel, pivots, start, work, x),
+                    3 => back::<3>(panel, pivots, start, work, x),
+                    _ => back::<4>(panel, pivots, start, work, x),
                 }
             }
-            y[supernode.columns.clone()].copy_from_slice(&work[..pivots]);
         }
     }
 }
 
+/// Solve for unknowns `start..start + W` of a front, those behind being in `work` already.
+#[inline(always)]
+fn back<const W: usize>(panel: &[[f64; ROWS]], pivots: usize, start: usize, work: &mut [f64], x: &mut [f64]) {
+    let mut sums = [[0.0; ROWS]; W];
+    for (tile, w) in panel.chunks_exact(pivots).zip(work.as_chunks::<ROWS>().0).skip(start / ROWS) {
+        let tile: &[[f64; ROWS]; W] = tile[start..start + W].try_into().expect("so many columns");
+        for k in 0..W {
+            for r in 0..ROWS {
+                sums[k][r] += w[r] * tile[k][r];
+            }
+        }
+    }
+    let tile = &panel[start / ROWS * pivots + start..][..W];
+    for k in (0..W).rev() {
+        let mut sum = total(&sums[k]);
+        for r in k + 1..W {
+            sum += work[start + r] * tile[k][start % ROWS + r];
+        }
+        let value = (x[start + k] - sum) * tile[k][start % ROWS + k];
+        x[start + k] = value;
+        work[start + k] = value;
+    }
+}
+
+/// Sum of the parts of a sum.
 #[inline(always)]
 fn total(lanes: &[f64; ROWS]) -> f64 {
     let pairs = [lanes[0] + lanes[4], lanes[1] + lanes[5], lanes[2] + lanes[6], lanes[3] + lanes[7]];

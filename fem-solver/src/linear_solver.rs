@@ -1,8 +1,7 @@
-//! Sparse symmetric positive definite systems: the only module that names faer.
+//! Sparse symmetric positive definite systems.
 //!
-//! The pattern is analysed once by faer (fill-reducing order, shape of the factor); numbers are factorised
-//! as often as they change by [`Fronts`], into memory that is kept. One thread, fixed order: equal input
-//! gives equal bytes.
+//! The pattern is analysed once ([`crate::elimination`]); numbers are factorised as often as they change by [`Fronts`],
+//! into memory that is kept. One thread, fixed order: on one machine equal input gives equal bytes.
 
 use crate::elimination::analyse;
 use crate::fronts::Fronts;
@@ -29,7 +28,6 @@ impl Cholesky {
     /// the diagonal on, are `rows[starts[j]..starts[j + 1]]`.
     pub fn new(n: usize, starts: &[usize], rows: &[usize]) -> Self {
         let fronts = analyse(n, starts, rows);
-        fronts.stat();
         let (factor, rest) = (vec![0.0; fronts.factor_len()], vec![0.0; fronts.rest_len()]);
         let work = vec![0.0; fronts.work_len()];
         Self { fronts, factor, rest, work, factorised: false }

@@ -42,6 +42,7 @@ pub struct Tangent {
     /// Memory of [`Tangent::bound`].
     sums: Vec<f64>,
     cholesky: Cholesky,
+    revision: u64,
 }
 
 impl Tangent {
@@ -84,7 +85,13 @@ impl Tangent {
             elements,
             sums: vec![0.0; count],
             cholesky,
+            revision: 0,
         }
+    }
+
+    /// How often it was assembled: as long as this number stays, so do its values and its factor.
+    pub fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// Number of free degrees of freedom.
@@ -134,6 +141,7 @@ impl Tangent {
 
     /// The same with a tangent of one's own for each cable.
     pub fn assemble_blocks(&mut self, model: &Model, share: f64, block: impl Fn(&Cable) -> Matrix3<f64>) {
+        self.revision += 1;
         self.values.fill(0.0);
         for (cable, at) in model.cables.iter().zip(&self.cables) {
             let k = share * block(cable);
