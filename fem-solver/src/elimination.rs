@@ -2,7 +2,12 @@
 //!
 //! Unknowns that are linked alike become one node, approximate minimum degree (Amestoy, Davis and Duff, 1996, SIAM J.
 //! Matrix Anal. 17, 886; by faer) orders the nodes, and fronts are merged with their parents where that is cheaper: small
-//! fronts cost more in getting started than in numbers. Measured on the net of 3 364 nodes: TODO
+//! fronts cost more in getting started than in numbers. On the net of 3 364 nodes that leaves a quarter of the fronts, and
+//! 28e6 products in place of 22e6.
+//!
+//! Nested dissection was tried, by the multilevel method (crate `feral-metis` 0.3): on square nets it leaves 30 % more
+//! products than minimum degree at 1e4 unknowns, 5 to 10 % more at 1e5, 8 % less at 3e5 and 0 to 4 % less at 1e6. Where nodes
+//! are numbered at random it is better by 12 % at 1e5 and 31 % at 1e6 unknowns. It takes four to thirty times as long.
 
 use crate::fronts::{Fronts, Shape};
 use faer::Side;

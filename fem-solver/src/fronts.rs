@@ -111,8 +111,8 @@ impl Fronts {
         }
         let mut fronts = Self { unknowns: shape.unknowns.to_vec(), ..Self::default() };
         let mut memory = Memory::default();
-        for s in 0..count {
-            fronts.push(&shape.supernodes[s], &mut memory, &children[s]);
+        for (supernode, children) in shape.supernodes.iter().zip(&children) {
+            fronts.push(supernode, &mut memory, children);
         }
         fronts.rest_len = memory.len;
         for s in 0..count {

@@ -136,6 +136,49 @@ mod tests {
     }
 
     #[test]
+    fn nodes_of_any_number_of_unknowns_are_eliminated_together() {
+        // A square of nodes with one to six unknowns, each linked to all of its neighbours.
+        let (side, mut random) = (14, crate::element::checks::random(3));
+        let widths: Vec<usize> = (0..side * side).map(|i| [3, 2, 6, 1, 3][i % 5]).collect();
+        let first: Vec<usize> = widths.iter().scan(0, |n, w| Some(std::mem::replace(n, *n + w))).collect();
+        let unknowns = |node: usize| first[node]..first[node] + widths[node];
+        let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
+        for node in 0..side * side {
+            let right = (node % side + 1 < side).then_some(node + 1);
+            let above = (node + side < side * side).then_some(node + side);
+            for j in unknowns(node) {
+                for i in
+                    [Some(node), right, above].into_iter().flatten().flat_map(unknowns).filter(|i| *i >= j)
+                {
+                    rows.push(i);
+                    // At most 30 others of at most 1/2 stand in a row.
+                    values.push(if i == j { 16.0 } else { random() });
+                }
+                starts.push(rows.len());
+            }
+        }
+        let n = starts.len() - 1;
+        let mut cholesky = Cholesky::new(n, &starts, &rows);
+        cholesky.factorise(&values).expect("is positive definite");
+        let b: Vec<f64> = (0..n).map(|_| random()).collect();
+        let mut x = b.clone();
+        cholesky.solve(&mut x);
+        let mut left = vec![0.0; n];
+        for j in 0..n {
+            for (i, value) in rows[starts[j]..starts[j + 1]].iter().zip(&values[starts[j]..]) {
+                left[*i] += value * x[j];
+                left[j] += if *i == j { 0.0 } else { value * x[*i] };
+            }
+        }
+        // As above, and no row of the factor holds more than n numbers.
+        let size = x.iter().fold(0.0, |a, b| f64::max(a, b.abs()));
+        let bound = 4.0 * (n + 1) as f64 * f64::EPSILON * 16.0 * size;
+        for (left, b) in left.iter().zip(&b) {
+            assert!((left - b).abs() <= bound, "{left} is not {b}");
+        }
+    }
+
+    #[test]
     fn without_unknowns_there_is_nothing_to_do() {
         let mut none = Cholesky::new(0, &[0], &[]);
         none.factorise(&[]).expect("nothing can fail");

@@ -75,7 +75,8 @@ fn solving_a_b_a_gives_equal_bytes() {
 fn the_factor_of_a_committed_state_is_kept_and_changes_no_byte() {
     for (fem, sampling) in SCHEMES.into_iter().filter(|(fem, _)| fem.contains("integrator")) {
         let runs = [true, false].map(|shortcuts| {
-            let solver = FemSolver::new(&scene(&net(fem)), &Options { out: None, shortcuts }).unwrap();
+            let taut = net(fem).replace("prestress = -1e6", "prestress = 1e8");
+            let solver = FemSolver::new(&scene(&taut), &Options { out: None, shortcuts }).unwrap();
             Run::of(solver, coupled_plan(2e-4, sampling, 1, 1))
         });
         let [mut keeping, mut plain] = runs;
@@ -94,8 +95,8 @@ fn the_factor_of_a_committed_state_is_kept_and_changes_no_byte() {
         let ((made, kept), (all, none)) = (count(&mut keeping), count(&mut plain));
         println!("{fem}: {made} factors made, {kept} kept; {all} made without keeping");
         assert_eq!((made + kept, none), (all, 0), "{fem}");
-        // Where one factor does for a step, as where inertia rules, each of three later iterations finds it.
-        assert!(kept > 0 || fem.contains("static"), "{fem}: {kept}");
+        // Where one factor does for the one step of a window, three later iterations find it there.
+        assert!(kept > 0 || fem.contains("static") || fem.contains("time_step"), "{fem}: {kept}");
     }
 }
 
