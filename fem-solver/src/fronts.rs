@@ -324,7 +324,10 @@ fn all_fronts<A: Arithmetic>(
         let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
         let children = &fronts.children[supernode.children.clone()];
         let panel = &mut factor[supernode.panel..][..ld * pivots];
-        panel.fill(0.0);
+        // What stands above the diagonal, but for the tiles on it, is neither written nor read.
+        for (t, tile) in panel.chunks_exact_mut(pivots * ROWS).enumerate() {
+            tile[..pivots.min((t + 1) * ROWS) * ROWS].fill(0.0);
+        }
         for [from, to] in &fronts.entries[supernode.entries.clone()] {
             panel[*to as usize] = values[*from as usize];
         }
