@@ -3,12 +3,14 @@
 //! A *panel* holds the columns of a front that are eliminated, by tiles of [`ROWS`] rows: tile `t` has its rows of column
 //! `k` at `(t * pivots + k) * ROWS`. All loops run along `k`, so that both factors of every product are read one after
 //! the other, and sums stay in registers from the first product to the last. On the diagonal stands the inverse of the
-//! pivot; above it zeros.
+//! pivot, above it zeros as far as its tile goes; what lies further up is neither written nor read.
 //!
 //! The same code is compiled three times: for any processor, for AVX2 with fused multiply-add, and for AVX-512. Fused
 //! products are rounded once instead of twice: the last bits of a factor differ between such processors and others, and
 //! are the same in every run on one. Products per cycle of a Skylake server processor, AVX-512 and AVX2: 8.0 and 5.6 in a
-//! front of 256 pivots and 512 rows below, 6.0 and 4.1 with 16 and 48, 0.8 with 3 and 13. Source of the blocking: Goto and van de Geijn (2008), ACM TOMS 34, 12.
+//! front of 256 pivots and 512 rows below, 6.0 and 4.1 with 16 and 48, 0.8 with 3 and 13.
+//!
+//! Source of the blocking: Goto and van de Geijn (2008), ACM TOMS 34, 12.
 
 use std::ops::Range;
 
