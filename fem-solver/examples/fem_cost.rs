@@ -1,7 +1,9 @@
 //! What a Newton iteration and an explicit step cost: `cargo run --release -p fem-solver --example fem_cost [-- --full]`.
 //!
 //! Square cable nets, edges held. One Newton iteration is assembly, factorisation and solution, on one thread;
-//! processor time counts, so that a busy machine disturbs less. `--full` goes on to 1e6 degrees of freedom.
+//! processor time counts, so that a busy machine disturbs less. `--full` goes on to 1e6 degrees of freedom. The growth is the
+//! exponent of the time and of the memory between each size and the next, and of a straight line through all of them.
+//! What was measured stands in `README.md` beside this.
 
 use fem_solver::config::Config;
 use fem_solver::explicit::Explicit;
@@ -100,7 +102,27 @@ fn peak_memory_mb() -> f64 {
     line.split_whitespace().nth(1).and_then(|kb| kb.parse::<f64>().ok()).map_or(f64::NAN, |kb| kb / 1024.0)
 }
 
-fn newton(side: usize, rounds: usize) -> (f64, f64) {
+/// What one size costs.
+struct Cost {
+    dofs: f64,
+    /// Newton iteration [s].
+    time: f64,
+    /// Largest memory of the process so far [MB]: sizes increase.
+    peak: f64,
+}
+
+/// Exponent of growth of `what` with the degrees of freedom: slope of the straight line through the logarithms that has
+/// the least squares.
+fn exponent(costs: &[Cost], what: impl Fn(&Cost) -> f64) -> f64 {
+    let n = costs.len() as f64;
+    let points = costs.iter().map(|c| (c.dofs.ln(), what(c).ln()));
+    let (x, y) = points.clone().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
+    let (above, below) =
+        points.fold((0.0, 0.0), |(a, b), p| (a + (p.0 - x) * (p.1 - y), b + (p.0 - x).powi(2)));
+    above / below
+}
+
+fn newton(side: usize, rounds: usize) -> Cost {
     let model = net(side);
     let u = displaced(&model);
     let started = Instant::now();
@@ -127,7 +149,7 @@ fn newton(side: usize, rounds: usize) -> (f64, f64) {
         8e-6 * tangent.factor_len() as f64,
         peak_memory_mb(),
     );
-    (model.dof_count() as f64, all)
+    Cost { dofs: model.dof_count() as f64, time: all, peak: peak_memory_mb() }
 }
 
 fn explicit(name: &str, model: &Model) {
@@ -160,8 +182,20 @@ fn main() {
     let sides: &[(usize, usize)] = &[(19, 200), (27, 200), (58, 60), (101, 20), (183, 8), (317, 4), (578, 2)];
     let sides = if full { sides } else { &sides[..5] };
     let costs: Vec<_> = sides.iter().map(|(side, rounds)| newton(*side, *rounds)).collect();
-    let (first, last) = (costs[0], costs[costs.len() - 1]);
-    println!("exponent of growth: {:.2}", (last.1 / first.1).ln() / (last.0 / first.0).ln());
+    for pair in costs.windows(2) {
+        println!(
+            "growth from {:>7} to {:>7} dofs: time {:.2}, memory {:.2}",
+            pair[0].dofs,
+            pair[1].dofs,
+            exponent(pair, |c| c.time),
+            exponent(pair, |c| c.peak)
+        );
+    }
+    println!(
+        "growth of all: time {:.2}, memory {:.2}",
+        exponent(&costs, |c| c.time),
+        exponent(&costs, |c| c.peak)
+    );
     println!("Explicit step (target: 3 ns)");
     for side in [27, 58, 183] {
         explicit("regular", &net(side));

@@ -6,20 +6,14 @@
 //! complement) is handed to the parent. All arithmetic runs in small dense loops over contiguous memory. Source:
 //! Duff and Reid (1983), ACM TOMS 9, 302; Liu (1992), SIAM Review 34, 82.
 //!
-//! Fronts of cable nets are small (three to a hundred columns): general dense kernels spend more time in
-//! getting started than in numbers. Measured for 10 092 unknowns: 47e6 operations took 12 ms through them.
-//! Every number is the same sum in the same order whatever the width of the registers, and no product is
-//! fused with a sum: equal input gives equal bytes on every machine.
+//! Fronts of cable nets are small (three to a few hundred columns): general dense kernels spend more time in
+//! getting started than in numbers, so [`crate::dense`] has its own. Every sum has one order, so that equal input gives
+//! equal bytes on one machine. Between machines the last bits of a factor may differ: where the processor can, the
+//! factorisation fuses products with sums.
 
-use crate::lanes::{total, wide};
+use crate::dense::{Apart, Arithmetic, Fused, ROWS, eliminate, leave_over, rest_place};
+use crate::lanes::wide;
 use std::ops::Range;
-
-/// Rows of a tile: panels begin and end at multiples of it.
-const ROWS: usize = 8;
-/// Columns of a tile.
-const COLUMNS: usize = 4;
-/// Pivots that are eliminated before the columns to their right hear of it.
-const BLOCK: usize = 8;
 
 /// Columns of the factor with one pattern.
 #[derive(Debug, Clone)]
@@ -28,9 +22,9 @@ struct Supernode {
     columns: Range<usize>,
     /// Rows of its front: its columns, and below them.
     rows: usize,
-    /// Place of its panel in the factor: `leading(rows)` numbers per column.
+    /// Place of its panel in the factor.
     panel: usize,
-    /// Place of what it leaves over, `leading(rows) - base` numbers per row below.
+    /// Place of what it leaves over.
     rest: usize,
     /// Its rows below, in `below`.
     below: Range<usize>,
@@ -43,13 +37,14 @@ struct Supernode {
 /// Shape of a factor: all that does not depend on the numbers.
 #[derive(Debug, Clone, Default)]
 pub struct Fronts {
-    /// In an order in which children precede their parents.
+    /// Each right after its children.
     supernodes: Vec<Supernode>,
     /// Rows below all supernodes, in the order of elimination.
     below: Vec<u32>,
-    /// Where these are in the front of the parent.
+    /// Where these are in the front of the parent, by rows and in its first column.
     in_parent: Vec<u32>,
-    /// Place of a number among those of the matrix, and in the factor.
+    in_panel: Vec<u32>,
+    /// Place of a number among those of the matrix, and in the panel.
     entries: Vec<[u32; 2]>,
     /// Children of all supernodes.
     children: Vec<u32>,
@@ -64,7 +59,7 @@ pub struct Fronts {
 pub struct Shape<'a> {
     /// Unknown of each column in the order of elimination.
     pub unknowns: &'a [usize],
-    /// Columns of each supernode and its rows below, increasing.
+    /// Columns of each supernode and its rows below, increasing; each supernode right after its children.
     pub supernodes: Vec<(Range<usize>, Vec<usize>)>,
 }
 
@@ -75,9 +70,25 @@ impl Supernode {
         self.columns.len() / ROWS * ROWS
     }
 
+    /// Rows with which the first tile of what is left over begins, and which are none of it.
+    #[inline(always)]
+    fn skipped(&self) -> usize {
+        self.columns.len() - self.base()
+    }
+
     /// Numbers of what is left over.
     fn rest_len(&self) -> usize {
-        (leading(self.rows) - self.base()) * self.below.len()
+        let tiles = leading(self.rows) / ROWS - self.base() / ROWS;
+        tiles * (tiles + 1) / 2 * ROWS * ROWS
+    }
+
+    /// Column `j` of what is left over, from the diagonal on.
+    #[inline(always)]
+    fn rest_column<'a>(&self, rest: &'a [f64], j: usize) -> &'a [f64] {
+        let tiles = leading(self.rows) / ROWS - self.base() / ROWS;
+        let column = self.skipped() + j;
+        let from = rest_place(tiles, column) + column % ROWS;
+        &rest[from..from + self.below.len() - j]
     }
 }
 
@@ -93,55 +104,70 @@ impl Fronts {
         }
         let count = shape.supernodes.len();
         let mut children = vec![Vec::new(); count];
-        let mut roots = Vec::new();
         for (s, (_, below)) in shape.supernodes.iter().enumerate() {
-            match below.first() {
-                Some(row) => children[owner[*row]].push(s),
-                None => roots.push(s),
-            }
-        }
-        let mut entries = vec![Vec::new(); count];
-        for j in 0..n {
-            for at in starts[j]..starts[j + 1] {
-                let (a, b) = (column[j], column[rows[at]]);
-                entries[owner[a.min(b)]].push((at, a.max(b), a.min(b)));
+            if let Some(row) = below.first() {
+                children[owner[*row]].push(s);
             }
         }
         let mut fronts = Self { unknowns: shape.unknowns.to_vec(), ..Self::default() };
-        let mut number = vec![0; count];
         let mut memory = Memory::default();
-        for s in after_children(&children, &roots) {
-            number[s] = fronts.supernodes.len();
-            fronts.push(&shape.supernodes[s], &entries[s], &mut memory, &children[s], &number);
+        for (supernode, children) in shape.supernodes.iter().zip(&children) {
+            fronts.push(supernode, &mut memory, children);
         }
         fronts.rest_len = memory.len;
-        for s in 0..fronts.supernodes.len() {
+        for s in 0..count {
             let parent = &fronts.supernodes[s];
             for child in &fronts.children[parent.children.clone()] {
-                let rows = fronts.supernodes[*child as usize].below.clone();
-                for at in rows {
-                    let row = fronts.below[at] as usize;
-                    fronts.in_parent[at] = local(parent, &fronts.below, row) as u32;
+                for at in fronts.supernodes[*child as usize].below.clone() {
+                    let row = local(parent, &fronts.below, fronts.below[at] as usize);
+                    fronts.in_parent[at] = row as u32;
+                    fronts.in_panel[at] = in_panel(parent.columns.len(), row, 0) as u32;
                 }
             }
         }
+        fronts.place_entries(&column, &owner, starts, rows);
         fronts
+    }
+
+    /// Find the place of each number of the matrix in the panel of its supernode.
+    fn place_entries(&mut self, column: &[usize], owner: &[usize], starts: &[usize], rows: &[usize]) {
+        let ends = |j: usize, at: usize| {
+            let (a, b) = (column[j], column[rows[at]]);
+            (a.max(b), a.min(b))
+        };
+        let all = || (0..column.len()).flat_map(|j| (starts[j]..starts[j + 1]).map(move |at| (j, at)));
+        let mut next = vec![0; self.supernodes.len()];
+        all().for_each(|(j, at)| next[owner[ends(j, at).1]] += 1);
+        let mut sum = 0;
+        for (supernode, next) in self.supernodes.iter_mut().zip(&mut next) {
+            supernode.entries = sum..sum + *next;
+            (*next, sum) = (sum, sum + *next);
+        }
+        self.entries = vec![[0; 2]; sum];
+        for (j, at) in all() {
+            let (row, column) = ends(j, at);
+            let supernode = &self.supernodes[owner[column]];
+            let row = local(supernode, &self.below, row);
+            let place = in_panel(supernode.columns.len(), row, column - supernode.columns.start);
+            let next = &mut next[owner[column]];
+            self.entries[*next] = [at as u32, place as u32];
+            *next += 1;
+        }
     }
 
     /// Append a supernode whose children are there.
     fn push(
         &mut self,
         (columns, below): &(Range<usize>, Vec<usize>),
-        entries: &[(usize, usize, usize)],
         memory: &mut Memory,
         children: &[usize],
-        number: &[usize],
     ) {
         let first = self.below.len();
         self.below.extend(below.iter().map(|row| *row as u32));
         self.in_parent.resize(self.below.len(), 0);
-        let (first_entry, first_child) = (self.entries.len(), self.children.len());
-        self.children.extend(children.iter().map(|c| number[*c] as u32));
+        self.in_panel.resize(self.below.len(), 0);
+        let first_child = self.children.len();
+        self.children.extend(children.iter().map(|c| *c as u32));
         let rows = columns.len() + below.len();
         let mut supernode = Supernode {
             columns: columns.clone(),
@@ -149,18 +175,12 @@ impl Fronts {
             panel: self.factor_len,
             rest: 0,
             below: first..self.below.len(),
-            entries: first_entry..first_entry,
+            entries: 0..0,
             children: first_child..self.children.len(),
         };
         supernode.rest = memory.take(supernode.rest_len());
-        for (at, row, column) in entries {
-            let row = local(&supernode, &self.below, *row);
-            let place = supernode.panel + (column - columns.start) * leading(rows) + row;
-            self.entries.push([*at as u32, place as u32]);
-        }
-        supernode.entries.end = self.entries.len();
         for child in children {
-            let child = &self.supernodes[number[*child]];
+            let child = &self.supernodes[*child];
             memory.give_back(child.rest, child.rest_len());
         }
         self.factor_len += leading(rows) * columns.len();
@@ -199,10 +219,16 @@ impl Fronts {
     }
 }
 
-/// Numbers from one column to the next of a panel of so many rows.
+/// Rows of all tiles of a front of so many rows.
 #[inline(always)]
 fn leading(rows: usize) -> usize {
     rows.next_multiple_of(ROWS)
+}
+
+/// Place of a number in a panel of so many pivots.
+#[inline(always)]
+fn in_panel(pivots: usize, row: usize, column: usize) -> usize {
+    (row / ROWS * pivots + column) * ROWS + row % ROWS
 }
 
 /// Where `row` is in the front of `supernode`.
@@ -212,18 +238,6 @@ fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     }
     let inside = below[supernode.below.clone()].binary_search(&(row as u32));
     supernode.columns.len() + inside.expect("the front of a parent holds the rows of its children")
-}
-
-/// All nodes of a forest, children before their parents.
-fn after_children(children: &[Vec<usize>], roots: &[usize]) -> Vec<usize> {
-    let mut order = Vec::with_capacity(children.len());
-    let mut open: Vec<usize> = roots.to_vec();
-    while let Some(s) = open.pop() {
-        order.push(s);
-        open.extend(&children[s]);
-    }
-    order.reverse();
-    order
 }
 
 /// Places in memory that is taken and given back, found once: the first gap that is wide enough.
@@ -269,172 +283,94 @@ impl Memory {
     }
 }
 
-wide! {
-    /// All fronts, one after the other.
-    fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
-        for supernode in &fronts.supernodes {
-            let (pivots, below) = (supernode.columns.len(), supernode.below.len());
-            let (ld, base) = (leading(supernode.rows), supernode.base());
-            let ld_rest = ld - base;
-            let panel = &mut factor[supernode.panel..][..ld * pivots];
-            panel.fill(0.0);
-            for [from, to] in &fronts.entries[supernode.entries.clone()] {
-                panel[*to as usize - supernode.panel] = values[*from as usize];
-            }
-            rest[supernode.rest..][..ld_rest * below].fill(0.0);
-            for child in &fronts.children[supernode.children.clone()] {
-                let child = &fronts.supernodes[*child as usize];
-                let places = &fronts.in_parent[child.below.clone()];
-                gather(child, places, panel, supernode, rest);
-            }
-            if let Err(column) = eliminate(panel, ld, supernode.rows, pivots) {
-                return Err(fronts.unknowns[supernode.columns.start + column]);
-            }
-            let target = &mut rest[supernode.rest..][..ld_rest * below];
-            subtract_products(target, ld_rest, base, pivots, panel, ld, 0..pivots);
+/// [`all_fronts`], compiled for the widest registers that this processor has.
+fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx512f")]
+        fn widest(
+            fronts: &Fronts,
+            values: &[f64],
+            factor: &mut [f64],
+            rest: &mut [f64],
+        ) -> Result<(), usize> {
+            all_fronts::<Fused<true>>(fronts, values, factor, rest)
         }
-        Ok(())
+        #[target_feature(enable = "avx2,fma")]
+        fn wide(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+            all_fronts::<Fused<false>>(fronts, values, factor, rest)
+        }
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            // SAFETY: the processor has what the function is compiled for; it was asked a line above.
+            return unsafe { widest(fronts, values, factor, rest) };
+        }
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+            // SAFETY: as above.
+            return unsafe { wide(fronts, values, factor, rest) };
+        }
     }
+    all_fronts::<Apart>(fronts, values, factor, rest)
 }
 
-/// Add what `child` leaves over to the front of its parent: panel and rest.
+/// All fronts, one after the other.
 #[inline(always)]
-fn gather(child: &Supernode, places: &[u32], panel: &mut [f64], parent: &Supernode, rest: &mut [f64]) {
-    let (pivots, ld, base) = (parent.columns.len(), leading(parent.rows), parent.base());
-    let ld_child = leading(child.rows) - child.base();
-    let skipped = child.columns.len() - child.base();
-    for (j, place) in places.iter().enumerate() {
-        let from = child.rest + j * ld_child + skipped;
-        let place = *place as usize;
-        if place < pivots {
-            let column = &mut panel[place * ld..][..ld];
-            let numbers = &rest[from + j..from + places.len()];
-            for (number, row) in numbers.iter().zip(&places[j..]) {
-                column[*row as usize] += number;
+fn all_fronts<A: Arithmetic>(
+    fronts: &Fronts,
+    values: &[f64],
+    factor: &mut [f64],
+    rest: &mut [f64],
+) -> Result<(), usize> {
+    for supernode in &fronts.supernodes {
+        let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
+        let children = &fronts.children[supernode.children.clone()];
+        let panel = &mut factor[supernode.panel..][..ld * pivots];
+        // What stands above the diagonal, but for the tiles on it, is neither written nor read.
+        for (t, tile) in panel.chunks_exact_mut(pivots * ROWS).enumerate() {
+            tile[..pivots.min((t + 1) * ROWS) * ROWS].fill(0.0);
+        }
+        for [from, to] in &fronts.entries[supernode.entries.clone()] {
+            panel[*to as usize] = values[*from as usize];
+        }
+        for child in children {
+            let child = &fronts.supernodes[*child as usize];
+            let places = &fronts.in_parent[child.below.clone()];
+            let in_panel = &fronts.in_panel[child.below.clone()];
+            let from = &rest[child.rest..][..child.rest_len()];
+            for (j, place) in places.iter().enumerate().take_while(|(_, place)| (**place as usize) < pivots) {
+                let to = &mut panel[*place as usize * ROWS..];
+                for (number, row) in child.rest_column(from, j).iter().zip(&in_panel[j..]) {
+                    to[*row as usize] += number;
+                }
             }
-        } else {
-            let to = parent.rest + (place - pivots) * (ld - base);
+        }
+        if let Err(column) = eliminate::<A>(panel, pivots) {
+            return Err(fronts.unknowns[supernode.columns.start + column]);
+        }
+        leave_over::<A>(&mut rest[supernode.rest..][..supernode.rest_len()], panel, pivots, supernode.rows);
+        let (base, tiles) = (supernode.base(), (ld - supernode.base()) / ROWS);
+        for child in children {
+            let child = &fronts.supernodes[*child as usize];
+            let places = &fronts.in_parent[child.below.clone()];
             // The two lie apart in one memory, in either order.
-            let (column, numbers) = if to < from {
-                let (low, high) = rest.split_at_mut(from);
-                (&mut low[to..to + ld - base], &high[j..places.len()])
+            let (from, to) = if supernode.rest < child.rest {
+                let (low, high) = rest.split_at_mut(child.rest);
+                (&high[..child.rest_len()], &mut low[supernode.rest..])
             } else {
-                let (low, high) = rest.split_at_mut(to);
-                (&mut high[..ld - base], &low[from + j..from + places.len()])
+                let (low, high) = rest.split_at_mut(supernode.rest);
+                (&low[child.rest..][..child.rest_len()], high)
             };
-            for (number, row) in numbers.iter().zip(&places[j..]) {
-                column[*row as usize - base] += number;
-            }
-        }
-    }
-}
-
-/// Eliminate the first `pivots` columns of a front; the error is the column of a pivot that is not positive.
-#[inline(always)]
-fn eliminate(panel: &mut [f64], ld: usize, rows: usize, pivots: usize) -> Result<(), usize> {
-    let mut first = 0;
-    while first < pivots {
-        let end = (first + BLOCK).min(pivots);
-        for j in first..end {
-            let mut factors = [0.0; BLOCK];
-            for (factor, k) in factors.iter_mut().zip(first..j) {
-                *factor = panel[k * ld + j];
-            }
-            let (left, right) = panel.split_at_mut(j * ld);
-            let column = &mut right[..ld];
-            let mut square = column[j];
-            for factor in &factors[..j - first] {
-                square -= factor * factor;
-            }
-            if !(square > 0.0 && square < f64::INFINITY) {
-                return Err(j);
-            }
-            let pivot = square.sqrt();
-            let inverse = 1.0 / pivot;
-            let start = j / ROWS * ROWS;
-            for at in (start..rows).step_by(ROWS) {
-                let tile: &mut [f64; ROWS] = (&mut column[at..at + ROWS]).try_into().expect("a tile");
-                let mut sum = *tile;
-                for (factor, k) in factors.iter().zip(first..j) {
-                    let other: &[f64; ROWS] = (&left[k * ld + at..][..ROWS]).try_into().expect("a tile");
-                    for r in 0..ROWS {
-                        sum[r] -= factor * other[r];
-                    }
-                }
-                for r in 0..ROWS {
-                    tile[r] = sum[r] * inverse;
+            let first = places.partition_point(|place| (*place as usize) < pivots);
+            for (j, place) in places.iter().enumerate().skip(first) {
+                let column = *place as usize - base;
+                let start = column / ROWS * ROWS + base;
+                let to = &mut to[rest_place(tiles, column)..][..ld - start];
+                for (number, row) in child.rest_column(from, j).iter().zip(&places[j..]) {
+                    to[*row as usize - start] += number;
                 }
             }
-            column[j] = pivot;
         }
-        if end < pivots {
-            let (left, right) = panel.split_at_mut(end * ld);
-            subtract_products(&mut right[..(pivots - end) * ld], ld, 0, end, left, ld, first..end);
-        }
-        first = end;
     }
     Ok(())
-}
-
-/// `to[i, j] -= sum_k panel[i, k] panel[j, k]` over the columns `j` of `to` and all rows from the diagonal on, in rows
-/// of the panel: `to` begins with row `base`, its columns are the rows from `first` on. What stands above the
-/// diagonal takes part in tiles, and is never read.
-#[inline(always)]
-fn subtract_products(
-    to: &mut [f64],
-    ld_to: usize,
-    base: usize,
-    first: usize,
-    panel: &[f64],
-    ld: usize,
-    pivots: Range<usize>,
-) {
-    let panel = &panel[pivots.start * ld..pivots.end * ld];
-    let columns = to.len() / ld_to.max(1);
-    let mut j = 0;
-    while j < columns {
-        let width = (columns - j).min(COLUMNS);
-        let to = &mut to[j * ld_to..(j + width) * ld_to];
-        let (start, diagonal) = ((first + j) / ROWS * ROWS, first + j);
-        for row in (start..ld).step_by(ROWS) {
-            match width {
-                4 => tile::<4>(to, ld_to, row - base, panel, ld, row, diagonal),
-                3 => tile::<3>(to, ld_to, row - base, panel, ld, row, diagonal),
-                2 => tile::<2>(to, ld_to, row - base, panel, ld, row, diagonal),
-                _ => tile::<1>(to, ld_to, row - base, panel, ld, row, diagonal),
-            }
-        }
-        j += width;
-    }
-}
-
-/// One tile of [`subtract_products`]: `W` columns, [`ROWS`] rows.
-#[inline(always)]
-fn tile<const W: usize>(
-    to: &mut [f64],
-    ld_to: usize,
-    at: usize,
-    panel: &[f64],
-    ld: usize,
-    row: usize,
-    diagonal: usize,
-) {
-    let mut sums = [[0.0; ROWS]; W];
-    for (c, sum) in sums.iter_mut().enumerate() {
-        sum.copy_from_slice(&to[c * ld_to + at..][..ROWS]);
-    }
-    for column in panel.chunks_exact(ld) {
-        let rows: &[f64; ROWS] = column[row..row + ROWS].try_into().expect("a tile of rows");
-        let factors: &[f64; W] = column[diagonal..diagonal + W].try_into().expect("a tile of columns");
-        for c in 0..W {
-            for r in 0..ROWS {
-                sums[c][r] -= factors[c] * rows[r];
-            }
-        }
-    }
-    for (c, sum) in sums.iter().enumerate() {
-        to[c * ld_to + at..][..ROWS].copy_from_slice(sum);
-    }
 }
 
 wide! {
@@ -442,20 +378,36 @@ wide! {
     fn forward(fronts: &Fronts, factor: &[f64], y: &mut [f64], work: &mut [f64]) {
         for supernode in &fronts.supernodes {
             let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
-            let panel = &factor[supernode.panel..][..ld * pivots];
-            let work = &mut work[..ld];
-            work.fill(0.0);
-            work[..pivots].copy_from_slice(&y[supernode.columns.clone()]);
-            for (k, column) in panel.chunks_exact(ld).enumerate() {
-                let x = work[k] / column[k];
-                let start = k / ROWS * ROWS;
-                for (w, l) in work[start..].iter_mut().zip(&column[start..]) {
-                    *w -= x * l;
+            let panel = factor[supernode.panel..][..ld * pivots].as_chunks::<ROWS>().0;
+            let x = &mut y[supernode.columns.clone()];
+            for (t, tile) in panel.chunks_exact(pivots).enumerate() {
+                let solved = pivots.min(t * ROWS);
+                let mut sums = [[0.0; ROWS]; 2];
+                let ((x2, x1), (l2, l1)) = (x[..solved].as_chunks::<2>(), tile[..solved].as_chunks::<2>());
+                for (x, l) in x2.iter().zip(l2) {
+                    for part in 0..2 {
+                        for r in 0..ROWS {
+                            sums[part][r] += x[part] * l[part][r];
+                        }
+                    }
                 }
-                y[supernode.columns.start + k] = x;
+                let mut sum: [f64; ROWS] = std::array::from_fn(|r| sums[0][r] + sums[1][r]);
+                for (x, l) in x1.iter().zip(l1) {
+                    for r in 0..ROWS {
+                        sum[r] += x * l[r];
+                    }
+                }
+                for k in solved..pivots.min(solved + ROWS) {
+                    let l = &tile[k];
+                    x[k] = (x[k] - sum[k - solved]) * l[k - solved];
+                    for r in 0..ROWS {
+                        sum[r] += x[k] * l[r];
+                    }
+                }
+                work[t * ROWS..][..ROWS].copy_from_slice(&sum);
             }
             for (row, w) in fronts.below[supernode.below.clone()].iter().zip(&work[pivots..]) {
-                y[*row as usize] += w;
+                y[*row as usize] -= w;
             }
         }
     }
@@ -466,25 +418,54 @@ wide! {
     fn backward(fronts: &Fronts, factor: &[f64], y: &mut [f64], work: &mut [f64]) {
         for supernode in fronts.supernodes.iter().rev() {
             let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
-            let panel = &factor[supernode.panel..][..ld * pivots];
+            let panel = factor[supernode.panel..][..ld * pivots].as_chunks::<ROWS>().0;
             let work = &mut work[..ld];
-            work.fill(0.0);
             for (row, w) in fronts.below[supernode.below.clone()].iter().zip(&mut work[pivots..]) {
                 *w = y[*row as usize];
             }
-            for (k, column) in panel.chunks_exact(ld).enumerate().rev() {
-                let start = k / ROWS * ROWS;
-                let mut lanes = [0.0; ROWS];
-                // What stands in a column above its diagonal meets zeros: these unknowns come later.
-                for (w, l) in work[start..].as_chunks::<ROWS>().0.iter().zip(column[start..].as_chunks::<ROWS>().0) {
-                    for r in 0..ROWS {
-                        lanes[r] += w[r] * l[r];
-                    }
+            // What is not solved yet counts as 0, as does what lies behind the last row.
+            work[..pivots].fill(0.0);
+            work[supernode.rows..].fill(0.0);
+            let x = &mut y[supernode.columns.clone()];
+            for start in (0..pivots).step_by(4).rev() {
+                match pivots - start {
+                    1 => back::<1>(panel, pivots, start, work, x),
+                    2 => back::<2>(panel, pivots, start, work, x),
+                    3 => back::<3>(panel, pivots, start, work, x),
+                    _ => back::<4>(panel, pivots, start, work, x),
                 }
-                let x = (y[supernode.columns.start + k] - total(lanes, std::iter::empty())) / column[k];
-                work[k] = x;
-                y[supernode.columns.start + k] = x;
             }
         }
     }
+}
+
+/// Solve for unknowns `start..start + W` of a front, those behind being in `work` already.
+#[inline(always)]
+fn back<const W: usize>(panel: &[[f64; ROWS]], pivots: usize, start: usize, work: &mut [f64], x: &mut [f64]) {
+    let mut sums = [[0.0; ROWS]; W];
+    for (tile, w) in panel.chunks_exact(pivots).zip(work.as_chunks::<ROWS>().0).skip(start / ROWS) {
+        let tile: &[[f64; ROWS]; W] = tile[start..start + W].try_into().expect("so many columns");
+        for k in 0..W {
+            for r in 0..ROWS {
+                sums[k][r] += w[r] * tile[k][r];
+            }
+        }
+    }
+    let tile = &panel[start / ROWS * pivots + start..][..W];
+    for k in (0..W).rev() {
+        let mut sum = total(&sums[k]);
+        for r in k + 1..W {
+            sum += work[start + r] * tile[k][start % ROWS + r];
+        }
+        let value = (x[start + k] - sum) * tile[k][start % ROWS + k];
+        x[start + k] = value;
+        work[start + k] = value;
+    }
+}
+
+/// Sum of the parts of a sum.
+#[inline(always)]
+fn total(lanes: &[f64; ROWS]) -> f64 {
+    let pairs = [lanes[0] + lanes[4], lanes[1] + lanes[5], lanes[2] + lanes[6], lanes[3] + lanes[7]];
+    (pairs[0] + pairs[2]) + (pairs[1] + pairs[3])
 }

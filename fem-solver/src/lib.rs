@@ -9,6 +9,7 @@
 //! - [`assembly`]: elements one by one
 //! - [`kernel`], [`scattered`], [`lanes`]: all cables at once, fast; loops over long vectors
 //! - [`tangent`], [`linear_solver`], [`newton`]: the sparse tangent, its Cholesky factor, Newton's iteration
+//! - [`elimination`], [`fronts`], [`dense`]: of the factor, the order and the fronts, their traffic, their arithmetic
 //! - [`form_finding`], [`critical_step`], [`start`]: the state at t = 0 and the longest step
 //! - [`explicit`], [`implicit`], [`path`]: one step in time, or along a path of equilibrium
 //! - [`loads`], [`march`]: one window: the interface force in, motion out
@@ -22,7 +23,9 @@ pub mod assembly;
 pub mod check;
 pub mod config;
 pub mod critical_step;
+pub mod dense;
 pub mod element;
+pub mod elimination;
 pub mod energy;
 pub mod explicit;
 pub mod fields;

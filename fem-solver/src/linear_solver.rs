@@ -1,19 +1,10 @@
-//! Sparse symmetric positive definite systems: the only module that names faer.
+//! Sparse symmetric positive definite systems.
 //!
-//! The pattern is analysed once by faer (fill-reducing order, shape of the factor); numbers are factorised
-//! as often as they change by [`Fronts`], into memory that is kept. One thread, fixed order: equal input
-//! gives equal bytes.
+//! The pattern is analysed once ([`crate::elimination`]); numbers are factorised as often as they change by [`Fronts`],
+//! into memory that is kept. One thread, fixed order: on one machine equal input gives equal bytes.
 
-use crate::fronts::{Fronts, Shape};
-use faer::Side;
-use faer::sparse::SymbolicSparseColMat;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
-
-/// Two neighbouring supernodes of so many columns in all become one if at most that share of their numbers is 0.
-const RELAX: &[(usize, f64)] = &[(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
+use crate::elimination::analyse;
+use crate::fronts::Fronts;
 
 /// Cholesky factorisation of a sparse matrix whose lower triangle has a fixed pattern.
 pub struct Cholesky {
@@ -59,37 +50,6 @@ impl Cholesky {
         assert!(self.factorised, "solve follows a factorisation that succeeded");
         self.fronts.solve(&self.factor, x, &mut self.work);
     }
-}
-
-/// Order of elimination by approximate minimum degree, and the supernodes of the factor.
-fn analyse(n: usize, starts: &[usize], rows: &[usize]) -> Fronts {
-    if n == 0 {
-        return Fronts::default();
-    }
-    let pattern = SymbolicSparseColMat::new_checked(n, n, starts.to_vec(), None, rows.to_vec());
-    let parameters = CholeskySymbolicParams {
-        amd_params: Default::default(),
-        // Below 0: a diagonal matrix too is to come in supernodes.
-        supernodal_flop_ratio_threshold: SupernodalThreshold(-1.0),
-        supernodal_params: SymbolicSupernodalParams { relax: Some(RELAX) },
-    };
-    let symbolic =
-        factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, SymmetricOrdering::Amd, parameters)
-            .expect("indices and memory suffice for a pattern that exists already");
-    let SymbolicCholeskyRaw::Supernodal(blocks) = symbolic.raw() else {
-        unreachable!("supernodes were asked for")
-    };
-    let columns = blocks.supernode_begin().iter().zip(blocks.supernode_end());
-    let supernodes = columns.enumerate().map(|(s, (a, b))| (*a..*b, blocks.supernode(s).pattern().to_vec()));
-    let natural: Vec<usize>;
-    let unknowns = match symbolic.perm() {
-        Some(perm) => perm.arrays().0,
-        None => {
-            natural = (0..n).collect();
-            &natural
-        }
-    };
-    Fronts::new(&Shape { unknowns, supernodes: supernodes.collect() }, starts, rows)
 }
 
 #[cfg(test)]
@@ -172,6 +132,49 @@ mod tests {
                 let bound = 4.0 * (n + 1) as f64 * f64::EPSILON * largest * size;
                 assert!((left - b[i]).abs() <= bound, "{n} {links}: {left} is not {}", b[i]);
             }
+        }
+    }
+
+    #[test]
+    fn nodes_of_any_number_of_unknowns_are_eliminated_together() {
+        // A square of nodes with one to six unknowns, each linked to all of its neighbours.
+        let (side, mut random) = (14, crate::element::checks::random(3));
+        let widths: Vec<usize> = (0..side * side).map(|i| [3, 2, 6, 1, 3][i % 5]).collect();
+        let first: Vec<usize> = widths.iter().scan(0, |n, w| Some(std::mem::replace(n, *n + w))).collect();
+        let unknowns = |node: usize| first[node]..first[node] + widths[node];
+        let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
+        for node in 0..side * side {
+            let right = (node % side + 1 < side).then_some(node + 1);
+            let above = (node + side < side * side).then_some(node + side);
+            for j in unknowns(node) {
+                for i in
+                    [Some(node), right, above].into_iter().flatten().flat_map(unknowns).filter(|i| *i >= j)
+                {
+                    rows.push(i);
+                    // At most 30 others of at most 1/2 stand in a row.
+                    values.push(if i == j { 16.0 } else { random() });
+                }
+                starts.push(rows.len());
+            }
+        }
+        let n = starts.len() - 1;
+        let mut cholesky = Cholesky::new(n, &starts, &rows);
+        cholesky.factorise(&values).expect("is positive definite");
+        let b: Vec<f64> = (0..n).map(|_| random()).collect();
+        let mut x = b.clone();
+        cholesky.solve(&mut x);
+        let mut left = vec![0.0; n];
+        for j in 0..n {
+            for (i, value) in rows[starts[j]..starts[j + 1]].iter().zip(&values[starts[j]..]) {
+                left[*i] += value * x[j];
+                left[j] += if *i == j { 0.0 } else { value * x[*i] };
+            }
+        }
+        // As above, and no row of the factor holds more than n numbers.
+        let size = x.iter().fold(0.0, |a, b| f64::max(a, b.abs()));
+        let bound = 4.0 * (n + 1) as f64 * f64::EPSILON * 16.0 * size;
+        for (left, b) in left.iter().zip(&b) {
+            assert!((left - b).abs() <= bound, "{left} is not {b}");
         }
     }
 

@@ -19,6 +19,8 @@ use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;
@@ -43,6 +45,8 @@ struct Prepared {
     mesh: InterfaceMesh,
     fields: Option<Fields>,
     sag: Option<f64>,
+    /// Factorisations that were spared.
+    kept_factors: Arc<AtomicU64>,
     /// End of the last window solved [s].
     time: f64,
 }
@@ -82,7 +86,7 @@ impl FemSolver {
     }
 
     /// Make ready for windows from `start`, under a plan that has been checked.
-    pub(crate) fn begin(&mut self, start: Start, plan: &Plan) -> Result<Ready, Fault> {
+    pub(crate) fn begin(&mut self, mut start: Start, plan: &Plan) -> Result<Ready, Fault> {
         let mesh = self.model.interface_mesh(&start.displacement);
         let (loads, load_warnings) =
             Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh, self.model.dof_count())?;
@@ -92,6 +96,8 @@ impl FemSolver {
         let mut warnings = start.warnings.clone();
         warnings.extend(load_warnings);
         let sag = self.model.sag(&start.displacement);
+        start.newton.keeps_factor = self.options.shortcuts;
+        let kept_factors = start.newton.kept_factors();
         let mut march = March::new(
             &self.model,
             &self.config,
@@ -117,7 +123,7 @@ impl FemSolver {
         if let Some(fields) = &mut fields {
             fields.offer(&self.model, &mesh, &march.origin, &march.committed, 0.0)?;
         }
-        self.prepared = Some(Prepared { march, mesh: mesh.clone(), fields, sag, time: 0.0 });
+        self.prepared = Some(Prepared { march, mesh: mesh.clone(), fields, sag, kept_factors, time: 0.0 });
         Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
     }
 
@@ -269,6 +275,7 @@ impl Solver for FemSolver {
             ("newton_iterations", counts.newton),
             ("skipped_windows", counts.skipped),
             ("factorisations", counts.factorisations),
+            ("kept_factors", prepared.kept_factors.load(Ordering::Relaxed)),
             ("refined_windows", counts.refined),
             ("shifted_tangents", counts.shifted),
         ];

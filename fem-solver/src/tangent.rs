@@ -34,14 +34,15 @@ pub struct Tangent {
     /// Position of the diagonal of each free degree of freedom.
     diagonal: Vec<usize>,
     /// Positions of each cable's blocks: (1,1) and (2,2) by their lower triangles, (1,2) in full.
-    cables: Vec<[usize; 21]>,
+    cables: Vec<[u32; 21]>,
     /// The other elements.
     assembly: Assembly,
     /// Positions of the lower triangles of their tangents, by rows, one after the other.
-    elements: Vec<usize>,
+    elements: Vec<u32>,
     /// Memory of [`Tangent::bound`].
     sums: Vec<f64>,
     cholesky: Cholesky,
+    revision: u64,
 }
 
 impl Tangent {
@@ -67,8 +68,9 @@ impl Tangent {
             starts[column] + inside.expect("the pattern holds every entry of every element")
         };
         let sink = rows.len();
-        let cables = places.iter().map(|p| p.map(|at| at.map_or(sink, |(i, j)| position(i, j)))).collect();
-        let elements = others.iter().map(|at| at.map_or(sink, |(i, j)| position(i, j))).collect();
+        let place = |at: Option<(usize, usize)>| at.map_or(sink, |(i, j)| position(i, j)) as u32;
+        let cables = places.iter().map(|p| p.map(place)).collect();
+        let elements = others.iter().map(|at| place(*at)).collect();
         let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
         let cholesky = Cholesky::new(dofs.len(), &starts, &rows);
         let count = dofs.len();
@@ -84,7 +86,13 @@ impl Tangent {
             elements,
             sums: vec![0.0; count],
             cholesky,
+            revision: 0,
         }
+    }
+
+    /// How often it was assembled: as long as this number stays, so do its values and its factor.
+    pub fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// Number of free degrees of freedom.
@@ -126,7 +134,7 @@ impl Tangent {
             let n = k.len().isqrt();
             for row in 0..n {
                 for (column, at) in (0..=row).zip(&mut at) {
-                    self.values[*at] += share * 0.5 * (k[row * n + column] + k[column * n + row]);
+                    self.values[*at as usize] += share * 0.5 * (k[row * n + column] + k[column * n + row]);
                 }
             }
         }
@@ -134,15 +142,16 @@ impl Tangent {
 
     /// The same with a tangent of one's own for each cable.
     pub fn assemble_blocks(&mut self, model: &Model, share: f64, block: impl Fn(&Cable) -> Matrix3<f64>) {
+        self.revision += 1;
         self.values.fill(0.0);
         for (cable, at) in model.cables.iter().zip(&self.cables) {
             let k = share * block(cable);
             for (i, (r, c)) in LOWER.into_iter().enumerate() {
-                self.values[at[i]] += k[(r, c)];
-                self.values[at[6 + i]] += k[(r, c)];
+                self.values[at[i] as usize] += k[(r, c)];
+                self.values[at[6 + i] as usize] += k[(r, c)];
             }
             for i in 0..9 {
-                self.values[at[12 + i]] -= k[(i / 3, i % 3)];
+                self.values[at[12 + i] as usize] -= k[(i / 3, i % 3)];
             }
         }
         for spring in &model.springs {
@@ -170,9 +179,9 @@ impl Tangent {
                 for column in 0..=row {
                     let share = if row == column { nodes as f64 - 1.0 } else { -1.0 };
                     if row % per_node == column % per_node && row % per_node < 3 {
-                        self.values[self.elements[at]] += share * stiffness;
+                        self.values[self.elements[at] as usize] += share * stiffness;
                     } else if row == column {
-                        self.values[self.elements[at]] += stiffness;
+                        self.values[self.elements[at] as usize] += stiffness;
                     }
                     at += 1;
                 }

@@ -141,10 +141,11 @@ fn stiffnesses_eight_decades_apart_are_told_apart() {
         }
         assert!(off(b.value("reaction_x"), -10.0) < 1e-6, "{}", b.value("reaction_x"));
     }
-    // At 1e16 the rounding of a position, 1e-17 m, is some 10 N in the stiff one: said, and not computed.
+    // At 1e16 the rounding of a position, 1e-17 m, is some 10 N in the stiff one, at both its ends: said, and not computed.
     let mut solver = FemSolver::new(&scene(&row(1e16)), &Options { out: None, shortcuts: true }).unwrap();
     let message = solver.prepare(&Default::default(), &mut |_| Ok(())).expect_err("is too stiff").message;
-    assert!(message.contains("did not converge") && message.contains("node 2"), "{message}");
+    let at_an_end = message.contains("largest at node 1") || message.contains("largest at node 2");
+    assert!(message.contains("did not converge") && at_an_end, "{message}");
 }
 
 /// Two cables of 10 m with one of `short` between.
