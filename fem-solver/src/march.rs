@@ -378,6 +378,11 @@ impl March {
         self.recorder.write(&mut gauges[3 * self.energy_now.len()..]);
     }
 
+    /// State at the end of the window solved last.
+    pub fn solved(&self) -> &State {
+        &self.trial
+    }
+
     /// Accept the last window.
     pub fn commit(&mut self) {
         std::mem::swap(&mut self.committed, &mut self.trial);

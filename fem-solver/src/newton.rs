@@ -87,6 +87,15 @@ pub enum Failure {
         /// Degree of freedom with the pivot that is not positive.
         dof: usize,
     },
+    /// Something breaks before there is anything to touch it.
+    Broken {
+        /// Number of the element.
+        element: usize,
+        /// What it carried [N].
+        tension: f64,
+        /// Share of the dead load that acted.
+        part: f64,
+    },
     /// Whoever listens to the progress has stopped it.
     Stopped(Fault),
 }
@@ -119,6 +128,11 @@ impl Failure {
                 "no stable equilibrium: a pivot at {} is not positive (slack, not connected to a support, or buckled)",
                 model.dof_name(*dof)
             ),
+            Self::Broken { element, tension, part } => format!(
+                "{} breaks under {:.0} % of the dead load alone, at {tension:.4e} N",
+                model.element_name(*element),
+                100.0 * part
+            ),
             Self::Stopped(fault) => fault.message.clone(),
         }
     }
@@ -131,6 +145,7 @@ impl fmt::Display for Failure {
                 write!(f, "residual {residual:.2e} N after {iterations} iterations")
             }
             Self::Unstable { dof } => write!(f, "unstable in degree of freedom {dof}"),
+            Self::Broken { element, tension, .. } => write!(f, "element {element} breaks at {tension:.4e} N"),
             Self::Stopped(fault) => f.write_str(&fault.message),
         }
     }

@@ -186,6 +186,11 @@ fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {
 
 fn not_found(scene: &Scene, model: &Model, failure: &Failure) -> InputError {
     let what = format!("no static equilibrium under the dead load was found: {}", failure.describe(model));
+    if matches!(failure, Failure::Broken { .. }) {
+        return scene
+            .invalid("structure", what)
+            .try_instead("a larger rupture_force or rupture_strain, or less load or prestress");
+    }
     scene.invalid("structure.form_finding", what).try_instead(
         "support or connect that node, give the cables tension, or write form_finding = \"none\"",
     )

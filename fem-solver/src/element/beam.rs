@@ -255,6 +255,10 @@ impl Element for Beam {
         Energy { stored: self.stored(&self.shape(u, history)), dissipated: history[LOST] }
     }
 
+    fn can_break(&self) -> bool {
+        self.rupture != Rupture::NEVER
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         if history[BROKEN] > 0.0 || self.rupture == Rupture::NEVER {
             return false;

@@ -185,6 +185,20 @@ impl Model {
         cables.chain(others)
     }
 
+    /// Element number `element` in words: its part, which of it, its first and last node.
+    pub fn element_name(&self, element: usize) -> String {
+        let part = self.parts.iter().find(|p| p.elements.contains(&element));
+        let nodes = self.elements[element].nodes();
+        let [first, last] = [nodes[0], nodes[nodes.len() - 1]].map(|node| self.node_name(node));
+        match part {
+            Some(part) => {
+                let number = element - part.elements[0];
+                format!("`{}` (element {number} of it, node {first} to node {last})", part.name)
+            }
+            None => format!("an element (node {first} to node {last})"),
+        }
+    }
+
     /// The interface mesh with the nodes displaced by `u`.
     pub fn interface_mesh(&self, u: &[f64]) -> InterfaceMesh {
         let node = |i: usize| self.nodes[i] + self.vector(u, i);
