@@ -87,6 +87,11 @@ pub enum Failure {
         /// Degree of freedom with the pivot that is not positive.
         dof: usize,
     },
+    /// More than one direction is unstable: a path goes on in more than one way.
+    Forks {
+        /// Degrees of freedom of the first pivots that are not positive, one after the other.
+        dofs: [usize; 2],
+    },
     /// Something breaks before there is anything to touch it.
     Broken {
         /// Number of the element.
@@ -128,6 +133,12 @@ impl Failure {
                 "no stable equilibrium: a pivot at {} is not positive (slack, not connected to a support, or buckled)",
                 model.dof_name(*dof)
             ),
+            Self::Forks { dofs: [one, other] } => format!(
+                "two directions are unstable at once, {} and {}: the path forks, and only paths with one are followed; hold \
+                 one of them, make the structure a little uneven, or compute it with inertia",
+                model.dof_name(*one),
+                model.dof_name(*other)
+            ),
             Self::Broken { element, tension, part } => format!(
                 "{} breaks under {:.0} % of the dead load alone, at {tension:.4e} N",
                 model.element_name(*element),
@@ -145,6 +156,7 @@ impl fmt::Display for Failure {
                 write!(f, "residual {residual:.2e} N after {iterations} iterations")
             }
             Self::Unstable { dof } => write!(f, "unstable in degree of freedom {dof}"),
+            Self::Forks { dofs } => write!(f, "unstable in degrees of freedom {} and {}", dofs[0], dofs[1]),
             Self::Broken { element, tension, .. } => write!(f, "element {element} breaks at {tension:.4e} N"),
             Self::Stopped(fault) => f.write_str(&fault.message),
         }

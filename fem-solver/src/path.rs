@@ -227,7 +227,13 @@ impl Path {
                 info.factorisations += 1;
                 match self.tangent.factorise() {
                     Ok(()) => break,
-                    Err(dof) if c > MOST_STIFFENING * stiff => return Err(Failure::Unstable { dof }),
+                    Err(other) if c > MOST_STIFFENING * stiff => {
+                        return Err(if other == dof {
+                            Failure::Unstable { dof }
+                        } else {
+                            Failure::Forks { dofs: [dof, other] }
+                        });
+                    }
                     Err(_) => {}
                 }
             }

@@ -241,7 +241,10 @@ impl Solver for FemSolver {
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
-        let (model, prepared) = self.prepared()?;
+        let Some(prepared) = &self.prepared else {
+            return Err(Fault::broken("asked for results before the preparation"));
+        };
+        let model = &self.model;
         let peaks = prepared.march.committed.peaks;
         let measure = |name: &str, value, unit: &str, time| Measure {
             name: name.into(),
@@ -279,6 +282,10 @@ impl Solver for FemSolver {
                 "N",
                 Some(peaks.cable_force.time),
             ));
+        }
+        let (committed, time) = (&prepared.march.committed, prepared.time);
+        for (name, height) in self.probes.heights(&self.config.gauges, model, committed) {
+            measures.push(measure(&format!("{name}_height_end"), height, "m", Some(time)));
         }
         match prepared.sag {
             Some(sag) => measures.push(measure("sag", sag, "m", None)),

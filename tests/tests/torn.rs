@@ -60,7 +60,8 @@ fn run(bench: &Bench, out: &str, text: &str) -> Ended {
 fn broke(ended: &Ended) -> Option<f64> {
     let summary = ended.summary();
     let said = summary["warnings"].as_array().expect("a list").iter();
-    let said = said.filter_map(|w| w.as_str()?.strip_prefix("rupture at t = ")?.split(' ').next()?.parse().ok());
+    let said =
+        said.filter_map(|w| w.as_str()?.strip_prefix("rupture at t = ")?.split(' ').next()?.parse().ok());
     said.reduce(f64::min)
 }
 
@@ -84,6 +85,9 @@ fn a_sphere_falls_freely_through_a_torn_wire_and_bounces_off_a_whole_one() {
         // The books close: what the wire and the contact held when they parted is booked as lost.
         assert!(torn.measure("energy_error") < 1e-3, "{scheme}: {}", torn.measure("energy_error"));
         let whole = run(&bench, &format!("whole{at}"), &scene(1e9, scheme, hierarchy));
-        assert!(broke(&whole).is_none() && whole.column("sphere_vz_m_per_s").into_iter().fold(0.0, f64::max) > 1.0);
+        assert!(
+            broke(&whole).is_none()
+                && whole.column("sphere_vz_m_per_s").into_iter().fold(0.0, f64::max) > 1.0
+        );
     }
 }

@@ -42,7 +42,9 @@ use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
-use interface_defs::{Fault, FieldSpec, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name};
+use interface_defs::{
+    Fault, FieldSpec, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
+};
 use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
 use state::State;

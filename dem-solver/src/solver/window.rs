@@ -228,13 +228,7 @@ impl Run {
 
     /// Contacts with lines that are no more end: what their normal springs held is lost. Where something else is touched
     /// in their place and holds more, that is no negative loss.
-    fn let_go(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        length: f64,
-        input: &[f64],
-    ) -> Result<(), Fault> {
+    fn let_go(&mut self, model: &Model, state: &mut State, length: f64, input: &[f64]) -> Result<(), Fault> {
         let held = |state: &State| state.bodies.iter().map(|b| b.elastic).sum::<f64>();
         let before = held(state);
         let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };

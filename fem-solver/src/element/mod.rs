@@ -14,6 +14,8 @@ mod capstan;
 pub(crate) mod checks;
 pub mod mass;
 pub mod membrane;
+#[cfg(test)]
+mod patches;
 pub mod ring;
 pub mod segment;
 pub mod shell;

@@ -6,6 +6,7 @@ mod contract;
 mod dynamics;
 mod elements;
 mod extremes;
+mod forms;
 mod generated;
 mod input;
 mod meshes;
