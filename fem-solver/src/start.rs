@@ -191,6 +191,16 @@ fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) 
             .invalid("structure", what)
             .try_instead("a larger rupture_force or rupture_strain, or less load or prestress");
     }
+    if let Some((node, count)) = model.adrift() {
+        let what = format!(
+            "nothing holds node {} and what hangs together with it, {count} nodes in all: there is no support and no spring, \
+             and a load acts",
+            model.node_name(node)
+        );
+        return scene.invalid("structure", what).try_instead(
+            "add supports = [{ group = \"name of a group\" }]; or write form_finding = \"none\" for what shall fall",
+        );
+    }
     let other = match way {
         FormFinding::DynamicRelaxation => {
             "form_finding = \"none\" with damping, so that it comes to rest in time"

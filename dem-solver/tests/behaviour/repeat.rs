@@ -35,6 +35,47 @@ fn solving_a_then_b_then_a_gives_the_bytes_of_a() {
     assert!(contacts > 100.0, "the test is about contact: {contacts}");
 }
 
+/// Lines that are broken in the request touch nothing, whatever was asked of others in between, and the spring energy of their
+/// contacts is lost.
+#[test]
+fn what_is_broken_is_not_touched_and_no_detour_shows() {
+    for hierarchy in ["nearest", "continuous"] {
+        let mut setup = Setup { broken: true, ..setup() };
+        setup.scene =
+            setup.scene.replace("[[contact]]", &format!("[[contact]]\nhierarchy = \"{hierarchy}\""));
+        let run = |detours: bool| {
+            let mut bench = setup.build();
+            let mut history = Vec::new();
+            let mut lost = 0.0;
+            for window in 0..200 {
+                wave(&mut bench, 1, 1e-4);
+                // One line more is torn in every window from the 100th on, all of them from the 150th.
+                let torn = move |line: usize| window >= 150 || window >= 100 && line < window - 100;
+                if detours {
+                    bench.tear(|line| line % 2 == 0);
+                    let _ = bench.solve(1e-4);
+                    bench.tear(|_| false);
+                    let _ = bench.solve(1.3e-4);
+                }
+                bench.tear(torn);
+                let before = bench.value("energy_dissipated_dem");
+                bench.advance(1e-4);
+                if window == 150 {
+                    lost = bench.value("energy_dissipated_dem") - before;
+                }
+                if window >= 150 {
+                    assert_eq!(bench.value("contacts"), 0.0, "window {window}");
+                    assert_eq!(bench.total_force(Sampling::Means), Vector3::zeros());
+                }
+                history.extend(bits(&bench.output));
+            }
+            assert!(lost > 0.0, "the rock touched before all was torn");
+            history
+        };
+        assert_eq!(run(false), run(true));
+    }
+}
+
 /// The same run with and without detours in between, to the last bit over the whole history: the age
 /// of the lists does not show.
 #[test]

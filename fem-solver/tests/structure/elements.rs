@@ -62,6 +62,47 @@ fn a_cantilever_under_an_end_moment_rolls_up_to_a_circle() {
     }
 }
 
+#[test]
+fn a_cantilever_that_points_anywhere_bends_as_one_along_an_axis() {
+    // Along a, loaded along b across it: V-F7 in space. Equal but for rounding and what Newton leaves.
+    let [a, b] = [[1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0], [2.0 / 3.0, 1.0 / 3.0, -2.0 / 3.0]];
+    let force = 5.0 * 1000.0 / 100.0;
+    let tip = |along: [f64; 3], across: [f64; 3]| {
+        let nodes: Vec<_> = (0..=10).map(|i| format!("{:?}", along.map(|x| x * f64::from(i)))).collect();
+        let cells: Vec<_> = (0..10).map(|i| format!("[{i}, {}]", i + 1)).collect();
+        let text = format!(
+            r#"
+end_time = 1.0
+[structure]
+nodes = [{}]
+supports = [{{ nodes = [0], rotations = "xyz" }}]
+loads = [{{ nodes = [10], force = {:?} }}]
+[[structure.parts]]
+name = "post"
+element = "beam"
+cells = [{}]
+young = 1e8
+area = 1.0
+inertia = [1e-5, 1e-5]
+density = 1.0
+[fem]
+integrator = "static"
+"#,
+            nodes.join(", "),
+            across.map(|x| x * force),
+            cells.join(", "),
+        );
+        let end = Run::alone(&text, 0.1).ready.mesh.coordinates[30..33].to_vec();
+        let on = |v: [f64; 3]| v.iter().zip(&end).map(|(v, x)| v * x).sum::<f64>();
+        [on(along), on(across)]
+    };
+    let (straight, askew) = (tip([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]), tip(a, b));
+    assert!(
+        (straight[0] - askew[0]).abs() < 1e-7 && (straight[1] - askew[1]).abs() < 1e-7,
+        "{straight:?} {askew:?}"
+    );
+}
+
 /// Tip of a strip of shell, 10 m long, 1 m wide, 0.1 m thick, E I = 1000, under the end moment `f 2 pi E I / L`.
 fn strip(cells: usize, f: f64) -> [f64; 2] {
     let x = |i: usize| 10.0 * i as f64 / cells as f64;
