@@ -15,7 +15,7 @@ fn along() -> Vector3<f64> {
     Vector3::new(2.0, -1.0, 2.0) / 3.0
 }
 
-/// Sums of a few products of this size.
+/// Sums of a few products of this size; forces of a strain of a tenth are differences of terms ten times as large and more.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Displacements of nodes on the line that is stretched by a tenth and turned.
@@ -174,7 +174,7 @@ fn triangles_of_membrane_in_constant_strain_are_in_balance_taut_wrinkled_and_of_
             let membranes = membranes(fabric);
             let all: Vec<&dyn Element> = membranes.iter().map(|m| m as &dyn Element).collect();
             let left = patch(&all, &u, &[], &[4]);
-            assert!(left < ROUNDING, "{left}");
+            assert!(left < 100.0 * ROUNDING, "{left}");
         }
     }
 }
@@ -194,7 +194,7 @@ fn triangles_of_shell_in_constant_strain_and_constant_curvature_are_in_balance()
         .flat_map(|u| [u.x, u.y, u.z, 0.0, 0.0, 0.0])
         .collect();
     let left = patch(&all, &u, &[whole; 5], &[4]);
-    assert!(left < 10.0 * ROUNDING, "{left}");
+    assert!(left < 100.0 * ROUNDING, "{left}");
     // w = (k_1 x^2 + k_2 y^2) / 2 + k_3 x y, normals tilted by -grad w: moments are alike in all triangles. Membrane forces grow
     // with the squares of slopes: 1e-5 of E t, beside moments of D k.
     let k = [1e-5, -0.6e-5, 0.4e-5];

@@ -1,6 +1,7 @@
 //! The structure as a whole, in one test binary: linking is what takes the time.
 
 mod allocation;
+mod bending;
 mod common;
 mod contract;
 mod dynamics;
