@@ -336,7 +336,7 @@ mod tests {
     /// A node of mass m on a spring to the ground and one to a contact that sees it move on straight.
     #[test]
     fn friction_doubles_the_energy_of_a_node_in_the_time_that_is_said() {
-        let (m, k, held) = (0.315, 1e7, 1.2e8);
+        let (m, k, held): (f64, f64, f64) = (0.315, 1e7, 1.2e8);
         let numbers = Numbers {
             node_mass: Some(m),
             stiffness: Some(k),
@@ -346,7 +346,7 @@ mod tests {
         };
         let (h, part) = numbers.weak_limit().expect("known");
         assert_eq!(part, "friction");
-        let (w, mut u, mut v) = ((held / m as f64).sqrt(), 1e-3, 0.0);
+        let (w, mut u, mut v) = ((held / m).sqrt(), 1e-3, 0.0);
         let energy = |u: f64, v: f64| 0.5 * m * v * v + 0.5 * (k + held) * u * u;
         let (start, (sine, cosine)) = (energy(u, v), (w * h).sin_cos());
         for _ in 0..(DOUBLES / h) as usize {
