@@ -70,6 +70,12 @@ pub fn agree(
     dem_plan.wall = Some(structure_mesh.clone());
     let mut dem_ready = dem.prepare(&dem_plan, progress)?;
 
+    if fields.to_dem.iter().any(|f| f.name == name::BROKEN) && structure_mesh.lines != dem_ready.mesh.lines {
+        return Err(Failure::Contract {
+            solver: dem.name().into(),
+            what: "it takes the field \"broken\", and its mesh has other lines than the structure's".into(),
+        });
+    }
     let mapper = settings.mapping.clone().unwrap_or_else(|| {
         if structure_mesh.same_nodes(&dem_ready.mesh) {
             AnyMapper::Identity(Identity {})
@@ -142,10 +148,18 @@ fn choose_fields(settings: &Coupling, dem: &Hello, fem: &Hello) -> Result<Fields
 
     let mut to_dem = vec![need("dem", dem_name, "take", &dem.takes, name::DISPLACEMENT, FromStart)?];
     to_dem.extend(find(&dem.takes, name::VELOCITY, FromStart));
-    let from_fem = vec![
+    let mut from_fem = vec![
         need("fem", fem_name, "give", &fem.gives, name::DISPLACEMENT, AtEnds)?,
         need("fem", fem_name, "give", &fem.gives, name::VELOCITY, AtEnds)?,
     ];
+    // What is broken is told as long as both know of it.
+    if let (Some(given), Some(taken)) =
+        (find(&fem.gives, name::BROKEN, Once), find(&dem.takes, name::BROKEN, Once))
+        && given == taken
+    {
+        from_fem.push(given);
+        to_dem.push(taken);
+    }
     // The structure's list says which load balances its scheme (handbook 3.7): mean, end, or both.
     let mut to_fem = Vec::new();
     let mut from_dem = Vec::new();

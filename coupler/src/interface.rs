@@ -22,6 +22,8 @@ pub struct Places {
     pub wall_end_force: Vec<Range<usize>>,
     /// From the wall.
     pub reach: Option<Range<usize>>,
+    /// To the wall: its broken lines.
+    pub wall_broken: Option<Range<usize>>,
     /// To the structure.
     pub force: Vec<Range<usize>>,
     /// To the structure.
@@ -30,6 +32,8 @@ pub struct Places {
     pub displacement: Vec<Range<usize>>,
     /// From the structure.
     pub velocity: Vec<Range<usize>>,
+    /// From the structure: its broken lines.
+    pub broken: Option<Range<usize>>,
 }
 
 impl Places {
@@ -51,6 +55,8 @@ impl Places {
             wall_force: all(from_wall, name::FORCE, Means, samples),
             wall_end_force: all(from_wall, name::FORCE, AtEnds, samples),
             reach: from_wall.sample(name::REACH, Once, 0),
+            wall_broken: to_wall.sample(name::BROKEN, Once, 0),
+            broken: from_fem.sample(name::BROKEN, Once, 0),
             force: all(to_fem, name::FORCE, Means, samples),
             end_force: all(to_fem, name::FORCE, AtEnds, samples),
             displacement: all(from_fem, name::DISPLACEMENT, AtEnds, samples),
@@ -92,6 +98,9 @@ pub struct Interface {
     committed_v: Vec<f64>,
     iterate: Motion,
     answer: Motion,
+    /// Broken lines of the structure, as committed and in its last answer; empty if not agreed.
+    committed_broken: Vec<f64>,
+    broken: Vec<f64>,
     /// Mean force on the structure's nodes over each part [N]; empty if the structure takes none.
     force: Vec<Vec<f64>>,
     /// Nodes that the contact solver may touch in this window.
@@ -108,7 +117,10 @@ impl Interface {
     pub fn new(mapping: Matrix, places: Places, u: &[f64], v: &[f64]) -> Self {
         let samples = places.displacement.len();
         let motion = Motion::zero(samples, u.len());
+        let whole = vec![0.0; places.broken.as_ref().map_or(0, Range::len)];
         Self {
+            committed_broken: whole.clone(),
+            broken: whole,
             committed_u: u.to_vec(),
             committed_v: v.to_vec(),
             iterate: motion.clone(),
@@ -157,6 +169,9 @@ impl Interface {
                 self.mapping.consistent(sample, &mut payload[place.clone()]);
             }
         }
+        if let Some(place) = &self.places.wall_broken {
+            payload[place.clone()].copy_from_slice(&self.committed_broken);
+        }
     }
 
     /// The contact solver's answer, mapped into the request to the structure. The mean force is kept
@@ -189,6 +204,9 @@ impl Interface {
         }
         for (place, v) in self.places.velocity.iter().zip(&mut self.answer.v) {
             v.copy_from_slice(&from_structure[place.clone()]);
+        }
+        if let Some(place) = &self.places.broken {
+            self.broken.copy_from_slice(&from_structure[place.clone()]);
         }
     }
 
@@ -261,13 +279,14 @@ impl Interface {
         (structure, wall)
     }
 
-    /// The answer's end is the committed motion from now on.
+    /// The answer's end is the committed motion from now on, and what is broken in it is broken.
     pub fn commit(&mut self) {
         // The next answer is written over what is swapped out.
         if let (Some(u), Some(v)) = (self.answer.u.last_mut(), self.answer.v.last_mut()) {
             std::mem::swap(&mut self.committed_u, u);
             std::mem::swap(&mut self.committed_v, v);
         }
+        self.committed_broken.copy_from_slice(&self.broken);
     }
 }
 

@@ -106,6 +106,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
             report.numbers.insert("dashpot_mass_kg".into(), heaviest);
         }
     }
+    let frictions = model.laws.iter().flat_map(|laws| &laws.walls).filter_map(|law| law.tangential.as_ref());
+    if let Some(most) = frictions.map(|t| t.stiffness_ratio).reduce(f64::max) {
+        report.numbers.insert("tangential_ratio".into(), most);
+    }
     report.resolved = resolved(&model.settings);
     Ok(report)
 }

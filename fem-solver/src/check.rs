@@ -1,6 +1,7 @@
 //! `fem-solver check`: what would be built, the critical step, the cost.
 
 use crate::config::{Config, Integrator};
+use crate::critical_step::typical_stiffness;
 use crate::model::Model;
 use crate::solver::FemSolver;
 use crate::start::{NoStart, Start};
@@ -40,6 +41,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         (model.cables.len() + model.elements.len() + model.springs.len() + model.point_masses.len()) as f64,
     );
     tell("least_interface_mass_kg", least);
+    if let Some((stiffness, mass)) = typical_stiffness(model, &start.displacement, &start.history) {
+        tell("interface_stiffness_n_per_m", stiffness);
+        tell("interface_stiffness_mass_kg", mass);
+    }
     tell("highest_frequency_rad_per_s", start.frequency);
     if config.fem.integrator != Integrator::Static {
         tell("critical_step_s", start.critical_step);

@@ -4,8 +4,10 @@
 //! plain power iteration creeps; Lanczos takes the same products and needs some tens of them. Lost
 //! orthogonality only repeats eigenvalues that are found already.
 
+use crate::assembly::Assembly;
 use crate::model::Model;
 use crate::tangent::{Slack, Tangent};
+use nalgebra::Matrix3;
 
 /// Most products.
 const MOST: usize = 400;
@@ -46,6 +48,39 @@ pub fn highest_frequency(model: &Model, tangent: &mut Tangent, u: &[f64], histor
         now.iter_mut().zip(&next).for_each(|(x, y)| *x = y / link);
     }
     found.max(0.0).sqrt()
+}
+
+/// Stiffness [N/m] and mass [kg] of a typical node of the interface: in the stiffest direction, its neighbours held, slack
+/// elements counted as just taut and rings as unloading. Typical is the median by stiffness over mass squared, of all
+/// nodes that can move and that lines or faces hold; `None` where there is none.
+pub fn typical_stiffness(model: &Model, u: &[f64], history: &[f64]) -> Option<(f64, f64)> {
+    let mut blocks = vec![Matrix3::<f64>::zeros(); model.node_count()];
+    for cable in &model.cables {
+        let d = cable.span + model.relative(u, cable);
+        let pull = cable.response(&model.relative(u, cable)).pull_per_length;
+        let block = 2.0 * cable.slope() * d * d.transpose() + Matrix3::from_diagonal_element(pull);
+        cable.nodes.iter().for_each(|node| blocks[*node] += block);
+    }
+    let mut assembly = Assembly::new(model);
+    for (i, element) in model.elements.iter().enumerate() {
+        let nodes = element.nodes();
+        let tangent = assembly.tangent(i, element, u, history, Slack::Taut);
+        let n = tangent.len().isqrt();
+        for (place, node) in nodes.iter().enumerate() {
+            let at = place * (n / nodes.len());
+            blocks[*node] += Matrix3::from_fn(|a, b| tangent[(at + a) * n + at + b]);
+        }
+    }
+    let mut touched = vec![false; model.node_count()];
+    let lines = model.lines().flat_map(|(line, _)| line);
+    let faces = model.elements.iter().flat_map(|e| e.faces()).flatten();
+    lines.chain(faces).for_each(|node| touched[node] = true);
+    let free =
+        (0..model.node_count()).filter(|n| touched[*n] && !model.fully_held(*n) && model.mass[*n] > 0.0);
+    let mut all: Vec<(f64, f64)> =
+        free.map(|node| (blocks[node].symmetric_eigenvalues().max(), model.mass[node])).collect();
+    all.sort_by(|(k, m), (l, n)| (k / (m * m)).total_cmp(&(l / (n * n))));
+    all.get(all.len() / 2).copied()
 }
 
 /// A unit vector without symmetry, the same in every run.

@@ -107,7 +107,7 @@ fn find(
         let mut form = Form { displacement: start.clone(), history: history.clone(), smoothed: false };
         match loaded(model, newton, &mut assembly, steps, &mut form, &mut done, on_iteration) {
             Ok(()) => return Ok((form, done)),
-            Err(Failure::Stopped(fault)) => return Err(Failure::Stopped(fault)),
+            Err(failure @ (Failure::Stopped(_) | Failure::Broken { .. })) => return Err(failure),
             Err(failure) if steps >= most => return Err(failure),
             Err(_) => steps *= 2,
         }
@@ -143,6 +143,9 @@ fn loaded(
             on_iteration(before, residual)
         })?;
         assembly.settle(&model.elements, &form.displacement, &mut form.history);
+        if let Some((element, tension)) = assembly.broken().first() {
+            return Err(Failure::Broken { element: *element as usize, tension: *tension, part });
+        }
         done.iterations += info.iterations;
         done.factorisations += info.factorisations;
         done.unstable = info.unstable;

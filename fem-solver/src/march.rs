@@ -36,6 +36,8 @@ pub struct Counts {
     pub newton: u64,
     /// Factorisations, form finding included.
     pub factorisations: u64,
+    /// Factorisations that were spared: the factor at hand was that of the tangent asked for.
+    pub kept_factors: u64,
     /// Windows begun anew with twice the steps, because Newton had failed.
     pub refined: u64,
     /// Steps with a tangent that was not positive and had to be shifted.
@@ -287,6 +289,7 @@ impl March {
                     path.step(model, &mut self.trial, time, h).map_err(|failure| failure.describe(model))?;
                 self.counts.newton += info.iterations;
                 self.counts.factorisations += info.factorisations;
+                self.counts.kept_factors += info.kept_factors;
                 Ok(largest.sqrt())
             }
             Engine::Implicit(implicit) => {
@@ -309,6 +312,7 @@ impl March {
                 self.counts.unstable += u64::from(info.unstable.is_some());
                 self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
                 self.counts.factorisations += info.factorisations;
+                self.counts.kept_factors += info.kept_factors;
                 let (after, before) = (&self.trial.displacement, &self.part_start);
                 if scheme.takes_mean_only() {
                     self.trial.received += work(load.balance, after, before);
@@ -379,6 +383,11 @@ impl March {
             *triple = [*energy; 3];
         }
         self.recorder.write(&mut gauges[3 * self.energy_now.len()..]);
+    }
+
+    /// State at the end of the window solved last.
+    pub fn solved(&self) -> &State {
+        &self.trial
     }
 
     /// Accept the last window.

@@ -13,8 +13,6 @@ use crate::model::Model;
 use crate::tangent::{Slack, Tangent};
 use interface_defs::message::Fault;
 use std::fmt;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A statics or a step has settled where the last iteration moved less than this share of the whole way.
 const SETTLED: f64 = 1e-6;
@@ -59,6 +57,8 @@ pub struct Info {
     pub iterations: u64,
     /// Factorisations, those that failed included.
     pub factorisations: u64,
+    /// Factorisations that were spared, because the factor at hand was that of the tangent asked for.
+    pub kept_factors: u64,
     /// Degree of freedom of the first pivot that was not positive, if the last tangent had to be shifted.
     pub unstable: Option<usize>,
     /// The same of the first tangent that had to be shifted.
@@ -88,6 +88,20 @@ pub enum Failure {
     Unstable {
         /// Degree of freedom with the pivot that is not positive.
         dof: usize,
+    },
+    /// More than one direction is unstable: a path goes on in more than one way.
+    Forks {
+        /// Degrees of freedom of the first pivots that are not positive, one after the other.
+        dofs: [usize; 2],
+    },
+    /// Something breaks before there is anything to touch it.
+    Broken {
+        /// Number of the element.
+        element: usize,
+        /// What it carried [N].
+        tension: f64,
+        /// Share of the dead load that acted.
+        part: f64,
     },
     /// Whoever listens to the progress has stopped it.
     Stopped(Fault),
@@ -121,6 +135,17 @@ impl Failure {
                 "no stable equilibrium: a pivot at {} is not positive (slack, not connected to a support, or buckled)",
                 model.dof_name(*dof)
             ),
+            Self::Forks { dofs: [one, other] } => format!(
+                "two directions are unstable at once, {} and {}: the path forks, and only paths with one are followed; hold \
+                 one of them, make the structure a little uneven, or compute it with inertia",
+                model.dof_name(*one),
+                model.dof_name(*other)
+            ),
+            Self::Broken { element, tension, part } => format!(
+                "{} breaks under {:.0} % of the dead load alone, at {tension:.4e} N",
+                model.element_name(*element),
+                100.0 * part
+            ),
             Self::Stopped(fault) => fault.message.clone(),
         }
     }
@@ -133,6 +158,8 @@ impl fmt::Display for Failure {
                 write!(f, "residual {residual:.2e} N after {iterations} iterations")
             }
             Self::Unstable { dof } => write!(f, "unstable in degree of freedom {dof}"),
+            Self::Forks { dofs } => write!(f, "unstable in degrees of freedom {} and {}", dofs[0], dofs[1]),
+            Self::Broken { element, tension, .. } => write!(f, "element {element} breaks at {tension:.4e} N"),
             Self::Stopped(fault) => f.write_str(&fault.message),
         }
     }
@@ -150,7 +177,6 @@ pub struct Newton {
     /// in strong windows of one implicit step of 0.2 ms: 1 074 factorisations in place of 3 540, 4.0 s in place of 6.5.
     pub keeps_factor: bool,
     factored: Factored,
-    kept: Arc<AtomicU64>,
     kernel: Kernel,
     assembly: Assembly,
     springs: Vec<(usize, f64)>,
@@ -214,7 +240,6 @@ impl Newton {
                 history: Vec::with_capacity(model.start_history().len()),
                 ..Factored::default()
             },
-            kept: Arc::default(),
             kernel: Kernel::new(&model.cables, model.node_count()),
             assembly: Assembly::new(model),
             springs: spring_dofs(model),
@@ -228,11 +253,6 @@ impl Newton {
             coarseness: model.elements.iter().map(|e| e.coarseness()).fold(0.0, f64::max),
             tangent,
         }
-    }
-
-    /// Number of factorisations that were spared because the tangent was the last one; goes on counting.
-    pub fn kept_factors(&self) -> Arc<AtomicU64> {
-        self.kept.clone()
     }
 
     /// The degree of freedom that the structure does not hold in the static equilibrium `u`, if any: a pivot that is
@@ -354,7 +374,7 @@ impl Newton {
         // The slack of statics and dynamics differs with the inertia.
         let revision = self.tangent.revision();
         if self.keeps_factor && *shift == 0.0 && self.factored.is_of(revision, &self.balance_at, problem) {
-            self.kept.fetch_add(1, Ordering::Relaxed);
+            info.kept_factors += 1;
             info.unstable = None;
             return Ok(());
         }

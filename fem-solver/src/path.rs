@@ -33,6 +33,8 @@ pub struct Path {
     settings: NewtonConfig,
     /// Way of the degree of freedom that moves most, per unit of time [m/s].
     speed: f64,
+    /// Of the structure as modelled [N/m].
+    stiffness: f64,
     tangent: Tangent,
     kernel: Kernel,
     assembly: Assembly,
@@ -53,9 +55,11 @@ pub struct Path {
 impl Path {
     /// For `model`, at `speed` [m/s].
     pub fn new(model: &Model, settings: NewtonConfig, speed: f64) -> Self {
-        let tangent = Tangent::new(model);
+        let mut tangent = Tangent::new(model);
         let (n, free) = (model.dof_count(), tangent.len());
+        let sums = tangent.row_sums(model, &vec![0.0; n], &model.start_history());
         Self {
+            stiffness: sums.into_iter().fold(0.0, f64::max),
             settings,
             speed,
             kernel: Kernel::new(&model.cables, model.node_count()),
@@ -218,7 +222,9 @@ impl Path {
             info.shifted_at = info.shifted_at.or(Some(dof));
             let position = self.tangent.dofs().iter().position(|d| *d == dof);
             let h = position.expect("a pivot is that of a free one");
-            let (stiff, mut c) = (self.tangent.largest_diagonal(), 0.0);
+            // Where every direction is unstable, no diagonal entry is positive.
+            let largest = self.tangent.largest_diagonal();
+            let (stiff, mut c) = (if largest > 0.0 { largest } else { self.stiffness }, 0.0);
             loop {
                 // What is soft but for its neighbours needs more than they have.
                 let more = if c > 0.0 { 99.0 * c } else { stiff };
@@ -227,7 +233,13 @@ impl Path {
                 info.factorisations += 1;
                 match self.tangent.factorise() {
                     Ok(()) => break,
-                    Err(dof) if c > MOST_STIFFENING * stiff => return Err(Failure::Unstable { dof }),
+                    Err(other) if !(c <= MOST_STIFFENING * stiff && c > 0.0) => {
+                        return Err(if other == dof {
+                            Failure::Unstable { dof }
+                        } else {
+                            Failure::Forks { dofs: [dof, other] }
+                        });
+                    }
                     Err(_) => {}
                 }
             }

@@ -10,6 +10,7 @@ use crate::state::{Peaks, State};
 use interface_defs::message::Gauge;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
 
 /// Supports whose force is summed: held degrees of freedom, and springs by their feet.
 #[derive(Debug, Clone)]
@@ -52,6 +53,47 @@ enum Probe {
     Velocity(Vec<usize>),
     Force(Supports),
     Lines(Lines),
+    Height(Height),
+}
+
+/// A group above another.
+#[derive(Debug, Clone)]
+struct Height {
+    nodes: Vec<usize>,
+    above: Vec<usize>,
+    up: Vector3<f64>,
+}
+
+impl Height {
+    fn of(
+        scene: &Scene,
+        key: &str,
+        model: &Model,
+        nodes: Vec<usize>,
+        gauge: &GaugeConfig,
+    ) -> Result<Self, InputError> {
+        let Some(below) = gauge.above.as_deref() else {
+            return Err(scene
+                .invalid(
+                    key,
+                    format!("the gauge `{}` does not say above what its height is taken", gauge.name),
+                )
+                .try_instead("add above = \"name of a group\""));
+        };
+        let place = Where { nodes: None, group: Some(below), at: None };
+        let above = model.place(scene, &format!("{key}.above"), place)?;
+        match model.down {
+            Some(down) => Ok(Self { nodes, above, up: -down }),
+            None => Err(scene.invalid(key, "a height counts against gravity, and there is none")),
+        }
+    }
+
+    fn value(&self, model: &Model, state: &State) -> f64 {
+        let height =
+            |node: &usize| self.up.dot(&(model.nodes[*node] + model.vector(&state.displacement, *node)));
+        let lowest = self.nodes.iter().map(height).fold(f64::INFINITY, f64::min);
+        lowest - self.above.iter().map(height).fold(f64::NEG_INFINITY, f64::max)
+    }
 }
 
 /// Elements whose axial force, or elongation, is recorded.
@@ -163,6 +205,11 @@ impl Recorder {
                 let what = format!("the gauge `{}` needs a name of its own", gauge.name);
                 return Err(scene.invalid(&format!("{key}.name"), what));
             }
+            if gauge.above.is_some() && gauge.quantity != Quantity::Height {
+                let what =
+                    format!("`above` is for quantity = \"height\", not for the gauge `{}`", gauge.name);
+                return Err(scene.invalid(&format!("{key}.above"), what));
+            }
             let place = Where { nodes: None, group: gauge.group.as_deref(), at: gauge.at };
             if gauge.group.is_none() == gauge.at.is_none() {
                 return Err(
@@ -186,6 +233,9 @@ impl Recorder {
                         return Err(scene.invalid(&key, what));
                     }
                     (Probe::Force(supports), vec!["fx", "fy", "fz"], "N")
+                }
+                Quantity::Height => {
+                    (Probe::Height(Height::of(scene, &key, model, nodes, gauge)?), vec!["height"], "m")
                 }
                 Quantity::Tension | Quantity::Elongation => {
                     let lines = Lines::of(model, &nodes, gauge);
@@ -212,7 +262,11 @@ impl Recorder {
     pub fn new(model: &Model, probes: &Probes, origin: &[f64], force: &[f64], samples: usize) -> Self {
         let total = Supports::of(model, |_| true);
         let at_rest = total.reaction(force, origin);
-        let count = probes.0.iter().map(|p| if matches!(p, Probe::Lines(_)) { 1 } else { 3 }).sum();
+        let count = probes
+            .0
+            .iter()
+            .map(|p| if matches!(p, Probe::Lines(_) | Probe::Height(_)) { 1 } else { 3 })
+            .sum();
         let forces = probes.0.iter().filter(|p| matches!(p, Probe::Force(_))).count();
         Self {
             total,
@@ -271,6 +325,10 @@ impl Recorder {
                     record(&mut self.values[at], largest);
                     at += 1;
                 }
+                Probe::Height(height) => {
+                    record(&mut self.values[at], height.value(model, state));
+                    at += 1;
+                }
                 Probe::Force(supports) => {
                     let reaction = supports.reaction(step.force, step.middle);
                     add(&mut self.impulses[force], reaction.map(|r| r * step.length));
@@ -316,6 +374,21 @@ impl Recorder {
 
 /// What the scene's gauges watch.
 pub struct Probes(Vec<Probe>);
+
+impl Probes {
+    /// Heights [m] at `state`, of the gauges of `configs` that tell one, by their names.
+    pub fn heights<'a>(
+        &'a self,
+        configs: &'a [GaugeConfig],
+        model: &'a Model,
+        state: &'a State,
+    ) -> impl Iterator<Item = (&'a str, f64)> {
+        configs.iter().zip(&self.0).filter_map(|(config, probe)| match probe {
+            Probe::Height(height) => Some((config.name.as_str(), height.value(model, state))),
+            _ => None,
+        })
+    }
+}
 
 fn add(to: &mut [f64; 3], what: [f64; 3]) {
     to.iter_mut().zip(what).for_each(|(t, w)| *t += w);

@@ -10,7 +10,7 @@ use crate::march::March;
 use crate::model::Model;
 use crate::record::{Probes, Recorder};
 use crate::start::Start;
-use interface_defs::field::{FieldSpec, Place, Sampling, name};
+use interface_defs::field::{FieldSpec, Layout, Place, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
 use interface_defs::solver::{OnProgress, Solver, Window};
@@ -19,8 +19,7 @@ use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::ops::Range;
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;
@@ -45,10 +44,23 @@ struct Prepared {
     mesh: InterfaceMesh,
     fields: Option<Fields>,
     sag: Option<f64>,
-    /// Factorisations that were spared.
-    kept_factors: Arc<AtomicU64>,
     /// End of the last window solved [s].
     time: f64,
+    /// Where the answer says which lines are broken, and the lines of each element; none if nobody asks.
+    broken: Option<(Range<usize>, Vec<Range<usize>>)>,
+    /// Whether something touches the structure from outside.
+    touched: bool,
+}
+
+/// Lines of each element in the interface mesh, where those of the fast kernel come first.
+fn lines_of_elements(model: &Model) -> Vec<Range<usize>> {
+    let mut next = model.cables.len();
+    let lines = model.elements.iter().map(|element| {
+        let first = next;
+        next += element.line_count();
+        first..next
+    });
+    lines.collect()
 }
 
 impl FemSolver {
@@ -97,7 +109,6 @@ impl FemSolver {
         warnings.extend(load_warnings);
         let sag = self.model.sag(&start.displacement);
         start.newton.keeps_factor = self.options.shortcuts;
-        let kept_factors = start.newton.kept_factors();
         let mut march = March::new(
             &self.model,
             &self.config,
@@ -123,16 +134,20 @@ impl FemSolver {
         if let Some(fields) = &mut fields {
             fields.offer(&self.model, &mesh, &march.origin, &march.committed, 0.0)?;
         }
-        self.prepared = Some(Prepared { march, mesh: mesh.clone(), fields, sag, kept_factors, time: 0.0 });
+        let at = Layout::new(&plan.gives, &mesh, 0).sample(name::BROKEN, Sampling::Once, 0);
+        let broken = at.map(|at| (at, lines_of_elements(&self.model)));
+        let touched = !plan.takes.is_empty();
+        self.prepared = Some(Prepared { march, mesh: mesh.clone(), fields, sag, time: 0.0, broken, touched });
         Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
     }
 
     /// Refuse a plan that asks for what this solver has not declared.
     fn check_plan(&self, plan: &Plan) -> Result<(), Fault> {
         let known = |fields: &[FieldSpec], asked: &FieldSpec, force: bool| {
-            fields.iter().any(|f| f.name == asked.name && (f.sampling == asked.sampling || force))
-                && asked.components == 3
-                && asked.place == Place::Node
+            let fits = |f: &FieldSpec| {
+                (&f.name, f.components, f.place) == (&asked.name, asked.components, asked.place)
+            };
+            fields.iter().any(|f| fits(f) && (f.sampling == asked.sampling || force))
                 && (1..=MOST_SAMPLES).contains(&asked.samples)
         };
         let hello = self.hello();
@@ -160,17 +175,10 @@ impl FemSolver {
 fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
     const TOLD: usize = 20;
     let told = events.iter().take(TOLD).map(|event| {
-        let element = event.element as usize;
-        let part = model.parts.iter().find(|p| p.elements.contains(&element));
-        let nodes = model.elements[element].nodes();
-        let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
         format!(
-            "rupture at t = {:.6} s: {} (element {} of it, node {} to node {}) broke under {:.4e} N",
+            "rupture at t = {:.6} s: {} broke under {:.4e} N",
             event.time,
-            part.map_or("an element".into(), |p| format!("`{}`", p.name)),
-            part.map_or(0, |p| element - p.elements[0]),
-            model.node_name(first),
-            model.node_name(last),
+            model.element_name(event.element as usize),
             event.tension,
         )
     });
@@ -184,11 +192,16 @@ fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
 impl Solver for FemSolver {
     fn hello(&self) -> Hello {
         let given = |name| FieldSpec { samples: MOST_SAMPLES, ..FieldSpec::nodal(name, 3, Sampling::AtEnds) };
+        let mut gives = vec![given(name::DISPLACEMENT), given(name::VELOCITY)];
+        if self.model.elements.iter().any(|element| element.can_break()) {
+            let broken = FieldSpec::nodal(name::BROKEN, 1, Sampling::Once);
+            gives.push(FieldSpec { place: Place::Line, ..broken });
+        }
         Hello {
             program: concat!("fem-solver ", env!("CARGO_PKG_VERSION")).into(),
             capabilities: vec![capability::REPEATABLE.into()],
             takes: Needs::of(Scheme::of(&self.config.fem)).fields(),
-            gives: vec![given(name::DISPLACEMENT), given(name::VELOCITY)],
+            gives,
             largest_window: f64::INFINITY,
         }
     }
@@ -203,7 +216,14 @@ impl Solver for FemSolver {
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
         let (model, prepared) = self.prepared()?;
         prepared.time = window.end();
-        prepared.march.solve(model, window, input, output)
+        prepared.march.solve(model, window, input, output)?;
+        if let Some((at, lines)) = &prepared.broken {
+            let flags = &mut output[at.clone()];
+            flags.fill(0.0);
+            let events = prepared.march.solved().events.iter();
+            events.for_each(|event| flags[lines[event.element as usize].clone()].fill(1.0));
+        }
+        Ok(())
     }
 
     fn commit(&mut self) -> Result<(), Fault> {
@@ -222,7 +242,10 @@ impl Solver for FemSolver {
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
-        let (model, prepared) = self.prepared()?;
+        let Some(prepared) = &self.prepared else {
+            return Err(Fault::broken("asked for results before the preparation"));
+        };
+        let model = &self.model;
         let peaks = prepared.march.committed.peaks;
         let measure = |name: &str, value, unit: &str, time| Measure {
             name: name.into(),
@@ -231,7 +254,19 @@ impl Solver for FemSolver {
             time,
         };
         let (mut measures, mut warnings) = (Vec::new(), Vec::new());
-        warnings.extend(ruptures(model, &prepared.march.committed.events));
+        let events = &prepared.march.committed.events;
+        warnings.extend(ruptures(model, events));
+        if let Some(first) = events.first()
+            && prepared.touched
+            && prepared.broken.is_none()
+        {
+            warnings.push(format!(
+                "what is broken is still touched, from t = {:.6} s on ({} elements): the contact solver does not take the \
+                 field \"broken\"",
+                first.time,
+                events.len()
+            ));
+        }
         if model.held.contains(&true) || !model.springs.is_empty() {
             let (raw, mean) = (peaks.reaction, peaks.reaction_1ms);
             measures.push(measure("max_reaction", raw.value, "N", Some(raw.time)));
@@ -248,6 +283,10 @@ impl Solver for FemSolver {
                 "N",
                 Some(peaks.cable_force.time),
             ));
+        }
+        let (committed, time) = (&prepared.march.committed, prepared.time);
+        for (name, height) in self.probes.heights(&self.config.gauges, model, committed) {
+            measures.push(measure(&format!("{name}_height_end"), height, "m", Some(time)));
         }
         match prepared.sag {
             Some(sag) => measures.push(measure("sag", sag, "m", None)),
@@ -275,7 +314,7 @@ impl Solver for FemSolver {
             ("newton_iterations", counts.newton),
             ("skipped_windows", counts.skipped),
             ("factorisations", counts.factorisations),
-            ("kept_factors", prepared.kept_factors.load(Ordering::Relaxed)),
+            ("kept_factors", counts.kept_factors),
             ("refined_windows", counts.refined),
             ("shifted_tangents", counts.shifted),
         ];

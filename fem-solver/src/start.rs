@@ -98,7 +98,7 @@ impl Start {
                 };
                 find_form(model, &mut newton, way, &mut told).map_err(|failure| match failure {
                     Failure::Stopped(fault) => NoStart::Stopped(fault),
-                    failure => NoStart::Input(not_found(scene, model, &failure)),
+                    failure => NoStart::Input(not_found(scene, model, way, &failure)),
                 })?
             }
         };
@@ -184,11 +184,32 @@ fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {
     )
 }
 
-fn not_found(scene: &Scene, model: &Model, failure: &Failure) -> InputError {
+fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) -> InputError {
     let what = format!("no static equilibrium under the dead load was found: {}", failure.describe(model));
-    scene.invalid("structure.form_finding", what).try_instead(
-        "support or connect that node, give the cables tension, or write form_finding = \"none\"",
-    )
+    if matches!(failure, Failure::Broken { .. }) {
+        return scene
+            .invalid("structure", what)
+            .try_instead("a larger rupture_force or rupture_strain, or less load or prestress");
+    }
+    if let Some((node, count)) = model.adrift() {
+        let what = format!(
+            "nothing holds node {} and what hangs together with it, {count} nodes in all: there is no support and no spring, \
+             and a load acts",
+            model.node_name(node)
+        );
+        return scene.invalid("structure", what).try_instead(
+            "add supports = [{ group = \"name of a group\" }]; or write form_finding = \"none\" for what shall fall",
+        );
+    }
+    let other = match way {
+        FormFinding::DynamicRelaxation => {
+            "form_finding = \"none\" with damping, so that it comes to rest in time"
+        }
+        _ => "form_finding = \"dynamic_relaxation\" where much is slack, or \"none\"",
+    };
+    scene.invalid("structure.form_finding", what).try_instead(format!(
+        "support or connect that node, give the cables tension or the rings less room, or write {other}"
+    ))
 }
 
 /// The longest step: as the scene says, else by default.

@@ -18,6 +18,9 @@ pub mod name {
     pub const FORCE: &str = "force";
     /// 1 for each wall node that the contact solver may touch in this window, else 0.
     pub const REACH: &str = "reach";
+    /// 1 for each line that is broken and touches nothing any more, else 0: from the structure at the window's end, to the
+    /// contact solver as committed when the window begins.
+    pub const BROKEN: &str = "broken";
     /// Optional: d(force)/d(displacement) of the contacts, negated, one 3x3 block per node [N/m].
     pub const CONTACT_TANGENT: &str = "contact_tangent";
     /// Optional: d(force)/d(velocity) of the contacts, negated, one 3x3 block per node [N s/m].

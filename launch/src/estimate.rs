@@ -42,6 +42,9 @@ pub fn check(path: &Path, sets: &[String]) -> Result<String, Stop> {
     Ok(text)
 }
 
+/// About as long as a net brakes a rock [s].
+const DOUBLES: f64 = 0.1;
+
 /// What the programs tell of themselves. Absent where there is no such program, or it does not tell.
 #[derive(Debug, Clone, Copy, Default)]
 struct Numbers {
@@ -55,6 +58,10 @@ struct Numbers {
     node_mass: Option<f64>,
     /// Largest stiffness of one contact [N/m].
     stiffness: Option<f64>,
+    /// Largest stiffness of the structure at a node for its mass squared: that stiffness [N/m] and mass [kg].
+    held: Option<(f64, f64)>,
+    /// Tangential over normal stiffness of a contact with friction.
+    tangential: Option<f64>,
     /// Damping ratio of the contact's dashpot.
     dashpot: Option<f64>,
     /// Mass that scales the dashpot [kg], where it is not the node's own.
@@ -100,6 +107,9 @@ impl Numbers {
             frequency: of(Part::Fem, "highest_frequency_rad_per_s"),
             node_mass: of(Part::Fem, "least_interface_mass_kg"),
             stiffness: of(Part::Dem, "contact_stiffness_n_per_m"),
+            held: of(Part::Fem, "interface_stiffness_n_per_m")
+                .zip(of(Part::Fem, "interface_stiffness_mass_kg")),
+            tangential: of(Part::Dem, "tangential_ratio"),
             dashpot: of(Part::Dem, "dashpot_ratio"),
             dashpot_mass: of(Part::Dem, "dashpot_mass_kg"),
             window: of(Part::Coupler, "time_window_s"),
@@ -118,8 +128,8 @@ impl Numbers {
         Some(2.0 / (w * w + k / m).sqrt())
     }
 
-    /// Longest window of a weak coupling [s], and what sets it: the contact's spring `2 sqrt(m / k)`, or
-    /// its dashpot `2 m / c` with `c = 2 ratio sqrt(m* k)`.
+    /// Longest window of a weak coupling [s], and what sets it: the contact's spring `2 sqrt(m / k)`, its dashpot
+    /// `2 m / c` with `c = 2 ratio sqrt(m* k)`, or its friction, see [`Numbers::friction_limit`].
     ///
     /// Source: two-mass contact model, one pass.
     fn weak_limit(&self) -> Option<(f64, &'static str)> {
@@ -129,7 +139,27 @@ impl Numbers {
             let c = 2.0 * ratio * (self.dashpot_mass.unwrap_or(m) * k).sqrt();
             (2.0 * m / c, "dashpot")
         });
-        Some(dashpot.filter(|limit| limit.0 < spring.0).unwrap_or(spring))
+        let friction = self.friction_limit().map(|limit| (limit, "friction"));
+        let others = dashpot.into_iter().chain(friction);
+        Some(others.fold(spring, |least, limit| if limit.0 < least.0 { limit } else { least }))
+    }
+
+    /// Window in which the energy of a node under friction doubles in [`DOUBLES`] [s].
+    ///
+    /// One pass answers with one mean force to a wall that moves on straight. Between a contact of stiffness `k` and a
+    /// structure that holds the node of mass m with `k_s`, the map of a window H has the determinant
+    ///
+    /// ```text
+    /// 1 + k / k_s (2 sin^2(a / 2) - a / 2 sin a) = 1 + k k_s H^4 / (24 m^2) + ...      a = H sqrt(k_s / m)
+    /// ```
+    ///
+    /// above 1 however short the window: energy grows at the rate `k k_s H^3 / (24 m^2)`. Along its normal a contact meets a
+    /// net across its wires, where it is soft; friction holds it along them, where wires, and more so rings that unload, are
+    /// stiff. Derived here; measured on nets of cables and of rings, which without friction gain nothing.
+    fn friction_limit(&self) -> Option<f64> {
+        let (held, m) = self.held?;
+        let k = self.stiffness? * self.tangential?;
+        Some((24.0 * m * m * std::f64::consts::LN_2 / (DOUBLES * k * held)).cbrt())
     }
 
     fn steps(&self) -> String {
@@ -301,6 +331,33 @@ mod tests {
         assert!((limit / exact - 1.0).abs() < 1e-12 && part == "dashpot", "{limit} {part}");
         let local = Numbers { dashpot_mass: None, ..numbers };
         assert!(local.weak_limit().expect("known").0 > 50.0 * limit);
+    }
+
+    /// A node of mass m on a spring to the ground and one to a contact that sees it move on straight.
+    #[test]
+    fn friction_doubles_the_energy_of_a_node_in_the_time_that_is_said() {
+        let (m, k, held): (f64, f64, f64) = (0.315, 1e7, 1.2e8);
+        let numbers = Numbers {
+            node_mass: Some(m),
+            stiffness: Some(k),
+            tangential: Some(1.0),
+            held: Some((held, m)),
+            ..Numbers::default()
+        };
+        let (h, part) = numbers.weak_limit().expect("known");
+        assert_eq!(part, "friction");
+        let (w, mut u, mut v) = ((held / m).sqrt(), 1e-3, 0.0);
+        let energy = |u: f64, v: f64| 0.5 * m * v * v + 0.5 * (k + held) * u * u;
+        let (start, (sine, cosine)) = (energy(u, v), (w * h).sin_cos());
+        for _ in 0..(DOUBLES / h) as usize {
+            let still = -k * (u + 0.5 * h * v) / held;
+            (u, v) = (still + (u - still) * cosine + v / w * sine, v * cosine - (u - still) * w * sine);
+        }
+        // The next term of the series is a^2 / 30 of the first, of the exponent; the energy itself swings by as much as k / k_s.
+        let gain = energy(u, v) / start;
+        assert!((gain / 2.0 - 1.0).abs() < 0.1, "{gain}");
+        let smooth = Numbers { tangential: None, ..numbers };
+        assert_eq!(smooth.weak_limit().expect("known").1, "spring");
     }
 
     #[test]

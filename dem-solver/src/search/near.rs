@@ -18,7 +18,7 @@ pub struct NearElement {
 /// Elements that were within some distance of a rock's centre when the list was made.
 #[derive(Debug, Clone, Default)]
 pub struct NearList {
-    /// The elements, in the wall's order.
+    /// The elements, in the wall's order, without broken ones.
     pub elements: Vec<NearElement>,
     /// Their nodes, each once.
     pub nodes: Vec<u32>,
@@ -64,6 +64,9 @@ impl NearList {
         }
         self.elements.clear();
         for (number, element) in (0..).zip(&wall.elements) {
+            if wall.is_broken(number as usize) {
+                continue;
+            }
             let [a, b, c] = element.nodes.map(&at);
             if distance(element.kind, &centre, [&a, &b, &c]) > coverage {
                 continue;

@@ -42,7 +42,9 @@ use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
-use interface_defs::{Fault, FieldSpec, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name};
+use interface_defs::{
+    Fault, FieldSpec, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
+};
 use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
 use state::State;
@@ -212,6 +214,7 @@ impl DemSolver {
         self.committed.encounters.end();
         self.committed.encounters.deepest = (0.0, 0.0);
         (self.committed.time, self.committed.dissipated, self.committed.received) = (0.0, 0.0, 0.0);
+        self.committed.broken = 0;
     }
 
     fn wall(&mut self, plan: &Plan, warnings: &mut Vec<String>) -> Result<Option<Wall>, Fault> {
@@ -305,6 +308,7 @@ impl Solver for DemSolver {
             takes: vec![
                 field(name::DISPLACEMENT, 3, Sampling::FromStart, MOST_SAMPLES),
                 field(name::VELOCITY, 3, Sampling::FromStart, MOST_SAMPLES),
+                FieldSpec { place: Place::Line, ..field(name::BROKEN, 1, Sampling::Once, 1) },
             ],
             gives: vec![
                 field(name::FORCE, 3, Sampling::Means, MOST_SAMPLES),

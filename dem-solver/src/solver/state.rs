@@ -21,6 +21,8 @@ pub struct State {
     pub dissipated: f64,
     /// Work received through the wall since t = 0 [J].
     pub received: f64,
+    /// Number of broken lines of the wall.
+    pub broken: usize,
 }
 
 /// State of one rock.
@@ -98,12 +100,14 @@ impl State {
             encounters: Encounters::default(),
             dissipated: 0.0,
             received: 0.0,
+            broken: 0,
         }
     }
 
     /// Become `other`, without allocating while its memories fit.
     pub fn copy(&mut self, other: &Self) {
         (self.time, self.dissipated, self.received) = (other.time, other.dissipated, other.received);
+        self.broken = other.broken;
         for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
             mine.motion = theirs.motion;
             mine.memories.clone_from(&theirs.memories);

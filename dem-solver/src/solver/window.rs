@@ -28,6 +28,8 @@ pub struct Run {
     pub(super) wall: Option<Wall>,
     pub(super) zones: Vec<Zone>,
     pub(super) fields: MotionFields,
+    /// Where the request says which lines of the wall are broken.
+    broken: Option<Range<usize>>,
     pub(super) answer: Answer,
     /// Numbers of a request and of its answer.
     lengths: (usize, usize),
@@ -86,6 +88,7 @@ impl Run {
         Self {
             zones,
             fields,
+            broken: takes.sample(name::BROKEN, Sampling::Once, 0),
             answer,
             lengths: (takes.len(), gives.len()),
             gauges: Gauges::new(&model.settings, model.origin),
@@ -168,7 +171,11 @@ impl Run {
     ) -> Result<(), Fault> {
         self.check_request(window, input, output)?;
         output.fill(0.0);
+        let torn = self.tear(state, input);
         let flies = self.begin(model, state, window.length, input, output)?;
+        if torn {
+            self.let_go(model, state, window.length, input)?;
+        }
         let cut = self.cut(model, window);
         self.gauges.begin(state, &mut output[self.answer.gauges..]);
         let flies =
@@ -206,6 +213,28 @@ impl Run {
     fn cut(&self, model: &Model, window: &Window) -> Cut {
         let samples = [self.answer.means.len(), self.answer.ends.len()];
         Cut::new(window, model.steps.step, self.fields.segments(), &samples)
+    }
+
+    /// Take broken lines out of the wall; true if there are more of them than the state knows.
+    fn tear(&mut self, state: &mut State, input: &[f64]) -> bool {
+        let (Some(at), Some(wall)) = (&self.broken, &mut self.wall) else { return false };
+        let flags = &input[at.clone()];
+        if wall.tear(flags) {
+            self.zones.iter_mut().for_each(Zone::forget);
+        }
+        let count = flags.iter().filter(|f| **f != 0.0).count();
+        std::mem::replace(&mut state.broken, count) != count
+    }
+
+    /// Contacts with lines that are no more end: what their normal springs held is lost. Where something else is touched
+    /// in their place and holds more, that is no negative loss.
+    fn let_go(&mut self, model: &Model, state: &mut State, length: f64, input: &[f64]) -> Result<(), Fault> {
+        let held = |state: &State| state.bodies.iter().map(|b| b.elastic).sum::<f64>();
+        let before = held(state);
+        let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
+        self.at_end(model, state, input, length, start, None)?;
+        state.dissipated += (before - held(state)).max(0.0);
+        Ok(())
     }
 
     /// Look around; true if no rock can meet the wall within the window.

@@ -95,6 +95,11 @@ impl Zone {
         Ok(())
     }
 
+    /// Nothing that was listed counts any more: the wall has other elements.
+    pub fn forget(&mut self) {
+        self.near.invalidate();
+    }
+
     fn need_of_pairs(&self, view: View) -> f64 {
         view.model.rocks[self.rock].reach + view.wall.largest_radius + self.pairs.skin()
     }

@@ -87,9 +87,9 @@ const STRAIGHT: f64 = -0.5;
 
 impl Crossings {
     /// Of a wall at t = 0: `nodes` [m] and `elements`, of which the lines count.
-    pub fn new(nodes: &[Vector3<f64>], elements: &[Element]) -> Self {
+    pub fn new<'a>(nodes: &[Vector3<f64>], elements: impl IntoIterator<Item = &'a Element>) -> Self {
         let mut ways: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); nodes.len()];
-        for element in elements.iter().filter(|e| e.kind == Kind::Line) {
+        for element in elements.into_iter().filter(|e| e.kind == Kind::Line) {
             let [a, b] = [element.nodes[0] as usize, element.nodes[1] as usize];
             let way = (nodes[b] - nodes[a]).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
             ways[a].push(way);

@@ -62,6 +62,8 @@ pub struct Wall {
     pub largest_radius: f64,
     /// Where wires meet, if their contacts are to be continuous there.
     pub crossings: Option<hierarchy::Crossings>,
+    /// Which elements are broken and touch nothing any more; empty while none is.
+    broken: Vec<bool>,
 }
 
 impl Wall {
@@ -89,7 +91,31 @@ impl Wall {
         }
         let inverse_mass = (!mesh.masses.is_empty()).then(|| mesh.masses.iter().map(|m| 1.0 / m).collect());
         let largest_radius = elements.iter().map(|e| e.radius).fold(0.0, f64::max);
-        Ok(Self { nodes, elements, inverse_mass, largest_radius, crossings: None })
+        Ok(Self { nodes, elements, inverse_mass, largest_radius, crossings: None, broken: Vec::new() })
+    }
+
+    /// From now on the lines with a number other than 0 in `flags` are broken, and no others. Returns whether anything has
+    /// changed. What a broken line held at its ends and nothing else does is gone with it.
+    pub fn tear(&mut self, flags: &[f64]) -> bool {
+        if self.broken.is_empty() && flags.iter().all(|f| *f == 0.0) {
+            return false;
+        }
+        self.broken.resize(self.elements.len(), false);
+        let mut changed = false;
+        for (broken, flag) in self.broken.iter_mut().zip(flags) {
+            changed |= *broken != (*flag != 0.0);
+            *broken = *flag != 0.0;
+        }
+        if changed && self.crossings.is_some() {
+            let whole = self.elements.iter().zip(&self.broken).filter(|(_, broken)| !**broken);
+            self.crossings = Some(hierarchy::Crossings::new(&self.nodes, whole.map(|(element, _)| element)));
+        }
+        changed
+    }
+
+    /// Whether an element is broken.
+    pub fn is_broken(&self, element: usize) -> bool {
+        self.broken.get(element).is_some_and(|broken| *broken)
     }
 
     /// The same, seen from `origin` [m].

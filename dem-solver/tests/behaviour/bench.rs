@@ -3,7 +3,9 @@
 use dem_solver::DemSolver;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
-use interface_defs::{Fault, FieldSpec, InterfaceMesh, Layout, Plan, Ready, Sampling, Solver, Window, name};
+use interface_defs::{
+    Fault, FieldSpec, InterfaceMesh, Layout, Place, Plan, Ready, Sampling, Solver, Window, name,
+};
 use nalgebra::Vector3;
 
 /// A prepared solver with its wall.
@@ -26,6 +28,7 @@ pub struct Setup {
     pub samples: u32,
     pub ends: bool,
     pub reach: bool,
+    pub broken: bool,
     pub velocity: bool,
     pub shortcuts: bool,
 }
@@ -38,6 +41,7 @@ impl Setup {
             samples: 1,
             ends: true,
             reach: false,
+            broken: false,
             velocity: true,
             shortcuts: true,
         }
@@ -51,6 +55,10 @@ impl Setup {
             plan.takes.push(field(name::DISPLACEMENT, Sampling::FromStart));
             if self.velocity {
                 plan.takes.push(field(name::VELOCITY, Sampling::FromStart));
+            }
+            if self.broken {
+                let lines = FieldSpec::nodal(name::BROKEN, 1, Sampling::Once);
+                plan.takes.push(FieldSpec { place: Place::Line, ..lines });
             }
             plan.gives.push(field(name::FORCE, Sampling::Means));
             if self.ends {
@@ -137,6 +145,13 @@ impl Bench {
 
     pub fn total_force(&self, sampling: Sampling) -> Vector3<f64> {
         self.force(sampling, 0).iter().sum()
+    }
+
+    /// Say which lines of the wall are broken.
+    pub fn tear(&mut self, broken: impl Fn(usize) -> bool) {
+        let range = self.takes.sample(name::BROKEN, Sampling::Once, 0).expect("in the plan");
+        let flags = self.input[range].iter_mut().enumerate();
+        flags.for_each(|(line, flag)| *flag = f64::from(u8::from(broken(line))));
     }
 
     /// Write the displacement at sample `sample`, as a function of the node.

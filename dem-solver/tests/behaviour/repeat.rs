@@ -35,6 +35,48 @@ fn solving_a_then_b_then_a_gives_the_bytes_of_a() {
     assert!(contacts > 100.0, "the test is about contact: {contacts}");
 }
 
+/// Lines that are broken in the request touch nothing, whatever was asked of others in between, and the spring energy of their
+/// contacts is lost.
+#[test]
+fn what_is_broken_is_not_touched_and_no_detour_shows() {
+    for hierarchy in ["nearest", "continuous"] {
+        let mut setup = Setup { broken: true, ..setup() };
+        setup.scene =
+            setup.scene.replace("[[contact]]", &format!("[[contact]]\nhierarchy = \"{hierarchy}\""));
+        // From window number `torn` on all lines are broken. Returns all bytes, and contacts at each window's end.
+        let run = |torn: usize, detours: bool| {
+            let mut bench = setup.build();
+            let (mut history, mut contacts) = (Vec::new(), Vec::new());
+            for window in 0..300 {
+                wave(&mut bench, 1, 1e-4);
+                if detours {
+                    bench.tear(|line| line % 2 == 0);
+                    let _ = bench.solve(1e-4);
+                    bench.tear(|_| false);
+                    let _ = bench.solve(1.3e-4);
+                }
+                bench.tear(|_| window >= torn);
+                let before = bench.value("energy_dissipated_dem");
+                bench.advance(1e-4);
+                if window == torn {
+                    assert!(bench.value("energy_dissipated_dem") > before, "the springs' energy is lost");
+                }
+                if window >= torn {
+                    assert_eq!(bench.value("contacts"), 0.0, "window {window}");
+                    assert_eq!(bench.total_force(Sampling::Means), Vector3::zeros());
+                }
+                contacts.push(bench.value("contacts"));
+                history.extend(bits(&bench.output));
+            }
+            (history, contacts)
+        };
+        let (_, contacts) = run(usize::MAX, false);
+        let most = (0..contacts.len()).max_by(|a, b| contacts[*a].total_cmp(&contacts[*b])).expect("windows");
+        assert!(contacts[most] > 0.0);
+        assert!(run(most + 1, false).0 == run(most + 1, true).0, "a detour shows");
+    }
+}
+
 /// The same run with and without detours in between, to the last bit over the whole history: the age
 /// of the lists does not show.
 #[test]

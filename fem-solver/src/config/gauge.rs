@@ -14,6 +14,9 @@ pub struct GaugeConfig {
     /// Name of a group, instead of a point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
+    /// `height` only: the group above which it is taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub above: Option<String>,
     /// What is recorded there.
     pub quantity: Quantity,
 }
@@ -32,6 +35,9 @@ pub enum Quantity {
     /// Largest axial force [N] of the elements at the point, of the part or the group of elements of that name, or of
     /// those with all nodes in a group of nodes: `_tension`.
     Tension,
+    /// Height [m] that is left between two ropes: how far the lowest node of the group lies above the highest node of the
+    /// group `above`, against gravity: `_height`. The residual height is that at the end, the measure `_height_end`.
+    Height,
     /// Largest elongation [m] against the structure as modelled, of the same elements: `_elongation`.
     Elongation,
 }

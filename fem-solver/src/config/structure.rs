@@ -144,6 +144,7 @@ pub struct CableConfig {
 #[serde(deny_unknown_fields)]
 pub struct CableEntry {
     /// Its two nodes, counted from 0.
+    #[serde(deserialize_with = "two_nodes")]
     pub nodes: [usize; 2],
     /// Unstretched length [m]; default the distance of its nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -274,4 +275,15 @@ pub struct GroupEntry {
     pub name: String,
     /// Its nodes, counted from 0.
     pub nodes: Vec<usize>,
+}
+
+/// Exactly two: an array would take the first two of more.
+fn two_nodes<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<[usize; 2], D::Error> {
+    let nodes = Vec::<usize>::deserialize(deserializer)?;
+    <[usize; 2]>::try_from(nodes).map_err(|nodes| {
+        serde::de::Error::custom(format!(
+            "a cable has two nodes, here are {}; a part with element = \"cable\" takes cells of more",
+            nodes.len()
+        ))
+    })
 }

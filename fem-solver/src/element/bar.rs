@@ -113,6 +113,10 @@ impl Element for Bar {
         }
     }
 
+    fn can_break(&self) -> bool {
+        self.rupture != Rupture::NEVER
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         let (_, strain) = self.segment(u);
         let breaks = history[2] == 0.0 && self.rupture.at(self.force(u, history), strain);

@@ -83,6 +83,10 @@ impl Element for Brake {
         Energy { stored: stored - modelled, dissipated }
     }
 
+    fn can_break(&self) -> bool {
+        self.rupture != Rupture::NEVER
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         let (_, elongation) = self.segment(u);
         let force = self.law.stress(elongation, history).stress;

@@ -1,8 +1,9 @@
-//! What every element must pass: derivatives, rigid motions, mass.
+//! What every element must pass: derivatives, rigid motions, mass, critical step, patch.
 
+use super::turn::{self, TURN};
 use super::{Answer, Element};
 use crate::tangent::Slack;
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
 /// Numbers between -1/2 and 1/2, the same each time.
 pub fn random(seed: u64) -> impl FnMut() -> f64 {
@@ -40,20 +41,21 @@ impl<'a> Case<'a> {
     }
 
     fn answer(&self, u: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        self.answer_from(u, &self.history, Slack::Exact)
+    }
+
+    fn answer_from(&self, u: &[f64], history: &[f64], slack: Slack) -> (Vec<f64>, Vec<f64>) {
         let n = u.len();
         let (mut force, mut tangent) = (vec![f64::NAN; n], vec![f64::NAN; n * n]);
-        let mut history = self.history.clone();
-        self.element.respond(
-            u,
-            &self.history,
-            &mut Answer {
-                force: &mut force,
-                tangent: Some(&mut tangent),
-                slack: Slack::Exact,
-                history: &mut history,
-                tension: 0.0,
-            },
-        );
+        let mut after = history.to_vec();
+        let mut answer = Answer {
+            force: &mut force,
+            tangent: Some(&mut tangent),
+            slack,
+            history: &mut after,
+            tension: 0.0,
+        };
+        self.element.respond(u, history, &mut answer);
         (force, tangent)
     }
 
@@ -63,7 +65,11 @@ impl<'a> Case<'a> {
     }
 
     fn work_function(&self, u: &[f64]) -> f64 {
-        let energy = self.element.energy(u, &self.history);
+        self.work_function_from(u, &self.history)
+    }
+
+    fn work_function_from(&self, u: &[f64], history: &[f64]) -> f64 {
+        let energy = self.element.energy(u, history);
         energy.stored + energy.dissipated
     }
 
@@ -72,8 +78,7 @@ impl<'a> Case<'a> {
         self.derivatives();
         self.rigid_motion();
         self.mass();
-        let step = self.element.critical_step(&self.u, &self.history);
-        assert!(step > 0.0, "{step}");
+        self.critical_step();
     }
 
     /// The force is the slope of the energy, and the tangent that of the force; by central differences.
@@ -148,38 +153,81 @@ impl<'a> Case<'a> {
         if extent > 0.0 { extent } else { 1.0 }
     }
 
-    /// A rigid motion changes no energy and turns the force. Only for elements without rotations; those with
-    /// them have a test of their own.
+    /// A rigid motion changes no energy and turns forces and moments, which are in balance.
     pub fn rigid_motion(&self) {
-        if self.element.rotates() || self.positions.is_empty() {
-            return;
-        }
-        let turn = Rotation3::new(Vector3::new(0.7, -1.1, 0.4));
+        let turn = UnitQuaternion::new(Vector3::new(0.7, -1.1, 0.4));
         let shift = Vector3::new(3.0, -2.0, 1.0) * self.size();
-        let mut moved = self.u.clone();
+        let per_node = if self.element.rotates() { 6 } else { 3 };
+        let (mut moved, mut history) = (self.u.clone(), self.history.clone());
         for (node, x) in self.positions.iter().enumerate() {
-            let u = Vector3::from_column_slice(&self.u[3 * node..3 * node + 3]);
-            let to = turn * (x + u) + shift - x;
-            moved[3 * node..3 * node + 3].copy_from_slice(to.as_slice());
+            let to = turn * (x + vector(&self.u, per_node * node)) + shift - x;
+            moved[per_node * node..][..3].copy_from_slice(to.as_slice());
+            if self.element.rotates() {
+                // What was turned since the last commit, and then as a whole.
+                let q = turn * turn::rotation(&self.u, &self.history, node);
+                let own = &mut history[node * TURN..][..TURN];
+                own[..3].copy_from_slice(&self.u[6 * node + 3..6 * node + 6]);
+                own[3..].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+            }
         }
-        let ((before, k), (after, _)) = (self.answer(&self.u), self.answer(&moved));
+        let (before, k) = self.answer(&self.u);
+        let (after, _) = self.answer_from(&moved, &history, Slack::Exact);
         let stiffness = k.iter().fold(0.0, |a, k| f64::max(a, k.abs()));
-        // Displacements of some sizes of the element are rounded to eps, which stiffness turns into force.
-        let slip = 64.0 * f64::EPSILON * self.size();
-        let force = before.iter().fold(0.0, |a: f64, f| a.max(f.abs()));
+        // Displacements of some sizes of the element are rounded to eps, which stiffness turns into force; so are the
+        // terms whose differences an element takes.
+        let slip = 64.0 * f64::EPSILON * self.size().max(1.0);
+        let force = before.iter().fold(self.element.coarseness(), |a: f64, f| a.max(f.abs()));
+        let rounding = stiffness * slip + 64.0 * f64::EPSILON * force;
         for (b, a) in before.chunks(3).zip(after.chunks(3)) {
-            let turned = turn * Vector3::from_column_slice(b);
-            let off = (turned - Vector3::from_column_slice(a)).norm();
-            assert!(off <= stiffness * slip + 64.0 * f64::EPSILON * force, "{off} of {force}");
+            let off = (turn * vector(b, 0) - vector(a, 0)).norm();
+            assert!(off <= rounding, "{off} of {force}");
         }
-        let change = self.work_function(&moved) - self.work_function(&self.u);
+        let change = self.work_function_from(&moved, &history) - self.work_function(&self.u);
         let scale = self.work_function(&self.u).abs() + stiffness * self.size() * self.size() * 1e-3;
-        assert!(change.abs() <= (force + stiffness * slip) * slip * 64.0 + 1e-12 * scale, "{change} J");
-        let total: Vector3<f64> = before.chunks(3).map(Vector3::from_column_slice).sum();
+        assert!(change.abs() <= rounding * slip * 64.0 + 1e-12 * scale, "{change} J");
+        let (mut total, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        for (node, x) in self.positions.iter().enumerate() {
+            let (at, f) = (x + vector(&self.u, per_node * node), vector(&before, per_node * node));
+            total += f;
+            moment += at.cross(&f);
+            if self.element.rotates() {
+                moment += vector(&before, 6 * node + 3);
+            }
+        }
         assert!(
             total.norm() <= 64.0 * f64::EPSILON * force.max(1e-300),
-            "the forces do not add up to 0: {total}"
+            "forces do not add up to 0: {total}"
         );
+        let arms = 4.0 * self.size().max(1.0);
+        assert!(
+            moment.norm() <= rounding * arms + 1e-300,
+            "moments do not add up to 0: {moment}, {rounding}"
+        );
+    }
+
+    /// The critical step is a lower bound of `2 / w` of the element between its own lumped masses, and no further
+    /// below it than one over the number of degrees of freedom: Gershgorin's circles bound `w^2` by the sum over a row.
+    pub fn critical_step(&self) {
+        let step = self.element.critical_step(&self.u, &self.history);
+        let (n, nodes) = (self.u.len(), self.element.nodes().len());
+        let (mut mass, mut inertia) = (vec![0.0; nodes], vec![0.0; nodes]);
+        self.element.lump(&mut mass, &mut inertia);
+        let per_node = n / nodes;
+        let root = |dof: usize| {
+            let (node, c) = (dof / per_node, dof % per_node);
+            (if c < 3 { mass[node] } else { inertia[node] }).sqrt()
+        };
+        for slack in [Slack::Exact, Slack::Taut] {
+            let (_, k) = self.answer_from(&self.u, &self.history, slack);
+            let scaled =
+                DMatrix::from_fn(n, n, |i, j| 0.5 * (k[i * n + j] + k[j * n + i]) / (root(i) * root(j)));
+            let highest = scaled.symmetric_eigenvalues().max().max(0.0);
+            let exact = 2.0 / highest.sqrt();
+            assert!(step <= exact * (1.0 + 1e-12), "{step} s, and 2 / w is {exact} s ({slack:?})");
+            if slack == Slack::Taut {
+                assert!(step * n as f64 >= exact, "{step} s is far below {exact} s");
+            }
+        }
     }
 
     /// Lumped and consistent mass are of one sum, and the consistent one is symmetric and positive.
@@ -194,4 +242,47 @@ impl<'a> Case<'a> {
         assert!(matrix.clone().cholesky().is_some() && matrix == matrix.transpose());
         assert!(lumped.iter().all(|m| *m > 0.0));
     }
+}
+
+fn vector(of: &[f64], at: usize) -> Vector3<f64> {
+    Vector3::new(of[at], of[at + 1], of[at + 2])
+}
+
+/// Patch test: elements of any shape under displacements `u` of all nodes, from their first histories, with every node's
+/// rotation as it says. Nodes of `inner` are in balance where that is a state of constant strain. Returns the largest force or
+/// moment there over the largest one of any element.
+pub fn patch(elements: &[&dyn Element], u: &[f64], turns: &[UnitQuaternion<f64>], inner: &[usize]) -> f64 {
+    let per_node = if elements[0].rotates() { 6 } else { 3 };
+    let mut sum = vec![0.0; u.len()];
+    let mut largest = 0.0_f64;
+    for element in elements {
+        let nodes = element.nodes();
+        let own: Vec<f64> = nodes.iter().flat_map(|n| u[per_node * n..][..per_node].to_vec()).collect();
+        let mut history = element.start_history();
+        if element.rotates() {
+            for (place, node) in nodes.iter().enumerate() {
+                let q = turns[*node];
+                history[place * TURN + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+            }
+        }
+        let mut after = history.clone();
+        let mut force = vec![0.0; own.len()];
+        let mut answer = Answer {
+            force: &mut force,
+            tangent: None,
+            slack: Slack::Exact,
+            history: &mut after,
+            tension: 0.0,
+        };
+        element.respond(&own, &history, &mut answer);
+        largest = force.iter().fold(largest, |a, f| a.max(f.abs()));
+        for (place, node) in nodes.iter().enumerate() {
+            for c in 0..per_node {
+                sum[per_node * node + c] += force[per_node * place + c];
+            }
+        }
+    }
+    assert!(largest > 0.0, "nothing is strained");
+    let left = inner.iter().flat_map(|n| &sum[per_node * n..][..per_node]);
+    left.fold(0.0_f64, |a, f| a.max(f.abs())) / largest
 }

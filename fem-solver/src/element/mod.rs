@@ -14,6 +14,8 @@ mod capstan;
 pub(crate) mod checks;
 pub mod mass;
 pub mod membrane;
+#[cfg(test)]
+mod patches;
 pub mod ring;
 pub mod segment;
 pub mod shell;
@@ -87,6 +89,11 @@ pub trait Element: Debug {
 
     /// Energies at `u`, from `history`.
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy;
+
+    /// Whether it can break at all.
+    fn can_break(&self) -> bool {
+        false
+    }
 
     /// Called when a step is done and `history` is that at its end `u`: whether the element breaks now. If
     /// so it has written into `history` that it is broken.

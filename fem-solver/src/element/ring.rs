@@ -191,6 +191,10 @@ impl Element for Ring {
         Energy { stored: stored - start.0, dissipated: lost + dissipated }
     }
 
+    fn can_break(&self) -> bool {
+        self.rupture < f64::INFINITY
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         if history[BROKEN] > 0.0 || self.tension(u, history) <= self.rupture {
             return false;

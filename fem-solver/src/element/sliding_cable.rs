@@ -283,6 +283,10 @@ impl Element for SlidingCable {
         Energy { stored: self.stored(&shape) - start, dissipated }
     }
 
+    fn can_break(&self) -> bool {
+        self.rupture != Rupture::NEVER
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         if history[BROKEN] > 0.0 || self.rupture == Rupture::NEVER {
             return false;

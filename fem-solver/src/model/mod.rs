@@ -156,6 +156,36 @@ impl Model {
         self.vector(u, cable.nodes[1]) - self.vector(u, cable.nodes[0])
     }
 
+    /// A node of the first connected part of the structure that no support and no spring holds, and how many nodes that part
+    /// has.
+    pub fn adrift(&self) -> Option<(usize, usize)> {
+        // Each node points to one before it of its part, the first to itself.
+        let mut first: Vec<usize> = (0..self.node_count()).collect();
+        let find = |first: &mut Vec<usize>, mut node: usize| {
+            while first[node] != node {
+                first[node] = first[first[node]];
+                node = first[node];
+            }
+            node
+        };
+        let elements = self.elements.iter().map(|e| e.nodes());
+        for nodes in self.cables.iter().map(|c| &c.nodes[..]).chain(elements) {
+            for pair in nodes.windows(2) {
+                let (a, b) = (find(&mut first, pair[0]), find(&mut first, pair[1]));
+                first[a.max(b)] = a.min(b);
+            }
+        }
+        let held = |node: usize| (0..3).any(|c| self.held[self.dof(node, c)]);
+        let mut safe = vec![false; self.node_count()];
+        let mut size = vec![0; self.node_count()];
+        for node in 0..self.node_count() {
+            let part = find(&mut first, node);
+            safe[part] |= held(node) || self.springs.iter().any(|s| s.node == node);
+            size[part] += 1;
+        }
+        (0..self.node_count()).find(|n| first[*n] == *n && !safe[*n]).map(|n| (n, size[n]))
+    }
+
     /// Whether a node is held in all directions.
     pub fn fully_held(&self, node: usize) -> bool {
         (0..3).all(|c| self.held[self.dof(node, c)])
@@ -184,6 +214,20 @@ impl Model {
             e.lines().into_iter().map(move |line| (line, radius))
         });
         cables.chain(others)
+    }
+
+    /// Element number `element` in words: its part, which of it, its first and last node.
+    pub fn element_name(&self, element: usize) -> String {
+        let part = self.parts.iter().find(|p| p.elements.contains(&element));
+        let nodes = self.elements[element].nodes();
+        let [first, last] = [nodes[0], nodes[nodes.len() - 1]].map(|node| self.node_name(node));
+        match part {
+            Some(part) => {
+                let number = element - part.elements[0];
+                format!("`{}` (element {number} of it, node {first} to node {last})", part.name)
+            }
+            None => format!("an element (node {first} to node {last})"),
+        }
     }
 
     /// The interface mesh with the nodes displaced by `u`.

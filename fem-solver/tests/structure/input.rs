@@ -44,6 +44,12 @@ fn each_fault_is_named_with_its_place_and_numbers() {
         ),
         ("{ nodes = [1, 2] }]", "{ nodes = [1, 7] }]", "test.toml:6:", "no node 7; nodes are 0 to 2"),
         ("{ nodes = [1, 2] }]", "{ nodes = [1, 1] }]", "test.toml:6:", "has no length"),
+        (
+            "{ nodes = [1, 2] }]",
+            "{ nodes = [0, 1, 2] }]",
+            "test.toml:6:",
+            "a cable has two nodes, here are 3",
+        ),
         ("{ nodes = [0, 2] }", "{ nodes = [0, 2], directions = \"xq\" }", "test.toml:7:", "letters of xyz"),
         ("{ nodes = [0, 2] }", "{ group = \"edge\" }", "test.toml:7:", "no group `edge`"),
         (
@@ -81,8 +87,8 @@ fn each_fault_is_named_with_its_place_and_numbers() {
         (
             "supports = [{ nodes = [0, 2] }]",
             "form_finding = \"static\"",
-            "test.toml:7:",
-            "no static equilibrium",
+            "test.toml:4:",
+            "nothing holds node 0 at (0, 0, 0) and what hangs together with it, 3 nodes in all",
         ),
     ] {
         assert!(PAIR.contains(from), "{from}");
@@ -200,4 +206,39 @@ fn faults_of_parts_are_named_with_their_place_and_numbers() {
         let message = refused(&text);
         assert!(message.contains("test.toml:") && message.contains(words), "{message}");
     }
+}
+
+/// A net between two ropes 2 m apart, which both sag.
+const BETWEEN: &str = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [2.0, 0.0, 2.0]]
+cables = [{ nodes = [0, 1] }, { nodes = [1, 2] }, { nodes = [3, 4] }, { nodes = [4, 5] }, { nodes = [1, 4], area = 1e-6 }]
+supports = [{ nodes = [0, 2, 3, 5] }]
+cable = { young = 1e9, area = 1e-4, density = 7850.0, prestress = 1e7 }
+groups = [{ name = "lower", nodes = [0, 1, 2] }, { name = "upper", nodes = [3, 4, 5] }]
+[[gauge]]
+name = "left"
+group = "upper"
+above = "lower"
+quantity = "height"
+"#;
+
+#[test]
+fn a_height_is_what_is_left_between_two_ropes() {
+    let mut run = crate::common::Run::alone(BETWEEN, 1e-4);
+    let z = |node: usize| run.ready.mesh.coordinates[3 * node + 2];
+    // The lowest of the upper rope is its middle, the highest of the lower rope its ends.
+    let height = z(4) - z(0);
+    assert!(height < 2.0 && z(1) < 0.0, "{height}");
+    run.step(1e-4, &[]);
+    assert!((run.value("left_height") - height).abs() < 1e-12, "{}", run.value("left_height"));
+    assert_eq!(run.measure("left_height_end"), run.value("left_height"));
+    let message = refused(&BETWEEN.replace("above = \"lower\"", ""));
+    assert!(message.contains("does not say above what"), "{message}");
+    let message = refused(&BETWEEN.replace("above = \"lower\"", "above = \"lowr\""));
+    assert!(message.contains("there is no group `lowr`"), "{message}");
+    let message = refused(&BETWEEN.replace("quantity = \"height\"", "quantity = \"displacement\""));
+    assert!(message.contains("`above` is for quantity"), "{message}");
 }

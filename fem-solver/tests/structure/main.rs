@@ -1,11 +1,13 @@
 //! The structure as a whole, in one test binary: linking is what takes the time.
 
 mod allocation;
+mod bending;
 mod common;
 mod contract;
 mod dynamics;
 mod elements;
 mod extremes;
+mod forms;
 mod generated;
 mod input;
 mod meshes;

@@ -345,3 +345,42 @@ fn what_is_left_of_the_residual_moves_nothing_when_the_net_is_computed_all_the_s
     assert!(middle.iter().all(|u| u.abs() < 1e-13), "{middle:?}");
     assert!(run.value("energy_kinetic_fem") < 1e-18);
 }
+
+#[test]
+fn a_path_that_forks_is_refused_with_both_directions() {
+    // Two trusses side by side that do not know of each other: both snap through at one load.
+    let pair = |load: f64| {
+        let text = format!(
+            r#"
+end_time = 1.0
+[structure]
+nodes = [[-1.0, 0.0, 0.0], [0.0, 0.0, 0.25], [1.0, 0.0, 0.0], [-1.0, 5.0, 0.0], [0.0, 5.0, 0.25], [1.0, 5.0, 0.0]]
+cables = [{{ nodes = [0, 1] }}, {{ nodes = [1, 2] }}, {{ nodes = [3, 4] }}, {{ nodes = [4, 5] }}]
+cable = {{ young = 210e9, area = 1e-4, density = 0.0, tension_only = false }}
+supports = [{{ nodes = [0, 2, 3, 5] }}, {{ nodes = [1, 4], directions = "xy" }}]
+loads = [{{ nodes = [1], force = [0.0, 0.0, -1.0] }}, {{ nodes = [4], force = [0.0, 0.0, {load:?}] }}]
+[fem]
+integrator = "static"
+path_speed = 1.0
+"#
+        );
+        let mut run = Run::alone(&text, 0.005);
+        (0..25).find_map(|_| {
+            let fault = run.solve(0.005, &[]).err();
+            if fault.is_none() {
+                run.commit(0.005);
+            }
+            fault
+        })
+    };
+    // The limit is at w = 0.1057, which is passed before 25 steps of 0.005 are done.
+    let message = pair(-1.0).expect("forks").message;
+    assert!(
+        message.contains("two directions are unstable at once")
+            && message.contains("node 1 at (0, 0, 0.25) in z")
+            && message.contains("node 4 at (0, 5, 0.25) in z"),
+        "{message}"
+    );
+    // With half the load on the other one truss snaps alone, and is followed.
+    assert!(pair(-0.5).is_none());
+}

@@ -258,11 +258,24 @@ impl<'a> Solo<'a> {
             summary.energy.insert("kinetic_max_J".into(), json!(balance.kinetic));
             if let Some(error) = balance.error() {
                 summary.energy.insert("error".into(), json!(error));
+                if error > LARGEST_ERROR {
+                    summary.warnings.push(format!(
+                        "the energy error is {:.2} %, above {} %: {:.3e} J are made or lost, the largest kinetic energy is \
+                         {:.3e} J; a shorter time step, or a scheme that keeps the energy, is due",
+                        100.0 * error,
+                        100.0 * LARGEST_ERROR,
+                        balance.imbalance,
+                        balance.kinetic
+                    ));
+                }
             }
         }
         summary.cost.insert("windows".into(), json!(self.windows));
     }
 }
+
+/// Energy error above which a run is not to be believed.
+const LARGEST_ERROR: f64 = 0.01;
 
 fn unwritable(out: &Path, e: &std::io::Error) -> Fault {
     Fault::broken(format!("{}: history.csv cannot be written: {e}", out.display()))
@@ -276,6 +289,8 @@ mod tests {
 
     /// A body in free fall; past `fails_at` it cannot be solved.
     struct Fall {
+        /// What its potential energy is told as, relative to what it is.
+        told: f64,
         committed: [f64; 2],
         trial: [f64; 2],
         fails_at: f64,
@@ -287,7 +302,7 @@ mod tests {
 
     impl Fall {
         fn new(fails_at: f64, longest: f64) -> Self {
-            Self { committed: [0.0; 2], trial: [0.0; 2], fails_at, longest, windows: Vec::new() }
+            Self { told: 1.0, committed: [0.0; 2], trial: [0.0; 2], fails_at, longest, windows: Vec::new() }
         }
 
         fn answer(state: [f64; 2]) -> [f64; 9] {
@@ -328,6 +343,7 @@ mod tests {
             self.trial = [z + v * h - 0.5 * G * h * h, v - G * h];
             self.windows.push(*window);
             output.copy_from_slice(&Self::answer(self.trial));
+            output[6..].iter_mut().for_each(|potential| *potential *= self.told);
             Ok(())
         }
 
@@ -379,6 +395,15 @@ mod tests {
         for pair in fall.windows.windows(2) {
             assert!((pair[1].start - pair[0].end()).abs() <= f64::EPSILON, "no gap: {pair:?}");
         }
+    }
+
+    #[test]
+    fn energy_that_comes_from_nowhere_is_a_warning() {
+        let mut fall = Fall::new(f64::INFINITY, f64::INFINITY);
+        assert!(run_fall(&mut fall, "end_time = 1.0").0.warnings.is_empty());
+        let mut fall = Fall { told: 0.98, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let warnings = run_fall(&mut fall, "end_time = 1.0").0.warnings;
+        assert!(warnings[0].starts_with("the energy error is 2.00 %, above 1 %: 1.000e0 J"), "{warnings:?}");
     }
 
     #[test]
