@@ -5,10 +5,11 @@ use crate::convergence::Tolerance;
 use crate::mapping::AnyMapper;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Weak or strong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scheme {
     /// One pass per window, nothing is repeated: cheap, and limited in the window (`rockfall check` says where).
@@ -18,7 +19,7 @@ pub enum Scheme {
 }
 
 /// What to do with a window that did not converge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OnNoConvergence {
     /// Take it as it stands, and say so.
@@ -30,7 +31,7 @@ pub enum OnNoConvergence {
 }
 
 /// `[coupling]`
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Coupling {
     /// Weak or strong.

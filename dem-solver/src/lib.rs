@@ -15,6 +15,7 @@
 //! - [`granular`]: thousands of separate spheres instead of rocks
 //! - [`solver`]: the contract, and the order of one step
 //! - [`check`](mod@check): what would be built
+//! - [`reference`]: what is read and written, for editors
 
 pub mod check;
 pub mod cluster;
@@ -22,6 +23,7 @@ pub mod contact;
 pub mod critical;
 pub mod granular;
 pub mod ground;
+pub mod reference;
 pub mod rock;
 pub mod search;
 pub mod settings;
@@ -43,4 +45,5 @@ pub const PROGRAM: Program = Program {
         false => Ok(Box::new(DemSolver::new(scene, options)?)),
     },
     check: |scene| if scene.has("spheres") { granular::check::check(scene) } else { check::check(scene) },
+    schema: reference::share,
 };

@@ -44,6 +44,7 @@ pub mod newton;
 pub mod path;
 pub mod read;
 pub mod record;
+pub mod reference;
 pub mod scattered;
 pub mod solver;
 pub mod start;
@@ -61,4 +62,5 @@ pub const PROGRAM: Program = Program {
     about: "Large-displacement statics and dynamics of cable nets",
     build: |scene, options| Ok(Box::new(FemSolver::new(scene, options)?)),
     check: check::check,
+    schema: reference::share,
 };

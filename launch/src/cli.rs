@@ -4,6 +4,7 @@ use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
+use crate::{reference, schema};
 use clap::{Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::exit::Exit;
@@ -58,6 +59,15 @@ enum Command {
         #[arg(value_name = "ARGUMENTS", trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<OsString>,
     },
+    /// Print the JSON schema of the scene file, for editors
+    ///
+    /// Write it into a file once, and name that in the first line of a scene: `#:schema rockfall.schema.json`.
+    /// Even Better TOML and taplo then complete keys, show units and defaults, and mark what is misspelt.
+    Schema {
+        /// Print the reference of all keys and results instead (Markdown)
+        #[arg(long)]
+        reference: bool,
+    },
     /// Remove what dead runs left behind in shared memory
     Clean,
 }
@@ -105,6 +115,11 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             Ok(Exit::Done)
         }
         Command::Cluster { arguments } => hand_over("dem-solver", "cluster", &arguments),
+        Command::Schema { reference } => {
+            let share = schema::share()?;
+            tell(&if reference { reference::text(&share) } else { schema::text(&share) });
+            Ok(Exit::Done)
+        }
         Command::Clean => {
             let removed = ipc::clean();
             if removed.is_empty() {

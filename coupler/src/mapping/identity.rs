@@ -2,10 +2,11 @@
 
 use super::{Mapper, Matrix};
 use interface_defs::InterfaceMesh;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The meshes are equal, compared by coordinates.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Identity {}
 

@@ -2,10 +2,11 @@
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// One `[[contact]]`. A wall is rigid unless its modulus is given; two rocks in contact are both elastic.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSettings {
     /// Names of the two materials: a rock's or sphere's first, if the other is a wall's. Default: every
@@ -75,7 +76,7 @@ fn is_zero(value: &f64) -> bool {
 }
 
 /// How the tangential spring follows the overlap.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TangentialName {
     /// The force changes by the increments of slip alone.
@@ -94,7 +95,7 @@ impl TangentialName {
 }
 
 /// Kind of rolling resistance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RollingName {
     /// A moment of constant size against the spin (type A).
@@ -104,7 +105,7 @@ pub enum RollingName {
 }
 
 /// Which of several elements that a sphere touches are contacts.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HierarchyName {
     /// Nearer ones discard those on or behind their tangent plane (double hierarchy, as the reference
@@ -123,7 +124,7 @@ impl HierarchyName {
 }
 
 /// Normal law of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LawName {
     /// Hertz normal and Mindlin tangential stiffness, both growing with the overlap.
@@ -133,7 +134,7 @@ pub enum LawName {
 }
 
 /// Which mass m* a contact's dashpot is scaled with.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EffectiveMass {
     /// The inertia met at the contact: the rock's share and the wire's, `1/m* = N_c/M + sum N_a^2/m_a`.

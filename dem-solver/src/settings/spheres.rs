@@ -2,13 +2,14 @@
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Most spheres of a scene.
 pub const MOST: usize = 10_000_000;
 
 /// One `[[spheres]]`: a number of spheres that differ in radius and place.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpheresSettings {
     /// Name. Default `spheres`, for further ones `spheres_2`, ...
@@ -41,7 +42,7 @@ pub struct SpheresSettings {
 }
 
 /// `[box]`: six fixed walls, inside of which the spheres are.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxSettings {
     /// Lowest corner [m].

@@ -2,12 +2,13 @@
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// `[terrain]`. Its presence builds the ground; a run without a structure then ends when every rock has
 /// come to rest or has left the terrain.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TerrainSettings {
     /// The file, from the directory of the scene: ESRI grid `.asc`, GeoTIFF `.tif`, points `.xyz`, `.las`,
@@ -40,7 +41,7 @@ pub struct TerrainSettings {
 }
 
 /// What to do with cells without height.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NoData {
     /// An error that says where.
@@ -51,7 +52,7 @@ pub enum NoData {
 }
 
 /// One `[[terrain.zone]]`: exactly one of `polygon` and `number`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ZoneSettings {
     /// Its material.

@@ -3,10 +3,11 @@
 use super::positive;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Integrator, time step, Newton iteration.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FemConfig {
     /// Scheme in time.
@@ -46,7 +47,7 @@ pub struct FemConfig {
 }
 
 /// Scheme in time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Integrator {
     /// No inertia: static equilibrium at the end of each step, under the force there.
@@ -63,7 +64,7 @@ pub enum Integrator {
 }
 
 /// When the Newton iteration of a step is content, and when it gives up.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NewtonConfig {
     /// Largest residual, relative to the largest of load, internal force and inertia. Default 1e-10.

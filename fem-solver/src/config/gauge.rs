@@ -1,9 +1,10 @@
 //! `[[gauge]]`: what to record.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A number, or three, recorded at every step: at a point of the structure or over a group.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GaugeConfig {
     /// Name; the columns and measures begin with it.
@@ -22,7 +23,7 @@ pub struct GaugeConfig {
 }
 
 /// What a gauge records.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Displacement since t = 0 [m], mean over the nodes of a group: `_ux`, `_uy`, `_uz`.

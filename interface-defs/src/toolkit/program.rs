@@ -9,7 +9,8 @@ use super::log::{self, LogFormat};
 use super::progress::{self, Reporter};
 use super::run_dir;
 use super::scene::Scene;
-use super::screen::complain;
+pub use super::schema::Share;
+use super::screen::{complain, tell};
 use super::solo::{self, Stage};
 use super::summary::Status;
 use crate::ipc::serve::{self, Connection};
@@ -36,6 +37,8 @@ pub struct Program {
     pub build: Build,
     /// Say what it would build.
     pub check: fn(&Scene) -> Result<CheckReport, InputError>,
+    /// Say what it reads of a scene and what it writes.
+    pub schema: fn() -> Share,
 }
 
 /// A subcommand of one program, beside those that all solvers have.
@@ -96,6 +99,9 @@ enum Command {
         #[arg(long, value_enum, default_value_t, value_name = "FORM")]
         format: Format,
     },
+    /// Print the JSON schema of the tables that it reads: its share of `rockfall schema`
+    #[command(hide = true)]
+    Schema,
     /// Take part in a run that a coupler leads
     Serve {
         #[command(flatten)]
@@ -177,8 +183,9 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
         Ok(cli) => cli,
         Err(e) => e.exit(),
     };
-    let tell = !matches!(cli.command, Command::Run { quiet: true, .. } | Command::Check { .. });
-    log::init(cli.log_format, tell);
+    let hint =
+        !matches!(cli.command, Command::Run { quiet: true, .. } | Command::Check { .. } | Command::Schema);
+    log::init(cli.log_format, hint);
     guarded(|| execute(program, &cli.command))
 }
 
@@ -199,6 +206,10 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
     match command {
         Command::Check { input, format } => {
             (program.check)(&input.load()?)?.print(*format);
+            Ok(Exit::Done)
+        }
+        Command::Schema => {
+            tell(&((program.schema)().to_json() + "\n"));
             Ok(Exit::Done)
         }
         Command::Run { input, out, force, quiet, progress, supervisor, savings } => {
