@@ -127,7 +127,9 @@ impl Domain {
 
     /// Whether a coupler owns the run now.
     pub fn is_owned(&self) -> bool {
-        match Home::open(&self.home).and_then(|home| home.map_or(Ok(None), |home| home.lock(&self.run, false))) {
+        match Home::open(&self.home)
+            .and_then(|home| home.map_or(Ok(None), |home| home.lock(&self.run, false)))
+        {
             Ok(Some(lock)) => matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)),
             _ => false,
         }

@@ -78,13 +78,12 @@ impl Home {
         let access = if create { OFlags::RDWR | OFlags::CREATE } else { OFlags::RDONLY };
         let name = lock_name(id);
         let path = self.path.join(&name);
-        let file =
-            match rustix::fs::openat(&self.directory, &name, access | ENTRY, Mode::RUSR | Mode::WUSR) {
-                Ok(file) => file,
-                Err(Errno::NOENT) => return Ok(None),
-                Err(Errno::LOOP) => return Err(refused(&path, "it is a link")),
-                Err(e) => return Err(refused(&path, e)),
-            };
+        let file = match rustix::fs::openat(&self.directory, &name, access | ENTRY, Mode::RUSR | Mode::WUSR) {
+            Ok(file) => file,
+            Err(Errno::NOENT) => return Ok(None),
+            Err(Errno::LOOP) => return Err(refused(&path, "it is a link")),
+            Err(e) => return Err(refused(&path, e)),
+        };
         let stat = rustix::fs::fstat(&file).map_err(|e| refused(&path, e))?;
         owned(&path, &stat)?;
         if !FileType::from_raw_mode(stat.st_mode).is_file() {
@@ -96,7 +95,8 @@ impl Home {
     /// Whether `file` is still the lock of run `id`: a cleaner may have removed it between opening and locking.
     pub fn is_lock(&self, id: &RunId, file: &File) -> bool {
         let named = rustix::fs::statat(&self.directory, lock_name(id), AtFlags::SYMLINK_NOFOLLOW);
-        let same = |named: Stat| file.metadata().is_ok_and(|f| (f.dev(), f.ino()) == (named.st_dev, named.st_ino));
+        let same =
+            |named: Stat| file.metadata().is_ok_and(|f| (f.dev(), f.ino()) == (named.st_dev, named.st_ino));
         named.is_ok_and(same)
     }
 
@@ -248,7 +248,9 @@ mod tests {
         assert!(!place.path().join("dead").exists() && !place.path().join("dead.lock").exists());
         place.nothing_lost();
         let id = "link".parse().expect("an id");
-        assert!(message(home.lock(&id, true).expect_err("a link")).contains("link.lock must be a private place"));
+        assert!(
+            message(home.lock(&id, true).expect_err("a link")).contains("link.lock must be a private place")
+        );
     }
 
     #[test]
@@ -275,7 +277,10 @@ mod tests {
             let place = Place::new();
             put(&place.path());
             let text = message(Home::create(&place.path()).expect_err("refused"));
-            assert!(text.contains("home must be a private place") && text.contains("a file or a link"), "{text}");
+            assert!(
+                text.contains("home must be a private place") && text.contains("a file or a link"),
+                "{text}"
+            );
             assert!(Home::open(&place.path()).is_err());
             place.nothing_lost();
         }
