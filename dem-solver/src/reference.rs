@@ -26,8 +26,8 @@ const fn history(name: &'static str, unit: &'static str, meaning: &'static str) 
 }
 
 const HISTORY: &[Entry] = &[
-    history("<rock>_x", "m", "position of the rock's centre of mass; `_y`, `_z` likewise"),
-    history("<rock>_vx", "m/s", "velocity of the rock's centre of mass; `_vy`, `_vz` likewise"),
+    history("<rock>_{x,y,z}", "m", "position of the rock's centre of mass"),
+    history("<rock>_{vx,vy,vz}", "m/s", "velocity of the rock's centre of mass"),
     history("<rock>_lowest", "m", "height of the lowest point of the rock's spheres, against gravity"),
     history("energy_kinetic_dem", "J", "kinetic energy of all rocks, rotation included"),
     history("energy_potential_dem", "J", "potential energy of all rocks, counted from their start"),
@@ -40,7 +40,7 @@ const HISTORY: &[Entry] = &[
     history("energy_received_dem", "J", "work that the moving interface mesh has done on the rocks"),
     history("contacts", "1", "number of contacts"),
     history("fastest", "m/s", "`[[spheres]]`: speed of the fastest sphere"),
-    history("centre_of_mass_x", "m", "`[[spheres]]`: centre of mass of all spheres; `_y`, `_z` likewise"),
+    history("centre_of_mass_{x,y,z}", "m", "`[[spheres]]`: centre of mass of all spheres"),
 ];
 
 /// Of several rocks each name begins with `<rock>_`.
@@ -70,7 +70,7 @@ const MEASURES: &[Entry] = &[
         "the same of two rocks in contact, over the radius of the smaller sphere",
     ),
     measure("run_out", "m", "terrain: horizontal distance from start to rest"),
-    measure("rest_x", "m", "terrain: where the rock's centre came to rest; `rest_y`, `rest_z` likewise"),
+    measure("rest_{x,y,z}", "m", "terrain: where the rock's centre came to rest"),
     measure("way_out", "m", "terrain: horizontal distance from the start to where the rock left the terrain"),
     measure(
         "max_jump_height",
@@ -95,9 +95,9 @@ const fn trajectory(name: &'static str, unit: &'static str, meaning: &'static st
 const TRAJECTORY: &[Entry] = &[
     trajectory("time", "s", "time"),
     trajectory("rock", "1", "number of the rock, counted from 0"),
-    trajectory("x", "m", "position of the centre of mass in the terrain's coordinates; `y`, `z` likewise"),
-    trajectory("vx", "m/s", "velocity of the centre of mass; `vy`, `vz` likewise"),
-    trajectory("wx", "rad/s", "angular velocity along the axes of space; `wy`, `wz` likewise"),
+    trajectory("{x,y,z}", "m", "position of the centre of mass in the terrain's coordinates"),
+    trajectory("{vx,vy,vz}", "m/s", "velocity of the centre of mass"),
+    trajectory("{wx,wy,wz}", "rad/s", "angular velocity along the axes of space"),
     trajectory("energy_translation", "J", "kinetic energy of translation"),
     trajectory("energy_rotation", "J", "kinetic energy of rotation"),
     trajectory("energy_potential", "J", "potential energy, counted from the start of the rock"),

@@ -20,22 +20,10 @@ const fn history(name: &'static str, unit: &'static str, meaning: &'static str) 
 }
 
 const HISTORY: &[Entry] = &[
-    history(
-        "reaction_x",
-        "N",
-        "force of all supports on the structure, mean over the row's window; `_y`, `_z` likewise",
-    ),
-    history(
-        "<gauge>_ux",
-        "m",
-        "gauge `displacement`: since t = 0, mean over the nodes of a group; `_uy`, `_uz` likewise",
-    ),
-    history("<gauge>_vx", "m/s", "gauge `velocity`: mean over the nodes of a group; `_vy`, `_vz` likewise"),
-    history(
-        "<gauge>_fx",
-        "N",
-        "gauge `force`: force of the supports, sum over a group; `_fy`, `_fz` likewise",
-    ),
+    history("reaction_{x,y,z}", "N", "force of all supports on the structure, mean over the row's window"),
+    history("<gauge>_{ux,uy,uz}", "m", "gauge `displacement`: since t = 0, mean over the nodes of a group"),
+    history("<gauge>_{vx,vy,vz}", "m/s", "gauge `velocity`: mean over the nodes of a group"),
+    history("<gauge>_{fx,fy,fz}", "N", "gauge `force`: force of the supports, sum over a group"),
     history("<gauge>_tension", "N", "gauge `tension`: axial force, compression below 0"),
     history("<gauge>_elongation", "m", "gauge `elongation`: against the length as modelled"),
     history("<gauge>_height", "m", "gauge `height`: height left between two groups, against gravity"),

@@ -38,7 +38,7 @@ impl Part {
     }
 }
 
-/// `[processes]`
+/// Programs of others in the place of this project's, and how long one is waited for.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Processes {
@@ -51,7 +51,7 @@ pub struct Processes {
     /// Command line in the place of `coupler`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coupler: Option<String>,
-    /// Deadline for one answer [s]; default 60.
+    /// Deadline for one answer [s]. Default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timeout: Option<f64>,
     /// How to wait; default `yield`.

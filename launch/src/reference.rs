@@ -2,7 +2,6 @@
 //!
 //! Every word of it comes from the schema, that is from the doc comments of what the programs read.
 
-use interface_defs::toolkit::history::column;
 use interface_defs::toolkit::scene::KEYS;
 use interface_defs::toolkit::schema::{Entry, Share};
 use serde_json::{Map, Value};
@@ -239,10 +238,10 @@ impl<'a> Page<'a> {
                 _ => "",
             };
             let _ = write!(self.text, "\n### `{file}`\n\n{what}| name | unit | meaning |\n|---|---|---|\n");
-            for Entry { name, unit, meaning, .. } in of_file {
-                let name = if file.ends_with(".csv") { column(name, unit) } else { name.to_string() };
-                let name = if name.is_empty() { String::new() } else { format!("`{name}`") };
-                let _ = writeln!(self.text, "| {name} | {unit} | {} |", cell(meaning));
+            for entry in of_file {
+                let name = entry.full_name();
+                let name = if name.is_empty() { name } else { format!("`{name}`") };
+                let _ = writeln!(self.text, "| {name} | {} | {} |", entry.unit, cell(&entry.meaning));
             }
         }
     }

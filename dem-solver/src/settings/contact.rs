@@ -5,11 +5,12 @@ use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One `[[contact]]`. A wall is rigid unless its modulus is given; two rocks in contact are both elastic.
+/// The contact law of a pair of materials. A net and a terrain are rigid unless their modulus is given; two rocks in
+/// contact are both elastic.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSettings {
-    /// Names of the two materials: a rock's or sphere's first, if the other is a wall's. Default: every
+    /// Names of the two materials: that of the rock first, if the other is that of net, terrain or box. Default: every
     /// pair that no other table names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<[String; 2]>,
@@ -22,7 +23,7 @@ pub struct ContactSettings {
     /// `stiffness_ratio` is given).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
-    /// Young's modulus of the other side [Pa]. Default: a wall is rigid, another rock is as `young`.
+    /// Young's modulus of the other side [Pa]. Default: net and terrain are rigid, another rock is as `young`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_young: Option<f64>,
     /// Poisson's ratio of the other side. Needed with `wall_young`.

@@ -5,7 +5,7 @@ use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// `[dem]`. The step is given, or follows from the duration of a contact.
+/// The time step of the contact solver, and how rocks rotate. The step is given, or follows from the duration of a contact.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DemSettings {
@@ -22,7 +22,7 @@ pub struct DemSettings {
     /// critical one. Excludes `time_step`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub critical_share: Option<f64>,
-    /// How rocks turn between two kicks. Default `exact`; separate spheres turn exactly whatever it says.
+    /// How rocks rotate between two steps. Default `exact`; separate spheres turn exactly whatever it says.
     #[serde(default)]
     pub rotation: Rotation,
     /// Threads for many separate spheres; the results do not depend on it. Default 1.

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// One `[[rock]]`.
+/// A rigid rock, and the spheres that stand for it in contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RockSettings {
@@ -44,7 +44,7 @@ pub struct RockSettings {
     pub cluster: Option<Cluster>,
 }
 
-/// `cluster` of a rock: made of so many spheres, or read from a file.
+/// The spheres of a rock: made in this number, or read from a file.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cluster {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Most spheres of a scene.
 pub const MOST: usize = 10_000_000;
 
-/// One `[[spheres]]`: a number of spheres that differ in radius and place.
+/// Separate spheres that differ in radius and place, instead of rocks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpheresSettings {
@@ -41,7 +41,7 @@ pub struct SpheresSettings {
     pub seed: u64,
 }
 
-/// `[box]`: six fixed walls, inside of which the spheres are.
+/// Six fixed planes, inside of which the separate spheres are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxSettings {

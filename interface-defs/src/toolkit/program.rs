@@ -62,7 +62,7 @@ pub struct Options {
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Form of the log lines on stderr; RUST_LOG=debug tells more
+    /// Form of the log lines on stderr; RUST_LOG=debug prints more
     #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
     log_format: LogFormat,
 }

@@ -3,6 +3,7 @@
 //! Every program prints its own share as JSON (hidden subcommand `schema`); `rockfall schema` puts them
 //! together. The text is that of the doc comments of the settings, so that it cannot differ from what is read.
 
+use super::history::column;
 use super::output;
 use schemars::generate::{SchemaGenerator, SchemaSettings};
 use schemars::transform::{RecursiveTransform, Transform};
@@ -16,7 +17,7 @@ use std::borrow::Cow;
 pub struct Entry {
     /// Where it stands: the name of a file in the output directory.
     pub file: Cow<'static, str>,
-    /// Its name without unit; `<rock>`, `<gauge>` stand for names that the scene gives.
+    /// Its name without unit; `<rock>`, `<gauge>` stand for names that the scene gives, `{x,y,z}` for one of these.
     pub name: Cow<'static, str>,
     /// Its unit, `1` for a number without.
     pub unit: Cow<'static, str>,
@@ -40,20 +41,29 @@ impl Entry {
         }
     }
 
-    /// Whether this describes the result `name`, the placeholders of [`Entry::name`] filled in.
+    /// Whether this describes the result `name` of its file, the placeholders of [`Entry::name`] filled in. Columns
+    /// bear their unit in their name.
     pub fn describes(&self, name: &str) -> bool {
-        fits(&self.name, name)
+        fits(&self.full_name(), name)
+    }
+
+    /// Its name as it stands in its file.
+    pub fn full_name(&self) -> String {
+        if self.file.ends_with(".csv") { column(&self.name, &self.unit) } else { self.name.to_string() }
     }
 }
 
-/// Whether `text` is `pattern` with something in the place of each `<...>`.
+/// Whether `text` is `pattern` with something in the place of each `<...>`, and one of `a`, `b` in that of `{a,b}`.
 fn fits(pattern: &str, text: &str) -> bool {
-    match pattern.split_once('<').and_then(|(head, rest)| Some((head, rest.split_once('>')?.1))) {
-        None => pattern == text,
-        Some((head, tail)) => text
-            .strip_prefix(head)
-            .is_some_and(|rest| (1..=rest.len()).any(|n| rest.is_char_boundary(n) && fits(tail, &rest[n..]))),
+    let Some(at) = pattern.find(['<', '{']) else { return pattern == text };
+    let (head, rest) = pattern.split_at(at);
+    let Some(text) = text.strip_prefix(head) else { return false };
+    let close = if rest.starts_with('<') { '>' } else { '}' };
+    let Some((inner, tail)) = rest[1..].split_once(close) else { return false };
+    if close == '}' {
+        return inner.split(',').any(|one| text.strip_prefix(one).is_some_and(|t| fits(tail, t)));
     }
+    (1..=text.len()).any(|n| text.is_char_boundary(n) && fits(tail, &text[n..]))
 }
 
 /// The share of one program in the schema.
@@ -258,10 +268,11 @@ mod tests {
     #[test]
     fn placeholders_stand_for_any_name() {
         let entry = |name| Entry::new("history.csv", name, "m", "");
-        assert!(entry("<rock>_x").describes("rock_2_x"));
-        assert!(entry("<gauge>_<min or max>").describes("centre_uz_min"));
-        assert!(entry("iterations").describes("iterations"));
-        assert!(!entry("<rock>_x").describes("_x"));
-        assert!(!entry("<rock>_x").describes("rock_xy"));
+        assert!(entry("<rock>_{x,y}").describes("rock_2_y_m"));
+        assert!(entry("<gauge>_<quantity>_min").describes("centre_uz_min_m"));
+        assert!(Entry::new("history.csv", "iterations", "1", "").describes("iterations"));
+        assert!(Entry::new("summary.json", "sag", "m", "").describes("sag"));
+        assert!(!entry("<rock>_{x,y}").describes("_x_m"));
+        assert!(!entry("<rock>_{x,y}").describes("rock_z_m"));
     }
 }
