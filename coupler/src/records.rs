@@ -254,7 +254,7 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling) {
         summary.measures.push(Measure { name: "energy_error".into(), value, unit: "1".into(), time });
         if value > ENERGY_BOUND {
             summary.warnings.push(format!(
-                "energy_error is {:.2} %, above {} %: a shorter window or step, or strong coupling, is due",
+                "energy_error is {:.2} %, above {} %: shorten the window or the step, or use strong coupling",
                 100.0 * value,
                 100.0 * ENERGY_BOUND
             ));

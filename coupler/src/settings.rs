@@ -141,7 +141,7 @@ impl Coupling {
             return Err((
                 "predictor".into(),
                 format!(
-                    "predictor {} does not exist; 0 keeps the wall where it is, 1 lets it go on",
+                    "predictor {} does not exist; 0 keeps the net where it is, 1 lets it go on",
                     self.predictor
                 ),
             ));

@@ -138,8 +138,8 @@ pub enum LawName {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EffectiveMass {
-    /// The inertia met at the contact: the rock's share and the wire's, `1/m* = N_c/M + sum N_a^2/m_a`.
-    /// Needs the nodal masses of the wall; costs nothing else.
+    /// The inertia that acts at the contact: the rock's share and the wire's, `1/m* = N_c/M + sum N_a^2/m_a`.
+    /// Needs the nodal masses of the net; costs nothing else.
     #[default]
     Local,
     /// The rock's whole mass in every contact, as the reference implementation does. Light wires get
@@ -251,10 +251,10 @@ impl ContactSettings {
                 Err(invalid("wall_young", "wall_young is the partner of `young`, which is missing".into()))
             }
             (Some(_), None) => {
-                Err(invalid("wall_poisson", "Poisson's ratio of the wall is needed with `wall_young`".into()))
+                Err(invalid("wall_poisson", "Poisson's ratio of the partner is needed with `wall_young`".into()))
             }
             (None, Some(_)) => Err(invalid("wall_poisson", "wall_poisson without `wall_young`".into())
-                .try_instead("leave it out: the wall is rigid")),
+                .try_instead("leave it out: the partner is rigid")),
             (_, Some(nu)) if !(0.0..=0.5).contains(&nu) => {
                 Err(invalid("wall_poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")))
             }

@@ -82,7 +82,7 @@ fn text(bytes: &[u8], most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> 
                 let triangle = open
                     .as_slice()
                     .try_into()
-                    .map_err(|_| ReadError::at(at, format!("a loop of {} corners: 3 are due", open.len())))?;
+                    .map_err(|_| ReadError::at(at, format!("a loop of {} corners: there must be 3", open.len())))?;
                 corners.push(triangle);
                 open.clear();
                 too_many(corners.len(), most)?;

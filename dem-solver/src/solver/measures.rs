@@ -191,7 +191,7 @@ fn one_rock(
             if track.sinking && !track.over {
                 absent(
                     "braking_time",
-                    "it was still on its way down at the end; max_deflection is that reached by then",
+                    "it still moved down at the end; max_deflection is that reached by then",
                 );
             } else {
                 tell("braking_time", time - touch.time, "s", Some(time));
@@ -199,12 +199,12 @@ fn one_rock(
         }
         _ => absent(
             "max_deflection, braking_time",
-            "its lowest point never lay below the wall's lowest node at rest",
+            "its lowest point never lay below the lowest node of the net at rest",
         ),
     }
     match track.rebound {
         Some((speed, time)) => tell("rebound_speed", speed, "m/s", Some(time)),
-        None => absent("rebound_speed", "no contact was lost on the way up"),
+        None => absent("rebound_speed", "no contact ended on the rebound"),
     }
     if let Some((share, time)) = track.penetration {
         tell("max_penetration", share, "1", Some(time));
@@ -218,7 +218,7 @@ fn one_rock(
     }
     if let Some(time) = track.behind {
         warnings.push(format!(
-            "rock `{}`: from {time:.4} s on the wall lay behind the centres of its outer spheres, in gaps between \
+            "rock `{}`: from {time:.4} s on the net lay behind the centres of its outer spheres, in gaps between \
              them, where the contact is weaker than its law; forces are less sure than deflections; raise \
              contact.young",
             rock.name

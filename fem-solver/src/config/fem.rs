@@ -33,12 +33,12 @@ pub struct FemConfig {
     /// Iteration of the implicit schemes and of `static`.
     pub newton: NewtonConfig,
     /// `central_difference` only: nodes that would need shorter steps than this [s] get as much more mass as they
-    /// need, without weight. The added mass is told as a warning. Default: none.
+    /// need, without weight. A warning gives the added mass. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_scaling: Option<f64>,
     /// `static` only: follow the path of equilibrium under `[[structure.loads]]` that grow and fall by one factor, from 0
-    /// on, beyond limit points and back (arc length). Time is the way along it: the degree of freedom that moves most
-    /// does so at this speed [m/s]. The factor is told as `load_factor`; a step is at most `time_step` long. Default: the
+    /// on, beyond limit points and back (arc length). Time is the distance along it: the degree of freedom that moves most
+    /// does so at this speed [m/s]. The column `load_factor` gives the factor; a step is at most `time_step` long. Default: the
     /// loads are constant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path_speed: Option<f64>,

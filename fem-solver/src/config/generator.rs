@@ -85,7 +85,7 @@ pub struct RingNet {
 /// `type = "barrier"`: a barrier as a whole, in the manner of EAD 340059: posts, net, bearing ropes
 /// with brakes, ropes to the slope with brakes, anchors.
 ///
-/// x runs along the barrier and is 0 in its middle, y points down the slope (the way that rocks
+/// x runs along the barrier and is 0 in its middle, y points down the slope (the direction in which rocks
 /// come), z upwards; the feet stand on y = z = 0.
 ///
 /// | group of elements | made for | what |

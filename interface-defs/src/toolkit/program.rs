@@ -155,7 +155,7 @@ struct Savings {
 pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(s) if s > 0.0 && Duration::try_from_secs_f64(s).is_ok() => Ok(s),
-        _ => Err("a number of seconds above 0 is due".into()),
+        _ => Err("it must be a number of seconds above 0".into()),
     }
 }
 

@@ -261,7 +261,7 @@ impl<'a> Solo<'a> {
                 if error > LARGEST_ERROR {
                     summary.warnings.push(format!(
                         "the energy error is {:.2} %, above {} %: {:.3e} J are made or lost, the largest kinetic energy is \
-                         {:.3e} J; a shorter time step, or a scheme that keeps the energy, is due",
+                         {:.3e} J; shorten the time step, or use a scheme that keeps the energy",
                         100.0 * error,
                         100.0 * LARGEST_ERROR,
                         balance.imbalance,
