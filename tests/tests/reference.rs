@@ -11,9 +11,103 @@ fn printed(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("text")
 }
 
-fn validator() -> jsonschema::Validator {
-    let schema: Value = serde_json::from_str(&printed(&[])).expect("JSON");
-    jsonschema::draft7::new(&schema).expect("a schema of draft 7")
+fn schema() -> Value {
+    serde_json::from_str(&printed(&[])).expect("JSON")
+}
+
+/// What of `value` does not fit `schema`, for as much of draft 7 as the schema uses; any other word is a failure.
+fn faults(value: &Value, schema: &Value, root: &Value, at: &str, found: &mut Vec<String>) {
+    if schema == &Value::Bool(true) {
+        return;
+    }
+    let one = |schema: &Value, at: &str| {
+        let mut own = Vec::new();
+        faults(value, schema, root, at, &mut own);
+        own
+    };
+    for (word, rule) in schema.as_object().expect("a schema") {
+        let mut refuse = |what: String| found.push(format!("{at}: {what}"));
+        match word.as_str() {
+            "description" | "default" | "title" | "$schema" | "definitions" => {}
+            "type" if rule == "number" && value.is_number() => {}
+            "type" if rule == kind(value) => {}
+            "type" => refuse(format!("{value} is no {rule}")),
+            "const" if rule != value => refuse(format!("{value} is not {rule}")),
+            "const" => {}
+            "minimum" if value.as_f64() < rule.as_f64() => refuse(format!("{value} is below {rule}")),
+            "maximum" if value.as_f64() > rule.as_f64() => refuse(format!("{value} is above {rule}")),
+            "minimum" | "maximum" => {}
+            "minItems" if value.as_array().map(Vec::len) < rule.as_u64().map(|n| n as usize) => {
+                refuse(format!("{value} is short"))
+            }
+            "maxItems"
+                if value.as_array().is_some_and(|v| v.len() as u64 > rule.as_u64().expect("a count")) =>
+            {
+                refuse(format!("{value} is long"));
+            }
+            "minItems" | "maxItems" => {}
+            "items" => {
+                for (i, item) in value.as_array().into_iter().flatten().enumerate() {
+                    faults(item, rule, root, &format!("{at}.{i}"), found);
+                }
+            }
+            "required" => {
+                for key in rule.as_array().expect("keys").iter().filter_map(Value::as_str) {
+                    if value.is_object() && value.get(key).is_none() {
+                        refuse(format!("`{key}` is missing"));
+                    }
+                }
+            }
+            "properties" => {
+                for (key, inner) in value.as_object().into_iter().flatten() {
+                    if let Some(own) = rule.get(key) {
+                        faults(inner, own, root, &format!("{at}.{key}"), found);
+                    }
+                }
+            }
+            "additionalProperties" if rule == &Value::Bool(false) => {
+                let known = schema.get("properties");
+                for key in value.as_object().into_iter().flatten().map(|(key, _)| key) {
+                    if known.and_then(|k| k.get(key)).is_none() {
+                        refuse(format!("unknown key `{key}`"));
+                    }
+                }
+            }
+            "additionalProperties" => {}
+            "$ref" => {
+                let name =
+                    rule.as_str().and_then(|r| r.strip_prefix("#/definitions/")).expect("a definition");
+                faults(value, &root["definitions"][name], root, at, found);
+            }
+            "allOf" => rule.as_array().expect("schemas").iter().for_each(|s| found.extend(one(s, at))),
+            "oneOf" | "anyOf" => {
+                let tried: Vec<_> = rule.as_array().expect("schemas").iter().map(|s| one(s, at)).collect();
+                let fitting = tried.iter().filter(|t| t.is_empty()).count();
+                if fitting == 0 || (word == "oneOf" && fitting > 1) {
+                    refuse(format!("{fitting} of {} choices fit: {tried:?}", tried.len()));
+                }
+            }
+            other => refuse(format!("the schema says `{other}`, which this test does not know")),
+        }
+    }
+}
+
+fn kind(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "boolean",
+        Value::Number(n) if n.is_f64() => "number",
+        Value::Number(_) => "integer",
+        Value::String(_) => "string",
+        Value::Array(_) => "array",
+        Value::Object(_) => "object",
+    }
+}
+
+fn unfit(scene: &str, schema: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    faults(&document(scene), schema, schema, "scene", &mut found);
+    found
 }
 
 fn document(text: &str) -> Value {
@@ -22,17 +116,14 @@ fn document(text: &str) -> Value {
 
 #[test]
 fn every_scene_that_comes_with_the_project_fits_the_schema() {
-    let validator = validator();
+    let schema = schema();
     let files = std::fs::read_dir(repository().join("launch/scenes")).expect("scenes");
     let mut count = 0;
     for path in files.map(|f| f.expect("a file").path()) {
         if path.extension().is_some_and(|e| e == "toml") {
             let text = std::fs::read_to_string(&path).expect("readable");
-            let faults: Vec<String> = validator
-                .iter_errors(&document(&text))
-                .map(|e| format!("{}: {e}", e.instance_path()))
-                .collect();
-            assert!(faults.is_empty(), "{}: {faults:#?}", path.display());
+            let found = unfit(&text, &schema);
+            assert!(found.is_empty(), "{}: {found:#?}", path.display());
             count += 1;
         }
     }
@@ -41,9 +132,9 @@ fn every_scene_that_comes_with_the_project_fits_the_schema() {
 
 #[test]
 fn what_a_program_refuses_at_sight_the_schema_refuses_too() {
-    let validator = validator();
+    let schema = schema();
     let text = std::fs::read_to_string(scene("barrier-impact")).expect("readable");
-    assert!(validator.is_valid(&document(&text)));
+    assert!(unfit(&text, &schema).is_empty());
     for (from, to) in [
         ("[coupling]", "[couplng]"),
         ("position =", "postion ="),
@@ -55,7 +146,7 @@ fn what_a_program_refuses_at_sight_the_schema_refuses_too() {
         ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, -9, 81]"),
     ] {
         assert!(text.contains(from), "{from} is in the scene");
-        assert!(!validator.is_valid(&document(&text.replacen(from, to, 1))), "{to} must be refused");
+        assert!(!unfit(&text.replacen(from, to, 1), &schema).is_empty(), "{to} must be refused");
     }
 }
 

@@ -78,7 +78,10 @@ impl List {
         let centre = point(&mut words, at)?;
         let radius = number(words.next(), at)?;
         if let Some(more) = words.next() {
-            return Err(ReadError::at(at, format!("`{}` after x y z r: there must be four numbers", shown(more))));
+            return Err(ReadError::at(
+                at,
+                format!("`{}` after x y z r: there must be four numbers", shown(more)),
+            ));
         }
         if radius <= 0.0 {
             return Err(ReadError::at(at, format!("a radius of {radius} m: it must lie above 0")));

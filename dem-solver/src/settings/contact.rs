@@ -250,9 +250,10 @@ impl ContactSettings {
             (Some(_), _) if self.young.is_none() => {
                 Err(invalid("wall_young", "wall_young is the partner of `young`, which is missing".into()))
             }
-            (Some(_), None) => {
-                Err(invalid("wall_poisson", "Poisson's ratio of the partner is needed with `wall_young`".into()))
-            }
+            (Some(_), None) => Err(invalid(
+                "wall_poisson",
+                "Poisson's ratio of the partner is needed with `wall_young`".into(),
+            )),
             (None, Some(_)) => Err(invalid("wall_poisson", "wall_poisson without `wall_young`".into())
                 .try_instead("leave it out: the partner is rigid")),
             (_, Some(nu)) if !(0.0..=0.5).contains(&nu) => {

@@ -323,7 +323,10 @@ impl Solver for DemSolver {
         check_plan(&self.hello(), plan)?;
         let mut warnings = self.notices.clone();
         if plan.wall.is_some() {
-            progress(Progress { what: "preparing contact with the structure's mesh".into(), done: f64::NAN })?;
+            progress(Progress {
+                what: "preparing contact with the structure's mesh".into(),
+                done: f64::NAN,
+            })?;
         }
         let wall = self.wall(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
