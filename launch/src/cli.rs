@@ -14,10 +14,10 @@ use interface_defs::toolkit::screen::{complain, tell};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// Rocks on nets: co-simulation of a contact solver and a structure's solver
+/// Rockfall on flexible nets and over terrain: a contact solver and a structural solver, coupled
 ///
 /// Exit codes: 0 done; 1 the run failed or was interrupted, what was computed is on disk; 2 bad
-/// input, nothing was started.
+/// input, nothing was started; 3 computed to the end, but a bound of trust was passed (unreliable).
 #[derive(Parser)]
 #[command(name = "rockfall", version, about)]
 struct Cli {
@@ -30,7 +30,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Start the processes that a scene requires, watch them, write the results
+    /// Run a scene: start the processes that it requires, watch them, write the results
     Run {
         #[command(flatten)]
         input: Input,
@@ -43,16 +43,16 @@ enum Command {
         /// Print nothing but errors
         #[arg(long, conflicts_with = "log_format", help_heading = "Results")]
         quiet: bool,
-        /// Switch off every saving (flight in closed form, skipped structure), to prove that it is harmless
-        #[arg(long)]
+        /// Switch off every shortcut (flight in closed form, skipped structure), to prove that it is harmless
+        #[arg(long, help_heading = "Computation")]
         no_shortcuts: bool,
     },
-    /// Say what would run: processes, critical time steps [s], windows, cost, warnings; start nothing
+    /// Check a scene: processes, critical time steps [s], windows, cost, warnings; start nothing
     Check {
         #[command(flatten)]
         input: Input,
     },
-    /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, with its error: `dem-solver cluster`
+    /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, and print its error
     #[command(disable_help_flag = true)]
     Cluster {
         /// As `dem-solver cluster` takes them: SHAPE --spheres N -o FILE; see --help

@@ -118,6 +118,8 @@ const RIGHT: i32 = 22;
 const SECTIONS: usize = 3;
 /// Trajectories up to which impacts are marked.
 const FEW: usize = 20;
+/// Height of title and legend [px].
+const LEGEND: i32 = 58;
 /// Names in the legend.
 const NAMES: usize = 6;
 const COLOURS: [RGBColor; 6] = [
@@ -184,10 +186,13 @@ fn thinned(points: impl Iterator<Item = (f64, f64)>, per_pixel: [f64; 2], closer
 /// The whole picture as SVG text. `lines` without points are left out.
 pub fn draw(lines: &[Line], terrain: &Terrain) -> Result<String, String> {
     let lines: Vec<&Line> = lines.iter().filter(|l| !l.points.is_empty()).collect();
+    if lines.is_empty() {
+        return Err("there is no trajectory to draw".into());
+    }
     let plan = plan::Plan::new(&lines, terrain);
     let panels = panels::Panels::new(&lines);
     let heights = [plan.height(), panels.section_height(), panels::PANEL, panels::PANEL, panels::PANEL];
-    let total = heights.iter().sum::<i32>() + legend_height(lines.len());
+    let total = heights.iter().sum::<i32>() + LEGEND;
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, ((WIDTH * FINE) as u32, (total * FINE) as u32))
@@ -206,7 +211,7 @@ fn page(
     heights: [i32; 5],
 ) -> Drawn {
     root.fill(&WHITE)?;
-    let (legend, mut rest) = root.split_vertically(legend_height(lines.len()) * FINE);
+    let (legend, mut rest) = root.split_vertically(LEGEND * FINE);
     draw_legend(&legend, lines)?;
     let mut areas = Vec::with_capacity(heights.len());
     for height in heights {
@@ -219,10 +224,6 @@ fn page(
     panels.jumps(&areas[2])?;
     panels.speeds(&areas[3])?;
     panels.energies(&areas[4])
-}
-
-fn legend_height(_lines: usize) -> i32 {
-    58
 }
 
 fn draw_legend(area: &Area, lines: &[&Line]) -> Drawn {
@@ -263,7 +264,7 @@ fn finish(text: String, total: i32, plan: &plan::Plan) -> String {
     let text = text.replacen(&drawn, &format!("width=\"{WIDTH}\" height=\"{total}\""), 1);
     // Behind everything but the white page, which is the first thing drawn.
     match text.find("<rect").and_then(|at| text[at..].find("/>").map(|end| at + end + 2)) {
-        Some(at) => format!("{}\n{}{}", &text[..at], plan.image(legend_height(0)), &text[at..]),
+        Some(at) => format!("{}\n{}{}", &text[..at], plan.image(LEGEND), &text[at..]),
         None => text,
     }
 }
