@@ -2,7 +2,8 @@
 //! elements, strengths below what acts from the start. An error where no one can mean it, else a warning.
 
 use crate::config::Config;
-use crate::config::part::PartConfig;
+use crate::config::part::{CablePart, PartConfig};
+use crate::config::structure::CableEntry;
 use crate::model::Model;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -51,14 +52,21 @@ struct Section {
 fn sections(config: &Config, model: &Model) -> Vec<Section> {
     let table = &config.structure;
     let span = |line: &[usize; 2]| (model.nodes[line[1]] - model.nodes[line[0]]).norm();
+    // What every cable states for itself nothing uses of the common table.
+    let bare = |p: &PartConfig, states: fn(&CablePart) -> bool| matches!(p, PartConfig::Cable(p) if !states(p));
+    let parted: usize = model.parts[..model.part_count].iter().map(|p| p.cables.len()).sum();
+    let others = model.cables.len() > parted + table.cables.len();
+    let used = |in_entry: fn(&CableEntry) -> bool, in_part: fn(&CablePart) -> bool| {
+        others || table.cables.iter().any(|c| !in_entry(c)) || table.parts.iter().any(|p| bare(p, in_part))
+    };
     let all = model.lines().map(|(line, _)| span(&line)).fold(0.0, f64::max);
     let mut sections = Vec::new();
     if let Some(common) = &table.cable {
         sections.push(Section {
             key: "structure.cable".into(),
-            young: Some(common.young),
-            density: Some(common.density),
-            area: Some(common.area),
+            young: Some(common.young).filter(|_| used(|c| c.young.is_some(), |p| p.young.is_some())),
+            density: Some(common.density).filter(|_| used(|c| c.density.is_some(), |p| p.density.is_some())),
+            area: Some(common.area).filter(|_| used(|c| c.area.is_some(), |p| p.area.is_some())),
             radius: Some(common.radius),
             prestress: Some(common.prestress),
             longest: all,
@@ -290,7 +298,7 @@ fn judge_devices(
             PartConfig::Brake(p) => {
                 let travel = p.curve.last().map_or(0.0, |row| row[0]);
                 for (name, value) in [("stroke", p.stroke.unwrap_or(0.0)), ("curve", travel)] {
-                    if value > extent {
+                    if value > 10.0 * extent {
                         return Err(too_long(key, name, value, "the whole structure has an extent of", extent));
                     }
                 }

@@ -293,6 +293,11 @@ pub struct Probes {
 }
 
 impl Probes {
+    /// Whether there is a gauge of several members.
+    pub fn has_groups(&self) -> bool {
+        self.probes.iter().any(|p| p.members() > 0)
+    }
+
     /// Measures of single members and of the run's end at `state`, of the gauges of `configs`, at `time` [s].
     pub fn measures(&self, configs: &[GaugeConfig], model: &Model, state: &State, time: f64) -> Vec<Measure> {
         let mut measures = Vec::new();

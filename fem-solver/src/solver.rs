@@ -102,6 +102,12 @@ impl FemSolver {
         let mesh = self.model.interface_mesh(&start.displacement);
         let (loads, load_warnings) =
             Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh, self.model.dof_count())?;
+        if self.probes.has_groups() {
+            tracing::info!(
+                "gauges of several members: `_min` and `_max` are new, `_sum` and `_mean` say what they are; the old columns \
+                 (`_tension` and `_elongation`: the largest; `_fx` ...: the sum; `_ux`, `_vx` ...: the mean) stay for this version"
+            );
+        }
         let shortest = start.time_step.min(plan.window) / HALVINGS;
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
         let recorder = Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);

@@ -201,3 +201,49 @@ fn a_row_of_statics_is_of_its_end() {
     }
     assert!(off(run.measure("max_reaction") + 1.0, 1.0) < 1e-2);
 }
+
+#[test]
+fn the_largest_cable_force_is_that_of_all_cables_at_any_step_and_of_the_start() {
+    let net = |fem: &str| {
+        format!(
+            r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+generator = {{ type = "rectangular_net", cells = [6, 5], spacing = 0.15 }}
+cable = {{ young = 8e9, area = 1.2e-5, density = 7850.0, prestress = 1e7 }}
+[[gauge]]
+name = "net"
+group = "net"
+quantity = "tension"
+[fem]
+{fem}
+"#
+        )
+    };
+    // Newmark balances at the end of each step, where the gauge is read; central differences half a step before.
+    for (fem, sampling, allowed) in [
+        ("integrator = \"newmark\"", interface_defs::field::Sampling::AtEnds, 1e-12),
+        ("time_step = 2e-5", interface_defs::field::Sampling::Means, 2e-2),
+    ] {
+        let mut run = Run::coupled(&net(fem), 2e-5, sampling);
+        let at_rest = run.value("net_tension_max");
+        assert!(off(run.measure("max_cable_force"), at_rest) < 1e-12, "{at_rest}");
+        let (mut largest, mut when) = (at_rest, 0.0);
+        let mut push = vec![0.0; run.force_len];
+        push[3 * 17 + 2] = -200.0;
+        for _ in 0..400 {
+            run.step(2e-5, &push);
+            let now = run.value("net_tension_max");
+            if now > largest {
+                (largest, when) = (now, run.time);
+            }
+        }
+        assert!(largest > 1.2 * at_rest, "{largest} {at_rest}");
+        let force = run.measure("max_cable_force");
+        assert!(off(force, largest) < allowed, "{fem}: {force}, by the rows {largest}");
+        let (value, time, name) = member(&mut run, "net_tension_max");
+        assert!(value == largest && (time - when).abs() < 1e-9, "{value} at {time}, {largest} at {when}");
+        assert!(name.contains(" of net, ("), "{name}");
+    }
+}
