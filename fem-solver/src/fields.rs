@@ -146,10 +146,9 @@ impl Fields {
         if self.faces.is_some() {
             self.write_faces(model, mesh, state, time)?;
         }
-        let separate: Vec<Vec<f64>> =
-            (0..if self.moments.is_empty() { 0 } else { MOMENTS.len() })
-                .map(|m| self.moments.iter().map(|of| of[m]).collect())
-                .collect();
+        let separate: Vec<Vec<f64>> = (0..if self.moments.is_empty() { 0 } else { MOMENTS.len() })
+            .map(|m| self.moments.iter().map(|of| of[m]).collect())
+            .collect();
         let mut cell_data: Vec<(&str, usize, &[f64])> = Vec::new();
         if !mesh.lines.is_empty() {
             cell_data.extend([

@@ -53,7 +53,8 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
     let table = &config.structure;
     let span = |line: &[usize; 2]| (model.nodes[line[1]] - model.nodes[line[0]]).norm();
     // What every cable states for itself nothing uses of the common table.
-    let bare = |p: &PartConfig, states: fn(&CablePart) -> bool| matches!(p, PartConfig::Cable(p) if !states(p));
+    let bare =
+        |p: &PartConfig, states: fn(&CablePart) -> bool| matches!(p, PartConfig::Cable(p) if !states(p));
     let parted: usize = model.parts[..model.part_count].iter().map(|p| p.cables.len()).sum();
     let others = model.cables.len() > parted + table.cables.len();
     let used = |in_entry: fn(&CableEntry) -> bool, in_part: fn(&CablePart) -> bool| {
@@ -114,9 +115,7 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
             PartConfig::Membrane(p) => {
                 Some(Section { young: p.young.first().copied(), density: Some(p.density), ..own })
             }
-            PartConfig::Shell(p) => {
-                Some(Section { young: Some(p.young), density: Some(p.density), ..own })
-            }
+            PartConfig::Shell(p) => Some(Section { young: Some(p.young), density: Some(p.density), ..own }),
             PartConfig::None(_) => None,
         });
     }
@@ -144,13 +143,26 @@ impl Judge<'_> {
         if let Some(young) = self.section.young {
             if young < 1e3 {
                 let what = format!("young is {young} Pa: no solid is that soft");
-                return Err(self.error("young", what, "pascals: 210 GPa of steel is 2.1e11, a wire rope has 1e11"));
+                return Err(self.error(
+                    "young",
+                    what,
+                    "pascals: 210 GPa of steel is 2.1e11, a wire rope has 1e11",
+                ));
             }
             if (5e4..=3e5).contains(&young) {
-                self.warn("young", format!("{young} Pa is softer than rubber; in MPa it would be a metal's: write {:e}", 1e6 * young));
+                self.warn(
+                    "young",
+                    format!(
+                        "{young} Pa is softer than rubber; in MPa it would be a metal's: write {:e}",
+                        1e6 * young
+                    ),
+                );
             }
             if young > 2e12 {
-                self.warn("young", format!("{young:e} Pa is stiffer than diamond (1.2e12); steel has 2.1e11"));
+                self.warn(
+                    "young",
+                    format!("{young:e} Pa is stiffer than diamond (1.2e12); steel has 2.1e11"),
+                );
             }
         }
         let Some(density) = self.section.density.filter(|d| *d > 0.0) else { return Ok(()) };
@@ -163,7 +175,10 @@ impl Judge<'_> {
             self.warn("density", format!("{density} kg/m3 is that of a foam; {steel}"));
         }
         if density > 3e4 {
-            self.warn("density", format!("{density} kg/m3 is heavier than any metal (osmium has 22600); {steel}"));
+            self.warn(
+                "density",
+                format!("{density} kg/m3 is heavier than any metal (osmium has 22600); {steel}"),
+            );
         }
         Ok(())
     }
@@ -180,7 +195,10 @@ impl Judge<'_> {
             return Err(self.error("radius", what, "metres: 8 mm is 0.008"));
         }
         if radius > 0.2 * longest {
-            self.warn("radius", format!("{radius} m beside elements of {longest:.4} m at most; 8 mm is 0.008"));
+            self.warn(
+                "radius",
+                format!("{radius} m beside elements of {longest:.4} m at most; 8 mm is 0.008"),
+            );
         }
         let Some(area) = self.section.area else { return Ok(()) };
         let (width, beam) = (2.0 * (area / PI).sqrt(), self.section.inertia.is_some());
@@ -193,10 +211,14 @@ impl Judge<'_> {
         if width > if beam { longest } else { 0.1 * longest.max(1.0) } {
             self.warn("area", format!("{what}; 240 mm2 is 2.4e-4"));
         }
-        if radius > 0.0 && !beam && (area > 1.2 * PI * radius * radius || PI * radius * radius > 50.0 * area) {
+        if radius > 0.0 && !beam && (area > 1.2 * PI * radius * radius || PI * radius * radius > 50.0 * area)
+        {
             self.warn(
                 "radius",
-                format!("a contact sees {radius} m, and the section of {area} m2 alone has {:.2e} m", 0.5 * width),
+                format!(
+                    "a contact sees {radius} m, and the section of {area} m2 alone has {:.2e} m",
+                    0.5 * width
+                ),
             );
         }
         for inertia in self.section.inertia.unwrap_or_default() {
@@ -206,7 +228,11 @@ impl Judge<'_> {
                  of {longest:.4} m"
             );
             if gyration > longest {
-                return Err(self.error("inertia", what, "metres to the fourth: 2490 cm4 (HE 160 B) is 2.49e-5"));
+                return Err(self.error(
+                    "inertia",
+                    what,
+                    "metres to the fourth: 2490 cm4 (HE 160 B) is 2.49e-5",
+                ));
             }
             if beam && (gyration > 0.2 * longest || gyration < 0.01 * width) {
                 self.warn("inertia", format!("{what}; 2490 cm4 (HE 160 B) is 2.49e-5"));
@@ -299,12 +325,20 @@ fn judge_devices(
                 let travel = p.curve.last().map_or(0.0, |row| row[0]);
                 for (name, value) in [("stroke", p.stroke.unwrap_or(0.0)), ("curve", travel)] {
                     if value > 10.0 * extent {
-                        return Err(too_long(key, name, value, "the whole structure has an extent of", extent));
+                        return Err(too_long(
+                            key,
+                            name,
+                            value,
+                            "the whole structure has an extent of",
+                            extent,
+                        ));
                     }
                 }
                 let most = p.curve.iter().map(|row| row[1]).fold(0.0, f64::max);
                 if most > 0.0 && most < 1e3 {
-                    warnings.push(format!("{key}.curve: the brake gives way under {most} N at most; 120 kN is 1.2e5"));
+                    warnings.push(format!(
+                        "{key}.curve: the brake gives way under {most} N at most; 120 kN is 1.2e5"
+                    ));
                 }
                 if let (Some(force), Some(first)) = (p.rupture_force, p.curve.first())
                     && force <= first[1]
@@ -319,7 +353,8 @@ fn judge_devices(
                 return Err(too_long(key, "diameter", p.diameter, "its nodes lie within", size));
             }
             PartConfig::Ring(p) if size > 0.0 && !(0.5..=2.0).contains(&(p.diameter / size)) => {
-                warnings.push(format!("{key}.diameter: {} m, and its nodes lie {size:.4} m apart", p.diameter));
+                warnings
+                    .push(format!("{key}.diameter: {} m, and its nodes lie {size:.4} m apart", p.diameter));
             }
             PartConfig::Membrane(p) if size > 0.0 && p.thickness > size => {
                 return Err(too_long(key, "thickness", p.thickness, "its triangles have sides of", size));
@@ -353,7 +388,9 @@ fn judge_supports(
         }
     }
     if !model.held.contains(&true) && model.springs.is_empty() && model.down.is_some() {
-        warnings.push("nothing holds the structure: it falls; supports = [{ group = \"name of a group\" }]".into());
+        warnings.push(
+            "nothing holds the structure: it falls; supports = [{ group = \"name of a group\" }]".into(),
+        );
     }
     Ok(())
 }

@@ -34,7 +34,9 @@ impl Legend {
     /// smallest.
     pub fn new(model: &Model) -> Self {
         let mut names: Vec<&str> = model.groups.iter().map(|g| g.name.as_str()).collect();
-        names.extend(model.parts.iter().map(|p| p.name.as_str()).filter(|n| !names.contains(n)).collect::<Vec<_>>());
+        names.extend(
+            model.parts.iter().map(|p| p.name.as_str()).filter(|n| !names.contains(n)).collect::<Vec<_>>(),
+        );
         let number = |name: &str| 1 + names.iter().position(|n| *n == name).expect("is listed");
         let mut node_groups = vec![(0, usize::MAX); model.node_count()];
         for group in &model.groups {
@@ -62,13 +64,15 @@ impl Legend {
                 let element = &model.elements[i];
                 if faces { element.faces().len() } else { element.line_count() }
             };
-            let others = of_elements.into_iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(n, count(i)));
+            let others =
+                of_elements.into_iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(n, count(i)));
             let first = if faces { Vec::new() } else { of_cables };
             first.into_iter().chain(others).map(|n| n as f64).collect()
         };
         let groups = groups.map(|all| all.into_iter().map(|(number, _)| number).collect::<Vec<_>>());
         let none = || (0, "none".to_owned());
-        let part_names = model.parts[..model.part_count].iter().enumerate().map(|(i, p)| (i + 1, p.name.clone()));
+        let part_names =
+            model.parts[..model.part_count].iter().enumerate().map(|(i, p)| (i + 1, p.name.clone()));
         let group_names = names.iter().enumerate().map(|(i, name)| (i + 1, (*name).to_owned()));
         Self {
             line_parts: spread(parts.clone(), false),

@@ -89,8 +89,7 @@ impl Probe {
 
     /// The gauges that tell it, each with the number that it shows. Old names follow the new ones.
     pub fn declared(&self, name: &str) -> Vec<(Gauge, usize)> {
-        let followed =
-            |name: String, unit: &str| Gauge { extremes: true, ..Gauge::new(name, unit) };
+        let followed = |name: String, unit: &str| Gauge { extremes: true, ..Gauge::new(name, unit) };
         let vector = |letter: char, unit: &'static str, over: &str| {
             let axes = [(0, 'x'), (1, 'y'), (2, 'z')];
             let plain = axes.map(|(c, axis)| (followed(format!("{name}_{letter}{axis}"), unit), c));
@@ -110,9 +109,8 @@ impl Probe {
             Self::Force(_) | Self::Lines(_) => {
                 let first = if matches!(self, Self::Force(_)) { 3 } else { 0 };
                 // The extremes of these are told with the member that they belong to, as measures of the solver.
-                let of_members = |end: &str, slot| {
-                    (Gauge::new(format!("{name}_{quantity}_{end}"), unit), slot)
-                };
+                let of_members =
+                    |end: &str, slot| (Gauge::new(format!("{name}_{quantity}_{end}"), unit), slot);
                 let mut all = if first > 0 { vector('f', unit, "sum") } else { Vec::new() };
                 all.extend([of_members("min", first), of_members("max", first + 1)]);
                 if first == 0 {
@@ -152,9 +150,8 @@ impl Foot {
         let feet = nodes.into_iter().map(|node| Self {
             node,
             held: [0, 1, 2].map(|c| model.held[model.dof(node, c)]),
-            springs: [0, 1, 2].map(|c| {
-                springs.iter().filter(|(dof, _)| *dof == c * n + node).map(|(_, k)| k).sum()
-            }),
+            springs: [0, 1, 2]
+                .map(|c| springs.iter().filter(|(dof, _)| *dof == c * n + node).map(|(_, k)| k).sum()),
         });
         feet.filter(|f| f.held.contains(&true) || f.springs.iter().any(|k| *k > 0.0)).collect()
     }

@@ -325,7 +325,8 @@ impl Element for Beam {
         let (shape, rest) = (self.shape(u, history), self.rest());
         let bending = [0, 1].map(|plane: usize| {
             let arcs = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])));
-            let end = |i: usize| self.bending[plane] / rest * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0) * arcs[i].1;
+            let end =
+                |i: usize| self.bending[plane] / rest * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0) * arcs[i].1;
             [end(0), -end(1)]
         });
         let (twist, slope, _) = arc(shape.twist());

@@ -346,7 +346,11 @@ impl Model {
                     Some(node) if distance(&node) <= self.reach(node) => Ok(vec![node]),
                     _ => {
                         let near = nearest.map_or_else(String::new, |n| {
-                            format!("; the nearest, node {}, is {:.4} m away", self.node_name(n), distance(&n))
+                            format!(
+                                "; the nearest, node {}, is {:.4} m away",
+                                self.node_name(n),
+                                distance(&n)
+                            )
                         });
                         let [x, y, z] = [point.x, point.y, point.z];
                         let what = format!("no node of the structure stands at ({x}, {y}, {z}){near}");

@@ -16,7 +16,8 @@ fn array(file: &Path, name: &str) -> Vec<f64> {
         text[at..].split("offset=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
     let data = &text[text.find("base64\">\n_").unwrap() + 10..][offset..];
     let engine = base64::engine::general_purpose::STANDARD;
-    let word = |bytes: &[u8], i: usize| u64::from_le_bytes(bytes[8 * i..8 * i + 8].try_into().unwrap()) as usize;
+    let word =
+        |bytes: &[u8], i: usize| u64::from_le_bytes(bytes[8 * i..8 * i + 8].try_into().unwrap()) as usize;
     // One block: its number, two sizes, its packed size; 32 bytes are 44 letters.
     let header = engine.decode(&data[..44]).unwrap();
     assert_eq!(word(&header, 0), 1, "one block");
@@ -99,7 +100,11 @@ fn moments_of_a_cantilever_are_those_of_statics() {
                 let moment = |p: i32| array(&file, &format!("bending_moment_{p}_{end}"))[1 + element];
                 let exact = load * (2.0 - at);
                 // The second cross axis is x times z, -y: a force towards it bends towards it.
-                assert!((moment(plane) - exact).abs() < 1e-4 * load, "{force} {element} {end}: {}", moment(plane));
+                assert!(
+                    (moment(plane) - exact).abs() < 1e-4 * load,
+                    "{force} {element} {end}: {}",
+                    moment(plane)
+                );
                 assert!(moment(3 - plane).abs() < 1e-6 * load, "{}", moment(3 - plane));
             }
         }
@@ -115,9 +120,13 @@ fn axial_force_torsion_and_utilisation_are_what_acts() {
     let dir = tempfile::tempdir().unwrap();
     let fields = fields(&structure("force = [-300.0, 0.0, 0.0], moment = [7.0, 0.0, 0.0]"), dir.path());
     let file = fields.join("structure_000002.vtu");
-    let (force, torsion, used) = (array(&file, "axial_force"), array(&file, "torsion"), array(&file, "utilisation"));
+    let (force, torsion, used) =
+        (array(&file, "axial_force"), array(&file, "torsion"), array(&file, "utilisation"));
     for element in 1..5 {
-        assert!(off(force[element], -300.0) < 1e-6 && off(torsion[element], 7.0) < 1e-6, "{force:?} {torsion:?}");
+        assert!(
+            off(force[element], -300.0) < 1e-6 && off(torsion[element], 7.0) < 1e-6,
+            "{force:?} {torsion:?}"
+        );
     }
     // The bar takes 1000 N of its 4000 N; the rope hangs across with its prestress: 1000 N of 20 kN. Posts have no strength.
     assert!(off(used[0], force[0] / 4000.0) < 1e-12 && off(force[0], 1000.0) < 1e-2, "{used:?} {force:?}");
@@ -130,5 +139,9 @@ fn axial_force_torsion_and_utilisation_are_what_acts() {
     let groups = array(&file, "group");
     let tip = legend.split("\"group\"").nth(1).unwrap().lines().find(|l| l.contains("\"tip\"")).unwrap();
     let number: f64 = tip.trim().trim_start_matches('"').split('"').next().unwrap().parse().unwrap();
-    assert_eq!((groups[4], groups.iter().filter(|g| **g == number).count()), (number, 1), "{groups:?} {legend}");
+    assert_eq!(
+        (groups[4], groups.iter().filter(|g| **g == number).count()),
+        (number, 1),
+        "{groups:?} {legend}"
+    );
 }

@@ -106,7 +106,12 @@ fn what_no_one_can_mean_is_refused_with_its_numbers_and_a_cure() {
         ("area = 1.6e-4", "area = 160.0", "a rod 14.273 m thick", "2.4e-4"),
         ("area = 2.5e-5", "area = 25.0", "a rod 5.642 m thick", "2.4e-4"),
         ("area = 5.4e-3", "area = 5400.0", "a rod 82.919 m thick", "2.4e-4"),
-        ("inertia = [2.5e-5, 9.2e-6]", "inertia = [2.5e7, 9.2e6]", "a radius of gyration of 6.80e4 m", "2.49e-5"),
+        (
+            "inertia = [2.5e-5, 9.2e-6]",
+            "inertia = [2.5e7, 9.2e6]",
+            "a radius of gyration of 6.80e4 m",
+            "2.49e-5",
+        ),
         ("radius = 0.004", "radius = 4.0", "radius is 4 m, and the longest element of it has 1", "0.008"),
         ("radius = 0.08", "radius = 80.0", "radius is 80 m", "0.008"),
         ("rupture_force = 2e5", "rupture_force = 7.9e3", "the prestress alone is 8.0000e3 N", "3e5"),
@@ -119,9 +124,19 @@ fn what_no_one_can_mean_is_refused_with_its_numbers_and_a_cure() {
         ("cells = [10, 4]", "cells = [10, 4]\nheigth = 4.0", "heigth", "height"),
         ("group = \"feet\"", "group = \"feets\"", "no group `feets`", "did you mean `feet`?"),
         ("group = \"posts\"", "group = \"post\"", "no group `post`", "did you mean `posts`?"),
-        ("name = \"top_rope\"", "name = \"toprope\"", "no group of elements `toprope`", "did you mean `top_rope`?"),
+        (
+            "name = \"top_rope\"",
+            "name = \"toprope\"",
+            "no group of elements `toprope`",
+            "did you mean `top_rope`?",
+        ),
         ("group = \"posts\"", "at = [0.0, 3.0, 0.0]", "the nearest, node", "m away"),
-        ("[[gauge]]", "[[gauge]]\nname = \"posts\"\ngroup = \"posts\"\nquantity = \"tension\"\n[[gauge]]", "a name of its own", "posts"),
+        (
+            "[[gauge]]",
+            "[[gauge]]\nname = \"posts\"\ngroup = \"posts\"\nquantity = \"tension\"\n[[gauge]]",
+            "a name of its own",
+            "posts",
+        ),
     ] {
         let message = refused(&changed(from, to));
         assert!(message.starts_with("test.toml:"), "{to}: {message}");
@@ -142,8 +157,16 @@ fn what_someone_might_mean_is_a_warning_with_its_numbers() {
         ("inertia = [2.5e-5, 9.2e-6]", "inertia = [2.5e-2, 9.2e-3]", "a radius of gyration of"),
         ("rupture_force = 2.5e4", "rupture_force = 60.0", "a strength of 2.4e6 Pa, weaker than wood"),
         ("rupture_force = 2.5e4", "rupture_force = 2.5e4\nrupture_strain = 5.0", "5 % is 0.05"),
-        ("curve = [[0.02, 5e4], [0.8, 6e4]]", "curve = [[0.02, 50.0], [0.8, 60.0]]", "gives way under 60 N at most"),
-        ("mass = 10.0", "mass = 10.0\nrupture_force = 4e4", "breaks under 40000 N, before it gives way under 50000 N"),
+        (
+            "curve = [[0.02, 5e4], [0.8, 6e4]]",
+            "curve = [[0.02, 50.0], [0.8, 60.0]]",
+            "gives way under 60 N at most",
+        ),
+        (
+            "mass = 10.0",
+            "mass = 10.0\nrupture_force = 4e4",
+            "breaks under 40000 N, before it gives way under 50000 N",
+        ),
         ("gravity = [0.0, 0.0, -9.81]", "", "there is no gravity"),
         ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, -9810.0]", "9810 m/s2"),
         ("fields = 1", "fields = 60", "are its coordinates millimetres?"),
@@ -165,7 +188,11 @@ fn mesh(scale: f64, apart: bool) -> String {
     format!(
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n1 1 \"net\"\n$EndPhysicalNames\n$Nodes\n5\n1 {}\n2 {}\n3 {}\n\
          4 {}\n5 {}\n$EndNodes\n$Elements\n4\n1 1 2 1 1 1 2\n2 1 2 1 1 2 3\n3 1 2 1 1 3 4\n4 1 2 1 1 4 {last}\n$EndElements\n",
-        p(0.0, 0.0), p(1.0, 0.0), p(1.0, 1.0), p(0.0, 1.0), p(0.0, 0.0)
+        p(0.0, 0.0),
+        p(1.0, 0.0),
+        p(1.0, 1.0),
+        p(0.0, 1.0),
+        p(0.0, 0.0)
     )
 }
 
@@ -188,7 +215,10 @@ fn meshes_in_millimetres_open_meshes_and_what_is_no_mesh_are_named() {
     assert!(message.contains("extent of 2828.4271 m") && message.contains("scale it by 0.001"), "{message}");
     write("apart.msh", &mesh(1.0, true));
     let said = warned(&text("apart.msh"));
-    assert!(said.contains("1 nodes stand where another one does, first node 1 at (0, 0, 0) and node 5"), "{said}");
+    assert!(
+        said.contains("1 nodes stand where another one does, first node 1 at (0, 0, 0) and node 5"),
+        "{said}"
+    );
     write("empty.msh", "");
     assert!(refused(&text("empty.msh")).contains("the file is empty"));
     assert!(refused(&text("none.msh")).contains("there is no mesh file"));

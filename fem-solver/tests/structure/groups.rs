@@ -71,14 +71,18 @@ fn the_most_compressed_post_is_reported_with_its_place_and_not_the_least_loaded_
     let loads = [-1000.0, -5000.0, 300.0];
     let mut run = Run::alone(&posts("integrator = \"static\"", loads), 0.1);
     run.step(0.1, &[]);
-    for (end, load, which) in
-        [("min", -5000.0, "element 1 of posts, (1.0 0.0 0.0) to (1.0 0.0 4.0)"), ("max", 300.0, "element 2 of posts, (2.0 0.0 0.0) to (2.0 0.0 4.0)")]
-    {
+    for (end, load, which) in [
+        ("min", -5000.0, "element 1 of posts, (1.0 0.0 0.0) to (1.0 0.0 4.0)"),
+        ("max", 300.0, "element 2 of posts, (2.0 0.0 0.0) to (2.0 0.0 4.0)"),
+    ] {
         let column = run.value(&format!("posts_tension_{end}"));
         // A small post is shortened by 1e-4 of itself at most, and leans by nothing.
         assert!(off(column, load) < 1e-6, "{end}: {column}");
         let (value, time, name) = member(&mut run, &format!("posts_tension_{end}"));
-        assert!(off(value, load) < 1e-6 && name == which && (0.0..=0.1).contains(&time), "{value} {time} {name}");
+        assert!(
+            off(value, load) < 1e-6 && name == which && (0.0..=0.1).contains(&time),
+            "{value} {time} {name}"
+        );
         let stretch = run.value(&format!("posts_elongation_{end}"));
         assert!(off(stretch, load * 4.0 / 2e8) < 1e-6, "{stretch}");
         assert!(member(&mut run, &format!("posts_elongation_{end}")).2 == which);
@@ -90,7 +94,9 @@ fn the_most_compressed_post_is_reported_with_its_place_and_not_the_least_loaded_
     // Supports: sum of all, largest and smallest magnitude of one.
     assert!(off(run.value("feet_fz_sum"), 5700.0) < 1e-6, "{}", run.value("feet_fz_sum"));
     assert_eq!(run.value("feet_fz"), run.value("feet_fz_sum"));
-    assert!(off(run.value("feet_force_max"), 5000.0) < 1e-6 && off(run.value("feet_force_min"), 300.0) < 1e-6);
+    assert!(
+        off(run.value("feet_force_max"), 5000.0) < 1e-6 && off(run.value("feet_force_min"), 300.0) < 1e-6
+    );
     let (value, _, name) = member(&mut run, "feet_force_max");
     assert!(off(value, 5000.0) < 1e-6 && name == "node 1 at (1, 0, 0)", "{value} {name}");
     // Heads go down by P L / E A each: the mean of three.
