@@ -167,7 +167,7 @@ impl Judge<'_> {
         }
         let Some(density) = self.section.density.filter(|d| *d > 0.0) else { return Ok(()) };
         let steel = "kilograms per cubic metre: steel has 7850 (7.85 g/cm3, 7.85e-9 t/mm3)";
-        if density < 0.01 || density > 1e6 {
+        if !(0.01..=1e6).contains(&density) {
             let than = if density < 1.0 { "lighter than air" } else { "heavier than anything" };
             return Err(self.error("density", format!("density is {density} kg/m3: {than}"), steel));
         }

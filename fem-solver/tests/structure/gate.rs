@@ -252,3 +252,18 @@ rupture_strain = 5.0
     let report = check(&scene(text)).unwrap_or_else(|e| panic!("{e}"));
     assert!(report.warnings.contains(&said), "{said}: {:?}", report.warnings);
 }
+
+#[test]
+fn supports_that_hold_nothing_are_named() {
+    // The corners of the grid stand at no wire where the net is of one row of free cells only: a group of bare nodes.
+    let text = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+generator = { type = "rectangular_net", cells = [3, 3], spacing = 0.5, boundary_cables = false }
+supports = [{ group = "corners" }]
+cable = { young = 1e11, area = 1e-5, density = 7850.0 }
+"#;
+    assert!(warned(text).contains("structure.supports.0 holds nothing: no element ends at its 4 nodes"), "{}", warned(text));
+    assert_eq!(warned(&text.replace("\"corners\"", "\"edges\"")), "");
+}

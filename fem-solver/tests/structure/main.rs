@@ -16,6 +16,7 @@ mod input;
 mod meshes;
 mod mutations;
 mod statics;
+mod verdict;
 
 use interface_defs::toolkit::alloc::CountingAllocator;
 
