@@ -226,7 +226,7 @@ fn meshes_in_millimetres_open_meshes_and_what_is_no_mesh_are_named() {
     assert!(refused(&text("folder.msh")).contains("this is no file"));
     let nodes = mesh(1.0, false);
     write("nodes.msh", &format!("{}$Elements\n0\n$EndElements\n", nodes.split("$Elements").next().unwrap()));
-    let message = refused(&text("nodes.msh").split("supports").next().unwrap().to_owned());
+    let message = refused(text("nodes.msh").split("supports").next().unwrap());
     assert!(message.contains("the structure is empty"), "{message}");
 }
 
@@ -264,6 +264,10 @@ generator = { type = "rectangular_net", cells = [3, 3], spacing = 0.5, boundary_
 supports = [{ group = "corners" }]
 cable = { young = 1e11, area = 1e-5, density = 7850.0 }
 "#;
-    assert!(warned(text).contains("structure.supports.0 holds nothing: no element ends at its 4 nodes"), "{}", warned(text));
+    assert!(
+        warned(text).contains("structure.supports.0 holds nothing: no element ends at its 4 nodes"),
+        "{}",
+        warned(text)
+    );
     assert_eq!(warned(&text.replace("\"corners\"", "\"edges\"")), "");
 }

@@ -41,7 +41,10 @@ fn what_tore_is_said_by_part_with_place_time_and_force() {
     let said = verdict(&mut run);
     assert_eq!(said.len(), 1, "{said:?}");
     let place = "the first under 1.5 kN: element 0 of pair, (0.0 0.0 0.0) to (0.0 0.0 -1.0)";
-    assert!(said[0].starts_with("2 elements of `pair` tore from 0.06") && said[0].ends_with(place), "{said:?}");
+    assert!(
+        said[0].starts_with("2 elements of `pair` tore from 0.06") && said[0].ends_with(place),
+        "{said:?}"
+    );
     // The rope weighs 0.8 kg and stiffens by 1.5 % at its strain: of cos(w t) = 1 - 1.5 the time to some per cent.
     let time: f64 = said[0].split(" from ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!(off(time, (1.0_f64 - 1.5).acos() / 1000.0_f64.sqrt()) < 0.02, "{time}");
@@ -50,7 +53,10 @@ fn what_tore_is_said_by_part_with_place_time_and_force() {
     (0..100).for_each(|_| run.step(1e-3, &[]));
     let said = verdict(&mut run);
     let place = "under 1.5 kN: element 0 of single, (2.0 0.0 0.0) to (2.0 0.0 -1.0)";
-    assert!(said.len() == 1 && said[0].starts_with("`single` tore at 0.06") && said[0].ends_with(place), "{said:?}");
+    assert!(
+        said.len() == 1 && said[0].starts_with("`single` tore at 0.06") && said[0].ends_with(place),
+        "{said:?}"
+    );
 }
 
 #[test]
