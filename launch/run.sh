@@ -4,7 +4,8 @@
 #   launch/run.sh SCENE [RUN_ID]        results go to out/<scene name>
 #
 # The programs are taken from $ROCKFALL_BIN, else from ../target/release beside this page, else from PATH.
-# The order of the three lines below does not matter; in three terminals with one run id they do the same.
+# First the scene is written out with every default, so that all three read the same numbers; they compare it. The
+# order of the three lines after that does not matter; in three terminals with one run id they do the same.
 
 scene=${1:?usage: run.sh SCENE [RUN_ID]}
 run=${2:-hand-$$}
@@ -13,9 +14,12 @@ out=out/$(basename "$scene" .toml)
 here=$(dirname "$0")
 bin=${ROCKFALL_BIN:-$here/../target/release}
 if [ -d "$bin" ]; then PATH=$(cd "$bin" && pwd):$PATH; fi
-for program in coupler dem-solver fem-solver; do
+for program in rockfall coupler dem-solver fem-solver; do
     command -v "$program" >/dev/null || { echo "error: $program is not there; set ROCKFALL_BIN" >&2; exit 2; }
 done
+
+mkdir -p "$out" && rockfall check "$scene" --resolved "$out/scene.toml" >/dev/null || exit 2
+scene=$out/scene.toml
 
 # Ctrl-C in a terminal reaches the three programs by itself, which then end in order.
 trap : INT
