@@ -18,16 +18,16 @@ for program in rockfall coupler dem-solver fem-solver; do
     command -v "$program" >/dev/null || { echo "error: $program is not there; set ROCKFALL_BIN" >&2; exit 2; }
 done
 
-mkdir -p "$out" && rockfall check "$scene" --resolved "$out/scene.toml" >/dev/null || exit 2
-scene=$out/scene.toml
+resolved=$(mktemp) || exit 1
+rockfall check "$scene" --resolved "$resolved" >/dev/null || exit $?
 
 # Ctrl-C in a terminal reaches the three programs by itself, which then end in order.
 trap : INT
 trap 'kill -TERM "$coupler" 2>/dev/null' TERM
 
-coupler run "$scene" --run "$run" --out "$out" & coupler=$!
-dem-solver serve "$scene" --run "$run" --as dem --out "$out" & dem=$!
-fem-solver serve "$scene" --run "$run" --as fem --out "$out" & fem=$!
+coupler run "$resolved" --run "$run" --out "$out" & coupler=$!
+dem-solver serve "$resolved" --run "$run" --as dem --out "$out" & dem=$!
+fem-solver serve "$resolved" --run "$run" --as fem --out "$out" & fem=$!
 
 # A signal ends a wait early: wait until the coupler has really ended.
 wait "$coupler"; code=$?
@@ -37,4 +37,5 @@ while kill -0 "$coupler" 2>/dev/null; do wait "$coupler"; code=$?; done
 # quite started yet would be lost, hence the pause.)
 if [ "$code" -eq 2 ]; then sleep 1; kill "$dem" "$fem" 2>/dev/null; fi
 wait "$dem" "$fem"
+if [ "$code" -eq 2 ]; then rm -f "$resolved"; else mv "$resolved" "$out/scene.toml"; fi
 exit "$code"

@@ -297,7 +297,8 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 /// From now on a run of this process alone ends in time, in the middle of a window too, which may compute for hours and
 /// looks at nothing else meanwhile. Between windows the run ends by itself, and with all its measures.
 fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
-    let owner = Arc::clone(owner);
+    // Weak: the directory is given up where the run ends, and not with the process.
+    let owner = Arc::downgrade(owner);
     std::thread::spawn(move || {
         let mut since: Option<Instant> = None;
         loop {
@@ -309,6 +310,7 @@ fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
             if since.get_or_insert_with(Instant::now).elapsed() < LAST_WORDS {
                 continue;
             }
+            let Some(owner) = owner.upgrade() else { return };
             let (status, message) =
                 if lost { (Status::Failed, "the launcher was lost") } else { (Status::Interrupted, "interrupted") };
             let mut summary = Summary { message: Some(message.into()), ..Summary::new(status) };
