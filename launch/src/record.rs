@@ -57,7 +57,9 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     }
     if let Some(path) = unnamed {
         let what = format!("the path {} is not UTF-8 text, and a scene cannot name it", path.display());
-        return Err(InputError::new(what).try_instead("rename the directory, or move the scene and its files"));
+        return Err(
+            InputError::new(what).try_instead("rename the directory, or move the scene and its files")
+        );
     }
     Ok(table)
 }
@@ -91,7 +93,8 @@ pub fn write_scene(file: &Path, scene: &Scene, table: &Table, run: Option<&RunId
         scene.path().display().to_string().chars().map(|c| if c.is_control() { '?' } else { c }).collect();
     let run = run.map_or(String::new(), |run| format!(" for run {run}"));
     let version = env!("CARGO_PKG_VERSION");
-    let head = format!("# {name} with every default filled in, by rockfall {version}{run}. Runs as it is.\n\n");
+    let head =
+        format!("# {name} with every default filled in, by rockfall {version}{run}. Runs as it is.\n\n");
     let body = toml::to_string(table).map_err(io::Error::other)?;
     files::write(file, (head + &body).as_bytes())
 }

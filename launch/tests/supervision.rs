@@ -286,7 +286,8 @@ fn a_foreign_solver_reads_the_resolved_scene_and_files_are_found() {
     );
     std::fs::write(bench.path("rocks.csv"), "x").expect("written");
     let sets = ["--set", "custom.stiffness=0.30000000000000004"];
-    let output = bench.rockfall(&[&["run", "s.toml", "--out", "out"], &sets[..]].concat()).output().expect("started");
+    let output =
+        bench.rockfall(&[&["run", "s.toml", "--out", "out"], &sets[..]].concat()).output().expect("started");
     assert_eq!(told(&output), (Some(0), String::new()));
     let read: toml::Table =
         std::fs::read_to_string(bench.path("read.toml")).expect("copied").parse().expect("TOML");
@@ -324,7 +325,8 @@ fn a_second_run_into_one_directory_is_refused_and_the_first_is_not_disturbed() {
     assert_eq!(std::fs::read_to_string(bench.path("out/run.json")).expect("a record"), record);
     assert_eq!(std::fs::read_to_string(bench.path("out/history.csv")).expect("rows"), "rows\n");
     let summary: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(bench.path("out/summary.json")).expect("there")).expect("JSON");
+        serde_json::from_str(&std::fs::read_to_string(bench.path("out/summary.json")).expect("there"))
+            .expect("JSON");
     let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
     let scene = std::fs::read_to_string(bench.path("out/scene.toml")).expect("a scene");
     let id = record["run"].as_str().expect("an id");
@@ -395,7 +397,9 @@ fn a_signal_while_validating_ends_in_order() {
 fn names_that_are_no_text_do_not_panic() {
     use std::os::unix::ffi::OsStrExt;
     let bench = Bench::new();
-    bench.script("dem", "ls \"$4\" && cp \"$2\" read.toml").scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    bench
+        .script("dem", "ls \"$4\" && cp \"$2\" read.toml")
+        .scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
     let name = |bytes: &[u8]| std::ffi::OsStr::from_bytes(bytes).to_owned();
     let scene = name(b"sc\xffene.toml");
     std::fs::rename(bench.path("s.toml"), bench.dir.path().join(&scene)).expect("renamed");
@@ -403,7 +407,10 @@ fn names_that_are_no_text_do_not_panic() {
     command.arg(&scene).arg("--out").arg(name(b"o\xffut"));
     let output = command.output().expect("started");
     assert_eq!(told(&output), (Some(0), String::new()));
-    assert!(bench.path("read.toml").exists() && bench.dir.path().join(name(b"o\xffut")).join("summary.json").exists());
+    assert!(
+        bench.path("read.toml").exists()
+            && bench.dir.path().join(name(b"o\xffut")).join("summary.json").exists()
+    );
     for words in [&["run"][..], &["check"], &["clean"]] {
         let mut command = bench.rockfall(words);
         let output = command.arg(name(b"no\xff.toml")).output().expect("started");

@@ -14,7 +14,15 @@ fn endless(solver: &str) -> (PathBuf, &'static [&'static str]) {
     match solver {
         "dem-solver" => (
             scene("free-fall"),
-            &["--no-shortcuts", "--set", "end_time=1000.0", "--set", "output.interval=1000.0", "--set", "dem.time_step=1e-8"],
+            &[
+                "--no-shortcuts",
+                "--set",
+                "end_time=1000.0",
+                "--set",
+                "output.interval=1000.0",
+                "--set",
+                "dem.time_step=1e-8",
+            ],
         ),
         _ => (
             scene("cable-net"),
@@ -54,7 +62,10 @@ fn a_signal_ends_a_lone_solver_in_the_middle_of_a_window() {
             let bench = Bench::new();
             let out = bench.path("out");
             let (scene, words) = endless(solver);
-            let child = spawn(Command::new(program(solver)).arg("run").arg(scene).args(words).arg("--out").arg(&out), &bench);
+            let child = spawn(
+                Command::new(program(solver)).arg("run").arg(scene).args(words).arg("--out").arg(&out),
+                &bench,
+            );
             in_window(&out);
             let started = Instant::now();
             signal(&child, sent);
@@ -95,7 +106,8 @@ fn who_writes_into_the_directory_of_a_run_is_refused_whichever_program_it_is() {
     in_window(&out);
     let listing = || {
         let entries = std::fs::read_dir(&out).expect("listed").flatten();
-        let mut names: Vec<_> = entries.map(|e| (e.file_name(), e.metadata().expect("known").len())).collect();
+        let mut names: Vec<_> =
+            entries.map(|e| (e.file_name(), e.metadata().expect("known").len())).collect();
         names.sort();
         names
     };
@@ -118,7 +130,8 @@ fn who_writes_into_the_directory_of_a_run_is_refused_whichever_program_it_is() {
     signal(&first, Signal::TERM);
     let ended = tests::wait(first, out);
     let record: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(ended.out.join("run.json")).expect("a record")).expect("JSON");
+        serde_json::from_str(&std::fs::read_to_string(ended.out.join("run.json")).expect("a record"))
+            .expect("JSON");
     assert_eq!(ended.summary()["run"], record["run"]);
     assert_eq!(ended.summary()["status"], "interrupted");
 }
@@ -140,7 +153,11 @@ fn a_row_that_cannot_be_written_is_named_and_not_torn() {
     let out = bench.path("out");
     let mut command = Command::new("sh");
     // Blocks of 512 bytes.
-    command.args(["-c", "ulimit -f 24; exec \"$@\"", "sh"]).arg(program("rockfall")).arg("run").arg(scene("free-fall"));
+    command
+        .args(["-c", "ulimit -f 24; exec \"$@\"", "sh"])
+        .arg(program("rockfall"))
+        .arg("run")
+        .arg(scene("free-fall"));
     let child = spawn(command.args(["--set", "output.interval=0.001"]).arg("--out").arg(&out), &bench);
     let ended = tests::wait(child, out);
     rows_are_whole(&ended, "history.csv cannot be written: File too large (os error 27)");
@@ -155,7 +172,8 @@ fn a_full_disk_is_named() {
     let disk = bench.path("disk");
     std::fs::create_dir(&disk).expect("created");
     for (name, sets) in [("free-fall", "output.interval=0.0001"), ("cable-net", "end_time=0.05")] {
-        let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", "size=64k", "none"]).arg(&disk).output();
+        let mounted =
+            Command::new("mount").args(["-t", "tmpfs", "-o", "size=64k", "none"]).arg(&disk).output();
         if !mounted.is_ok_and(|output| output.status.success()) {
             return;
         }
@@ -173,7 +191,13 @@ fn programs_on_different_scenes_refuse_to_couple() {
     let run = format!("d-{}", std::process::id());
     let start = |name: &str, verb: &str, words: &[&str]| {
         let mut command = Command::new(program(name));
-        command.arg(verb).arg(scene("cable-net")).args(["--run", &run]).arg("--out").arg(bench.path("out")).args(words);
+        command
+            .arg(verb)
+            .arg(scene("cable-net"))
+            .args(["--run", &run])
+            .arg("--out")
+            .arg(bench.path("out"))
+            .args(words);
         spawn(&mut command, &bench)
     };
     let dem = start("dem-solver", "serve", &["--as", "dem"]);
@@ -197,7 +221,11 @@ fn a_solver_that_was_never_started_is_not_said_to_be_alive() {
     let child = spawn(Command::new(program("coupler")).arg("run").arg(scene).args(["--run", &run]), &bench);
     let ended = tests::wait(child, bench.path("out/scene"));
     assert_eq!(ended.code, Some(1), "{}", ended.stderr);
-    assert!(ended.stderr.contains("no answer from dem") && ended.stderr.contains("has not joined"), "{}", ended.stderr);
+    assert!(
+        ended.stderr.contains("no answer from dem") && ended.stderr.contains("has not joined"),
+        "{}",
+        ended.stderr
+    );
     assert!(!ended.stderr.contains("alive"), "{}", ended.stderr);
 }
 
@@ -212,7 +240,8 @@ fn every_program_is_started_on_the_resolved_scene() {
     ));
     let ended: Ended = bench.done(&scene, "out", &["--set", "coupling.time_window=5e-4"]);
     let record: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(ended.out.join("run.json")).expect("a record")).expect("JSON");
+        serde_json::from_str(&std::fs::read_to_string(ended.out.join("run.json")).expect("a record"))
+            .expect("JSON");
     let resolved = ended.out.join("scene.toml").display().to_string();
     for name in ["coupler", "dem", "fem"] {
         let words = record["processes"][name].as_array().expect("a command line").clone();

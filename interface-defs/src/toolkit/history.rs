@@ -81,8 +81,10 @@ impl History {
     fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         if let Err(e) = self.file.write_all(bytes) {
             // Part of the row may be there; shorter takes no space.
-            let cut = self.file.set_len(self.length).and_then(|()| self.file.seek(SeekFrom::Start(self.length)));
-            let end = if cut.is_ok() { "the file ends with its last whole row" } else { "its last row is torn" };
+            let cut =
+                self.file.set_len(self.length).and_then(|()| self.file.seek(SeekFrom::Start(self.length)));
+            let end =
+                if cut.is_ok() { "the file ends with its last whole row" } else { "its last row is torn" };
             return Err(io::Error::new(e.kind(), format!("{e}; {end}")));
         }
         self.length += bytes.len() as u64;
@@ -192,7 +194,10 @@ mod tests {
         let limit = rustix::process::Rlimit { current: Some(100), maximum: Some(100) };
         rustix::process::setrlimit(rustix::process::Resource::Fsize, limit).expect("limited");
         let error = (0..100).find_map(|i| history.row(&[i as f64, 1.0 / 3.0, 2.0]).err()).expect("full");
-        assert!(error.to_string().contains("os error") && error.to_string().contains("last whole row"), "{error}");
+        assert!(
+            error.to_string().contains("os error") && error.to_string().contains("last whole row"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -54,8 +54,9 @@ impl Owner {
     /// results, unless `claim.force`: then files that a run wrote are removed, and no others.
     pub fn claim(dir: &Path, claim: &Claim) -> Result<Self, InputError> {
         let shown = dir.display().to_string();
-        let fault =
-            |e: io::Error| InputError::in_file(shown.as_str(), format!("no results can be written here: {e}"));
+        let fault = |e: io::Error| {
+            InputError::in_file(shown.as_str(), format!("no results can be written here: {e}"))
+        };
         if dir.exists() && !dir.is_dir() {
             return Err(InputError::in_file(shown.as_str(), "this is a file, and results need a directory"));
         }
@@ -74,7 +75,9 @@ impl Owner {
                 };
             }
             // A file system without locks: the run goes on, as it did before there were any.
-            Err(TryLockError::Error(e)) => tracing::warn!("{shown}: two runs at once cannot be told apart here: {e}"),
+            Err(TryLockError::Error(e)) => {
+                tracing::warn!("{shown}: two runs at once cannot be told apart here: {e}")
+            }
         }
         let run = claim.run.clone().unwrap_or_default();
         let owner = Self { dir: dir.to_owned(), run, lock, first: true, place };
@@ -151,7 +154,9 @@ impl Owner {
     pub fn write_summary(&self, summary: &mut Summary) -> Result<(), String> {
         self.check()?;
         summary.run = Some(self.run.to_string());
-        summary.write(&self.dir).map_err(|e| format!("cannot write {}: {e}", self.dir.join(SUMMARY).display()))
+        summary
+            .write(&self.dir)
+            .map_err(|e| format!("cannot write {}: {e}", self.dir.join(SUMMARY).display()))
     }
 }
 
@@ -222,7 +227,8 @@ mod tests {
         for force in [false, true] {
             let second = Owner::claim(temp.path(), &Claim { force, ..Claim::default() });
             let message = second.expect_err("taken").to_string();
-            let expected = format!("run {} (process {}) is writing its results here", first.run, std::process::id());
+            let expected =
+                format!("run {} (process {}) is writing its results here", first.run, std::process::id());
             assert!(message.contains(&expected) && message.contains("--out"), "{message}");
         }
         assert!(refuse_stranger(temp.path(), &RunId::new()).expect_err("taken").contains("is writing"));

@@ -212,7 +212,9 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             let mut solver = (program.build)(&scene, &options)?;
             let claim = Claim { force: *force, run: None, supervisor: *supervisor };
             let owner = Arc::new(Owner::claim(&out, &claim)?);
-            owner.write_record().map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
+            owner
+                .write_record()
+                .map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
             interrupt::install();
             end_in_time(&owner, *supervisor);
             let reporter = Reporter::new(*progress);
@@ -311,8 +313,11 @@ fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
                 continue;
             }
             let Some(owner) = owner.upgrade() else { return };
-            let (status, message) =
-                if lost { (Status::Failed, "the launcher was lost") } else { (Status::Interrupted, "interrupted") };
+            let (status, message) = if lost {
+                (Status::Failed, "the launcher was lost")
+            } else {
+                (Status::Interrupted, "interrupted")
+            };
             let mut summary = Summary { message: Some(message.into()), ..Summary::new(status) };
             summary.warnings.push("no measures: the run ended in the middle of a window".into());
             if !owner.dir().join(run_dir::SUMMARY).exists()

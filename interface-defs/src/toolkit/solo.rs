@@ -290,8 +290,8 @@ fn unwritable(out: &Path, e: &std::io::Error) -> Fault {
 mod tests {
     use super::*;
     use crate::message::{Hello, Role};
-    use crate::toolkit::owner::Claim;
     use crate::solver::OnProgress;
+    use crate::toolkit::owner::Claim;
 
     /// A body in free fall; past `fails_at` it cannot be solved.
     struct Fall {
@@ -367,8 +367,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("a directory");
         let scene = Scene::from_text("s.toml", text).expect("TOML");
         let owner = Owner::claim(dir.path(), &Claim::default()).expect("free");
-        let mut stage =
-            Stage { role: "dem", owner: &owner, supervisor: None, reporter: Reporter::default() };
+        let mut stage = Stage { role: "dem", owner: &owner, supervisor: None, reporter: Reporter::default() };
         let summary = run(&mut stage, fall, &scene).expect("good input");
         assert_eq!(Summary::read(dir.path()).expect("written").status, summary.status);
         let history = std::fs::read_to_string(dir.path().join(HISTORY)).expect("rows");
