@@ -285,7 +285,7 @@ mod tests {
                 jump: Some(jump),
                 speed: 10.0 + phase,
                 energy: 1e5 * (1.0 + phase),
-                touches: k % 50 == 0,
+                touches: k.is_multiple_of(50),
             }
         };
         Line::new(name.into(), (0..501).map(point).collect())
@@ -294,7 +294,7 @@ mod tests {
     fn drawn(lines: &[Line]) -> String {
         let height = |x: f64, y: f64| {
             let beside = (y - 1_200_010.0).abs() > 18.0;
-            (!beside).then(|| 1500.0 - 0.5 * (x - 2_600_000.0))
+            (!beside).then_some(1500.0 - 0.5 * (x - 2_600_000.0))
         };
         let extent = [[2_599_990.0, 1_199_990.0], [2_600_060.0, 1_200_030.0]];
         draw(lines, &Terrain { extent, height: &height }).expect("drawn")
