@@ -68,14 +68,23 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     }
     let status = match (&judged, outcome.interrupted) {
         (Ok(()), _) => Status::Done,
+        (Err(stop), _) if stop.exit == Exit::Unreliable => Status::Unreliable,
         (Err(_), true) => Status::Interrupted,
         (Err(_), false) => Status::Failed,
     };
     let told = summary(&out, status, judged.as_ref().err());
     if !request.quiet {
-        told.print_table();
+        told.print_table(&out);
     }
-    judged.map(|()| Exit::Done)
+    judged?;
+    // The summary has the last word: a leader of another make may end with 0 whatever it wrote.
+    match told.status {
+        Status::Done => Ok(Exit::Done),
+        status => {
+            let message = told.message.unwrap_or_else(|| format!("the summary says: {}", status.word()));
+            Err(Stop { exit: Exit::of(status), message })
+        }
+    }
 }
 
 /// The summary of the run. A leader that was lost has left none: then the outcome alone.
@@ -83,9 +92,12 @@ fn summary(out: &Path, status: Status, stop: Option<&Stop>) -> Summary {
     if let Ok(summary) = Summary::read(out) {
         return summary;
     }
+    // Without a summary nothing is known of what was computed.
+    let status = if status == Status::Interrupted { status } else { Status::Failed };
     let mut summary = Summary::new(status);
-    summary.message = stop.map(|stop| stop.message.clone());
-    summary.warnings.push("no measures: the process that keeps them has ended without a summary".into());
+    let lost = "the process that keeps the measures has ended without a summary";
+    summary.message = Some(stop.map_or_else(|| lost.into(), |stop| stop.message.clone()));
+    summary.warnings.push(format!("no measures: {lost}"));
     if let Err(e) = summary.write(out) {
         tracing::error!("{}: {e}", out.join(run_dir::SUMMARY).display());
     }

@@ -33,7 +33,11 @@ pub fn verdict(outcome: &Outcome, leader: &str, log: &Path) -> Result<(), Stop> 
     if lead.status.code().is_none() {
         return Err(lost(lead, log));
     }
-    let exit = if lead.status.code() == Some(2) { Exit::BadInput } else { Exit::Failed };
+    let exit = match lead.status.code() {
+        Some(2) => Exit::BadInput,
+        Some(3) => Exit::Unreliable,
+        _ => Exit::Failed,
+    };
     let Some(mut message) = error_in(&read(log, leader)) else { return Err(lost(lead, log)) };
     if let Some(end) = first.filter(|end| message.contains(&format!("{} was lost", end.name))) {
         let _ = write!(message, "\n{} ended: {}{}", end.name, how(end.status), quote(log, end.name));

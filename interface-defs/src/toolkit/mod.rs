@@ -9,6 +9,7 @@
 //! - [`history`], [`summary`], [`vtu`]: result files
 //! - [`run_dir`]: the directory of a run
 //! - [`energy`]: the balance of energy, from gauges by role
+//! - [`limits`]: bounds of trust, and who passes them
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
 
 pub mod alloc;
@@ -19,6 +20,7 @@ pub mod exit;
 mod explain;
 pub mod history;
 pub mod input_error;
+pub mod limits;
 pub mod log;
 pub mod output;
 mod overrides;
@@ -29,4 +31,5 @@ pub mod scene;
 pub mod screen;
 mod solo;
 pub mod summary;
+mod table;
 pub mod vtu;
