@@ -115,7 +115,10 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     let out = run_dir::location(args.out.as_deref(), &scene);
     run_dir::prepare(&out, args.force)?;
     interrupt::install();
-    ipc::clean();
+    if let Err(failure) = ipc::clean() {
+        complain(&failure.to_string());
+        return Ok(Exit::Failed);
+    }
 
     let options = HostOptions {
         run: args.run.clone(),

@@ -106,7 +106,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         }
         Command::Cluster { arguments } => hand_over("dem-solver", "cluster", &arguments),
         Command::Clean => {
-            let removed = ipc::clean();
+            let removed = ipc::clean().map_err(|failure| Stop::failed(failure.to_string()))?;
             if removed.is_empty() {
                 tell("nothing to remove: no dead run has left anything behind\n");
             }

@@ -54,8 +54,15 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         .and_then(|()| record::write_scene(&out, &scene, &resolved))
         .and_then(|()| record::write_run(&out, &scene, &resolved, id.as_deref(), &commands))
         .map_err(|e| Stop::input(format!("{}: cannot be written to: {e}", out.display())))?;
-    for id in ipc::clean() {
-        tracing::info!("removed what the dead run {id} left behind");
+    match ipc::clean() {
+        Ok(removed) => {
+            for id in removed {
+                tracing::info!("removed what the dead run {id} left behind");
+            }
+        }
+        // A lone solver needs no shared memory.
+        Err(failure) if run.is_none() => tracing::warn!("{failure}"),
+        Err(failure) => return Err(Stop::failed(failure.to_string())),
     }
 
     let mut bar = Bar::new(show);

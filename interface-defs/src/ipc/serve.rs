@@ -152,6 +152,7 @@ const LAST_WORDS: Duration = Duration::from_millis(400);
 fn wait_for_coupler(domain: &Domain, connection: &Connection) -> Result<(), Failure> {
     let started = Instant::now();
     let mut said = 0;
+    domain.check()?;
     while !domain.is_owned() {
         let waited = started.elapsed();
         if interrupt::requested() {
