@@ -146,8 +146,7 @@ pub fn has_roles(gauges: &[Gauge]) -> bool {
 }
 
 /// Why there is no energy error where nothing has moved.
-pub const NOTHING_MOVED: &str =
-    "energy_error is absent: nothing has moved, and no energy has gone from one form to another";
+pub const NOTHING_MOVED: &str = "energy_error is absent: nothing has moved (or the run is one of statics), so there is no energy to relate it to";
 
 #[cfg(test)]
 mod tests {

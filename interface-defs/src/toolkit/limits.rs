@@ -76,7 +76,10 @@ impl Limits {
             } else if name == ENERGY_ERROR && value > NOTICE {
                 summary.warnings.push(format!("energy_error is {}{at}: {}", percent(value), evidence.energy));
             }
-            if name.contains("max_penetration") && measure.unit == "1" && value > self.penetration {
+            if ["max_penetration", "overlap_over_radius"].iter().any(|n| name.contains(n))
+                && measure.unit == "1"
+                && value > self.penetration
+            {
                 let what = format!(
                     "{name} is {value:.3} radii{at}, above limits.penetration = {}",
                     self.penetration
