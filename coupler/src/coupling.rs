@@ -231,6 +231,11 @@ impl<'a> Coupling<'a> {
         Ok(())
     }
 
+    /// Time over which the contact force is a mean [s].
+    pub fn sample_length(&self) -> f64 {
+        self.settings.time_window / f64::from(self.settings.samples)
+    }
+
     /// What speaks against the run so far.
     pub fn causes(&self) -> Causes<'_> {
         let Self { settings, counts, balance, has_balance, .. } = self;

@@ -102,7 +102,7 @@ impl Balance {
         }
         self.touched = work.touched;
         self.now = now;
-        self.system.update(end, &now.system());
+        self.system.update(end, &now.system(), now.dem.stored);
         self.imbalance = self.system.imbalance;
         self.structure_work += work.structure;
         self.wall_work += work.wall;

@@ -225,9 +225,25 @@ pub fn describe(
             .push("the solvers' measures are absent: the run ended before they could report them".into()),
     }
     records.extremes().into_iter().for_each(|measure| summary.add(measure));
+    drop_unresolved(summary, coupling.sample_length());
     describe_energy(summary, coupling);
     describe_coupling(summary, coupling);
     coupling.limits.judge(summary, &coupling.causes().evidence());
+}
+
+/// Time over which `max_reaction_1ms` is a mean [s].
+const MEAN: f64 = 1e-3;
+
+/// A mean over 1 ms says nothing where the force between rock and net is constant over longer times: it is left out.
+fn drop_unresolved(summary: &mut Summary, sample: f64) {
+    let name = "max_reaction_1ms";
+    if sample > MEAN * (1.0 + 1e-9) && summary.measure(name).is_some() {
+        summary.measures.retain(|m| m.name != name);
+        summary.warnings.push(format!(
+            "{name} is absent: the contact force is known as means over {sample:e} s, longer than 1 ms; shorten \
+             coupling.time_window, or raise coupling.samples"
+        ));
+    }
 }
 
 /// A warning for each expected measure that is absent and of which nobody has said so.
@@ -309,4 +325,39 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling) {
     energy.insert(ENERGY_ERROR.into(), json!(value));
     let time = Some(balance.system.largest.1);
     summary.measures.push(Measure { name: ENERGY_ERROR.into(), value, unit: "1".into(), time });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface_defs::toolkit::summary::Status;
+
+    #[test]
+    fn a_mean_over_a_millisecond_is_left_out_where_windows_are_longer() {
+        let measure = |name: &str| Measure { name: name.into(), value: 1.0, unit: "N".into(), time: None };
+        for (sample, kept) in [(1e-3, 2), (1.1e-3, 1)] {
+            let mut summary = Summary::new(Status::Done);
+            summary.measures = vec![measure("max_reaction"), measure("max_reaction_1ms")];
+            drop_unresolved(&mut summary, sample);
+            assert_eq!((summary.measures.len(), summary.warnings.len()), (kept, 2 - kept));
+        }
+    }
+
+    #[test]
+    fn an_expected_measure_that_nobody_reports_is_named_with_its_solver() {
+        let mut summary = Summary::new(Status::Done);
+        summary.warnings.push("sag is absent: no weight acts on the structure".into());
+        let names = ["rock_impact_speed", "rock_max_penetration", "max_reaction", "max_reaction_1ms"];
+        summary.measures = names
+            .map(|name| Measure { name: name.into(), value: 1.0, unit: "1".into(), time: None })
+            .to_vec();
+        name_absent(&mut summary, &["dem (a)".into(), "fem (b)".into()]);
+        assert_eq!(
+            summary.warnings[1..],
+            [
+                "time_of_impact, max_deflection, braking_time, rebound_speed are absent: dem (a) does not report them",
+                "max_cable_force is absent: fem (b) does not report it"
+            ]
+        );
+    }
 }

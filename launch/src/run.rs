@@ -79,6 +79,13 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         (Err(_), true) => Status::Interrupted,
         (Err(_), false) => Status::Failed,
     };
+    // A foreign leader may keep no summary; one of ours that has left none has not done its work.
+    let status = if status == Status::Done && !plan.members[0].foreign && !out.join(run_dir::SUMMARY).exists()
+    {
+        Status::Failed
+    } else {
+        status
+    };
     let told = summary(&out, status, judged.as_ref().err());
     if !request.quiet {
         told.print_table(&out);
@@ -99,11 +106,11 @@ fn summary(out: &Path, status: Status, stop: Option<&Stop>) -> Summary {
     if let Ok(summary) = Summary::read(out) {
         return summary;
     }
-    // Without a summary nothing is known of what was computed.
-    let status = if status == Status::Interrupted { status } else { Status::Failed };
     let mut summary = Summary::new(status);
     let lost = "the process that keeps the measures has ended without a summary";
-    summary.message = Some(stop.map_or_else(|| lost.into(), |stop| stop.message.clone()));
+    if status != Status::Done {
+        summary.message = Some(stop.map_or_else(|| lost.into(), |stop| stop.message.clone()));
+    }
     summary.warnings.push(format!("no measures: {lost}"));
     if let Err(e) = summary.write(out) {
         tracing::error!("{}: {e}", out.join(run_dir::SUMMARY).display());

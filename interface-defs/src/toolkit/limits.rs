@@ -136,6 +136,17 @@ pub struct Evidence {
     pub interface: String,
 }
 
+/// What to try against an energy error of a solver that runs alone.
+pub(super) fn cure(role: &str) -> &'static str {
+    match role {
+        "dem" => {
+            "shorten the steps ([dem] time_step, or more steps_per_contact); energy that is lost at edges of a mesh is \
+             kept by [[contact]] hierarchy = \"continuous\""
+        }
+        _ => "shorten [fem] time_step, or choose an integrator that keeps the energy",
+    }
+}
+
 /// A share, for a reader.
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;

@@ -3,7 +3,7 @@
 use super::energy::{self, Balance, Energies};
 use super::history::{History, gauge_column};
 use super::input_error::InputError;
-use super::limits::{ENERGY_ERROR, Evidence, Limits, percent};
+use super::limits::{ENERGY_ERROR, Evidence, Limits, cure, percent};
 use super::output::Output;
 use super::progress::{Line, Reporter};
 use super::run_dir::HISTORY;
@@ -246,7 +246,9 @@ impl<'a> Solo<'a> {
     /// Book the energies of a window; an error far beyond the bound ends the run at once.
     fn check_energy(&mut self, stage: &Stage, window: &Window) -> Result<(), Fault> {
         let Some(balance) = &mut self.balance else { return Ok(()) };
-        balance.update(window.end(), &energies(&self.gauges, &self.values, VALUE));
+        let now = energies(&self.gauges, &self.values, VALUE);
+        // A structure's prestress is no contact.
+        balance.update(window.end(), &now, if stage.role == "dem" { now.stored } else { 0.0 });
         balance.impact(energies(&self.gauges, &self.values, LARGEST).kinetic);
         let bound = stage.limits.fatal_energy_error();
         if !balance.has_left(bound) {
@@ -299,17 +301,6 @@ impl<'a> Solo<'a> {
         summary.energy.insert(ENERGY_ERROR.into(), json!(value));
         let time = Some(balance.largest.1);
         summary.measures.push(Measure { name: ENERGY_ERROR.into(), value, unit: "1".into(), time });
-    }
-}
-
-/// What to try against an energy error of a solver that runs alone.
-fn cure(role: &str) -> &'static str {
-    match role {
-        "dem" => {
-            "shorten the steps ([dem] time_step, or more steps_per_contact); energy that is lost at edges of a mesh is \
-             kept by [[contact]] hierarchy = \"continuous\""
-        }
-        _ => "shorten [fem] time_step, or choose an integrator that keeps the energy",
     }
 }
 
