@@ -243,11 +243,10 @@ impl<'a> Solo<'a> {
         }
     }
 
-    /// Book the energies of a window; an error far beyond the bound ends the run at once.
+    /// Book the energies of a window (a structure's prestress is no contact); an error far beyond the bound ends the run at once.
     fn check_energy(&mut self, stage: &Stage, window: &Window) -> Result<(), Fault> {
         let Some(balance) = &mut self.balance else { return Ok(()) };
         let now = energies(&self.gauges, &self.values, VALUE);
-        // A structure's prestress is no contact.
         balance.update(window.end(), &now, if stage.role == "dem" { now.stored } else { 0.0 });
         balance.impact(energies(&self.gauges, &self.values, LARGEST).kinetic);
         let bound = stage.limits.fatal_energy_error();
