@@ -1,10 +1,11 @@
 //! `summary.json`: verdict, outcome, measures, energy, coupling, cost, warnings.
 
+use super::files;
 use super::run_dir::SUMMARY;
 use crate::message::{Measure, Statistics};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-use std::io::{self, Write as _};
+use std::io;
 use std::path::Path;
 
 /// How the run ended.
@@ -52,6 +53,9 @@ pub struct Summary {
     pub verdict: Vec<String>,
     /// How it ended.
     pub status: Status,
+    /// Id of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub run: Option<String>,
     /// Why, unless it is done.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
@@ -74,6 +78,7 @@ impl Summary {
         Self {
             verdict: Vec::new(),
             status,
+            run: None,
             message: None,
             measures: Vec::new(),
             energy: Map::new(),
@@ -112,17 +117,12 @@ impl Summary {
         self.measures.iter().find(|m| split_member(&m.name).0 == name).map(|m| m.value)
     }
 
-    /// Write `summary.json` to `dir`: beside, then renamed, so that nobody reads half of it, and on disk before it has
-    /// its name, so that a loss of power leaves the old or the new one.
+    /// Write `summary.json` to `dir`: as a whole or not at all.
     ///
     /// A number that is not finite is left out, and a warning names it.
     pub fn write(&self, dir: &Path) -> io::Result<()> {
         let text = serde_json::to_string_pretty(&self.finite()).map_err(io::Error::from)?;
-        let beside = dir.join(format!("{SUMMARY}.tmp"));
-        let mut file = std::fs::File::create(&beside)?;
-        file.write_all((text + "\n").as_bytes())?;
-        file.sync_all()?;
-        std::fs::rename(&beside, dir.join(SUMMARY))
+        files::write(&dir.join(SUMMARY), (text + "\n").as_bytes())
     }
 
     /// Read `summary.json` of `dir`.
