@@ -16,7 +16,7 @@ pub mod check;
 pub mod counted;
 pub mod energy;
 pub mod exit;
-mod explain;
+pub mod explain;
 pub mod files;
 pub mod history;
 pub mod input_error;
