@@ -158,12 +158,12 @@ fn the_screen_shows_ten_numbers_then_warnings_then_where_the_files_are() {
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     let verdict = ended.summary()["verdict"].as_array().expect("a list").len();
     let lines: Vec<&str> = ended.stdout.lines().collect();
-    let is_warning = |line: &&str| line.starts_with("warning: ");
+    let is_warning = |line: &str| line.starts_with("warning: ");
     let status = lines.iter().position(|l| l.starts_with("status ")).expect("a status");
     assert_eq!(status, verdict, "{}", ended.stdout);
-    let first_warning = lines.iter().position(|l| is_warning(&l)).unwrap_or(lines.len() - 1);
+    let first_warning = lines.iter().position(|line| is_warning(line)).unwrap_or(lines.len() - 1);
     assert_eq!(first_warning - status - 1, 10, "{}", ended.stdout);
-    assert!(lines[first_warning..lines.len() - 1].iter().all(|l| is_warning(l)), "{}", ended.stdout);
+    assert!(lines[first_warning..lines.len() - 1].iter().all(|line| is_warning(line)), "{}", ended.stdout);
     let last = lines.last().expect("lines");
     assert!(last.starts_with("results") && last.contains(&ended.out.display().to_string()), "{last}");
     // Every number that is shown is that of the summary, to six digits.
