@@ -19,3 +19,4 @@ pub mod reference;
 mod registry;
 pub mod schedule;
 pub mod settings;
+pub mod trust;

@@ -4,6 +4,7 @@
 //! together. The text is that of the doc comments of the settings, so that it cannot differ from what is read.
 
 use super::history::column;
+use super::limits::Limits;
 use super::output;
 use schemars::generate::{SchemaGenerator, SchemaSettings};
 use schemars::transform::{RecursiveTransform, Transform};
@@ -98,6 +99,7 @@ impl Tables {
             .value::<f64>("end_time", "Simulated time [s]. Required.")
             .value::<[f64; 3]>("gravity", "Gravity [m/s2], a vector. Default none: `[0, 0, 0]`.")
             .key::<output::Table>("output")
+            .key::<Limits>("limits")
             .value::<Map<String, Value>>("custom", "Belongs to programs of others, and is not checked.")
     }
 
