@@ -29,7 +29,8 @@ pub mod zone;
 
 use crate::contact::laws::Laws;
 use crate::critical::{DEEP, Steps};
-use crate::ground::{Ground, start};
+use crate::gate;
+use crate::ground::Ground;
 use crate::rock::Rock;
 use crate::search::tree::SphereTree;
 use crate::settings::{RockSettings, STRUCTURE, Settings, limits};
@@ -43,7 +44,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{
-    Fault, FieldSpec, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
+    Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
 };
 use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
@@ -97,6 +98,11 @@ pub struct Model {
 pub struct DemSolver {
     model: Model,
     notices: Vec<String>,
+    cautions: Vec<String>,
+    /// For errors that only the net brings to light.
+    scene: Scene,
+    /// Whether a rock that starts inside the net is refused.
+    guarded: bool,
     options: Options,
     run: Option<Run>,
     committed: State,
@@ -132,10 +138,8 @@ impl DemSolver {
                 .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
             notices.extend(ground.notices.iter().cloned());
             ground.continuous = laws.continuous();
-            for (at, rock) in rocks.iter().enumerate() {
-                start::check(ground, &settings, at, rock, scene)?;
-            }
         }
+        let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
         let rock_rows = rows_of_rocks(laws.as_ref(), &settings, scene)?;
         if settings.rocks.len() > 1 && rock_rows.is_none() {
             notices.push("there is no table [[contact]]: the rocks fall through each other".into());
@@ -157,6 +161,7 @@ impl DemSolver {
             steps,
             shortcuts: options.shortcuts,
         };
+        cautions.extend(gate::of_model(&model, scene)?);
         let worst = Meetings::new(&model).energy(&model, &mut state);
         if let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) {
             let what = format!(
@@ -169,6 +174,9 @@ impl DemSolver {
         Ok(Self {
             model,
             notices,
+            cautions,
+            scene: scene.clone(),
+            guarded: false,
             options: options.clone(),
             run: None,
             committed: state.clone(),
@@ -176,6 +184,13 @@ impl DemSolver {
             fields: None,
             trajectory: None,
         })
+    }
+
+    /// The same for a user's scene: it is not prepared with a rock inside the net.
+    #[must_use]
+    pub fn guarded(mut self) -> Self {
+        self.guarded = true;
+        self
     }
 
     /// What does not change in a run.
@@ -186,6 +201,17 @@ impl DemSolver {
     /// What the user should know of the scene, before anything is known of a wall.
     pub fn notices(&self) -> &[String] {
         &self.notices
+    }
+
+    /// What the user should look at twice, before anything is known of a net.
+    pub fn cautions(&self) -> &[String] {
+        &self.cautions
+    }
+
+    /// Refuse rocks that start with their surface in the net that the structure offers.
+    pub fn check_net(&self, mesh: &InterfaceMesh) -> Result<(), Fault> {
+        let net = Wall::new(mesh)?.from(&self.model.origin);
+        Ok(gate::start::in_net(&self.model, &net, &self.scene)?)
     }
 
     /// The committed state.
@@ -225,6 +251,9 @@ impl DemSolver {
                 "there is a wall and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
+        if self.guarded {
+            gate::start::in_net(&self.model, &wall, &self.scene)?;
+        }
         if laws.continuous() {
             wall.crossings = Some(Crossings::new(&wall.nodes, &wall.elements));
         }
@@ -321,7 +350,7 @@ impl Solver for DemSolver {
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         check_plan(&self.hello(), plan)?;
-        let mut warnings = self.notices.clone();
+        let mut warnings = [&self.notices[..], &self.cautions].concat();
         if plan.wall.is_some() {
             progress(Progress { what: "making the wall of the structure's mesh".into(), done: f64::NAN })?;
         }
