@@ -58,13 +58,13 @@ pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
 /// How many times as stiff the contact must be for the limit to hold.
 fn stiffer(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
     // What a contact stores is in proportion to its stiffness.
-    let (mut low, mut high) = (1.0, 2.0);
+    let (mut low, mut high): (f64, f64) = (1.0, 2.0);
     while worst(rock, normal, energy / high) > LIMIT && high < 1e12 {
         low = high;
         high *= 2.0;
     }
     for _ in 0..8 {
-        let middle = (low * high as f64).sqrt();
+        let middle = f64::sqrt(low * high);
         if worst(rock, normal, energy / middle) > LIMIT { low = middle } else { high = middle }
     }
     high

@@ -47,7 +47,7 @@ pub fn of_rock(
     if longest > LARGEST {
         return refuse("shape", format!("it is {edges} large"), in_metres);
     }
-    if longest > LARGE || longest < SMALL {
+    if !(SMALL..=LARGE).contains(&longest) {
         warnings.push(format!("rock `{}` is {edges} large; {in_metres}", rock.name));
     }
     let volume = rock.solid.volume();
