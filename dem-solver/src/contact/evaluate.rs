@@ -196,15 +196,19 @@ impl Evaluation {
         })
     }
 
-    /// How long ago the first of the contacts touched, by overlaps and their rates [s].
+    /// How long ago the first of the contacts touched, by overlaps, their rates and the rock's acceleration [s].
     pub fn touched_ago(&self, scene: Scene, now: &Motion) -> f64 {
         let motion = self.own_motion(scene.rock, now);
+        let acceleration = self.touch.rotation.tr_mul(&now.acceleration);
         let ago = self.touch.contacts.iter().map(|contact| {
             let element = &scene.list.elements[contact.element as usize];
             let centre = &scene.rock.spheres[contact.sphere as usize].centre;
             let arm = centre + contact.normal * (contact.distance - element.radius);
             let approach = self.relative_velocity(&motion, contact, element, &arm).dot(&contact.normal);
-            if approach > 0.0 { contact.overlap / approach } else { 0.0 }
+            // First root of overlap - approach t + bend t^2 / 2, in the form that does not cancel.
+            let bend = acceleration.dot(&contact.normal);
+            let root = (approach * approach - 2.0 * bend * contact.overlap).max(0.0).sqrt();
+            if approach > 0.0 { 2.0 * contact.overlap / (approach + root) } else { 0.0 }
         });
         ago.fold(0.0, f64::max)
     }

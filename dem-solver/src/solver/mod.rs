@@ -6,7 +6,7 @@
 //!   nothing to meet
 //! - [`meetings`]: rocks that meet each other; [`kicks`]: how far they may throw each other in a window
 //! - [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
-//! - [`gauges`], [`measures`], [`fields`], [`trajectory`], [`picture`]: what is told of it
+//! - [`gauges`], [`measures`], [`verdict`] ([`outline`]), [`fields`], [`trajectory`], [`picture`]: what is reported of it
 
 pub mod clear;
 pub mod cut;
@@ -16,6 +16,7 @@ pub mod gauges;
 pub mod kicks;
 pub mod measures;
 pub mod meetings;
+pub mod outline;
 pub mod path;
 pub mod picture;
 pub mod state;
@@ -23,12 +24,13 @@ pub mod step;
 pub mod stretch;
 pub mod terrain;
 pub mod trajectory;
+pub mod verdict;
 pub mod watch;
 pub mod window;
 pub mod zone;
 
 use crate::contact::laws::Laws;
-use crate::critical::{DEEP, Steps};
+use crate::critical::Steps;
 use crate::ground::{Ground, start};
 use crate::rock::Rock;
 use crate::search::tree::SphereTree;
@@ -208,11 +210,11 @@ impl DemSolver {
             met: 0,
             track: measures::Track::default(),
             path: path::Path::default(),
+            deepest: state::Depths::default(),
         };
         body.memories.clear();
         body.ground_memories.clear();
         self.committed.encounters.end();
-        self.committed.encounters.deepest = (0.0, 0.0);
         (self.committed.time, self.committed.dissipated, self.committed.received) = (0.0, 0.0, 0.0);
         self.committed.broken = 0;
     }
@@ -292,6 +294,11 @@ fn rows_of_rocks(
     Ok(Some(all))
 }
 
+/// What the names of a rock's measures begin with: its name where there are several.
+fn prefix(model: &Model, rock: usize) -> String {
+    if model.rocks.len() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
+}
+
 pub(crate) fn name_of(model: &Model, rock: usize) -> &str {
     &model.rocks[rock].name
 }
@@ -365,10 +372,11 @@ impl Solver for DemSolver {
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
         let counts = self.run.as_ref().map(Run::counts).unwrap_or_default();
-        let wall = self.run.as_ref().is_some_and(Run::has_wall);
-        let (mut measures, mut warnings) = measures::results(&self.model.rocks, &self.committed, wall);
+        let net = self.run.as_ref().and_then(Run::net);
+        let mut warnings = verdict::verdicts(&self.model, &self.committed, net);
+        let mut measures = Vec::new();
+        measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);
         self.ways(&mut measures, &mut warnings);
-        measures::encounters(&self.committed, &mut measures, &mut warnings);
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }
@@ -378,22 +386,13 @@ impl DemSolver {
     fn ways(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
         let Some(ground) = &self.model.ground else { return };
         let settings = &self.model.settings;
-        let many = self.model.rocks.len() > 1;
         for (number, (rock, body)) in self.model.rocks.iter().zip(&self.committed.bodies).enumerate() {
-            let prefix = if many { format!("{}_", rock.name) } else { String::new() };
+            let prefix = prefix(&self.model, number);
             let start = Vector3::from(settings.rocks[number].position) - self.model.origin;
             let (motion, time) = (&body.motion, self.committed.time);
             path::results(
                 rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings,
             );
-            let (share, when) = body.path.deepest;
-            if share > DEEP {
-                warnings.push(format!(
-                    "rock `{}`: overlap of {share:.2} radii at {when:.4} s, beyond {DEEP} the contact law does not hold; \
-                     raise contact.young or cluster.smallest_radius",
-                    rock.name
-                ));
-            }
         }
         let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out) else { return };
         let ways = trajectory::ways(&self.model, ground, &trajectory.rows);

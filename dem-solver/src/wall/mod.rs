@@ -49,6 +49,17 @@ impl Element {
     }
 }
 
+/// What measures need to know of the net at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtRest {
+    /// How far down its lowest node lies, along gravity [m].
+    pub level: f64,
+    /// Middle of its nodes [m].
+    pub centre: Vector3<f64>,
+    /// Distance of the furthest node from there [m].
+    pub reach: f64,
+}
+
 /// The wall at t = 0. An element's number is its place in [`Wall::elements`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wall {
@@ -124,9 +135,14 @@ impl Wall {
         self
     }
 
-    /// How far down its lowest node lies at t = 0, along `down` [m].
-    pub fn depth(&self, down: &Vector3<f64>) -> f64 {
-        self.nodes.iter().map(|n| n.dot(down)).fold(f64::NEG_INFINITY, f64::max)
+    /// What measures need to know of it at t = 0.
+    pub fn at_rest(&self, down: &Vector3<f64>) -> AtRest {
+        let centre = self.nodes.iter().sum::<Vector3<f64>>() / self.nodes.len().max(1) as f64;
+        AtRest {
+            level: self.nodes.iter().map(|n| n.dot(down)).fold(f64::NEG_INFINITY, f64::max),
+            centre,
+            reach: self.nodes.iter().map(|n| (n - centre).norm()).fold(0.0, f64::max),
+        }
     }
 
     /// True if two elements hold a common node. Numbers beyond the elements, which are crossings, do not.

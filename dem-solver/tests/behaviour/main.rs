@@ -15,6 +15,7 @@ mod repeat;
 mod rocks;
 mod rolling;
 mod shapes;
+mod verdicts;
 mod wires;
 
 use interface_defs::toolkit::alloc::CountingAllocator;
