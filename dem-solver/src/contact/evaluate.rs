@@ -196,8 +196,9 @@ impl Evaluation {
         })
     }
 
-    /// How long ago the first of the contacts touched, by overlaps, their rates and the rock's acceleration [s].
-    pub fn touched_ago(&self, scene: Scene, now: &Motion) -> f64 {
+    /// How long before the middle of this step of `h` [s] the first of the contacts touched, by overlaps, their rates
+    /// and the rock's acceleration [s].
+    pub fn touched_ago(&self, scene: Scene, now: &Motion, h: f64) -> f64 {
         let motion = self.own_motion(scene.rock, now);
         let acceleration = self.touch.rotation.tr_mul(&now.acceleration);
         let ago = self.touch.contacts.iter().map(|contact| {
@@ -207,8 +208,10 @@ impl Evaluation {
             let approach = self.relative_velocity(&motion, contact, element, &arm).dot(&contact.normal);
             // First root of overlap - approach t + bend t^2 / 2, in the form that does not cancel.
             let bend = acceleration.dot(&contact.normal);
-            let root = (approach * approach - 2.0 * bend * contact.overlap).max(0.0).sqrt();
-            if approach > 0.0 { 2.0 * contact.overlap / (approach + root) } else { 0.0 }
+            // The middle of a step is drifted to without acceleration.
+            let overlap = contact.overlap + bend * h * h / 8.0;
+            let root = (approach * approach - 2.0 * bend * overlap).max(0.0).sqrt();
+            if approach > 0.0 { 2.0 * overlap / (approach + root) } else { 0.0 }
         });
         ago.fold(0.0, f64::max)
     }

@@ -34,7 +34,7 @@ use crate::critical::Steps;
 use crate::ground::{Ground, start};
 use crate::rock::Rock;
 use crate::search::tree::SphereTree;
-use crate::settings::{RockSettings, STRUCTURE, Settings, limits};
+use crate::settings::{ContactSelection, RockSettings, STRUCTURE, Settings, limits};
 use crate::wall::Wall;
 use crate::wall::hierarchy::Crossings;
 use fields::Fields;
@@ -99,6 +99,7 @@ pub struct Model {
 pub struct DemSolver {
     model: Model,
     notices: Vec<String>,
+    choices: Vec<String>,
     options: Options,
     run: Option<Run>,
     committed: State,
@@ -118,9 +119,10 @@ impl DemSolver {
             notices.extend(limits::of_rock(table, rock.mass));
         }
         notices.extend(limits::of_contacts(&settings.contacts));
+        notices.extend(settings.notices.iter().cloned());
         let laws = Laws::new(&settings.contacts);
         let mut ground = settings.terrain.as_ref().map(|terrain| Ground::of(scene, terrain)).transpose()?;
-        let mut ground_rows = Vec::new();
+        let (mut ground_rows, mut choices) = (Vec::new(), Vec::new());
         if let Some(ground) = &mut ground {
             let Some(laws) = &laws else {
                 return Err(scene
@@ -133,7 +135,9 @@ impl DemSolver {
             ground_rows = rows(laws, &settings, &ground.materials)
                 .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
             notices.extend(ground.notices.iter().cloned());
-            ground.continuous = laws.continuous();
+            let (continuous, why) = settings.dem.contact_selection.choose("terrain", || ground.unshared());
+            ground.continuous = continuous;
+            choices.push(why);
             for (at, rock) in rocks.iter().enumerate() {
                 start::check(ground, &settings, at, rock, scene)?;
             }
@@ -171,6 +175,7 @@ impl DemSolver {
         Ok(Self {
             model,
             notices,
+            choices,
             options: options.clone(),
             run: None,
             committed: state.clone(),
@@ -185,9 +190,23 @@ impl DemSolver {
         &self.model
     }
 
+    /// Why a contact selection that the scene names would choose nothing, where there is no net.
+    pub fn idle_selection(&self) -> Option<&'static str> {
+        let named = self.model.settings.dem.contact_selection != ContactSelection::Automatic;
+        (named && self.model.ground.is_none()).then_some(
+            "dem.contact_selection (old name: contact.hierarchy) without terrain and without a structure: rocks touch each \
+             other sphere by sphere, there is nothing to choose",
+        )
+    }
+
     /// What the user should know of the scene, before anything is known of a wall.
     pub fn notices(&self) -> &[String] {
         &self.notices
+    }
+
+    /// What was chosen where the scene leaves it open, and why.
+    pub fn choices(&self) -> &[String] {
+        &self.choices
     }
 
     /// The committed state.
@@ -227,8 +246,16 @@ impl DemSolver {
                 "there is a wall and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
-        if laws.continuous() {
+        let selection = self.model.settings.dem.contact_selection;
+        let (continuous, why) = selection.choose("net", || wall.unshared());
+        if continuous {
             wall.crossings = Some(Crossings::new(&wall.nodes, &wall.elements));
+        }
+        if selection == ContactSelection::Automatic && !continuous {
+            // Energy may be made or lost: the user should know.
+            warnings.push(why);
+        } else {
+            tracing::info!("{why}");
         }
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
@@ -328,6 +355,11 @@ impl Solver for DemSolver {
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         check_plan(&self.hello(), plan)?;
+        if plan.wall.is_none()
+            && let Some(what) = self.idle_selection()
+        {
+            return Err(Fault::input(format!("{what}; leave it out")));
+        }
         let mut warnings = self.notices.clone();
         if plan.wall.is_some() {
             progress(Progress { what: "making the wall of the structure's mesh".into(), done: f64::NAN })?;

@@ -114,7 +114,7 @@ impl Run {
         if contacts > 0 {
             // Its date is asked for once.
             let first = body.track.touch.is_none();
-            load.touched = Some(if first { evaluation.touched_ago(scene, now) } else { 0.0 });
+            load.touched = Some(if first { evaluation.touched_ago(scene, now, h) } else { 0.0 });
             body.deepest.take(Against::Net, sums.penetration, start + 0.5 * h);
         }
         std::mem::swap(&mut body.memories, &mut evaluation.memories);

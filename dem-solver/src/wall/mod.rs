@@ -8,6 +8,7 @@ pub mod closest;
 pub mod hierarchy;
 pub mod motion;
 
+use crate::search::shared::{Unshared, first_fault};
 use interface_defs::{Fault, InterfaceMesh};
 use nalgebra::Vector3;
 
@@ -133,6 +134,14 @@ impl Wall {
     pub fn from(mut self, origin: &Vector3<f64>) -> Self {
         self.nodes.iter_mut().for_each(|node| *node -= origin);
         self
+    }
+
+    /// Where two of its elements touch without a common node.
+    pub fn unshared(&self) -> Option<Unshared> {
+        let of = |kind| self.elements.iter().filter(move |e| e.kind == kind);
+        let lines = of(Kind::Line).map(|line| [line.nodes[0], line.nodes[1]]).collect();
+        let faces: Vec<_> = of(Kind::Face).map(|face| face.nodes).collect();
+        first_fault(&self.nodes, lines, &faces)
     }
 
     /// What measures need to know of it at t = 0.

@@ -8,6 +8,7 @@ mod extremes;
 mod granular;
 mod impact;
 mod input;
+mod keys;
 mod limits;
 mod oblique;
 mod relief;
