@@ -54,6 +54,7 @@ pub fn agree(
     for (solver, hello) in [(dem.name(), &dem_hello), (fem.name(), &fem_hello)] {
         tracing::info!("{solver} is {}", hello.program);
         check_capabilities(settings, solver, hello)?;
+        check_scene(settings, solver, hello)?;
     }
     let fields = choose_fields(settings, &dem_hello, &fem_hello)?;
     let plan = |takes: &[FieldSpec], gives: &[FieldSpec]| Plan {
@@ -118,6 +119,19 @@ fn check_capabilities(settings: &Coupling, solver: &str, hello: &Hello) -> Resul
         )));
     }
     Ok(())
+}
+
+/// Programs that have read different scenes compute different things, and nobody would see it.
+fn check_scene(settings: &Coupling, solver: &str, hello: &Hello) -> Result<(), Failure> {
+    let theirs = hello.capabilities.iter().find(|word| word.starts_with(capability::SCENE));
+    match (&settings.scene, theirs) {
+        (Some(ours), Some(theirs)) if ours != theirs => Err(refuse(format!(
+            "{solver} ({}) and the coupler have read different scenes ({theirs}, {ours}); start all programs of a run \
+             with one scene file and the same --set",
+            hello.program
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Fields of the four payloads.

@@ -12,6 +12,7 @@ use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
@@ -111,14 +112,20 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     let output = Output::of(&scene)?;
     let end_time = scene.end_time()?;
     let out = run_dir::location(args.out.as_deref(), &scene);
-    run_dir::prepare(&out, args.force)?;
+    let claim = Claim { force: args.force, run: Some(args.run.clone()), supervisor: args.supervisor };
+    let owner = Owner::claim(&out, &claim)?;
+    owner.write_record().map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
     interrupt::install();
-    ipc::clean();
+    if let Err(failure) = ipc::clean() {
+        complain(&failure.to_string());
+        return Ok(Exit::Failed);
+    }
 
     let options = HostOptions {
         run: args.run.clone(),
         timeout: Duration::from_secs_f64(processes.timeout),
         wait: match processes.wait {
+            WaitSetting::Auto => Wait::Auto,
             WaitSetting::Yield => Wait::Yield,
             WaitSetting::Event => Wait::Event,
         },
@@ -141,6 +148,9 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
         Ok(())
     };
     let mut outcome = coupling.run(&mut records, &mut preparing);
+    if outcome.is_ok() {
+        outcome = records.sync().map_err(CouplingError::Output);
+    }
     let loop_ended = Instant::now();
 
     // An interrupted run and one that did not converge have solvers that can still tell what they did.
@@ -177,8 +187,9 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     }
     drop(remotes);
     host.close();
-    if let Err(e) = summary.write(&out) {
-        complain(&format!("cannot write {}: {e}", out.join(run_dir::SUMMARY).display()));
+    if let Err(what) = owner.write_summary(&mut summary) {
+        let before = summary.message.map_or(String::new(), |message| format!("{message}\n"));
+        complain(&format!("{before}{what}"));
         return Ok(Exit::Failed);
     }
     if !args.quiet {
@@ -279,7 +290,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
 /// What one exchange costs on a free machine [s], as measured by the benchmark `exchange`.
 fn typical_exchange(wait: WaitSetting) -> f64 {
     match wait {
-        WaitSetting::Yield => 6e-6,
+        WaitSetting::Auto | WaitSetting::Yield => 6e-6,
         WaitSetting::Event => 30e-6,
     }
 }

@@ -69,6 +69,14 @@ impl Records {
         self.allocations.map(|first| allocations() - first)
     }
 
+    /// All rows are on the disk itself when this returns.
+    pub fn sync(&self) -> Result<(), String> {
+        match &self.history {
+            Some(history) => history.sync().map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY)),
+            None => Ok(()),
+        }
+    }
+
     /// What both solvers said while preparing.
     pub fn warnings(&self) -> &[String] {
         &self.warnings

@@ -65,6 +65,9 @@ pub struct Coupling {
     /// How the meshes are connected; absent: identity for equal meshes, else nearest neighbour.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mapping: Option<AnyMapper>,
+    /// Fingerprint of the scene that was read, compared with those of the solvers; `None`: it is not compared.
+    #[serde(skip)]
+    pub scene: Option<String>,
 }
 
 fn default_tolerance() -> f64 {
@@ -101,18 +104,20 @@ impl Coupling {
             min_window: None,
             acceleration: AnyAcceleration::default(),
             mapping: None,
+            scene: None,
         }
     }
 
     /// From a scene, checked.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
-        let coupling: Self = scene.read("coupling")?.ok_or_else(|| {
+        let mut coupling: Self = scene.read("coupling")?.ok_or_else(|| {
             scene.invalid(
                 "coupling",
                 "the scene has rocks and a structure: add [coupling] with scheme and time_window",
             )
         })?;
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
+        coupling.scene = Some(scene.fingerprint());
         Ok(coupling)
     }
 
@@ -191,7 +196,7 @@ pub struct Processes {
     /// Deadline for one answer [s].
     #[serde(default = "default_timeout")]
     pub timeout: f64,
-    /// How to wait: `yield` or `event`.
+    /// How to wait: `auto`. `yield` and `event` are kept for one version.
     #[serde(default)]
     pub wait: WaitSetting,
 }
@@ -200,8 +205,10 @@ pub struct Processes {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WaitSetting {
-    /// See [`interface_defs::ipc::Wait::Yield`].
+    /// See [`interface_defs::ipc::Wait::Auto`].
     #[default]
+    Auto,
+    /// See [`interface_defs::ipc::Wait::Yield`].
     Yield,
     /// See [`interface_defs::ipc::Wait::Event`].
     Event,

@@ -50,6 +50,9 @@ enum Command {
     Check {
         #[command(flatten)]
         input: Input,
+        /// Write the scene with every default and --set filled in to this file; it runs as it is, from any directory
+        #[arg(long, value_name = "FILE")]
+        resolved: Option<PathBuf>,
     },
     /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, with its error: `dem-solver cluster`
     #[command(disable_help_flag = true)]
@@ -100,13 +103,13 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             quiet,
             bar: !quiet && !json,
         }),
-        Command::Check { input } => {
-            tell(&estimate::check(&input.scene, &input.sets)?);
+        Command::Check { input, resolved } => {
+            tell(&estimate::check(&input.scene, &input.sets, resolved.as_deref())?);
             Ok(Exit::Done)
         }
         Command::Cluster { arguments } => hand_over("dem-solver", "cluster", &arguments),
         Command::Clean => {
-            let removed = ipc::clean();
+            let removed = ipc::clean().map_err(|failure| Stop::failed(failure.to_string()))?;
             if removed.is_empty() {
                 tell("nothing to remove: no dead run has left anything behind\n");
             }

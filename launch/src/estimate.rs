@@ -1,6 +1,8 @@
 //! `rockfall check`: what would run, critical steps, windows, cost, from the programs' own numbers.
 
+use crate::events::Events;
 use crate::plan::{Part, Plan};
+use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
 use interface_defs::Window;
@@ -10,11 +12,17 @@ use interface_defs::toolkit::summary::short;
 use std::fmt::Write;
 use std::path::Path;
 
-/// The answer to `rockfall check`.
-pub fn check(path: &Path, sets: &[String]) -> Result<String, Stop> {
+/// The answer to `rockfall check`. The scene with every default filled in goes to `resolved`.
+pub fn check(path: &Path, sets: &[String], resolved: Option<&Path>) -> Result<String, Stop> {
+    let events = Events::watch().map_err(Stop::failed)?;
     let scene = Scene::load(path, sets)?;
     let plan = Plan::of(&scene)?;
-    let reports = validate(&plan, path, sets)?;
+    let reports = validate(&plan, path, sets, &events)?;
+    if let Some(file) = resolved {
+        let table = record::resolved(&scene, &plan, &reports)?;
+        record::write_scene(file, &scene, &table, None)
+            .map_err(|e| Stop::input(format!("{}: cannot be written: {e}", file.display())))?;
+    }
     let mut text = String::new();
     let how = match plan.members.len() {
         1 => "1 process, no shared memory".to_owned(),

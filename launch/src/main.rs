@@ -9,6 +9,7 @@
 mod cli;
 mod command_line;
 mod estimate;
+mod events;
 mod plan;
 mod progress;
 mod record;

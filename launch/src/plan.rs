@@ -53,7 +53,7 @@ pub struct Processes {
     /// Deadline for one answer [s]; default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timeout: Option<f64>,
-    /// How to wait; default `yield`.
+    /// How to wait; default `auto`. `yield` and `event` are kept for one version.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wait: Option<Waiting>,
 }
@@ -62,10 +62,12 @@ pub struct Processes {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Waiting {
+    /// As fast as the better of the others.
+    #[default]
+    Auto,
     /// Sleep until woken.
     Event,
     /// Look again for a while first.
-    #[default]
     Yield,
 }
 
@@ -98,11 +100,12 @@ impl Processes {
         self.timeout.unwrap_or(TIMEOUT)
     }
 
-    /// How to wait, as a command line says it.
-    pub fn waiting(&self) -> &'static str {
+    /// How to wait, as a command line says it; `None`: the solver's own way.
+    pub fn waiting(&self) -> Option<&'static str> {
         match self.wait.unwrap_or_default() {
-            Waiting::Event => "event",
-            Waiting::Yield => "yield",
+            Waiting::Auto => None,
+            Waiting::Event => Some("event"),
+            Waiting::Yield => Some("yield"),
         }
     }
 }

@@ -4,6 +4,7 @@
 //! coupler holds an exclusive lock on `/tmp/rockfall-<uid>/<run id>.lock` for as long as it lives;
 //! the kernel gives it up whatever ends the process, so a lock that can be had marks a dead run.
 
+use super::home::{self, Home, SHARED_MEMORY};
 use super::transport;
 use crate::participant::Failure;
 use iceoryx2::config::Config;
@@ -13,14 +14,10 @@ use iceoryx2::prelude::{
 };
 use iceoryx2::prelude::{SignalHandlingMode, ipc};
 use std::fmt;
-use std::fs::{File, OpenOptions, TryLockError};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
-use std::path::{Path, PathBuf};
+use std::fs::{File, TryLockError};
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
-/// Where iceoryx2 keeps payloads.
-const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Name of a run: 1 to 16 characters of `a-z A-Z 0-9 -`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -75,46 +72,50 @@ pub fn fnv1a(bytes: &[u8]) -> u64 {
 pub struct Domain {
     /// The run.
     pub run: RunId,
+    home: PathBuf,
     config: Config,
 }
 
 impl Domain {
     /// The place of `run`. Nothing is created yet.
     pub fn new(run: &RunId) -> Result<Self, Failure> {
+        Self::within(home::location(), run)
+    }
+
+    fn within(home: PathBuf, run: &RunId) -> Result<Self, Failure> {
         let mut config = Config::default();
-        let prefix = prefix(&run.0);
+        let prefix = home::prefix(run);
         config.global.prefix =
             FileName::new(prefix.as_bytes()).map_err(transport("prefix of the run in shared memory"))?;
-        let root = home().join(&run.0);
+        let root = home.join(&run.0);
         let root =
             IoxPath::new(root.as_os_str().as_encoded_bytes()).map_err(transport("place of the run"))?;
         config.global.set_root_path(&root);
-        Ok(Self { run: run.clone(), config })
+        Ok(Self { run: run.clone(), home, config })
     }
 
     /// Become the run's owner; the lock lasts as long as the returned file. What a dead run of the
     /// same id left behind is removed first.
     pub fn own(&self) -> Result<File, Failure> {
-        let home = home();
-        std::fs::DirBuilder::new()
-            .recursive(true)
-            .mode(0o700)
-            .create(&home)
-            .map_err(|e| Failure::Transport(format!("cannot create {}: {e}", home.display())))?;
-        let path = lock_path(&self.run.0);
+        let home = Home::create(&self.home)?;
         // A cleaner or a waiting solver may look at the lock for an instant: try for a while.
         for _ in 0..100 {
-            let file = OpenOptions::new()
-                .create(true)
-                .truncate(false)
-                .write(true)
-                .open(&path)
-                .map_err(|e| Failure::Transport(format!("cannot create {}: {e}", path.display())))?;
-            if file.try_lock().is_ok() {
-                // The name must still belong to the file that is locked: a cleaner may have removed it.
-                if std::fs::metadata(&path).is_ok_and(|m| file.metadata().is_ok_and(|f| f.ino() == m.ino())) {
-                    remove_remains(&self.run.0);
-                    return Ok(file);
+            if let Some(lock) = home.lock(&self.run, true)?
+                && lock.try_lock_shared().is_ok()
+                && home.is_lock(&self.run, &lock)
+            {
+                // Shared: nobody else owns the run, and no solver sees an owner yet, whose first files would be taken for
+                // those of a dead run.
+                home.remove_remains(&self.run);
+                if home.has_remains(&self.run) {
+                    let place = self.home.join(&self.run.0);
+                    return Err(Failure::Transport(format!(
+                        "{} is in the way and cannot be removed",
+                        place.display()
+                    )));
+                }
+                if lock.try_lock().is_ok() && home.is_lock(&self.run, &lock) {
+                    return Ok(lock);
                 }
             }
             std::thread::sleep(Duration::from_millis(5));
@@ -122,18 +123,27 @@ impl Domain {
         Err(Failure::Transport(format!("run id {} belongs to a run that is alive; choose another", self.run)))
     }
 
+    /// Refuse to go on if someone else's directory lies in the place of this user's. One that is not there yet is none.
+    pub fn check(&self) -> Result<(), Failure> {
+        Home::open(&self.home).map(|_| ())
+    }
+
     /// Whether a coupler owns the run now.
     pub fn is_owned(&self) -> bool {
-        match File::open(lock_path(&self.run.0)) {
-            Ok(file) => matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)),
-            Err(_) => false,
+        match Home::open(&self.home)
+            .and_then(|home| home.map_or(Ok(None), |home| home.lock(&self.run, false)))
+        {
+            Ok(Some(lock)) => matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)),
+            _ => false,
         }
     }
 
     /// Remove all that the run has in shared memory and on disk. Only its owner may.
     pub fn remove(&self) {
-        remove_remains(&self.run.0);
-        let _ = std::fs::remove_file(lock_path(&self.run.0));
+        if let Ok(Some(home)) = Home::open(&self.home) {
+            home.remove_remains(&self.run);
+            home.remove_lock(&self.run);
+        }
     }
 
     /// A node of this run, under the participant's name.
@@ -163,33 +173,10 @@ impl Domain {
     }
 }
 
-/// Remove what dead runs left behind; returns the ids of the runs removed.
-pub fn clean() -> Vec<String> {
-    let Ok(entries) = std::fs::read_dir(home()) else { return Vec::new() };
-    let mut removed = Vec::new();
-    for entry in entries.flatten() {
-        let path = entry.path();
-        let Some(id) = path.file_stem().and_then(|s| s.to_str()).map(String::from) else { continue };
-        if path.extension().is_some_and(|e| e == "lock") {
-            let dead = File::open(&path).is_ok_and(|file| {
-                // Held while removing, so that no coupler takes the id over in between.
-                let dead = file.try_lock().is_ok();
-                if dead {
-                    remove_remains(&id);
-                    let _ = std::fs::remove_file(&path);
-                }
-                dead
-            });
-            if dead {
-                removed.push(id);
-            }
-        } else if path.is_dir() && !lock_path(&id).exists() {
-            remove_remains(&id);
-            removed.push(id);
-        }
-    }
-    removed.sort();
-    removed
+/// Remove what dead runs left behind; returns the ids of the runs removed. An error: what lies in the place of this
+/// user's directory is not this user's.
+pub fn clean() -> Result<Vec<String>, Failure> {
+    Ok(Home::open(&home::location())?.map_or_else(Vec::new, |home| home.clean()))
 }
 
 /// Refuse a run whose payloads do not fit: a full `/dev/shm` is a SIGBUS at first touch, never an error.
@@ -209,29 +196,6 @@ fn fits(needed: u64, free: u64) -> Result<(), Failure> {
         mb(needed),
         mb(free)
     )))
-}
-
-fn home() -> PathBuf {
-    // Not the temporary directory of the environment: iceoryx2 takes no more than some 60 characters.
-    PathBuf::from(format!("/tmp/rockfall-{}", rustix::process::getuid().as_raw()))
-}
-
-fn prefix(id: &str) -> String {
-    format!("rf_{id}_")
-}
-
-fn lock_path(id: &str) -> PathBuf {
-    home().join(format!("{id}.lock"))
-}
-
-fn remove_remains(id: &str) {
-    let _ = std::fs::remove_dir_all(home().join(id));
-    let prefix = prefix(id);
-    for entry in std::fs::read_dir(Path::new(SHARED_MEMORY)).into_iter().flatten().flatten() {
-        if entry.file_name().to_string_lossy().starts_with(&prefix) {
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
 }
 
 #[cfg(test)]
@@ -259,12 +223,57 @@ mod tests {
         let domain = Domain::new(&RunId::new()).unwrap();
         let lock = domain.own().unwrap();
         assert!(domain.is_owned());
-        assert!(!clean().contains(&domain.run.to_string()));
+        assert!(!clean().unwrap().contains(&domain.run.to_string()));
         assert!(domain.own().is_err(), "two couplers must not share a run");
         drop(lock);
         assert!(!domain.is_owned());
         // Another test's cleaning may have been faster.
-        clean();
-        assert!(!lock_path(&domain.run.0).exists());
+        clean().unwrap();
+        let home = Home::open(&home::location()).unwrap().unwrap();
+        assert!(home.lock(&domain.run, false).unwrap().is_none());
+    }
+
+    /// A solver that waits for its coupler makes its first files the moment it sees an owner: they are no remains.
+    #[test]
+    fn a_solver_that_joins_at_once_is_not_taken_for_a_dead_run() {
+        let temp = tempfile::tempdir().unwrap();
+        for turn in 0..100 {
+            let id: RunId = format!("r{turn}").parse().unwrap();
+            let domain = Domain::within(temp.path().join("home"), &id).unwrap();
+            let solver = domain.clone();
+            let files = temp.path().join("home").join(&id.0);
+            let joined = std::thread::spawn({
+                let files = files.clone();
+                move || {
+                    while !solver.is_owned() {
+                        std::thread::yield_now();
+                    }
+                    std::fs::create_dir(files)
+                }
+            });
+            let lock = domain.own().unwrap();
+            joined.join().unwrap().unwrap();
+            assert!(files.exists(), "turn {turn}");
+            drop(lock);
+        }
+    }
+
+    /// Where another user may have been first, a run ends with a message: it neither hangs nor removes anything.
+    #[test]
+    fn a_run_whose_places_are_taken_is_refused_by_name() {
+        let temp = tempfile::tempdir().unwrap();
+        let domain = |home: &str| Domain::within(temp.path().join(home), &"r".parse().unwrap()).unwrap();
+        std::os::unix::fs::symlink(temp.path(), temp.path().join("link")).unwrap();
+        let refused = domain("link").own().unwrap_err().to_string();
+        assert!(refused.contains("link must be a private place of your own"), "{refused}");
+        assert!(domain("link").check().is_err() && !domain("link").is_owned());
+        domain("link").remove();
+        assert!(domain("none").check().is_ok() && !domain("none").is_owned());
+        // A file where the directory of the run belongs.
+        drop(domain("home").own().unwrap());
+        std::fs::write(temp.path().join("home/r"), "kept").unwrap();
+        let refused = domain("home").own().unwrap_err().to_string();
+        assert!(refused.contains("home/r is in the way"), "{refused}");
+        assert_eq!(std::fs::read(temp.path().join("home/r")).unwrap(), b"kept");
     }
 }

@@ -7,7 +7,7 @@
 //! - [`progress`]: lines from which a launcher draws its bar
 //! - [`check`]: what a program answers to `check`
 //! - [`history`], [`summary`], [`vtu`]: result files
-//! - [`run_dir`]: the directory of a run
+//! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: files that are whole or not there
 //! - [`energy`]: the balance of energy, from gauges by role
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
 
@@ -16,12 +16,14 @@ pub mod check;
 pub mod counted;
 pub mod energy;
 pub mod exit;
-mod explain;
+pub mod explain;
+pub mod files;
 pub mod history;
 pub mod input_error;
 pub mod log;
 pub mod output;
 mod overrides;
+pub mod owner;
 pub mod program;
 pub mod progress;
 pub mod run_dir;

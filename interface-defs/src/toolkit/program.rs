@@ -6,20 +6,24 @@ use super::counted::Counted;
 use super::exit::Exit;
 use super::input_error::InputError;
 use super::log::{self, LogFormat};
+use super::owner::{self, Claim, Owner};
 use super::progress::{self, Reporter};
 use super::run_dir;
 use super::scene::Scene;
 use super::screen::complain;
 use super::solo::{self, Stage};
-use super::summary::Status;
+use super::summary::{Status, Summary};
 use crate::ipc::serve::{self, Connection};
+use crate::ipc::wait::is_orphan;
 use crate::ipc::{RunId, Wait, interrupt};
+use crate::message::{Fault, Hello, Plan, Ready, Statistics};
 use crate::participant::Failure;
-use crate::solver::Solver;
+use crate::solver::{OnProgress, Solver, Window};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Makes the solver of a scene.
 pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, InputError>;
@@ -114,7 +118,7 @@ enum Command {
         /// Longest time without a sign of life from the coupler [s]
         #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds, help_heading = "Connection")]
         timeout: f64,
-        /// How to wait for a request: `yield` is the fastest, `event` leaves the processor to others
+        /// How to wait for a request; `yield` and `event` are kept for one version: `auto` is as fast as the better of them
         #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
         wait: Wait,
         /// Process whose end ends this one
@@ -206,10 +210,15 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             let out = run_dir::location(out.as_deref(), &scene);
             let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
             let mut solver = (program.build)(&scene, &options)?;
-            run_dir::prepare(&out, *force)?;
+            let claim = Claim { force: *force, run: None, supervisor: *supervisor };
+            let owner = Arc::new(Owner::claim(&out, &claim)?);
+            owner
+                .write_record()
+                .map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
             interrupt::install();
+            end_in_time(&owner, *supervisor);
             let reporter = Reporter::new(*progress);
-            let mut stage = Stage { role: program.role, out: &out, supervisor: *supervisor, reporter };
+            let mut stage = Stage { role: program.role, owner: &owner, supervisor: *supervisor, reporter };
             let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
             if !quiet {
                 summary.print_table();
@@ -233,10 +242,12 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             };
             let built = input.load().and_then(|scene| {
                 let out = run_dir::location(out.as_deref(), &scene);
-                (program.build)(&scene, &Options { out: Some(out), shortcuts: !savings.no_shortcuts })
+                let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
+                let solver = Counted::new((program.build)(&scene, &options)?);
+                Ok(Guest { solver, out, run: run.clone(), scene: scene.fingerprint() })
             });
             match built {
-                Ok(solver) => Ok(ended(serve::serve(&mut Counted::new(solver), &connection))),
+                Ok(mut solver) => Ok(ended(serve::serve(&mut solver, &connection))),
                 Err(error) => {
                     complain(&error.to_string());
                     // The coupler would wait for a solver that never comes: tell it why.
@@ -246,6 +257,79 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             }
         }
     }
+}
+
+/// A solver that takes part in a run: it writes only into a directory that no other run owns.
+struct Guest {
+    solver: Counted<Box<dyn Solver>>,
+    out: PathBuf,
+    run: RunId,
+    /// Fingerprint of the scene, which all programs of the run compare.
+    scene: String,
+}
+
+impl Solver for Guest {
+    fn hello(&self) -> Hello {
+        let mut hello = self.solver.hello();
+        hello.capabilities.push(self.scene.clone());
+        hello
+    }
+
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
+        owner::refuse_stranger(&self.out, &self.run).map_err(Fault::input)?;
+        self.solver.prepare(plan, progress)
+    }
+
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        self.solver.solve(window, input, output)
+    }
+
+    fn commit(&mut self) -> Result<(), Fault> {
+        self.solver.commit()
+    }
+
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        self.solver.finish()
+    }
+}
+
+/// What a solver at work is given to end by itself after a signal, or without its launcher.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// From now on a run of this process alone ends in time, in the middle of a window too, which may compute for hours and
+/// looks at nothing else meanwhile. Between windows the run ends by itself, and with all its measures.
+fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
+    // Weak: the directory is given up where the run ends, and not with the process.
+    let owner = Arc::downgrade(owner);
+    std::thread::spawn(move || {
+        let mut since: Option<Instant> = None;
+        loop {
+            std::thread::sleep(Duration::from_millis(100));
+            let lost = supervisor.is_some_and(is_orphan);
+            if !lost && !interrupt::requested() {
+                continue;
+            }
+            if since.get_or_insert_with(Instant::now).elapsed() < LAST_WORDS {
+                continue;
+            }
+            let Some(owner) = owner.upgrade() else { return };
+            let (status, message) = if lost {
+                (Status::Failed, "the launcher was lost")
+            } else {
+                (Status::Interrupted, "interrupted")
+            };
+            let mut summary = Summary { message: Some(message.into()), ..Summary::new(status) };
+            summary.warnings.push("no measures: the run ended in the middle of a window".into());
+            if !owner.dir().join(run_dir::SUMMARY).exists()
+                && let Err(what) = owner.write_summary(&mut summary)
+            {
+                complain(&what);
+            }
+            owner.release();
+            complain(message);
+            std::process::exit(Exit::Failed as i32);
+        }
+    });
 }
 
 /// The exit code of a served run, its failure printed once.

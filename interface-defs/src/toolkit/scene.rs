@@ -6,6 +6,8 @@
 use super::explain::{explain, pinpoint, suggestion, values};
 use super::input_error::{InputError, Spot};
 use super::overrides::Override;
+use crate::ipc::domain::fnv1a;
+use crate::message::capability;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -123,6 +125,17 @@ impl Scene {
     /// Text of its file, without any `--set`.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// Fingerprint of what was read: of the file's bytes, and of every `--set` behind them, each after a byte 0.
+    /// Programs of one run compare it, see [`capability::SCENE`].
+    pub fn fingerprint(&self) -> String {
+        let mut bytes = self.text.clone().into_bytes();
+        for set in &self.overrides {
+            bytes.push(0);
+            bytes.extend_from_slice(set.text.as_bytes());
+        }
+        format!("{}{:016x}", capability::SCENE, fnv1a(&bytes))
     }
 
     /// Whether it has this top-level key.
@@ -367,6 +380,16 @@ mod tests {
         assert!(error.starts_with("s.toml:1:"), "{error}");
         let error = rocks("title = \"a\"\ntitle = \"b\"", &[]).expect_err("no TOML");
         assert!(error.starts_with("s.toml:2:1: duplicate key"), "{error}");
+    }
+
+    #[test]
+    fn a_fingerprint_is_of_text_and_sets() {
+        let of = |text: &str, sets: &[&str]| scene(text, sets).expect("TOML").fingerprint();
+        // FNV-1a of no byte is its offset basis.
+        assert_eq!(of("", &[]), "scene:fnv1a64:cbf29ce484222325");
+        assert_eq!(of("title = \"a\"", &["end_time=1"]), of("title = \"a\"", &["end_time=1"]));
+        let others = [of("", &["end_time=1"]), of("end_time=1", &[]), of("", &["end_time=1", "title=a"])];
+        assert!(others.iter().all(|one| others.iter().filter(|other| *other == one).count() == 1));
     }
 
     #[test]

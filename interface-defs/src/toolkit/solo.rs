@@ -4,6 +4,7 @@ use super::energy::Balance;
 use super::history::{History, gauge_column};
 use super::input_error::InputError;
 use super::output::Output;
+use super::owner::Owner;
 use super::progress::{Line, Reporter};
 use super::run_dir::HISTORY;
 use super::scene::Scene;
@@ -24,7 +25,7 @@ pub(crate) struct Stage<'a> {
     /// Name of the solver's part: `dem`.
     pub role: &'a str,
     /// Directory of the results.
-    pub out: &'a Path,
+    pub owner: &'a Owner,
     /// Process whose end ends the run.
     pub supervisor: Option<u32>,
     /// Who is told how far the run is.
@@ -76,7 +77,8 @@ struct Solo<'a> {
 /// The summary has been written when this returns `Ok`, whatever its status. An error is bad input
 /// that only the preparation could find.
 pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> Result<Summary, InputError> {
-    let out = stage.out;
+    let owner = stage.owner;
+    let out = owner.dir();
     let output = Output::of(scene)?;
     let end_time = scene.end_time()?;
     // The solver may not take windows as long as the interval of the rows.
@@ -86,7 +88,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let ready = match solver.prepare(&plan, &mut |progress| stage.preparing(end_time, &progress)) {
         Ok(ready) => ready,
         Err(fault) if fault.kind == FaultKind::Input => return Err(InputError::new(fault.message)),
-        Err(fault) => return Ok(failed_at_start(&fault, out)),
+        Err(fault) => return Ok(failed_at_start(&fault, owner)),
     };
     let prepared = started.elapsed().as_secs_f64();
     let warnings = ready.warnings.clone();
@@ -94,7 +96,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let outcome = Solo::new(solver, ready, out).and_then(|mut solo| {
         let outcome = solo.advance(stage, end_time, output.interval, parts as u64);
         solo.describe(&mut summary);
-        outcome
+        outcome.and_then(|()| solo.history.sync().map_err(|e| unwritable(out, &e)))
     });
     if let Err(fault) = outcome {
         (summary.status, summary.message) = ended_by(&fault);
@@ -106,7 +108,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     summary.measures.splice(0..0, statistics.measures.iter().cloned());
     summary.warnings.splice(0..0, warnings.into_iter().chain(statistics.warnings.iter().cloned()));
     cost(&mut summary, stage.role, &statistics, prepared, started.elapsed().as_secs_f64());
-    write(&mut summary, out);
+    write(&mut summary, owner);
     Ok(summary)
 }
 
@@ -117,17 +119,20 @@ fn ended_by(fault: &Fault) -> (Status, Option<String>) {
     }
 }
 
-fn failed_at_start(fault: &Fault, out: &Path) -> Summary {
+fn failed_at_start(fault: &Fault, owner: &Owner) -> Summary {
     let (status, message) = ended_by(fault);
     let mut summary = Summary { message, ..Summary::new(status) };
-    write(&mut summary, out);
+    write(&mut summary, owner);
     summary
 }
 
-fn write(summary: &mut Summary, out: &Path) {
-    if let Err(e) = summary.write(out) {
+fn write(summary: &mut Summary, owner: &Owner) {
+    if let Err(what) = owner.write_summary(summary) {
         summary.status = Status::Failed;
-        summary.message = Some(format!("{}: summary.json cannot be written: {e}", out.display()));
+        summary.message = Some(match summary.message.take() {
+            Some(before) => format!("{before}\n{what}"),
+            None => what,
+        });
     }
 }
 
@@ -286,6 +291,7 @@ mod tests {
     use super::*;
     use crate::message::{Hello, Role};
     use crate::solver::OnProgress;
+    use crate::toolkit::owner::Claim;
 
     /// A body in free fall; past `fails_at` it cannot be solved.
     struct Fall {
@@ -360,8 +366,8 @@ mod tests {
     fn run_fall(fall: &mut Fall, text: &str) -> (Summary, Vec<Vec<f64>>) {
         let dir = tempfile::tempdir().expect("a directory");
         let scene = Scene::from_text("s.toml", text).expect("TOML");
-        let mut stage =
-            Stage { role: "dem", out: dir.path(), supervisor: None, reporter: Reporter::default() };
+        let owner = Owner::claim(dir.path(), &Claim::default()).expect("free");
+        let mut stage = Stage { role: "dem", owner: &owner, supervisor: None, reporter: Reporter::default() };
         let summary = run(&mut stage, fall, &scene).expect("good input");
         assert_eq!(Summary::read(dir.path()).expect("written").status, summary.status);
         let history = std::fs::read_to_string(dir.path().join(HISTORY)).expect("rows");

@@ -1,5 +1,6 @@
 //! `summary.json`: outcome, measures, energy, coupling, cost, warnings; and the table on the screen.
 
+use super::files;
 use super::run_dir::SUMMARY;
 use crate::message::Measure;
 use serde::{Deserialize, Serialize};
@@ -25,6 +26,9 @@ pub enum Status {
 pub struct Summary {
     /// How it ended.
     pub status: Status,
+    /// Id of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub run: Option<String>,
     /// Why, unless it is done.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
@@ -46,6 +50,7 @@ impl Summary {
     pub fn new(status: Status) -> Self {
         Self {
             status,
+            run: None,
             message: None,
             measures: Vec::new(),
             energy: Map::new(),
@@ -55,14 +60,12 @@ impl Summary {
         }
     }
 
-    /// Write `summary.json` to `dir`: beside, then renamed, so that nobody reads half of it.
+    /// Write `summary.json` to `dir`: as a whole or not at all.
     ///
     /// A number that is not finite is left out, and a warning names it.
     pub fn write(&self, dir: &Path) -> io::Result<()> {
         let text = serde_json::to_string_pretty(&self.finite()).map_err(io::Error::from)?;
-        let beside = dir.join(format!("{SUMMARY}.tmp"));
-        std::fs::write(&beside, text + "\n")?;
-        std::fs::rename(&beside, dir.join(SUMMARY))
+        files::write(&dir.join(SUMMARY), (text + "\n").as_bytes())
     }
 
     /// Read `summary.json` of `dir`.

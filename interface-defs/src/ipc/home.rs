@@ -1,0 +1,347 @@
+//! The private directory of this user's runs, `/tmp/rockfall-<uid>`: locks, and what iceoryx2 keeps on disk.
+//!
+//! `/tmp` is everyone's, and the name can be guessed: another user may have put a directory, a link or a pipe there
+//! first. So the directory is looked at anew at every use (a real directory, ours, closed to others), and so is every
+//! entry. Nothing is removed whose name is not the id of a run, and no link is followed.
+
+use super::domain::RunId;
+use crate::participant::Failure;
+use rustix::fs::{AtFlags, FileType, Mode, OFlags, Stat};
+use rustix::io::Errno;
+use std::collections::BTreeSet;
+use std::fmt::Display;
+use std::fs::File;
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+/// Where iceoryx2 keeps payloads.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+
+/// Closed to everyone else.
+const PRIVATE: Mode = Mode::RWXU;
+
+/// Flags of every entry that is opened: a link is refused, a pipe does not block, no child inherits it.
+const ENTRY: OFlags = OFlags::NOFOLLOW.union(OFlags::NONBLOCK).union(OFlags::CLOEXEC);
+
+/// The directory, open and checked.
+#[derive(Debug)]
+pub(crate) struct Home {
+    path: PathBuf,
+    directory: OwnedFd,
+}
+
+/// Where the directory of this user lies.
+pub(crate) fn location() -> PathBuf {
+    // Not the temporary directory of the environment: iceoryx2 takes no more than some 60 characters.
+    PathBuf::from(format!("/tmp/rockfall-{}", user()))
+}
+
+/// Prefix of everything that a run has in shared memory.
+pub(crate) fn prefix(id: &RunId) -> String {
+    format!("rf_{id}_")
+}
+
+impl Home {
+    /// The directory at `path`, if there is one. A mode that lets others in is repaired; what is no directory of ours
+    /// is refused.
+    pub fn open(path: &Path) -> Result<Option<Self>, Failure> {
+        let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+        let directory = match rustix::fs::open(path, flags, Mode::empty()) {
+            Ok(directory) => directory,
+            Err(Errno::NOENT) => return Ok(None),
+            Err(Errno::NOTDIR | Errno::LOOP) => return Err(refused(path, "it is a file or a link")),
+            Err(e) => return Err(refused(path, format!("it cannot be opened: {e}"))),
+        };
+        let stat = rustix::fs::fstat(&directory).map_err(|e| refused(path, e))?;
+        owned(path, &stat)?;
+        if Mode::from_raw_mode(stat.st_mode) != PRIVATE {
+            rustix::fs::fchmod(&directory, PRIVATE).map_err(|e| {
+                refused(path, format!("its mode {:o} cannot be changed to 700: {e}", stat.st_mode & 0o7777))
+            })?;
+        }
+        Ok(Some(Self { path: path.to_owned(), directory }))
+    }
+
+    /// The same, created if it is not there.
+    pub fn create(path: &Path) -> Result<Self, Failure> {
+        match rustix::fs::mkdir(path, PRIVATE) {
+            Ok(()) | Err(Errno::EXIST) => {}
+            Err(e) => return Err(refused(path, format!("it cannot be created: {e}"))),
+        }
+        Self::open(path)?.ok_or_else(|| refused(path, "it was removed this moment"))
+    }
+
+    /// The lock of run `id`, created if asked for; `None` if there is none.
+    pub fn lock(&self, id: &RunId, create: bool) -> Result<Option<File>, Failure> {
+        let access = if create { OFlags::RDWR | OFlags::CREATE } else { OFlags::RDONLY };
+        let name = lock_name(id);
+        let path = self.path.join(&name);
+        let file = match rustix::fs::openat(&self.directory, &name, access | ENTRY, Mode::RUSR | Mode::WUSR) {
+            Ok(file) => file,
+            Err(Errno::NOENT) => return Ok(None),
+            Err(Errno::LOOP) => return Err(refused(&path, "it is a link")),
+            Err(e) => return Err(refused(&path, e)),
+        };
+        let stat = rustix::fs::fstat(&file).map_err(|e| refused(&path, e))?;
+        owned(&path, &stat)?;
+        if !FileType::from_raw_mode(stat.st_mode).is_file() {
+            return Err(refused(&path, "it is no regular file"));
+        }
+        Ok(Some(file.into()))
+    }
+
+    /// Whether `file` is still the lock of run `id`: a cleaner may have removed it between opening and locking.
+    pub fn is_lock(&self, id: &RunId, file: &File) -> bool {
+        let named = rustix::fs::statat(&self.directory, lock_name(id), AtFlags::SYMLINK_NOFOLLOW);
+        let same =
+            |named: Stat| file.metadata().is_ok_and(|f| (f.dev(), f.ino()) == (named.st_dev, named.st_ino));
+        named.is_ok_and(same)
+    }
+
+    /// Remove what run `id` has on disk and in shared memory, as far as it is ours; its lock stays. Only who holds
+    /// the lock may.
+    pub fn remove_remains(&self, id: &RunId) {
+        let stat = rustix::fs::statat(&self.directory, id.to_string(), AtFlags::SYMLINK_NOFOLLOW);
+        if stat.is_ok_and(|s| s.st_uid == user() && FileType::from_raw_mode(s.st_mode).is_dir()) {
+            // Follows no link below it either.
+            let _ = std::fs::remove_dir_all(self.path.join(id.to_string()));
+        }
+        let prefix = prefix(id);
+        for entry in std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+            // Of the entry itself, not of what a link points at.
+            let ours = || entry.metadata().is_ok_and(|m| m.is_file() && m.uid() == user());
+            if entry.file_name().as_bytes().starts_with(prefix.as_bytes()) && ours() {
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
+
+    /// Whether run `id` has a directory here, or something else of that name.
+    pub fn has_remains(&self, id: &RunId) -> bool {
+        rustix::fs::statat(&self.directory, id.to_string(), AtFlags::SYMLINK_NOFOLLOW).is_ok()
+    }
+
+    /// Remove the lock of run `id`. Only who holds it may.
+    pub fn remove_lock(&self, id: &RunId) {
+        let _ = rustix::fs::unlinkat(&self.directory, lock_name(id), AtFlags::empty());
+    }
+
+    /// Remove what dead runs left behind; returns their ids, sorted.
+    pub fn clean(&self) -> Vec<String> {
+        let mut ids = BTreeSet::new();
+        for entry in std::fs::read_dir(&self.path).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let Some(name) = name.to_str() else { continue };
+            let id = match name.strip_suffix(".lock") {
+                Some(stem) => stem,
+                None if entry.file_type().is_ok_and(|kind| kind.is_dir()) => name,
+                None => continue,
+            };
+            // What is no id of a run is none of ours, and may be a path: `..` would lead out of here.
+            if id.parse::<RunId>().is_ok() {
+                ids.insert(id.to_owned());
+            }
+        }
+        ids.retain(|id| id.parse().is_ok_and(|id| self.remove_if_dead(&id)));
+        ids.into_iter().collect()
+    }
+
+    /// The lock is held meanwhile, so that no coupler takes the id over.
+    fn remove_if_dead(&self, id: &RunId) -> bool {
+        let Ok(Some(lock)) = self.lock(id, true) else { return false };
+        let dead = lock.try_lock().is_ok() && self.is_lock(id, &lock);
+        if dead {
+            self.remove_remains(id);
+            self.remove_lock(id);
+        }
+        dead
+    }
+}
+
+fn lock_name(id: &RunId) -> String {
+    format!("{id}.lock")
+}
+
+fn user() -> u32 {
+    rustix::process::getuid().as_raw()
+}
+
+fn owned(path: &Path, stat: &Stat) -> Result<(), Failure> {
+    if stat.st_uid == user() {
+        return Ok(());
+    }
+    Err(refused(path, format!("it belongs to user {}, and you are user {}", stat.st_uid, user())))
+}
+
+/// Something that is not ours lies where ours must be: the run ends with this message, and nothing is removed.
+fn refused(path: &Path, why: impl Display) -> Failure {
+    Failure::Transport(format!(
+        "{} must be a private place of your own: {why}; remove it, or have its owner remove it",
+        path.display()
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustix::fs::CWD;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    /// A directory of its own, and a file beside it that must survive everything.
+    struct Place(tempfile::TempDir);
+
+    impl Place {
+        fn new() -> Self {
+            let place = Self(tempfile::tempdir().expect("a directory"));
+            std::fs::write(place.0.path().join("beside"), "precious").expect("written");
+            place
+        }
+
+        fn path(&self) -> PathBuf {
+            self.0.path().join("home")
+        }
+
+        fn home(&self) -> Home {
+            Home::create(&self.path()).expect("created")
+        }
+
+        fn nothing_lost(&self) {
+            assert_eq!(std::fs::read_to_string(self.0.path().join("beside")).expect("kept"), "precious");
+        }
+    }
+
+    fn pipe(path: &Path) {
+        rustix::fs::mknodat(CWD, path, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).expect("a pipe");
+    }
+
+    fn message(failure: Failure) -> String {
+        failure.to_string()
+    }
+
+    #[test]
+    fn a_lock_whose_stem_leads_out_removes_nothing() {
+        let place = Place::new();
+        let home = place.home();
+        for name in ["...lock", "..lock", ".lock", "a.b.lock", "12345678901234567.lock"] {
+            std::fs::write(place.path().join(name), "").expect("written");
+        }
+        std::fs::create_dir(place.path().join("not.an.id")).expect("created");
+        assert_eq!(home.clean(), Vec::<String>::new());
+        place.nothing_lost();
+        assert!(place.path().join("not.an.id").exists() && place.path().join("...lock").exists());
+    }
+
+    #[test]
+    fn what_dead_runs_left_is_removed_and_links_are_not_followed() {
+        let place = Place::new();
+        let home = place.home();
+        std::fs::create_dir_all(place.path().join("dead/nodes")).expect("created");
+        symlink(place.0.path(), place.path().join("dead/nodes/out")).expect("linked");
+        std::fs::create_dir(place.path().join("orphan")).expect("created");
+        std::fs::write(place.path().join("dead.lock"), "").expect("written");
+        // A directory and a lock that are links to what is precious.
+        symlink(place.0.path(), place.path().join("linked")).expect("linked");
+        symlink(place.0.path().join("beside"), place.path().join("link.lock")).expect("linked");
+        assert_eq!(home.clean(), ["dead", "orphan"]);
+        assert!(!place.path().join("dead").exists() && !place.path().join("dead.lock").exists());
+        place.nothing_lost();
+        let id = "link".parse().expect("an id");
+        assert!(
+            message(home.lock(&id, true).expect_err("a link")).contains("link.lock must be a private place")
+        );
+    }
+
+    #[test]
+    fn a_pipe_in_the_place_of_a_lock_blocks_nobody() {
+        let place = Place::new();
+        let home = place.home();
+        pipe(&place.path().join("pipe.lock"));
+        let id = "pipe".parse().expect("an id");
+        for create in [false, true] {
+            let text = message(home.lock(&id, create).expect_err("a pipe"));
+            assert!(text.contains("pipe.lock") && text.contains("no regular file"), "{text}");
+        }
+        assert_eq!(home.clean(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_link_a_file_or_a_pipe_in_the_place_of_the_directory_is_refused() {
+        let put: [fn(&Path); 3] = [
+            |path| symlink(path.parent().expect("a parent"), path).expect("linked"),
+            |path| std::fs::write(path, "").expect("written"),
+            pipe,
+        ];
+        for put in put {
+            let place = Place::new();
+            put(&place.path());
+            let text = message(Home::create(&place.path()).expect_err("refused"));
+            assert!(
+                text.contains("home must be a private place") && text.contains("a file or a link"),
+                "{text}"
+            );
+            assert!(Home::open(&place.path()).is_err());
+            place.nothing_lost();
+        }
+    }
+
+    #[test]
+    fn a_mode_that_lets_others_in_is_repaired() {
+        let place = Place::new();
+        std::fs::create_dir(place.path()).expect("created");
+        for mode in [0o777, 0o1777, 0o755, 0o500] {
+            std::fs::set_permissions(place.path(), std::fs::Permissions::from_mode(mode)).expect("changed");
+            Home::open(&place.path()).expect("repaired").expect("there");
+            let now = std::fs::metadata(place.path()).expect("there").permissions().mode();
+            assert_eq!(now & 0o7777, 0o700, "{mode:o}");
+        }
+    }
+
+    #[test]
+    fn what_belongs_to_someone_else_is_refused_and_left_alone() {
+        if user() != 0 {
+            return; // Only root can give a file away.
+        }
+        let stranger = Some(rustix::fs::Uid::from_raw(65534));
+        let place = Place::new();
+        let home = place.home();
+        let lock = place.path().join("theirs.lock");
+        let dir = place.path().join("theirs");
+        std::fs::write(&lock, "").expect("written");
+        std::fs::create_dir(&dir).expect("created");
+        for path in [&lock, &dir] {
+            rustix::fs::chown(path, stranger, None).expect("given away");
+        }
+        let id = "theirs".parse().expect("an id");
+        let text = message(home.lock(&id, true).expect_err("theirs"));
+        assert!(text.contains("belongs to user 65534"), "{text}");
+        home.remove_remains(&id);
+        assert!(home.clean().is_empty() && lock.exists() && dir.exists());
+        rustix::fs::chown(place.path(), stranger, None).expect("given away");
+        let text = message(Home::create(&place.path()).expect_err("theirs"));
+        assert!(text.contains("home must be") && text.contains("belongs to user 65534"), "{text}");
+    }
+
+    #[test]
+    fn shared_memory_of_others_and_links_in_it_are_left_alone() {
+        let place = Place::new();
+        let id = RunId::new();
+        let ours = PathBuf::from(format!("{SHARED_MEMORY}/rf_{id}_ours"));
+        let link = PathBuf::from(format!("{SHARED_MEMORY}/rf_{id}_link"));
+        let theirs = PathBuf::from(format!("{SHARED_MEMORY}/rf_{id}_theirs"));
+        std::fs::write(&ours, "").expect("written");
+        symlink(place.0.path().join("beside"), &link).expect("linked");
+        std::fs::write(&theirs, "").expect("written");
+        if user() == 0 {
+            rustix::fs::chown(&theirs, Some(rustix::fs::Uid::from_raw(65534)), None).expect("given away");
+        }
+        place.home().remove_remains(&id);
+        let left = [&ours, &link, &theirs].map(|path| std::fs::symlink_metadata(path).is_ok());
+        for path in [&ours, &link, &theirs] {
+            let _ = std::fs::remove_file(path);
+        }
+        assert_eq!(left, [false, true, user() == 0]);
+        place.nothing_lost();
+    }
+}
