@@ -2,8 +2,8 @@
 
 use super::Model;
 use crate::contact::laws::Laws;
-use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings};
+use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;

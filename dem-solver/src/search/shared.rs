@@ -5,7 +5,7 @@
 //! two lie side by side with a node each in one place, nothing is subtracted and the contact counts twice. Such nodes lie on
 //! lines, or on edges that belong to one face alone.
 
-use super::boxes::{BoxTree, Bounds, morton_order};
+use super::boxes::{Bounds, BoxTree, morton_order};
 use crate::wall::closest::on_line;
 use nalgebra::Vector3;
 
@@ -126,7 +126,10 @@ mod tests {
         let places = nodes(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0]]);
         assert_eq!(first_unshared(&places, &[[0, 1], [1, 2], [1, 3]]), None);
         // The wire from 0 to 2 has no node where the one from 3 ends.
-        assert_eq!(first_unshared(&places, &[[0, 2], [1, 3]]), Some(Unshared::OnEdge { node: 1, edge: [0, 2] }));
+        assert_eq!(
+            first_unshared(&places, &[[0, 2], [1, 3]]),
+            Some(Unshared::OnEdge { node: 1, edge: [0, 2] })
+        );
         // Two nodes in one place, a micrometre apart on wires of a metre.
         let twice = nodes(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1e-7, 0.0], [2.0, 0.0, 0.0]]);
         assert!(first_unshared(&twice, &[[0, 1], [2, 3]]).is_some());

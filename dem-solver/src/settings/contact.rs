@@ -121,7 +121,9 @@ pub(super) fn rename_hierarchy(
     dem: &mut DemSettings,
     scene: &Scene,
 ) -> Result<Option<String>, InputError> {
-    let Some(number) = contacts.iter().position(|contact| contact.hierarchy.is_some()) else { return Ok(None) };
+    let Some(number) = contacts.iter().position(|contact| contact.hierarchy.is_some()) else {
+        return Ok(None);
+    };
     let key = format!("contact.{number}.hierarchy");
     if scene.read::<toml::Table>("dem")?.is_some_and(|dem| dem.contains_key("contact_selection")) {
         return Err(scene

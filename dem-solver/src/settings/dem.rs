@@ -57,9 +57,14 @@ impl ContactSelection {
     pub fn choose(self, mesh: &str, unshared: impl FnOnce() -> Option<Unshared>) -> (bool, String) {
         match self {
             Self::Nearest => (false, format!("contact selection on the {mesh}: nearest, as the scene says")),
-            Self::Continuous => (true, format!("contact selection on the {mesh}: continuous, as the scene says")),
+            Self::Continuous => {
+                (true, format!("contact selection on the {mesh}: continuous, as the scene says"))
+            }
             Self::Automatic => match unshared() {
-                None => (true, format!("contact selection on the {mesh}: continuous, its elements share their nodes")),
+                None => (
+                    true,
+                    format!("contact selection on the {mesh}: continuous, its elements share their nodes"),
+                ),
                 Some(place) => (false, format!("contact selection on the {mesh}: nearest, because {place}")),
             },
         }

@@ -185,7 +185,9 @@ fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
     let mut found = of_contacts.chain(of_dem.map(|key| (format!("dem.{key}"), key)));
     let Some((place, key)) = found.next() else { return Ok(()) };
     let why = match key {
-        "effective_mass" => "each contact of two spheres has their reduced mass, one with the [box] the sphere's",
+        "effective_mass" => {
+            "each contact of two spheres has their reduced mass, one with the [box] the sphere's"
+        }
         "rotation" => "a sphere turns exactly by any scheme",
         _ => "a sphere touches each other sphere and each side of the [box] once",
     };

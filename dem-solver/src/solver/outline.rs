@@ -108,12 +108,7 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
 
     /// Has a rock whose centre is at `centre`, on its way along `direction`, the net behind it, and how did it get there?
     /// `None`: the net is before it.
-    pub fn passed(
-        &self,
-        centre: &Vector3<f64>,
-        direction: &Vector3<f64>,
-        up: &Vector3<f64>,
-    ) -> Option<Way> {
+    pub fn passed(&self, centre: &Vector3<f64>, direction: &Vector3<f64>, up: &Vector3<f64>) -> Option<Way> {
         if let Some(before) = self.before(centre, direction) {
             return (before < 0.0).then_some(Way::Through);
         }
@@ -256,7 +251,8 @@ mod tests {
     #[test]
     fn a_rope_that_leads_away_from_the_net_does_not_widen_its_outline() {
         let mut mesh = InterfaceMesh::default();
-        mesh.coordinates.extend([1.0, 0.0, 0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 1.0, 1.0, 0.0, 1.0, -3.0, -1.0, 4.0]);
+        mesh.coordinates
+            .extend([1.0, 0.0, 0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 1.0, 1.0, 0.0, 1.0, -3.0, -1.0, 4.0]);
         mesh.coordinates.extend([-3.0, 3.0, 4.0]);
         mesh.lines = vec![[0, 1], [1, 2], [2, 3], [3, 0], [3, 4], [2, 5]];
         let wall = Wall::new(&mesh).expect("valid");

@@ -97,7 +97,8 @@ impl Depths {
     /// All that have been touched.
     pub fn each(&self) -> impl Iterator<Item = (Against, f64, f64)> + '_ {
         let all = Against::ALL.into_iter().zip(&self.0);
-        all.filter(|(_, (overlap, _))| *overlap > 0.0).map(|(against, (overlap, time))| (against, *overlap, *time))
+        all.filter(|(_, (overlap, _))| *overlap > 0.0)
+            .map(|(against, (overlap, time))| (against, *overlap, *time))
     }
 
     /// The largest of all.

@@ -11,11 +11,11 @@
 //!
 //! Then how it ended: *came to rest* on the terrain, *left the terrain* ([`super::path`]), *still moved*.
 
+use super::Model;
 use super::measures::{Impact, Track};
 use super::outline::{Outline, Way, clearance, side};
 use super::path::{End, Ending};
 use super::state::{Body, State};
-use super::Model;
 use crate::ground::look::Parabola;
 use crate::rock::{Motion, Rock};
 use crate::wall::{AtRest, Wall};
@@ -33,13 +33,7 @@ pub fn verdicts(model: &Model, state: &State, net: Option<(&Wall, &AtRest)>) -> 
     bodies.map(|(rock, body)| format!("{VERDICT}{}", sentence(model, rock, body, state.time, net))).collect()
 }
 
-fn sentence(
-    model: &Model,
-    rock: &Rock,
-    body: &Body,
-    time: f64,
-    net: Option<(&Wall, &AtRest)>,
-) -> String {
+fn sentence(model: &Model, rock: &Rock, body: &Body, time: f64, net: Option<(&Wall, &AtRest)>) -> String {
     let at_net = match (&body.track.touch, net) {
         (Some(impact), _) => Some(after_touch(model, body, impact, time)),
         (None, Some((wall, rest))) => without_touch(model, rock, &body.track, time, wall, rest),

@@ -5,8 +5,8 @@ use super::cut::{Cut, Part};
 use super::gauges::{Gauges, Moment};
 use super::kicks::Kicks;
 use super::measures::Passage;
-use super::outline::Outline;
 use super::meetings::Meetings;
+use super::outline::Outline;
 use super::state::State;
 use super::step::Load;
 use super::stretch::Stretch;
@@ -16,8 +16,8 @@ use super::zone::{View, Zone, add_forces};
 use super::{Counts, Model, flight};
 use crate::rock::Motion;
 use crate::search::pairs::Instant;
-use crate::wall::{AtRest, Wall};
 use crate::wall::motion::MotionFields;
+use crate::wall::{AtRest, Wall};
 use interface_defs::{Fault, InterfaceMesh, Layout, Plan, Sampling, Window, name};
 use std::ops::Range;
 
@@ -121,13 +121,7 @@ impl Run {
     }
 
     /// Whether rocks that have lost contact have the net behind them, as it stands at the start of segment `segment`.
-    pub(super) fn judge_partings(
-        &self,
-        model: &Model,
-        state: &mut State,
-        segment: usize,
-        input: &[f64],
-    ) {
+    pub(super) fn judge_partings(&self, model: &Model, state: &mut State, segment: usize, input: &[f64]) {
         let Some(wall) = &self.wall else { return };
         for (rock, body) in model.rocks.iter().zip(&mut state.bodies) {
             let Some(direction) = body.track.is_parting(rock, &body.motion) else { continue };

@@ -35,7 +35,8 @@ fn of_a_plane() -> f64 {
 #[test]
 fn a_sphere_exactly_on_a_vertex_of_six_triangles_has_one_contact_in_the_plane_and_on_a_peak() {
     for rise in [0.0, -0.3] {
-        let bench = placed(fan(rise), Vector3::new(0.0, 0.0, 0.095), "friction = 0.5\nhierarchy = \"nearest\"");
+        let bench =
+            placed(fan(rise), Vector3::new(0.0, 0.0, 0.095), "friction = 0.5\nhierarchy = \"nearest\"");
         assert_eq!(bench.value("contacts"), 1.0, "rise {rise}");
         let force = bench.total_force(Sampling::AtEnds);
         // The overlap is a difference of 0.1 and 0.095: 1e-17 / 5e-3, times 1.5.

@@ -56,7 +56,11 @@ fn scene(touched: Touched, law: &str) -> String {
              shape = {{ type = \"box\", size = [0.3, 0.3, 0.3] }}\ncluster.spheres = 8\n"
         )
     };
-    let falls = cube("rock", "[0.02, 0.01, 0.151]", "velocity = [1.5, 0.4, -2.0]\nangular_velocity = [1.0, 2.0, 3.0]");
+    let falls = cube(
+        "rock",
+        "[0.02, 0.01, 0.151]",
+        "velocity = [1.5, 0.4, -2.0]\nangular_velocity = [1.0, 2.0, 3.0]",
+    );
     let dem = "[dem]\ntime_step = 2e-5\n";
     let spheres = |more: &str| {
         format!(
@@ -101,7 +105,10 @@ fn outcome(touched: Touched, law: &str) -> Result<Vec<f64>, String> {
     if touched == Net {
         // Kinks and crossings within reach of the spheres.
         let mut mesh = net(6, 0.07, 0.004);
-        mesh.coordinates.chunks_exact_mut(3).enumerate().for_each(|(node, c)| c[2] = -0.01 * (node % 3) as f64);
+        mesh.coordinates
+            .chunks_exact_mut(3)
+            .enumerate()
+            .for_each(|(node, c)| c[2] = -0.01 * (node % 3) as f64);
         let mut bench = Setup::new(text, mesh).build();
         (0..30).for_each(|_| bench.advance(1e-3));
         return Ok(bench.position().iter().copied().collect());
@@ -111,7 +118,12 @@ fn outcome(touched: Touched, law: &str) -> Result<Vec<f64>, String> {
     let window = Window { number: 1, iteration: 1, start: 0.0, length: 0.03 };
     solver.solve(&window, &[], &mut output).unwrap_or_else(|e| panic!("{touched:?} {law}: {e}"));
     solver.commit().expect("committed");
-    Ok(solver.state().bodies.iter().flat_map(|b| b.motion.position.iter().copied().collect::<Vec<_>>()).collect())
+    Ok(solver
+        .state()
+        .bodies
+        .iter()
+        .flat_map(|b| b.motion.position.iter().copied().collect::<Vec<_>>())
+        .collect())
 }
 
 #[test]
@@ -123,10 +135,14 @@ fn every_key_of_a_contact_works_with_every_partner_or_is_refused_by_name() {
             let law = if old.is_empty() { format!("{LAW}{new}\n") } else { LAW.replace(old, new) };
             assert_ne!(law, LAW, "{key}");
             match outcome(touched, &law) {
-                Ok(other) if refused.contains(&touched) => wrong.push(format!("{key} with {touched:?}: taken, {other:?}")),
+                Ok(other) if refused.contains(&touched) => {
+                    wrong.push(format!("{key} with {touched:?}: taken, {other:?}"))
+                }
                 Ok(other) if other == plain => wrong.push(format!("{key} with {touched:?}: ignored")),
                 Ok(_) => {}
-                Err(why) if !refused.contains(&touched) => wrong.push(format!("{key} with {touched:?}: {why}")),
+                Err(why) if !refused.contains(&touched) => {
+                    wrong.push(format!("{key} with {touched:?}: {why}"))
+                }
                 Err(why) if !why.contains(key) && !why.contains("nothing") => {
                     wrong.push(format!("{key} with {touched:?} is not named: {why}"));
                 }
@@ -161,7 +177,8 @@ fn tables_of_the_other_engine_are_refused_by_both_names() {
         assert!(names.iter().all(|name| message.contains(name)), "{names:?} are not in {message}");
         assert!(message.starts_with("test.toml:"), "{message}");
     }
-    let alone = Scene::from_text("test.toml", &format!("{rocks}contact_selection = \"nearest\"\n")).expect("a scene");
+    let alone =
+        Scene::from_text("test.toml", &format!("{rocks}contact_selection = \"nearest\"\n")).expect("a scene");
     let message = check(&alone).expect_err("refused").to_string();
     assert!(message.contains("contact_selection") && message.contains("terrain"), "{message}");
     let net = scene(Net, &format!("{LAW}hierarchy = \"nearest\"\n"));

@@ -81,7 +81,8 @@ fn a_ball_against_an_upright_net_is_measured_along_its_impact_direction() {
     for (velocity, direction) in [([6.0, 0.0, 0.0], x), ([-4.0, 0.0, 0.0], -x)] {
         let start = -0.5 * direction.x;
         let rock = format!("position = [{start:?}, 0.0, 0.0]\nvelocity = {velocity:?}");
-        let mut bench = Setup::new(scene(0.0, &rock, "restitution = 1.0"), upright(fixed_plane(2.0, 3))).build();
+        let mut bench =
+            Setup::new(scene(0.0, &rock, "restitution = 1.0"), upright(fixed_plane(2.0, 3))).build();
         rows(&mut bench, 0.2);
         let end = End::of(&mut bench);
         let (speed, root): (f64, f64) = (Vector3::from(velocity).norm(), (10.0_f64 / 1e6).sqrt());
@@ -120,7 +121,8 @@ fn an_oblique_impact_travels_and_brakes_along_its_own_direction_and_has_no_depth
     assert!((end.value("impact_speed") - velocity.norm()).abs() < 1e-8);
     assert!((end.value("impact_velocity_z") - velocity.z).abs() < 1e-8);
     let touch = Vector3::new(-0.1, 0.0, 4.0 * time - 0.5 * 9.81 * time * time);
-    let travel = rows.iter().filter(|r| r.0 > time).map(|r| (r.1 - touch).dot(&direction)).fold(0.0, f64::max);
+    let travel =
+        rows.iter().filter(|r| r.0 > time).map(|r| (r.1 - touch).dot(&direction)).fold(0.0, f64::max);
     let measured = end.value("max_travel");
     assert!(measured >= travel - 1e-9 && (measured - travel) < 1e-4, "{measured} {travel}");
     let stop = rows.iter().find(|r| r.0 > time && r.2.dot(&direction) <= 0.0).expect("it stopped").0;
@@ -172,7 +174,8 @@ fn the_elongation_is_the_largest_displacement_of_a_node_along_the_impact_directi
     let end = End::of(&mut bench);
     let direction = Vector3::new(0.6, 0.8, 0.0);
     let impact = end.value("impact_time");
-    let along = |t: f64| (0..mesh.node_count()).map(|n| displacement(n, t).dot(&direction)).fold(f64::MIN, f64::max);
+    let along =
+        |t: f64| (0..mesh.node_count()).map(|n| displacement(n, t).dot(&direction)).fold(f64::MIN, f64::max);
     let expected = seen.iter().filter(|t| **t > impact).map(|t| along(*t)).fold(f64::MIN, f64::max);
     assert!((end.value("max_elongation") - expected).abs() < 1e-12, "{}", end.value("max_elongation"));
 }

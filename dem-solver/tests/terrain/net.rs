@@ -230,7 +230,9 @@ fn ground_before_the_net_is_no_impact_and_the_deepest_overlap_stands_once() {
     }
     let (ground, net) = (on_ground.expect("it met the ground"), first.expect("and the net"));
     let end = bench.solver.finish().expect("finished");
-    let all = |name: &str| -> Vec<f64> { end.measures.iter().filter(|m| m.name == name).map(|m| m.value).collect() };
+    let all = |name: &str| -> Vec<f64> {
+        end.measures.iter().filter(|m| m.name == name).map(|m| m.value).collect()
+    };
     let [impact] = all("impact_time")[..] else { panic!("{:?}", end.measures) };
     assert!(ground < net - 0.01 && impact <= net && impact > net - 1e-3, "{ground} {impact} {net}");
     let depths = &bench.solver.state().bodies[0].deepest;

@@ -68,7 +68,8 @@ fn a_block_that_friction_holds_comes_to_rest_and_its_run_ends() {
     let (verdict, at) = (verdict(&end), bench.position());
     let place = format!("came to rest on the terrain near ({:.2}, {:.2}, {:.2}) at ", at.x, at.y, at.z);
     assert!(verdict.contains(&place), "{verdict}");
-    let when: f64 = verdict.rsplit_once(" at ").and_then(|(_, t)| t.trim_end_matches(" s").parse().ok()).expect("a time");
+    let when: f64 =
+        verdict.rsplit_once(" at ").and_then(|(_, t)| t.trim_end_matches(" s").parse().ok()).expect("a time");
     assert!((when - bench.time).abs() < 5.1e-4, "{verdict} {}", bench.time);
     // It fell 0.7 m less what its lowest corner needs.
     assert!(measure("max_speed") < (2.0_f64 * 9.81 * 0.7).sqrt() && measure("max_jump_height") < 0.7);
