@@ -36,6 +36,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
 /// The same with the `net` that the structure offers: rocks that start in it are refused.
 pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckReport, InputError> {
     let solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
+    let fem = scene.read::<toml::Table>("processes")?.is_some_and(|p| p.contains_key("fem"));
+    if let Some(what) = solver.idle_selection().filter(|_| !fem && !scene.has("structure")) {
+        return Err(scene.invalid("dem.contact_selection", what).try_instead("leave it out"));
+    }
     if let Some(net) = net {
         solver.check_net(net).map_err(|fault| InputError::new(fault.message))?;
     }
@@ -72,6 +76,7 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
     }
     if let Some(ground) = &model.ground {
         report.builds.push(ground.describe());
+        report.builds.extend_from_slice(solver.choices());
         for (at, rock) in model.rocks.iter().enumerate() {
             if let Some(height) = start::height(ground, &model.settings, at) {
                 let what = format!("rock `{}` starts {height:.2} m above the terrain", rock.name);

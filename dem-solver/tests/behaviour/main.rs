@@ -9,6 +9,7 @@ mod gate;
 mod granular;
 mod impact;
 mod input;
+mod keys;
 mod limits;
 mod oblique;
 mod relief;
@@ -16,6 +17,7 @@ mod repeat;
 mod rocks;
 mod rolling;
 mod shapes;
+mod verdicts;
 mod wires;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

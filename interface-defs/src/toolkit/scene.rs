@@ -18,7 +18,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// Every key that may stand at the top of a scene.
-pub const KEYS: [&str; 16] = [
+pub const KEYS: [&str; 17] = [
     "title",
     "end_time",
     "gravity",
@@ -34,6 +34,7 @@ pub const KEYS: [&str; 16] = [
     "coupling",
     "processes",
     "output",
+    "limits",
     "custom",
 ];
 
