@@ -49,15 +49,33 @@ const fn measure(name: &'static str, unit: &'static str, meaning: &'static str) 
 }
 
 const MEASURES: &[Entry] = &[
-    measure("impact_speed", "m/s", "speed of the rock's centre of mass at the impact"),
-    measure("time_of_impact", "s", "time of the impact"),
+    measure("impact_speed", "m/s", "speed of the rock's centre of mass at first contact"),
+    measure("impact_time", "s", "time of the impact; `time_of_impact` is its old name"),
+    measure("time_of_impact", "s", "old name of `impact_time`, for one version"),
+    measure("impact_velocity_{x,y,z}", "m/s", "velocity of the centre of mass at the impact"),
+    measure("impact_direction_{x,y,z}", "1", "unit vector of that velocity: the impact direction"),
     measure("impact_energy", "J", "kinetic energy of the rock at the impact"),
     measure(
         "max_deflection",
         "m",
-        "largest travel of the rock's lowest point (of its spheres) below the lowest point of the net at rest, along gravity",
+        "impacts within 30 degrees of gravity: largest travel of the rock's lowest point (of its spheres) below the lowest \
+         point of the net at rest, along gravity",
     ),
-    measure("braking_time", "s", "first contact to the end of braking"),
+    measure(
+        "max_travel",
+        "m",
+        "largest travel of the rock's centre from first contact along the impact direction",
+    ),
+    measure(
+        "max_elongation",
+        "m",
+        "largest displacement of any node of the net from rest along the impact direction",
+    ),
+    measure(
+        "braking_time",
+        "s",
+        "first contact force to the first moment without speed along the impact direction",
+    ),
     measure("rebound_speed", "m/s", "speed of the rock when its last contact ends on the rebound"),
     measure(
         "max_penetration",
