@@ -43,11 +43,22 @@ pub fn check(path: &Path, sets: &[String], resolved: Option<&Path>) -> Result<St
     text.push('\n');
     text.push_str(&numbers.steps());
     text.push_str(&numbers.cost());
-    let told = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
-    for warning in told.chain(numbers.warnings()) {
+    for warning in warnings(&reports, scene.end_time()?) {
         let _ = writeln!(text, "warning: {warning}");
     }
     Ok(text)
+}
+
+/// What the user should know before the start, each once.
+pub fn warnings(reports: &[(Part, CheckReport)], end_time: f64) -> Vec<String> {
+    let of_programs = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
+    let mut all: Vec<String> = Vec::new();
+    for warning in of_programs.chain(Numbers::of(reports, end_time).warnings()) {
+        if !all.contains(&warning) {
+            all.push(warning);
+        }
+    }
+    all
 }
 
 /// About as long as a net brakes a rock [s].
