@@ -22,6 +22,7 @@ pub mod contact;
 pub mod critical;
 pub mod granular;
 pub mod ground;
+pub mod net_contact;
 pub mod rock;
 pub mod search;
 pub mod settings;

@@ -2,18 +2,22 @@
 //! them, and says how it went.
 //!
 //! It knows which table of a scene belongs to which program, and not what is in it: [`plan`] decides
-//! by presence, [`validate`] asks the programs themselves, [`record`] writes down what will run,
+//! by presence, [`validate`] asks the programs themselves, [`choice`] fills in scheme, window and steps that are open
+//! ([`numbers`], [`stability`]), [`record`] writes down what will run,
 //! [`supervise`] starts and watches, [`verdict`] makes one message of how it ended, [`estimate`]
-//! reckons steps and cost for `rockfall check`.
+//! estimates steps and cost for `rockfall check`.
 
+mod choice;
 mod cli;
 mod command_line;
 mod estimate;
 mod events;
+mod numbers;
 mod plan;
 mod progress;
 mod record;
 mod run;
+mod stability;
 mod stop;
 mod supervise;
 mod validate;

@@ -151,13 +151,6 @@ impl Plan {
                 .try_instead("add [[rock]], [structure] or both"));
             }
         };
-        if parts.len() > 1 && !scene.has("coupling") {
-            return Err(scene
-                .invalid("coupling", "the scene has a rock and a structure, and [coupling] is missing")
-                .try_instead(
-                    "add [coupling] with scheme = \"weak\" or \"strong\" and time_window in seconds",
-                ));
-        }
         let members = parts.iter().map(|part| member(*part, &processes, scene)).collect::<Result<_, _>>()?;
         Ok(Self { members, processes })
     }
@@ -203,15 +196,6 @@ mod tests {
         assert_eq!(parts(both), Ok(vec!["coupler", "dem", "fem"]));
         let error = parts("end_time = 1").expect_err("nothing");
         assert!(error.starts_with("s.toml: the scene has neither a rock nor a structure"), "{error}");
-    }
-
-    #[test]
-    fn two_solvers_need_a_coupling() {
-        let error = parts("[[rock]]\n[processes]\ndem = \"sh\"\nfem = \"sh\"").expect_err("missing");
-        assert!(
-            error.starts_with("s.toml: the scene has a rock and a structure, and [coupling] is missing"),
-            "{error}"
-        );
     }
 
     #[test]

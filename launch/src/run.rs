@@ -1,5 +1,6 @@
 //! `rockfall run`.
 
+use crate::choice;
 use crate::events::Events;
 use crate::plan::{Member, Part, Plan};
 use crate::progress::Bar;
@@ -41,7 +42,10 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
     let scene = Scene::load(&request.scene, &request.sets)?;
     let plan = Plan::of(&scene)?;
-    let reports = validate(&plan, &request.scene, &request.sets, &events)?;
+    let mut reports = validate(&plan, &request.scene, &request.sets, &events)?;
+    for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene()) {
+        tracing::info!("chosen, the scene is open: {}", choice.text());
+    }
     let resolved = record::resolved(&scene, &plan, &reports)?;
     clean(&plan)?;
     if events.interrupted() {
