@@ -12,6 +12,8 @@ use interface_defs::{
 
 /// What is agreed with one solver.
 pub struct Side {
+    /// Its part in the run and its program, for messages: `fem (fem-solver 0.1)`.
+    pub program: String,
     /// Its gauges.
     pub gauges: Vec<Gauge>,
     /// Layout of its answers.
@@ -23,10 +25,10 @@ pub struct Side {
 }
 
 impl Side {
-    fn new(plan: &Plan, ready: Ready) -> Self {
+    fn new(program: String, plan: &Plan, ready: Ready) -> Self {
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        Self { gauges: ready.gauges, layout, account, initial: ready.initial }
+        Self { program, gauges: ready.gauges, layout, account, initial: ready.initial }
     }
 }
 
@@ -92,7 +94,10 @@ pub fn agree(
 
     let to_dem = Layout::new(&dem_plan.takes, &dem_ready.mesh, 0);
     let to_fem = Layout::new(&fem_plan.takes, &structure_mesh, 0);
-    let (dem_side, fem_side) = (Side::new(&dem_plan, dem_ready), Side::new(&fem_plan, fem_ready));
+    let (dem_side, fem_side) = (
+        Side::new(format!("{} ({})", dem.name(), dem_hello.program), &dem_plan, dem_ready),
+        Side::new(format!("{} ({})", fem.name(), fem_hello.program), &fem_plan, fem_ready),
+    );
     let places = Places::new(&to_dem, &dem_side.layout, &to_fem, &fem_side.layout, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");

@@ -18,3 +18,4 @@ pub mod records;
 mod registry;
 pub mod schedule;
 pub mod settings;
+pub mod trust;

@@ -11,6 +11,7 @@ use interface_defs::ipc::{self, RunId, Wait, interrupt};
 use interface_defs::toolkit::check::{CheckReport, Format};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::owner::{Claim, Owner};
@@ -18,7 +19,7 @@ use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::screen::complain;
-use interface_defs::toolkit::summary::{Status, Summary};
+use interface_defs::toolkit::summary::{Status, Summary, totals};
 use interface_defs::{Failure, Participant, Progress, Statistics};
 use serde_json::json;
 use std::path::PathBuf;
@@ -111,6 +112,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     let settings = settings::Coupling::of(&scene)?;
     let processes = Processes::of(&scene)?;
     let output = Output::of(&scene)?;
+    let limits = Limits::of(&scene)?;
     let end_time = scene.end_time()?;
     let out = run_dir::location(args.out.as_deref(), &scene);
     let claim = Claim { force: args.force, run: Some(args.run.clone()), supervisor: args.supervisor };
@@ -142,6 +144,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     let [dem, fem] = &mut remotes[..] else { unreachable!("as many as names") };
     let mut records = Records::new(&out, end_time, output.iterations, args.progress);
     let mut coupling = Coupling::new(settings, end_time, dem, fem);
+    coupling.limits = limits;
     let mut reporter = Reporter::new(args.progress);
     let mut preparing = |progress: Progress| {
         tracing::debug!("{}", progress.what);
@@ -156,7 +159,10 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
 
     // An interrupted run and one that did not converge have solvers that can still tell what they did.
     let orderly = match &outcome {
-        Ok(()) | Err(CouplingError::NotConverged { .. } | CouplingError::Output(_)) => true,
+        Ok(())
+        | Err(CouplingError::NotConverged { .. } | CouplingError::Diverged(_) | CouplingError::Output(_)) => {
+            true
+        }
         Err(CouplingError::Failed(failure)) => *failure == Failure::Interrupted && coupling.is_idle(),
     };
     let mut statistics = None;
@@ -172,7 +178,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
         Err(_) => Status::Failed,
     };
     let mut summary = Summary::new(status);
-    summary.message = outcome.as_ref().err().map(ToString::to_string);
+    summary.message = outcome.as_ref().err().map(|error| explained(error, &coupling));
     describe(&mut summary, &coupling, &records, statistics.as_ref());
     drop(coupling);
     describe_cost(&mut summary, &records, started, loop_ended, statistics.as_ref(), dem, fem);
@@ -194,18 +200,27 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
         return Ok(Exit::Failed);
     }
     if !args.quiet {
-        summary.print_table();
+        summary.print_table(&out);
+    }
+    if let Some(message) = &summary.message {
+        complain(message);
     }
     Ok(match outcome {
-        Ok(()) => Exit::Done,
-        Err(error) => {
-            complain(&error.to_string());
-            match error {
-                CouplingError::Failed(failure) if failure.is_input() => Exit::BadInput,
-                _ => Exit::Failed,
-            }
-        }
+        Err(CouplingError::Failed(failure)) if failure.is_input() => Exit::BadInput,
+        _ => Exit::of(summary.status),
     })
+}
+
+/// An error, with what the balance of energy says of its cause.
+fn explained(error: &CouplingError, coupling: &Coupling) -> String {
+    let told = match error {
+        CouplingError::NotConverged { .. } => coupling.causes().beyond(&coupling.limits),
+        CouplingError::Failed(Failure::Fault { .. } | Failure::Contract { .. }) => {
+            coupling.causes().beyond(&coupling.limits)
+        }
+        _ => None,
+    };
+    told.map_or_else(|| error.to_string(), |cause| format!("{error}\n{cause}"))
 }
 
 fn describe_cost(
@@ -227,11 +242,14 @@ fn describe_cost(
     cost.insert("stages".into(), json!({ "prepare_s": preparing, "loop_s": looping }));
     cost.insert("exchanges".into(), json!(exchanges));
     if let Some((dem_told, fem_told)) = statistics {
-        let inside = dem_told.solve_seconds + fem_told.solve_seconds;
+        let inside = [dem_told.solve_seconds, fem_told.solve_seconds];
         let waited = dem.waited() + fem.waited();
-        if inside > 0.0 && exchanges > 0 {
-            let each = (waited - inside) / exchanges as f64;
+        if inside.iter().all(|seconds| *seconds > 0.0) && exchanges > 0 {
+            let each = (waited - inside.iter().sum::<f64>()) / exchanges as f64;
             cost.insert("exchange_microseconds".into(), json!(1e6 * each));
+        } else {
+            let what = "exchange_microseconds is absent: a solver does not report its seconds inside solve";
+            summary.warnings.push(what.into());
         }
     }
     let mut processes = serde_json::Map::new();
@@ -255,6 +273,10 @@ fn describe_cost(
             }),
         );
     }
+    let told: Vec<&Statistics> = statistics.iter().flat_map(|(dem, fem)| [dem, fem]).collect();
+    cost.insert("windows".into(), summary.coupling.get("windows").cloned().unwrap_or_default());
+    cost.insert("iterations".into(), summary.coupling.get("iterations").cloned().unwrap_or_default());
+    totals(cost, &told);
     cost.insert("processes".into(), processes.into());
 }
 
@@ -286,6 +308,8 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     };
     report.resolved.insert("coupling".into(), table(toml::Table::try_from(&settings))?.into());
     report.resolved.insert("processes".into(), table(toml::Table::try_from(&processes))?.into());
+    let limits = Limits::of(scene)?;
+    report.resolved.insert("limits".into(), table(toml::Table::try_from(limits))?.into());
     report.resolved.insert("output".into(), table(toml::Table::try_from(&output))?.into());
     Ok(report)
 }

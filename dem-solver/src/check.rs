@@ -31,6 +31,10 @@ struct Resolved<'a> {
 /// Build everything of the scene but the wall, and say what it is.
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
+    let fem = scene.read::<toml::Table>("processes")?.is_some_and(|p| p.contains_key("fem"));
+    if let Some(what) = solver.idle_selection().filter(|_| !fem && !scene.has("structure")) {
+        return Err(scene.invalid("dem.contact_selection", what).try_instead("leave it out"));
+    }
     let model = solver.model();
     let steps = &model.steps;
     let mut report = CheckReport { warnings: solver.notices().to_vec(), ..CheckReport::default() };
@@ -63,6 +67,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     }
     if let Some(ground) = &model.ground {
         report.builds.push(ground.describe());
+        report.builds.extend_from_slice(solver.choices());
         for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks) {
             if let Some(height) = start::height(ground, &model.settings, settings) {
                 let what = format!("rock `{}` starts {height:.2} m above the terrain", rock.name);

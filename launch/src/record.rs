@@ -6,6 +6,7 @@ use interface_defs::ipc::domain::fnv1a;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
@@ -27,6 +28,7 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     }
     let fault = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
     table.insert("output".into(), Table::try_from(Output::of(scene)?).map_err(fault)?.into());
+    table.insert("limits".into(), Table::try_from(Limits::of(scene)?).map_err(fault)?.into());
     // The coupler has filled in its defaults; the command lines are known best here.
     let mut processes =
         table.remove("processes").and_then(|p| p.try_into::<Table>().ok()).unwrap_or_default();

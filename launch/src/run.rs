@@ -72,14 +72,30 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     }
     let status = match (&judged, outcome.interrupted) {
         (Ok(()), _) => Status::Done,
+        (Err(stop), _) if stop.exit == Exit::Unreliable => Status::Unreliable,
         (Err(_), true) => Status::Interrupted,
         (Err(_), false) => Status::Failed,
     };
+    // A foreign leader may keep no summary; one of ours that has left none has not done its work.
+    let status = if status == Status::Done && !plan.members[0].foreign && !out.join(run_dir::SUMMARY).exists()
+    {
+        Status::Failed
+    } else {
+        status
+    };
     let told = summary(&owner, status, judged.as_ref().err());
     if !request.quiet {
-        told.print_table();
+        told.print_table(&out);
     }
-    judged.map(|()| Exit::Done)
+    judged?;
+    // The summary has the last word: a leader of another make may end with 0 whatever it wrote.
+    match told.status {
+        Status::Done => Ok(Exit::Done),
+        status => {
+            let message = told.message.unwrap_or_else(|| format!("the summary says: {}", status.word()));
+            Err(Stop { exit: Exit::of(status), message })
+        }
+    }
 }
 
 /// Remove what dead runs left in shared memory. A lone solver needs none of it.
@@ -129,8 +145,11 @@ fn summary(owner: &Owner, status: Status, stop: Option<&Stop>) -> Summary {
         return summary;
     }
     let mut summary = Summary::new(status);
-    summary.message = stop.map(|stop| stop.message.clone());
-    summary.warnings.push("no measures: the process that keeps them has ended without a summary".into());
+    let lost = "the process that keeps the measures has ended without a summary";
+    if status != Status::Done {
+        summary.message = Some(stop.map_or_else(|| lost.into(), |stop| stop.message.clone()));
+    }
+    summary.warnings.push(format!("no measures: {lost}"));
     if let Err(what) = owner.write_summary(&mut summary) {
         tracing::error!("{what}");
     }

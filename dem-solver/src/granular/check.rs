@@ -3,6 +3,7 @@
 use super::Model;
 use crate::contact::laws::Laws;
 use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings};
+use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -63,5 +64,17 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         dem: &settings.dem,
     };
     report.resolved = toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML");
+    leave_out_of_rocks(&mut report.resolved);
     Ok(report)
+}
+
+/// Leave out what rocks alone have: written down it would be refused.
+fn leave_out_of_rocks(resolved: &mut toml::Table) {
+    if let Some(dem) = resolved.get_mut("dem").and_then(toml::Value::as_table_mut) {
+        dem.retain(|key, _| !OF_ROCKS_IN_DEM.contains(&key));
+    }
+    let contacts = resolved.get_mut("contact").and_then(toml::Value::as_array_mut);
+    for table in contacts.into_iter().flatten().filter_map(toml::Value::as_table_mut) {
+        table.retain(|key, _| !OF_ROCKS_IN_CONTACT.contains(&key));
+    }
 }

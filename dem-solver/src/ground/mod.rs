@@ -21,6 +21,7 @@ pub mod start;
 pub mod zones;
 
 use crate::search::boxes::{Bounds, BoxTree, morton_order};
+use crate::search::shared::{Unshared, first_fault};
 use crate::settings::TerrainSettings;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -100,6 +101,11 @@ impl Ground {
             continuous: false,
             tree,
         }
+    }
+
+    /// Where two triangles touch without a common node.
+    pub fn unshared(&self) -> Option<Unshared> {
+        first_fault(&self.nodes, Vec::new(), &self.triangles)
     }
 
     /// Corners of a triangle, local [m].

@@ -1,5 +1,6 @@
 //! `[[contact]]`: the law of a pair of materials, and its parameters.
 
+use super::dem::{ContactSelection, DemSettings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -65,9 +66,10 @@ pub struct ContactSettings {
     /// Which mass a contact's dashpot is scaled with. Default `local`.
     #[serde(default)]
     pub effective_mass: EffectiveMass,
-    /// Which of several wires and faces that a sphere touches are contacts. Default `nearest`.
-    #[serde(default, skip_serializing_if = "HierarchyName::is_default")]
-    pub hierarchy: HierarchyName,
+    /// Old name of `dem.contact_selection`, for one version: `nearest` or `continuous`. One table that says
+    /// `continuous` is enough.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hierarchy: Option<HierarchyName>,
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -104,22 +106,38 @@ pub enum RollingName {
 }
 
 /// Which of several elements that a sphere touches are contacts.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HierarchyName {
-    /// Nearer ones discard those on or behind their tangent plane (double hierarchy, as the reference
-    /// implementation). At kinks towards the sphere the force jumps.
-    #[default]
+    /// As [`ContactSelection::Nearest`].
     Nearest,
-    /// Every wire and every face pushes, and the nodes and edges that they share pull, so that force and energy are
-    /// continuous over kinks and crossings.
+    /// As [`ContactSelection::Continuous`].
     Continuous,
 }
 
-impl HierarchyName {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
+/// Move what tables say by the old name `hierarchy` to `dem.contact_selection`; a note for the user if one does.
+pub(super) fn rename_hierarchy(
+    contacts: &mut [ContactSettings],
+    dem: &mut DemSettings,
+    scene: &Scene,
+) -> Result<Option<String>, InputError> {
+    let Some(number) = contacts.iter().position(|contact| contact.hierarchy.is_some()) else {
+        return Ok(None);
+    };
+    let key = format!("contact.{number}.hierarchy");
+    if scene.read::<toml::Table>("dem")?.is_some_and(|dem| dem.contains_key("contact_selection")) {
+        return Err(scene
+            .invalid(&key, "`hierarchy` is the old name of `dem.contact_selection`, which the scene has too")
+            .try_instead("leave `hierarchy` out"));
     }
+    let continuous = contacts.iter().any(|contact| contact.hierarchy == Some(HierarchyName::Continuous));
+    dem.contact_selection = if continuous { ContactSelection::Continuous } else { ContactSelection::Nearest };
+    contacts.iter_mut().for_each(|contact| contact.hierarchy = None);
+    let name = if continuous { "continuous" } else { "nearest" };
+    Ok(Some(format!(
+        "{key} is the old name of dem.contact_selection and will go with the next version: write [dem] \
+         contact_selection = \"{name}\""
+    )))
 }
 
 /// Normal law of a contact.

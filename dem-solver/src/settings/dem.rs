@@ -1,5 +1,6 @@
 //! `[dem]`: the solver's own step.
 
+use crate::search::shared::Unshared;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -24,12 +25,50 @@ pub struct DemSettings {
     /// How rocks turn between two kicks. Default `exact`; separate spheres turn exactly whatever it says.
     #[serde(default)]
     pub rotation: Rotation,
+    /// Which of several lines and faces that a sphere touches are contacts. Default `automatic`. Rocks on a net or on
+    /// terrain only.
+    #[serde(default)]
+    pub contact_selection: ContactSelection,
     /// Threads for many separate spheres; the results do not depend on it. Default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<usize>,
     /// Whether a step above the critical one is taken all the same. Default false.
     #[serde(default)]
     pub allow_unstable: bool,
+}
+
+/// Which of several elements that a sphere touches are contacts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactSelection {
+    /// `continuous` where the elements of the mesh share the nodes at which they touch, else `nearest`.
+    #[default]
+    Automatic,
+    /// Nearer ones discard those on or behind their tangent plane (double hierarchy, as the reference
+    /// implementation). At kinks towards the sphere the force jumps, which makes or loses energy.
+    Nearest,
+    /// Every line and every face pushes, and the nodes and edges that they share pull, so that force and energy are
+    /// continuous over kinks and crossings.
+    Continuous,
+}
+
+impl ContactSelection {
+    /// Whether it is `continuous` on a mesh, and why, in words: `unshared` says where its elements touch without a common node.
+    pub fn choose(self, mesh: &str, unshared: impl FnOnce() -> Option<Unshared>) -> (bool, String) {
+        match self {
+            Self::Nearest => (false, format!("contact selection on the {mesh}: nearest, as the scene says")),
+            Self::Continuous => {
+                (true, format!("contact selection on the {mesh}: continuous, as the scene says"))
+            }
+            Self::Automatic => match unshared() {
+                None => (
+                    true,
+                    format!("contact selection on the {mesh}: continuous, its elements share their nodes"),
+                ),
+                Some(place) => (false, format!("contact selection on the {mesh}: nearest, because {place}")),
+            },
+        }
+    }
 }
 
 /// How a rock turns freely. Each keeps the angular momentum to the last bit ([`crate::rock::rotation`], with what each errs

@@ -8,6 +8,7 @@ pub mod closest;
 pub mod hierarchy;
 pub mod motion;
 
+use crate::search::shared::{Unshared, first_fault};
 use interface_defs::{Fault, InterfaceMesh};
 use nalgebra::Vector3;
 
@@ -47,6 +48,17 @@ impl Element {
     pub fn shares_a_node(&self, other: &Self) -> bool {
         self.own_nodes().iter().any(|n| other.own_nodes().contains(n))
     }
+}
+
+/// What measures need to know of the net at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtRest {
+    /// How far down its lowest node lies, along gravity [m].
+    pub level: f64,
+    /// Middle of its nodes [m].
+    pub centre: Vector3<f64>,
+    /// Distance of the furthest node from there [m].
+    pub reach: f64,
 }
 
 /// The wall at t = 0. An element's number is its place in [`Wall::elements`].
@@ -124,9 +136,22 @@ impl Wall {
         self
     }
 
-    /// How far down its lowest node lies at t = 0, along `down` [m].
-    pub fn depth(&self, down: &Vector3<f64>) -> f64 {
-        self.nodes.iter().map(|n| n.dot(down)).fold(f64::NEG_INFINITY, f64::max)
+    /// Where two of its elements touch without a common node.
+    pub fn unshared(&self) -> Option<Unshared> {
+        let of = |kind| self.elements.iter().filter(move |e| e.kind == kind);
+        let lines = of(Kind::Line).map(|line| [line.nodes[0], line.nodes[1]]).collect();
+        let faces: Vec<_> = of(Kind::Face).map(|face| face.nodes).collect();
+        first_fault(&self.nodes, lines, &faces)
+    }
+
+    /// What measures need to know of it at t = 0.
+    pub fn at_rest(&self, down: &Vector3<f64>) -> AtRest {
+        let centre = self.nodes.iter().sum::<Vector3<f64>>() / self.nodes.len().max(1) as f64;
+        AtRest {
+            level: self.nodes.iter().map(|n| n.dot(down)).fold(f64::NEG_INFINITY, f64::max),
+            centre,
+            reach: self.nodes.iter().map(|n| (n - centre).norm()).fold(0.0, f64::max),
+        }
     }
 
     /// True if two elements hold a common node. Numbers beyond the elements, which are crossings, do not.

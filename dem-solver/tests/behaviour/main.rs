@@ -8,6 +8,7 @@ mod extremes;
 mod granular;
 mod impact;
 mod input;
+mod keys;
 mod limits;
 mod oblique;
 mod relief;
@@ -15,6 +16,7 @@ mod repeat;
 mod rocks;
 mod rolling;
 mod shapes;
+mod verdicts;
 mod wires;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

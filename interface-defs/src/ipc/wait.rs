@@ -203,3 +203,42 @@ impl Patience<'_> {
         Failure::Lost { solver: who.into(), during: (self.during)() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ipc::RunId;
+
+    #[test]
+    fn a_machine_with_other_work_is_left_alone_for_a_while() {
+        let domain = Domain::new(&RunId::new()).unwrap();
+        let during = String::new;
+        let looks = |wait| {
+            let patience = Patience {
+                domain: &domain,
+                wait,
+                partner: "nobody",
+                must_live: false,
+                during: &during,
+                deadline: Duration::ZERO,
+                supervisor: None,
+            };
+            let mut count = 0;
+            let mut poll = || {
+                count += 1;
+                std::thread::sleep(Duration::from_millis(50));
+                Ok(None::<()>)
+            };
+            assert_eq!(patience.look_again(Instant::now(), &mut poll).unwrap(), None);
+            count
+        };
+        // A look that was held up: for twenty times as long, a second, nobody looks again.
+        assert_eq!([looks(Wait::Auto), looks(Wait::Auto)], [1, 0]);
+        assert_eq!([looks(Wait::Yield), looks(Wait::Event)], [1, 0]);
+        let started = Instant::now();
+        while looks(Wait::Auto) == 0 {
+            assert!(started.elapsed() < Duration::from_secs(60), "it must try again");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}

@@ -27,7 +27,7 @@ pub(crate) fn explain(raw: &str) -> (String, Option<String>) {
 }
 
 /// "did you mean ...", with all that is known.
-pub(crate) fn suggestion<S: AsRef<str>>(name: &str, known: &[S]) -> Option<String> {
+pub fn suggestion<S: AsRef<str>>(name: &str, known: &[S]) -> Option<String> {
     if known.is_empty() {
         return Some("nothing may stand here".into());
     }

@@ -9,6 +9,7 @@
 //! - [`history`], [`summary`], [`vtu`]: result files
 //! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: files that are whole or not there
 //! - [`energy`]: the balance of energy, from gauges by role
+//! - [`limits`]: bounds of trust, and who passes them
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
 
 pub mod alloc;
@@ -16,10 +17,11 @@ pub mod check;
 pub mod counted;
 pub mod energy;
 pub mod exit;
-mod explain;
+pub mod explain;
 pub mod files;
 pub mod history;
 pub mod input_error;
+pub mod limits;
 pub mod log;
 pub mod output;
 mod overrides;
@@ -31,4 +33,5 @@ pub mod scene;
 pub mod screen;
 mod solo;
 pub mod summary;
+mod table;
 pub mod vtu;

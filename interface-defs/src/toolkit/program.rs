@@ -5,6 +5,7 @@ use super::check::Format;
 use super::counted::Counted;
 use super::exit::Exit;
 use super::input_error::InputError;
+use super::limits::Limits;
 use super::log::{self, LogFormat};
 use super::owner::{self, Claim, Owner};
 use super::progress::{self, Reporter};
@@ -202,11 +203,14 @@ fn guarded(work: impl FnOnce() -> Result<Exit, InputError>) -> ExitCode {
 fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
     match command {
         Command::Check { input, format } => {
-            (program.check)(&input.load()?)?.print(*format);
+            let scene = input.load()?;
+            Limits::of(&scene)?;
+            (program.check)(&scene)?.print(*format);
             Ok(Exit::Done)
         }
         Command::Run { input, out, force, quiet, progress, supervisor, savings } => {
             let scene = input.load()?;
+            let limits = Limits::of(&scene)?;
             let out = run_dir::location(out.as_deref(), &scene);
             let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
             let mut solver = (program.build)(&scene, &options)?;
@@ -218,18 +222,16 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             interrupt::install();
             end_in_time(&owner, *supervisor);
             let reporter = Reporter::new(*progress);
-            let mut stage = Stage { role: program.role, owner: &owner, supervisor: *supervisor, reporter };
+            let mut stage =
+                Stage { role: program.role, owner: &owner, supervisor: *supervisor, limits, reporter };
             let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
             if !quiet {
-                summary.print_table();
+                summary.print_table(&out);
             }
-            match summary.status {
-                Status::Done => Ok(Exit::Done),
-                Status::Failed | Status::Interrupted => {
-                    complain(summary.message.as_deref().unwrap_or("the run failed"));
-                    Ok(Exit::Failed)
-                }
+            if summary.status != Status::Done {
+                complain(summary.message.as_deref().unwrap_or("the run failed"));
             }
+            Ok(Exit::of(summary.status))
         }
         Command::Serve { input, out, savings, run, part, timeout, wait, supervisor } => {
             interrupt::install();

@@ -15,7 +15,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// Every key that may stand at the top of a scene.
-pub const KEYS: [&str; 16] = [
+pub const KEYS: [&str; 17] = [
     "title",
     "end_time",
     "gravity",
@@ -31,6 +31,7 @@ pub const KEYS: [&str; 16] = [
     "coupling",
     "processes",
     "output",
+    "limits",
     "custom",
 ];
 
