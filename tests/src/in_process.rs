@@ -54,14 +54,13 @@ pub fn computed(scene: &Path, sets: &[String]) -> Result<Computed, String> {
     let end = scene.end_time().map_err(|e| e.to_string())?;
     let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);
     let outcome = coupling.run(&mut Silent, &mut |_| Ok(()));
-    let (counts, largest) = (coupling.counts, coupling.balance.largest.0);
+    let (counts, energy_error) = (coupling.counts, coupling.balance.system.error().unwrap_or(f64::NAN));
     let told = coupling.finish().unwrap_or_else(|_| (Statistics::default(), Statistics::default()));
     let steps = |side: &Statistics| side.counts.iter().find(|(n, _)| n == "sub_steps").map_or(0, |(_, c)| *c);
     let measures: Vec<Measure> = told.0.measures.iter().chain(&told.1.measures).cloned().collect();
-    let impact = measures.iter().find(|m| m.name == "impact_energy").map_or(f64::NAN, |m| m.value);
     Ok(Computed {
         error: outcome.err().map(|e| e.to_string()),
-        energy_error: largest / impact,
+        energy_error,
         passes: counts.iterations,
         halved: counts.halved,
         steps: [steps(&told.0), steps(&told.1)],
