@@ -29,8 +29,9 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
             NoStart::Stopped(fault) => InputError::new(fault.message),
         })?;
     let model = solver.model();
-    let mesh = model.interface_mesh(&start.displacement);
-    let masses = &mesh.masses;
+    let mut interface = model.interface_mesh(&start.displacement);
+    // Masses are for contact alone, and JSON has no infinity for those that are held.
+    let masses = std::mem::take(&mut interface.masses);
     let least = masses.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min);
     let sag = model.sag(&start.displacement);
     let mut numbers: BTreeMap<String, f64> = BTreeMap::new();
@@ -43,10 +44,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         (model.cables.len() + model.elements.len() + model.springs.len() + model.point_masses.len()) as f64,
     );
     tell("least_interface_mass_kg", least);
-    if !mesh.lines.is_empty() {
-        tell("interface_length_per_node_m", mesh_length(&mesh) / mesh.node_count() as f64);
+    if !interface.lines.is_empty() {
+        tell("interface_length_per_node_m", mesh_length(&interface) / interface.node_count() as f64);
     }
-    if let Some(extent) = narrower_extent(&mesh.coordinates) {
+    if let Some(extent) = narrower_extent(&interface.coordinates) {
         tell("interface_extent_m", extent);
     }
     if let Some((stiffness, mass)) = typical_stiffness(model, &start.displacement, &start.history) {
@@ -65,7 +66,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let resolved = resolve(&config, &start)?;
     let warnings = start.warnings.clone();
     numbers.insert("seconds_per_step".into(), seconds_per_step(&mut solver, scene, &config, start)?);
-    Ok(CheckReport { builds, numbers, warnings, resolved })
+    Ok(CheckReport { builds, numbers, warnings, resolved, interface: Some(interface) })
 }
 
 /// Length of all lines of the interface mesh [m].

@@ -64,5 +64,5 @@ pub const PROGRAM: Program = Program {
     role: "fem",
     about: "Large-displacement statics and dynamics of cable nets",
     build: |scene, options| Ok(Box::new(FemSolver::new(scene, options)?)),
-    check: check::check,
+    check: |scene, _| check::check(scene),
 };

@@ -3,10 +3,11 @@
 use crate::choice;
 use crate::events::Events;
 use crate::numbers::{Numbers, Side};
-use crate::plan::Plan;
+use crate::plan::{Part, Plan};
 use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
+use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
 use std::fmt::Write;
@@ -47,11 +48,22 @@ pub fn check(path: &Path, sets: &[String], resolved: Option<&Path>) -> Result<St
     }
     text.push_str(&numbers.steps());
     text.push_str(&numbers.cost());
-    let told = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
-    for warning in told.chain(numbers.warnings()) {
+    for warning in warnings(&reports, scene.end_time()?) {
         let _ = writeln!(text, "warning: {warning}");
     }
     Ok(text)
+}
+
+/// What the user should know before the start, each once.
+pub fn warnings(reports: &[(Part, CheckReport)], end_time: f64) -> Vec<String> {
+    let of_programs = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
+    let mut all: Vec<String> = Vec::new();
+    for warning in of_programs.chain(Numbers::of(reports, end_time).warnings()) {
+        if !all.contains(&warning) {
+            all.push(warning);
+        }
+    }
+    all
 }
 
 impl Numbers {
@@ -140,8 +152,6 @@ impl Numbers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::Part;
-    use interface_defs::toolkit::check::CheckReport;
 
     fn report(numbers: &[(&str, f64)]) -> CheckReport {
         CheckReport {

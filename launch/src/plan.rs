@@ -151,6 +151,7 @@ impl Plan {
                 .try_instead("add [[rock]], [structure] or both"));
             }
         };
+        unused(scene, &processes)?;
         let members = parts.iter().map(|part| member(*part, &processes, scene)).collect::<Result<_, _>>()?;
         Ok(Self { members, processes })
     }
@@ -158,6 +159,60 @@ impl Plan {
     /// Whether two solvers are coupled.
     pub fn is_coupled(&self) -> bool {
         self.members.len() > 1
+    }
+}
+
+/// Refuse a table that no program will use. The tables of a solver that the scene names are its own business.
+fn unused(scene: &Scene, processes: &Processes) -> Result<(), InputError> {
+    let dem = processes.dem.is_some();
+    let fem = processes.fem.is_some() || scene.has("structure");
+    let (rock, spheres) = (scene.has("rock"), scene.has("spheres"));
+    let several =
+        scene.read::<Vec<toml::Value>>("rock").is_ok_and(|rocks| rocks.is_some_and(|r| r.len() > 1));
+    let touches = spheres || scene.has("terrain") || fem || several;
+    let both = (dem || rock || spheres) && fem;
+    let rules = [
+        (
+            "box",
+            dem || spheres,
+            "only separate spheres touch its sides, and the scene has no [[spheres]]",
+            "add [[spheres]]",
+        ),
+        ("terrain", dem || rock, "only rocks move on it, and the scene has no [[rock]]", "add [[rock]]"),
+        ("dem", dem || rock || spheres, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
+        ("contact", dem || rock || spheres, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
+        (
+            "contact",
+            dem || touches,
+            "there is nothing that the rock could touch",
+            "add [terrain], [structure] or a second [[rock]]",
+        ),
+        ("gauge", fem, "the scene has no [structure] to measure", "add [structure]"),
+        ("fem", fem, "the scene has no [structure]", "add [structure]"),
+        ("coupling", both, "it takes a rock and a structure, and the scene has one of them", "add the other"),
+        (
+            "processes.coupler",
+            both,
+            "it takes a rock and a structure, and the scene has one of them",
+            "add the other",
+        ),
+    ];
+    let there = |key: &str| match key.split_once('.') {
+        Some(_) => processes.coupler.is_some(),
+        None => scene.has(key),
+    };
+    match rules.iter().find(|(key, used, ..)| !used && there(key)) {
+        Some((key, _, why, cure)) => {
+            let name = match *key {
+                "contact" | "gauge" => format!("[[{key}]]"),
+                "processes.coupler" => format!("`{key}`"),
+                _ => format!("[{key}]"),
+            };
+            Err(scene
+                .invalid(key, format!("nothing will use {name}: {why}"))
+                .try_instead(format!("{cure}, or leave {name} out")))
+        }
+        None => Ok(()),
     }
 }
 
@@ -196,6 +251,51 @@ mod tests {
         assert_eq!(parts(both), Ok(vec!["coupler", "dem", "fem"]));
         let error = parts("end_time = 1").expect_err("nothing");
         assert!(error.starts_with("s.toml: the scene has neither a rock nor a structure"), "{error}");
+    }
+
+    /// Parts need not be there: what nothing will use is found before they are looked for.
+    #[test]
+    fn a_table_that_nothing_will_use_is_refused_where_it_stands() {
+        let rock = "[[rock]]\n";
+        let dem = "[processes]\ndem = \"sh\"\n";
+        let fem = "[structure]\n";
+        let both = "[structure]\n[coupling]\n";
+        for (text, place, what) in [
+            (format!("{rock}[box]\n"), "2:1", "nothing will use [box]: only separate spheres"),
+            ("[[spheres]]\n[terrain]\n".into(), "2:1", "nothing will use [terrain]: only rocks move on it"),
+            (format!("{fem}[dem]\n"), "2:1", "nothing will use [dem]"),
+            (format!("{fem}[[contact]]\n"), "2:1", "nothing will use [[contact]]: the scene has neither"),
+            (format!("{rock}[[contact]]\n"), "2:1", "nothing that the rock could touch"),
+            (format!("{rock}[[gauge]]\n"), "2:1", "nothing will use [[gauge]]: the scene has no [structure]"),
+            (format!("{rock}[fem]\n"), "2:1", "nothing will use [fem]"),
+            (format!("{rock}[coupling]\n"), "2:1", "nothing will use [coupling]"),
+            (format!("{fem}[coupling]\n"), "2:1", "nothing will use [coupling]"),
+            (
+                format!("{rock}[processes]\ncoupler = \"sh\"\n"),
+                "3:11",
+                "nothing will use `processes.coupler`",
+            ),
+            (format!("{dem}[gauge]\n"), "3:1", "nothing will use [[gauge]]"),
+        ] {
+            let error = parts(&text).expect_err(&text);
+            assert!(error.starts_with(&format!("s.toml:{place}: ")) && error.contains(what), "{error}");
+            assert!(error.contains("or leave "), "{error}");
+        }
+        // What a named program takes is its own business.
+        for tables in ["[terrain]\n[box]\n[dem]\n[[contact]]\n", "[[rock]]\n[[contact]]\n"] {
+            assert_eq!(parts(&format!("{dem}{tables}")), Ok(vec!["dem"]));
+        }
+        let foreign = "[processes]\ndem = \"sh\"\nfem = \"sh\"\ncoupler = \"sh\"\n";
+        let tables = "[[gauge]]\n[fem]\n[coupling]\n[custom]\n[terrain]\n";
+        assert_eq!(parts(&format!("{foreign}{tables}")), Ok(vec!["coupler", "dem", "fem"]));
+        for used in [
+            format!("{rock}{rock}[[contact]]\n"),
+            format!("{rock}[[contact]]\n[terrain]\n"),
+            format!("{rock}[[contact]]\n{both}"),
+        ] {
+            let told = parts(&used).err().unwrap_or_default();
+            assert!(!told.contains("nothing will use"), "{told}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! `rockfall run`.
 
 use crate::choice;
+use crate::estimate;
 use crate::events::Events;
 use crate::plan::{Member, Part, Plan};
 use crate::progress::Bar;
@@ -46,6 +47,10 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene()) {
         tracing::info!("chosen, the scene is open: {}", choice.text());
     }
+    let warnings = estimate::warnings(&reports, scene.end_time()?);
+    for warning in warnings.iter().filter(|_| !request.quiet) {
+        tracing::warn!("{warning}");
+    }
     let resolved = record::resolved(&scene, &plan, &reports)?;
     clean(&plan)?;
     if events.interrupted() {
@@ -83,7 +88,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     } else {
         status
     };
-    let told = summary(&owner, status, judged.as_ref().err());
+    let told = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
     if !request.quiet {
         told.print_table(&out);
     }
@@ -152,6 +157,19 @@ fn summary(owner: &Owner, status: Status, stop: Option<&Stop>) -> Summary {
     summary.warnings.push(format!("no measures: {lost}"));
     if let Err(what) = owner.write_summary(&mut summary) {
         tracing::error!("{what}");
+    }
+    summary
+}
+
+/// The same with what was warned of before the start, each once.
+fn with_warnings(mut summary: Summary, before: &[String], out: &Path) -> Summary {
+    let missing: Vec<_> = before.iter().filter(|w| !summary.warnings.contains(w)).cloned().collect();
+    if missing.is_empty() {
+        return summary;
+    }
+    summary.warnings.splice(0..0, missing);
+    if let Err(e) = summary.write(out) {
+        tracing::error!("{}: {e}", out.join(run_dir::SUMMARY).display());
     }
     summary
 }

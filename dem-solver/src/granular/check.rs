@@ -2,6 +2,7 @@
 
 use super::Model;
 use crate::contact::laws::Laws;
+use crate::gate::gravity;
 use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings};
 use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::toolkit::check::CheckReport;
@@ -26,7 +27,8 @@ struct Resolved<'a> {
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let (model, start) = Model::new(scene)?;
     let (settings, steps) = (&model.settings, &model.steps);
-    let mut report = CheckReport::default();
+    let warnings = gravity::check(settings.gravity, false, scene)?;
+    let mut report = CheckReport { warnings, ..CheckReport::default() };
     for (number, group) in settings.spheres.iter().enumerate() {
         let of = |i: &usize| usize::from(start.group[*i]) == number;
         let mass: f64 = (0..start.mass.len()).filter(of).map(|i| start.mass[i]).sum();

@@ -10,14 +10,12 @@
 //! - [`face`]: one of its triangles
 //! - [`look`]: what the terrain is asked
 //! - [`slope`]: one that is generated
-//! - [`start`]: where a rock starts
 
 pub mod face;
 pub mod look;
 pub mod read;
 pub mod relief;
 pub mod slope;
-pub mod start;
 pub mod zones;
 
 use crate::search::boxes::{Bounds, BoxTree, morton_order};

@@ -56,6 +56,13 @@ impl Settings {
                 )
                 .try_instead("keep one of the two"));
         }
+        if scene.has("box") {
+            return Err(unused(
+                scene,
+                "box",
+                "only separate spheres touch its sides, and the scene has no [[spheres]]",
+            ));
+        }
         if rocks.is_empty() {
             return Err(scene
                 .invalid("rock", "the scene has no rock")
@@ -150,6 +157,7 @@ impl GranularSettings {
         }
         let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         dem.check(scene)?;
+        crate::gate::gravity::check(scene.gravity()?.into(), false, scene)?;
         Ok(Self {
             spheres: groups,
             walls,
@@ -160,6 +168,11 @@ impl GranularSettings {
             fields: Output::of(scene)?.fields,
         })
     }
+}
+
+/// A table that nothing will use.
+fn unused(scene: &Scene, key: &str, why: &str) -> InputError {
+    scene.invalid(key, format!("nothing will use [{key}]: {why}")).try_instead(format!("leave [{key}] out"))
 }
 
 /// Keys of `[[contact]]` that rocks alone have.

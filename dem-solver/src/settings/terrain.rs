@@ -16,6 +16,9 @@ pub struct TerrainSettings {
     /// Cells of a raster without height: `refuse` (default) or `cut`, a hole through which rocks fall.
     #[serde(default)]
     pub nodata: NoData,
+    /// Height [m] that marks cells without height, beside the one that the raster declares.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodata_value: Option<f64>,
     /// Points of these classes are taken from `.las` and `.laz`; default `[2]`, ground. Empty: all.
     #[serde(default = "ground_class")]
     pub classes: Vec<u8>,
@@ -89,6 +92,7 @@ impl TerrainSettings {
         Self {
             file: file.into(),
             nodata: NoData::default(),
+            nodata_value: None,
             classes: ground_class(),
             longest_edge: None,
             material: ground_name(),
@@ -96,6 +100,28 @@ impl TerrainSettings {
             zone: Vec::new(),
             rest_speed: rest_speed(),
             rest_time: rest_time(),
+        }
+    }
+
+    /// Refuse keys that the file leaves without use.
+    fn check_use(&self, scene: &Scene) -> Result<(), InputError> {
+        let extension = self.file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let raster = ["asc", "tif", "tiff"].contains(&extension.as_str());
+        let las = ["las", "laz"].contains(&extension.as_str());
+        let points = las || ["xyz", "txt", "csv"].contains(&extension.as_str());
+        let numbered = self.zone.iter().any(|zone| zone.number.is_some());
+        let idle = [
+            ("nodata", self.nodata != NoData::default() && !raster, "belongs to rasters"),
+            ("nodata_value", self.nodata_value.is_some() && !raster, "belongs to rasters"),
+            ("classes", self.classes != ground_class() && !las, "belongs to .las and .laz"),
+            ("longest_edge", self.longest_edge.is_some() && !points, "belongs to points"),
+            ("zones", self.zones.is_some() && !numbered, "gives numbers that no [[terrain.zone]] has"),
+        ];
+        match idle.into_iter().find(|(_, idle, _)| *idle) {
+            Some((key, _, why)) => Err(scene
+                .invalid(&format!("terrain.{key}"), format!("`{key}` {why}: nothing will use it"))
+                .try_instead(format!("leave `{key}` out"))),
+            None => Ok(()),
         }
     }
 
@@ -112,6 +138,7 @@ impl TerrainSettings {
                 );
             }
         }
+        self.check_use(scene)?;
         if self.zone.len() > MOST_MATERIALS {
             let what = format!("{} zones: {MOST_MATERIALS} are possible", self.zone.len());
             return Err(scene.invalid("terrain.zone", what));

@@ -31,7 +31,8 @@ pub mod zone;
 
 use crate::contact::laws::Laws;
 use crate::critical::Steps;
-use crate::ground::{Ground, start};
+use crate::gate;
+use crate::ground::Ground;
 use crate::rock::Rock;
 use crate::search::tree::SphereTree;
 use crate::settings::{ContactSelection, RockSettings, STRUCTURE, Settings, limits};
@@ -45,7 +46,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{
-    Fault, FieldSpec, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
+    Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
 };
 use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
@@ -99,6 +100,11 @@ pub struct Model {
 pub struct DemSolver {
     model: Model,
     notices: Vec<String>,
+    cautions: Vec<String>,
+    /// For errors that only the net brings to light.
+    scene: Scene,
+    /// Whether a rock that starts inside the net is refused.
+    guarded: bool,
     choices: Vec<String>,
     options: Options,
     run: Option<Run>,
@@ -138,10 +144,8 @@ impl DemSolver {
             let (continuous, why) = settings.dem.contact_selection.choose("terrain", || ground.unshared());
             ground.continuous = continuous;
             choices.push(why);
-            for (at, rock) in rocks.iter().enumerate() {
-                start::check(ground, &settings, at, rock, scene)?;
-            }
         }
+        let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
         let rock_rows = rows_of_rocks(laws.as_ref(), &settings, scene)?;
         if settings.rocks.len() > 1 && rock_rows.is_none() {
             notices.push("there is no table [[contact]]: the rocks fall through each other".into());
@@ -163,6 +167,7 @@ impl DemSolver {
             steps,
             shortcuts: options.shortcuts,
         };
+        cautions.extend(gate::of_model(&model, scene)?);
         let worst = Meetings::new(&model).energy(&model, &mut state);
         if let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) {
             let what = format!(
@@ -175,6 +180,9 @@ impl DemSolver {
         Ok(Self {
             model,
             notices,
+            cautions,
+            scene: scene.clone(),
+            guarded: false,
             choices,
             options: options.clone(),
             run: None,
@@ -183,6 +191,13 @@ impl DemSolver {
             fields: None,
             trajectory: None,
         })
+    }
+
+    /// The same for a user's scene: it is not prepared with a rock inside the net.
+    #[must_use]
+    pub fn guarded(mut self) -> Self {
+        self.guarded = true;
+        self
     }
 
     /// What does not change in a run.
@@ -202,6 +217,17 @@ impl DemSolver {
     /// What the user should know of the scene, before anything is known of a wall.
     pub fn notices(&self) -> &[String] {
         &self.notices
+    }
+
+    /// What the user should look at twice, before anything is known of a net.
+    pub fn cautions(&self) -> &[String] {
+        &self.cautions
+    }
+
+    /// Refuse rocks that start with their surface in the net that the structure offers.
+    pub fn check_net(&self, mesh: &InterfaceMesh) -> Result<(), Fault> {
+        let net = Wall::new(mesh)?.from(&self.model.origin);
+        Ok(gate::start::in_net(&self.model, &net, &self.scene)?)
     }
 
     /// What was chosen where the scene leaves it open, and why.
@@ -246,6 +272,9 @@ impl DemSolver {
                 "there is a wall and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
+        if self.guarded {
+            gate::start::in_net(&self.model, &wall, &self.scene)?;
+        }
         let selection = self.model.settings.dem.contact_selection;
         let (continuous, why) = selection.choose("net", || wall.unshared());
         if continuous {
@@ -360,7 +389,7 @@ impl Solver for DemSolver {
         {
             return Err(Fault::input(format!("{what}; leave it out")));
         }
-        let mut warnings = self.notices.clone();
+        let mut warnings = [&self.notices[..], &self.cautions].concat();
         if plan.wall.is_some() {
             progress(Progress { what: "making the wall of the structure's mesh".into(), done: f64::NAN })?;
         }

@@ -5,6 +5,7 @@ mod borders;
 mod clusters;
 mod energy;
 mod extremes;
+mod gate;
 mod granular;
 mod impact;
 mod input;

@@ -221,7 +221,8 @@ fn check_states_the_error_and_the_resolved_scene_reads_back() {
         "shape = { type = \"ellipsoid\", semi_axes = [0.3, 0.2, 0.2] }\ncluster = { spheres = 60 }",
         "shape = { type = \"sphere\", radius = 0.2 }",
     ] {
-        let first = check(&scene(&format!("{ROCK}{shape}\n"))).unwrap_or_else(|e| panic!("{e}"));
+        let first = check(&scene(&format!("gravity = [0.0, 0.0, 0.0]\n{ROCK}{shape}\n")))
+            .unwrap_or_else(|e| panic!("{e}"));
         let said = first.builds.iter().any(|line| line.contains("surface to spheres"));
         assert_eq!(said, !shape.contains("sphere\""), "{:?}", first.builds);
         let again = check(&scene(&first.resolved.to_string())).unwrap_or_else(|e| panic!("{e}"));

@@ -2,6 +2,7 @@
 //!
 //! - [`scene`]: scene text, its tables, and where in the file a value stands
 //! - [`input_error`]: bad input as one message, with position and excerpt
+//! - [`input_file`]: what stands at the path of an input file
 //! - [`output`]: the table `[output]`
 //! - [`program`]: the `main` of a solver: run, check, serve
 //! - [`progress`]: lines from which a launcher draws its bar
@@ -16,11 +17,13 @@ pub mod alloc;
 pub mod check;
 pub mod counted;
 pub mod energy;
+mod exact;
 pub mod exit;
 pub mod explain;
 pub mod files;
 pub mod history;
 pub mod input_error;
+pub mod input_file;
 pub mod limits;
 pub mod log;
 pub mod output;

@@ -1,7 +1,7 @@
 //! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
 
 pub use super::check::CheckReport;
-use super::check::Format;
+use super::check::{self, Format};
 use super::counted::Counted;
 use super::exit::Exit;
 use super::input_error::InputError;
@@ -17,6 +17,7 @@ use super::summary::{Status, Summary};
 use crate::ipc::serve::{self, Connection};
 use crate::ipc::wait::is_orphan;
 use crate::ipc::{RunId, Wait, interrupt};
+use crate::mesh::InterfaceMesh;
 use crate::message::{Fault, Hello, Plan, Ready, Statistics};
 use crate::participant::Failure;
 use crate::solver::{OnProgress, Solver, Window};
@@ -29,6 +30,9 @@ use std::time::{Duration, Instant};
 /// Makes the solver of a scene.
 pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, InputError>;
 
+/// Says what a solver would build of a scene.
+pub type Check = fn(&Scene, Option<&InterfaceMesh>) -> Result<CheckReport, InputError>;
+
 /// What a solver's program is made of.
 pub struct Program {
     /// Its name: `dem-solver`.
@@ -39,8 +43,8 @@ pub struct Program {
     pub about: &'static str,
     /// Make the solver of a scene.
     pub build: Build,
-    /// Say what it would build.
-    pub check: fn(&Scene) -> Result<CheckReport, InputError>,
+    /// Say what it would build; with the mesh that the structure offers to contact, if that is known.
+    pub check: Check,
 }
 
 /// A subcommand of one program, beside those that all solvers have.
@@ -100,6 +104,9 @@ enum Command {
         /// Form of the answer
         #[arg(long, value_enum, default_value_t, value_name = "FORM")]
         format: Format,
+        /// Interface mesh of the structure (JSON, `interface` of its own check), `-`: from stdin
+        #[arg(long, value_name = "FILE")]
+        interface: Option<PathBuf>,
     },
     /// Take part in a run that a coupler leads
     Serve {
@@ -202,10 +209,11 @@ fn guarded(work: impl FnOnce() -> Result<Exit, InputError>) -> ExitCode {
 
 fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
     match command {
-        Command::Check { input, format } => {
+        Command::Check { input, format, interface } => {
+            let mesh = interface.as_deref().map(check::read_interface).transpose()?;
             let scene = input.load()?;
             Limits::of(&scene)?;
-            (program.check)(&scene)?.print(*format);
+            (program.check)(&scene, mesh.as_ref())?.print(*format);
             Ok(Exit::Done)
         }
         Command::Run { input, out, force, quiet, progress, supervisor, savings } => {

@@ -167,8 +167,7 @@ impl<'a> Solo<'a> {
             std::iter::once("time_s".into()).chain(gauges.iter().map(gauge_column)).collect();
         let history = History::create(&out.join(HISTORY), &columns).map_err(|e| unwritable(out, &e))?;
         let mut solo = Self {
-            balance: energy::has_roles(&gauges)
-                .then(|| Balance::new(energies(&gauges, &ready.initial, VALUE))),
+            balance: energy::has_roles(&gauges).then(|| Balance::new(energies(&gauges, &ready.initial, 0))),
             extremes: ready
                 .initial
                 .chunks_exact(3)
@@ -251,9 +250,9 @@ impl<'a> Solo<'a> {
     /// Book the energies of a window (a structure's prestress is no contact); an error far beyond the bound ends the run at once.
     fn check_energy(&mut self, stage: &Stage, window: &Window) -> Result<(), Fault> {
         let Some(balance) = &mut self.balance else { return Ok(()) };
-        let now = energies(&self.gauges, &self.values, VALUE);
+        let now = energies(&self.gauges, &self.values, 0);
         balance.update(window.end(), &now, if stage.role == "dem" { now.stored } else { 0.0 });
-        balance.impact(energies(&self.gauges, &self.values, LARGEST).kinetic);
+        balance.impact(energies(&self.gauges, &self.values, 2).kinetic);
         let bound = stage.limits.fatal_energy_error();
         if !balance.has_left(bound) {
             return Ok(());
@@ -308,11 +307,7 @@ impl<'a> Solo<'a> {
     }
 }
 
-/// Places of value and largest value in the three numbers of a gauge.
-const VALUE: usize = 0;
-const LARGEST: usize = 2;
-
-/// Energies of an answer.
+/// Energies of an answer: of each gauge's three numbers the one at `place` (0 value, 2 largest).
 fn energies(gauges: &[Gauge], values: &[f64], place: usize) -> Energies {
     Energies::of(gauges.iter().map(|g| g.role).zip(values.chunks_exact(3).map(|v| v[place])))
 }
