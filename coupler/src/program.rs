@@ -18,7 +18,7 @@ use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::screen::complain;
+use interface_defs::toolkit::screen::{complain, tell};
 use interface_defs::toolkit::summary::{Status, Summary, totals};
 use interface_defs::{Failure, Participant, Progress, Statistics};
 use serde_json::json;
@@ -34,7 +34,7 @@ const SOLVERS: [&str; 2] = ["dem", "fem"];
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Form of the log lines on stderr; RUST_LOG=debug tells more
+    /// Form of the log lines on stderr; RUST_LOG=debug prints more
     #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
     log_format: LogFormat,
 }
@@ -51,6 +51,9 @@ enum Command {
         #[arg(long, value_enum, default_value_t, value_name = "FORM")]
         format: Format,
     },
+    /// Print the JSON schema of the table that it reads: its share of `rockfall schema`
+    #[command(hide = true)]
+    Schema,
 }
 
 #[derive(clap::Args)]
@@ -89,10 +92,14 @@ struct RunArgs {
 /// The whole program.
 pub fn main() -> Exit {
     let cli = Cli::parse();
-    let tell = matches!(&cli.command, Command::Run(args) if !args.quiet);
-    log::init(cli.log_format, tell);
+    let hints = matches!(&cli.command, Command::Run(args) if !args.quiet);
+    log::init(cli.log_format, hints);
     let outcome = match &cli.command {
         Command::Run(args) => run(args),
+        Command::Schema => {
+            tell(&(crate::reference::share().to_json() + "\n"));
+            Ok(Exit::Done)
+        }
         Command::Check { input, format } => {
             Scene::load(&input.scene, &input.sets).and_then(|scene| check(&scene)).map(|report| {
                 report.print(*format);

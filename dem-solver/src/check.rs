@@ -90,7 +90,7 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
         Some(laws) => {
             report.builds.extend(laws.describe());
             report.builds.push(format!(
-                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s ({}) on a fixed wall",
+                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s ({}) on a rigid fixed surface",
                 steps.step,
                 steps.critical,
                 steps.speed,

@@ -16,6 +16,7 @@
 //! - [`granular`]: thousands of separate spheres instead of rocks
 //! - [`solver`]: the contract, and the order of one step
 //! - [`check`](mod@check): what would be built
+//! - [`reference`]: what is read and written, for editors
 
 pub mod check;
 pub mod cluster;
@@ -25,6 +26,7 @@ pub mod gate;
 pub mod granular;
 pub mod ground;
 pub mod net_contact;
+pub mod reference;
 pub mod rock;
 pub mod search;
 pub mod settings;
@@ -49,4 +51,5 @@ pub const PROGRAM: Program = Program {
         true => granular::check::check(scene),
         false => check::check_with(scene, net),
     },
+    schema: reference::share,
 };

@@ -48,6 +48,7 @@ pub mod path;
 pub mod probe;
 pub mod read;
 pub mod record;
+pub mod reference;
 pub mod scattered;
 pub mod solver;
 pub mod start;
@@ -65,4 +66,5 @@ pub const PROGRAM: Program = Program {
     about: "Large-displacement statics and dynamics of cable nets",
     build: |scene, options| Ok(Box::new(FemSolver::new(scene, options)?)),
     check: |scene, _| check::check(scene),
+    schema: reference::share,
 };

@@ -127,7 +127,7 @@ impl Numbers {
         let without = if untold.is_empty() {
             String::new()
         } else {
-            format!(" and the steps of the {}, which are not told", untold.join(" and the "))
+            format!(" and the steps of the {}, which are not known", untold.join(" and the "))
         };
         line("expected cost", format!("up to {} s of wall time{per}{without}", short(windows * pass)));
         text

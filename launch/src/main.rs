@@ -4,8 +4,8 @@
 //! It knows which table of a scene belongs to which program, and not what is in it: [`plan`] decides
 //! by presence, [`validate`] asks the programs themselves, [`choice`] fills in scheme, window and steps that are open
 //! ([`numbers`], [`stability`]), [`record`] writes down what will run,
-//! [`supervise`] starts and watches, [`verdict`] makes one message of how it ended, [`estimate`]
-//! estimates steps and cost for `rockfall check`.
+//! [`schema`] and [`reference`] say what a scene may hold, [`supervise`] starts and watches, [`verdict`] makes one message
+//! of how it ended, [`estimate`] estimates steps and cost for `rockfall check`.
 
 mod choice;
 mod cli;
@@ -16,8 +16,10 @@ mod numbers;
 mod plan;
 mod progress;
 mod record;
+mod reference;
 mod run;
 mod stability;
+mod schema;
 mod stop;
 mod supervise;
 mod validate;

@@ -3,6 +3,7 @@
 use crate::command_line::{beside, find, split};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -37,8 +38,8 @@ impl Part {
     }
 }
 
-/// `[processes]`
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+/// Programs of others in the place of this project's, and how long one is waited for.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Processes {
     /// Command line in the place of `dem-solver`.
@@ -50,7 +51,7 @@ pub struct Processes {
     /// Command line in the place of `coupler`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coupler: Option<String>,
-    /// Deadline for one answer [s]; default 60.
+    /// Deadline for one answer [s]. Default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timeout: Option<f64>,
     /// How to wait; default `auto`. `yield` and `event` are kept for one version.
@@ -59,7 +60,7 @@ pub struct Processes {
 }
 
 /// How a solver waits for its next request.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Waiting {
     /// As fast as the better of the others.

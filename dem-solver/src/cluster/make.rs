@@ -16,6 +16,7 @@ use super::{samples, volume};
 use crate::rock::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Samples are closer than this share of what one ball covers.
@@ -30,7 +31,7 @@ const TOLERANCE: f64 = 0.02;
 const MOST_SAMPLES: usize = 100;
 
 /// Where the spheres end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Fit {
     /// As much outside of the solid as lacks inside: together they have the solid's volume.

@@ -37,7 +37,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
             group.name, group.count, group.radius[0], group.radius[1]
         ));
     }
-    report.builds.push(format!("box of {} walls", model.planes.len()));
+    report.builds.push(format!("box of {} planes", model.planes.len()));
     report.builds.extend(Laws::new(&settings.contacts).iter().flat_map(Laws::describe));
     report.builds.push(format!(
         "step {:.4e} s; critical {:.4e} s for impacts at {:.2} m/s and the weight of the packing",

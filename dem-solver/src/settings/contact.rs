@@ -3,13 +3,15 @@
 use super::dem::{ContactSelection, DemSettings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One `[[contact]]`. A wall is rigid unless its modulus is given; two rocks in contact are both elastic.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The contact law of a pair of materials. A net and a terrain are rigid unless their modulus is given; two rocks in
+/// contact are both elastic.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSettings {
-    /// Names of the two materials: a rock's or sphere's first, if the other is a wall's. Default: every
+    /// Names of the two materials: that of the rock first, if the other is that of net, terrain or box. Default: every
     /// pair that no other table names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<[String; 2]>,
@@ -22,7 +24,7 @@ pub struct ContactSettings {
     /// `stiffness_ratio` is given).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
-    /// Young's modulus of the other side [Pa]. Default: a wall is rigid, another rock is as `young`.
+    /// Young's modulus of the other side [Pa]. Default: net and terrain are rigid, another rock is as `young`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_young: Option<f64>,
     /// Poisson's ratio of the other side. Needed with `wall_young`.
@@ -77,7 +79,7 @@ fn is_zero(value: &f64) -> bool {
 }
 
 /// How the tangential spring follows the overlap.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TangentialName {
     /// The force changes by the increments of slip alone.
@@ -96,7 +98,7 @@ impl TangentialName {
 }
 
 /// Kind of rolling resistance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RollingName {
     /// A moment of constant size against the spin (type A).
@@ -106,12 +108,12 @@ pub enum RollingName {
 }
 
 /// Which of several elements that a sphere touches are contacts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HierarchyName {
-    /// As [`ContactSelection::Nearest`].
+    /// As `nearest` there.
     Nearest,
-    /// As [`ContactSelection::Continuous`].
+    /// As `continuous` there.
     Continuous,
 }
 
@@ -141,7 +143,7 @@ pub(super) fn rename_hierarchy(
 }
 
 /// Normal law of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LawName {
     /// Hertz normal and Mindlin tangential stiffness, both growing with the overlap.
@@ -151,11 +153,11 @@ pub enum LawName {
 }
 
 /// Which mass m* a contact's dashpot is scaled with.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EffectiveMass {
-    /// The inertia met at the contact: the rock's share and the wire's, `1/m* = N_c/M + sum N_a^2/m_a`.
-    /// Needs the nodal masses of the wall; costs nothing else.
+    /// The inertia that acts at the contact: the rock's share and the wire's, `1/m* = N_c/M + sum N_a^2/m_a`.
+    /// Needs the nodal masses of the net; costs nothing else.
     #[default]
     Local,
     /// The rock's whole mass in every contact, as the reference implementation does. Light wires get
@@ -266,11 +268,12 @@ impl ContactSettings {
             (Some(_), _) if self.young.is_none() => {
                 Err(invalid("wall_young", "wall_young is the partner of `young`, which is missing".into()))
             }
-            (Some(_), None) => {
-                Err(invalid("wall_poisson", "Poisson's ratio of the wall is needed with `wall_young`".into()))
-            }
+            (Some(_), None) => Err(invalid(
+                "wall_poisson",
+                "Poisson's ratio of the partner is needed with `wall_young`".into(),
+            )),
             (None, Some(_)) => Err(invalid("wall_poisson", "wall_poisson without `wall_young`".into())
-                .try_instead("leave it out: the wall is rigid")),
+                .try_instead("leave it out: the partner is rigid")),
             (_, Some(nu)) if !(0.0..=0.5).contains(&nu) => {
                 Err(invalid("wall_poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")))
             }

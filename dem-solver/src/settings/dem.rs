@@ -3,10 +3,11 @@
 use crate::search::shared::Unshared;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// `[dem]`. The step is given, or follows from the duration of a contact.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+/// The time step of the contact solver, and how rocks rotate. The step is given, or follows from the duration of a contact.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DemSettings {
     /// The solver's own step [s]. Excludes `steps_per_contact`.
@@ -22,7 +23,7 @@ pub struct DemSettings {
     /// critical one. Excludes `time_step`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub critical_share: Option<f64>,
-    /// How rocks turn between two kicks. Default `exact`; separate spheres turn exactly whatever it says.
+    /// How rocks rotate between two steps. Default `exact`; separate spheres turn exactly whatever it says.
     #[serde(default)]
     pub rotation: Rotation,
     /// Which of several lines and faces that a sphere touches are contacts. Default `automatic`. Rocks on a net or on
@@ -38,7 +39,7 @@ pub struct DemSettings {
 }
 
 /// Which of several elements that a sphere touches are contacts.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactSelection {
     /// `continuous` where the elements of the mesh share the nodes at which they touch, else `nearest`.
@@ -73,7 +74,7 @@ impl ContactSelection {
 
 /// How a rock turns freely. Each keeps the angular momentum to the last bit ([`crate::rock::rotation`], with what each errs
 /// and costs).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rotation {
     /// Taylor series of the free motion: no error but rounding. Flights cost what they turn, not their steps.

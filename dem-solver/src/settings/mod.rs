@@ -52,7 +52,7 @@ impl Settings {
             return Err(scene
                 .invalid(
                     "spheres",
-                    "[[spheres]] beside [[rock]]: separate spheres and rocks do not meet in this version",
+                    "[[spheres]] beside [[rock]]: there is no contact between separate spheres and rocks in this version",
                 )
                 .try_instead("keep one of the two"));
         }
@@ -135,7 +135,7 @@ impl GranularSettings {
             return Err(scene
                 .invalid(
                     key,
-                    format!("[[spheres]] beside `{key}`: separate spheres meet each other and a [box] only"),
+                    format!("[[spheres]] beside `{key}`: separate spheres have contact with each other and a [box] only"),
                 )
                 .try_instead("keep one of the two"));
         }

@@ -2,18 +2,19 @@
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// `[terrain]`. Its presence builds the ground; a run without a structure then ends when every rock has
-/// come to rest or has left the terrain.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The terrain, the materials on it, and when a rock is at rest. With it, a run without a structure ends when every rock
+/// has come to rest or has left the terrain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TerrainSettings {
     /// The file, from the directory of the scene: ESRI grid `.asc`, GeoTIFF `.tif`, points `.xyz`, `.las`,
     /// `.laz`, triangles `.stl`, `.obj`. Metres, z upwards.
     pub file: PathBuf,
-    /// Cells of a raster without height: `refuse` (default) or `cut`, a hole through which rocks fall.
+    /// Cells of a raster without height. Default `refuse`.
     #[serde(default)]
     pub nodata: NoData,
     /// Height [m] that marks cells without height, beside the one that the raster declares.
@@ -31,30 +32,30 @@ pub struct TerrainSettings {
     /// Raster of zone numbers (`.asc`, `.tif`), which `[[terrain.zone]]` gives materials by `number`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zones: Option<PathBuf>,
-    /// `[[terrain.zone]]`: materials by polygon or number. Of polygons that overlap the last counts.
+    /// Materials of parts of the terrain, by polygon or number. Of polygons that overlap the last counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub zone: Vec<ZoneSettings>,
     /// Speed [m/s] of the fastest point of a rock below which it may be at rest. Default 0.01.
     #[serde(default = "rest_speed")]
     pub rest_speed: f64,
-    /// Time [s] for which it must stay below, touching the ground. Default 0.5.
+    /// Time [s] for which it must stay below, touching the terrain. Default 0.5.
     #[serde(default = "rest_time")]
     pub rest_time: f64,
 }
 
 /// What to do with cells without height.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NoData {
-    /// An error that says where.
+    /// They are an error that says where.
     #[default]
     Refuse,
-    /// A hole.
+    /// A hole, through which rocks fall.
     Cut,
 }
 
-/// One `[[terrain.zone]]`: exactly one of `polygon` and `number`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The material of a part of the terrain: exactly one of `polygon` and `number`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ZoneSettings {
     /// Its material.

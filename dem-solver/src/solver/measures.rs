@@ -299,7 +299,7 @@ fn one_impact(track: &Track, settings: &Settings, tell: &mut Tell) {
     }
     match track.rebound {
         Some((speed, time)) => tell.value("rebound_speed", speed, "m/s", Some(time)),
-        None => tell.absent("rebound_speed", "no contact was lost on the way back"),
+        None => tell.absent("rebound_speed", "no contact ended on the rebound"),
     }
     if let Some(time) = track.behind {
         tell.warnings.push(format!(
@@ -318,7 +318,7 @@ fn distances(track: &Track, settings: &Settings, tell: &mut Tell) {
             tell.value("max_deflection", depth, "m", Some(time));
         }
         (Some(angle), _) if angle <= STEEP => {
-            tell.absent("max_deflection", "its lowest point never lay below the net's lowest node at rest");
+            tell.absent("max_deflection", "its lowest point never lay below the lowest node of the net at rest");
         }
         (Some(angle), _) => tell.absent(
             "max_deflection",

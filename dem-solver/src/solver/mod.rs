@@ -269,7 +269,7 @@ impl DemSolver {
         let mut wall = Wall::new(mesh)?.from(&self.model.origin);
         let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
-                "there is a wall and no contact law: the rock would fall through it; add a table [[contact]]",
+                "there is a net and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
         if self.guarded {
@@ -391,7 +391,10 @@ impl Solver for DemSolver {
         }
         let mut warnings = [&self.notices[..], &self.cautions].concat();
         if plan.wall.is_some() {
-            progress(Progress { what: "making the wall of the structure's mesh".into(), done: f64::NAN })?;
+            progress(Progress {
+                what: "preparing contact with the structure's mesh".into(),
+                done: f64::NAN,
+            })?;
         }
         let wall = self.wall(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);

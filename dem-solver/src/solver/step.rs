@@ -104,7 +104,7 @@ impl Run {
             load.behind = watch(scene.rock, now, &sums, h, start, |depth| {
                 let contact = evaluation.passed_centre(scene, now, h, depth)?;
                 let number = scene.list.elements[contact.element as usize].number;
-                Some((contact.sphere, format!("wall element {number}")))
+                Some((contact.sphere, format!("element {number} of the interface mesh")))
             })?;
         }
         (load.force, load.torque, load.elastic, load.sheared) =

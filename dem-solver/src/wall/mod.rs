@@ -81,7 +81,7 @@ pub struct Wall {
 impl Wall {
     /// Make the wall of an interface mesh.
     pub fn new(mesh: &InterfaceMesh) -> Result<Self, Fault> {
-        mesh.check().map_err(|what| Fault::broken(format!("the wall's mesh cannot be used: {what}")))?;
+        mesh.check().map_err(|what| Fault::broken(format!("the interface mesh cannot be used: {what}")))?;
         let nodes: Vec<_> =
             mesh.coordinates.chunks_exact(3).map(|c| Vector3::new(c[0], c[1], c[2])).collect();
         let mut held = vec![false; nodes.len()];
@@ -172,7 +172,7 @@ impl Wall {
     pub fn describe(&self) -> String {
         let count = |kind| self.elements.iter().filter(|e| e.kind == kind).count();
         format!(
-            "wall of {} nodes, {} lines, {} faces, {} points",
+            "interface mesh of {} nodes, {} lines, {} faces, {} points",
             self.nodes.len(),
             count(Kind::Line),
             count(Kind::Face),

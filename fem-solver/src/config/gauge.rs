@@ -1,9 +1,10 @@
 //! `[[gauge]]`: what to record.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A number, or three, recorded at every step: at a point of the structure or over a group.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GaugeConfig {
     /// Name; the columns and measures begin with it.
@@ -28,7 +29,7 @@ pub struct GaugeConfig {
 /// measures of the same names over all solver steps, which name the member. A sum is called `_sum`, a mean `_mean`. Old
 /// names stay for one version: `_tension` and `_elongation` of several members are the largest, `_fx` and the like the
 /// sum, `_ux` and `_vx` the mean.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Displacement since t = 0 [m]: `_ux`, `_uy`, `_uz`; of a group its mean, `_ux_mean`.

@@ -129,7 +129,7 @@ impl Base {
                         format!("the lines of `{}` make no ropes: {}", part.head().0, fault.words(&mesh));
                     scene
                         .invalid(&format!("structure.parts.{i}.name"), what)
-                        .try_instead("put ropes that meet into groups of their own")
+                        .try_instead("put ropes that share nodes into groups of their own")
                 })?;
             }
         }

@@ -110,7 +110,7 @@ impl Domain {
                 if home.has_remains(&self.run) {
                     let place = self.home.join(&self.run.0);
                     return Err(Failure::Transport(format!(
-                        "{} is in the way and cannot be removed",
+                        "{} exists already and cannot be removed",
                         place.display()
                     )));
                 }
@@ -273,7 +273,7 @@ mod tests {
         drop(domain("home").own().unwrap());
         std::fs::write(temp.path().join("home/r"), "kept").unwrap();
         let refused = domain("home").own().unwrap_err().to_string();
-        assert!(refused.contains("home/r is in the way"), "{refused}");
+        assert!(refused.contains("home/r exists already"), "{refused}");
         assert_eq!(std::fs::read(temp.path().join("home/r")).unwrap(), b"kept");
     }
 }

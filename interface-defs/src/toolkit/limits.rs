@@ -3,12 +3,13 @@
 use super::input_error::InputError;
 use super::scene::Scene;
 use super::summary::{Status, Summary, split_member};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Bounds beyond which a run is not to be trusted.
 ///
 /// A scene that shows a failing scheme on purpose raises them and says why.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Limits {
     /// Largest imbalance of the whole system's energy, relative to the kinetic energy at impact. Ten times

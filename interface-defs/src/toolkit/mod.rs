@@ -1,6 +1,7 @@
 //! What rockfall's own programs share beside the contract. A foreign solver needs none of it.
 //!
 //! - [`scene`]: scene text, its tables, and where in the file a value stands
+//! - [`schema`]: what a program reads and writes, for editors and the reference
 //! - [`input_error`]: bad input as one message, with position and excerpt
 //! - [`input_file`]: what stands at the path of an input file
 //! - [`output`]: the table `[output]`
@@ -33,6 +34,7 @@ pub mod program;
 pub mod progress;
 pub mod run_dir;
 pub mod scene;
+pub mod schema;
 pub mod screen;
 mod solo;
 pub mod summary;

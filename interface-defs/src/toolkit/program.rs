@@ -11,7 +11,8 @@ use super::owner::{self, Claim, Owner};
 use super::progress::{self, Reporter};
 use super::run_dir;
 use super::scene::Scene;
-use super::screen::complain;
+pub use super::schema::Share;
+use super::screen::{complain, tell};
 use super::solo::{self, Stage};
 use super::summary::{Status, Summary};
 use crate::ipc::serve::{self, Connection};
@@ -45,6 +46,8 @@ pub struct Program {
     pub build: Build,
     /// Say what it would build; with the mesh that the structure offers to contact, if that is known.
     pub check: Check,
+    /// Say what it reads of a scene and what it writes.
+    pub schema: fn() -> Share,
 }
 
 /// A subcommand of one program, beside those that all solvers have.
@@ -68,7 +71,7 @@ pub struct Options {
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Form of the log lines on stderr; RUST_LOG=debug tells more
+    /// Form of the log lines on stderr; RUST_LOG=debug prints more
     #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
     log_format: LogFormat,
 }
@@ -108,6 +111,9 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         interface: Option<PathBuf>,
     },
+    /// Print the JSON schema of the tables that it reads: its share of `rockfall schema`
+    #[command(hide = true)]
+    Schema,
     /// Take part in a run that a coupler leads
     Serve {
         #[command(flatten)]
@@ -161,7 +167,7 @@ struct Savings {
 pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(s) if s > 0.0 && Duration::try_from_secs_f64(s).is_ok() => Ok(s),
-        _ => Err("a number of seconds above 0 is due".into()),
+        _ => Err("it must be a number of seconds above 0".into()),
     }
 }
 
@@ -189,8 +195,9 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
         Ok(cli) => cli,
         Err(e) => e.exit(),
     };
-    let tell = !matches!(cli.command, Command::Run { quiet: true, .. } | Command::Check { .. });
-    log::init(cli.log_format, tell);
+    let hint =
+        !matches!(cli.command, Command::Run { quiet: true, .. } | Command::Check { .. } | Command::Schema);
+    log::init(cli.log_format, hint);
     guarded(|| execute(program, &cli.command))
 }
 
@@ -214,6 +221,10 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             let scene = input.load()?;
             Limits::of(&scene)?;
             (program.check)(&scene, mesh.as_ref())?.print(*format);
+            Ok(Exit::Done)
+        }
+        Command::Schema => {
+            tell(&((program.schema)().to_json() + "\n"));
             Ok(Exit::Done)
         }
         Command::Run { input, out, force, quiet, progress, supervisor, savings } => {

@@ -106,7 +106,7 @@ fn header(words: &mut Words, file: &str) -> Result<Header, InputError> {
             if whole {
                 Ok(value as usize)
             } else {
-                Err(fault(format!("{name} = {value}: a whole number above 0 is due")))
+                Err(fault(format!("{name} = {value}: it must be a whole number above 0")))
             }
         };
         let size = || {

@@ -34,7 +34,7 @@ pub fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>,
         }
     };
     if points.len() > MOST_TAKEN {
-        return Err(InputError::in_file(file, format!("more than {MOST_TAKEN} points of the ground"))
+        return Err(InputError::in_file(file, format!("more than {MOST_TAKEN} points of the terrain"))
             .try_instead("thin them out, or cut the area out that is needed"));
     }
     if points.is_empty() {

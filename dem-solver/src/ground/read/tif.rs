@@ -36,7 +36,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     let [columns, rows] = counts;
     if values.len() != columns * rows {
         return Err(fault(format!(
-            "{} values for {columns} x {rows} pixels; one band of heights is due",
+            "{} values for {columns} x {rows} pixels; one band of heights is required",
             values.len()
         )));
     }
