@@ -2,9 +2,7 @@
 
 use crate::gate::start;
 use crate::net_contact;
-use crate::settings::{
-    ContactSettings, DemSettings, RockSettings, Settings, Shape, TerrainSettings,
-};
+use crate::settings::{ContactSettings, DemSettings, RockSettings, Settings, Shape, TerrainSettings};
 use crate::solver::DemSolver;
 use interface_defs::InterfaceMesh;
 use interface_defs::toolkit::check::CheckReport;

@@ -50,7 +50,8 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
         };
         Some((landing, law, rock.mass))
     });
-    let Some((landing, law, _)) = landings.clone().max_by(|a, b| a.0.stiffness.total_cmp(&b.0.stiffness)) else {
+    let Some((landing, law, _)) = landings.clone().max_by(|a, b| a.0.stiffness.total_cmp(&b.0.stiffness))
+    else {
         return numbers;
     };
     let mut report = |name: &str, value: f64| numbers.insert(name.to_owned(), value);

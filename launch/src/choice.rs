@@ -48,8 +48,13 @@ impl Chosen {
 }
 
 /// Choose what `scene` leaves open, and write it into the reports of the programs. Nothing if it is not coupled.
-pub fn complete(scene: &Scene, plan: &Plan, reports: &mut [(Part, CheckReport)]) -> Result<Vec<Chosen>, InputError> {
-    if !plan.is_coupled() || plan.members.iter().any(|member| member.part == Part::Coupler && member.foreign) {
+pub fn complete(
+    scene: &Scene,
+    plan: &Plan,
+    reports: &mut [(Part, CheckReport)],
+) -> Result<Vec<Chosen>, InputError> {
+    if !plan.is_coupled() || plan.members.iter().any(|member| member.part == Part::Coupler && member.foreign)
+    {
         return Ok(Vec::new());
     }
     let numbers = Numbers::of(reports, scene.end_time()?);
@@ -60,7 +65,10 @@ pub fn complete(scene: &Scene, plan: &Plan, reports: &mut [(Part, CheckReport)])
     }
     let weak = numbers.weak_with(&chosen);
     if weak && let Some(limit) = numbers.limit {
-        chosen.push(Chosen { key: ("coupling", "longest_weak_window"), value: two_digits(limit.window).into() });
+        chosen.push(Chosen {
+            key: ("coupling", "longest_weak_window"),
+            value: two_digits(limit.window).into(),
+        });
     }
     if open.scheme || open.window {
         steps(open, &numbers, &mut chosen);
@@ -89,7 +97,9 @@ impl Open {
             window: !names("coupling", "time_window"),
             samples: !names("coupling", "samples"),
             // Terrain and other rocks are touched in steps that the contact solver knows best.
-            dem: !names("dem", "time_step") && !names("dem", "steps_per_contact") && !document.contains_key("terrain"),
+            dem: !names("dem", "time_step")
+                && !names("dem", "steps_per_contact")
+                && !document.contains_key("terrain"),
             fem: !names("fem", "time_step"),
         }
     }

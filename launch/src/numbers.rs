@@ -132,7 +132,8 @@ impl Reports<'_> {
             let soft = share.powf(exponent);
             let blown = of_blow.powf(exponent / (1.0 + 2.0 * exponent));
             // Small spheres share the wires of a node; those count whose lowest parts lie on a wire.
-            let (pitch, patch) = (of("sphere_pitch_m")?, of("contact_patch_m")? * share.powf(0.5 * (1.0 - exponent)));
+            let (pitch, patch) =
+                (of("sphere_pitch_m")?, of("contact_patch_m")? * share.powf(0.5 * (1.0 - exponent)));
             let along = self.number(Part::Fem, "interface_length_per_node_m").unwrap_or(0.0) / pitch;
             let together = ((2.0 * patch / pitch).min(1.0) * along).max(1.0);
             Some((soft.max(blown) * peak, force, together * soft * peak))
@@ -142,7 +143,8 @@ impl Reports<'_> {
         let friction = of("tangential_ratio").map(|stiffness_ratio| {
             let reserve = || {
                 let slipping = of("friction")? * force?;
-                let stored = of("facing_spheres")? * slipping * slipping / (2.0 * stiffness_ratio * sustained);
+                let stored =
+                    of("facing_spheres")? * slipping * slipping / (2.0 * stiffness_ratio * sustained);
                 Some(of("landing_energy_j")? / stored)
             };
             Friction { stiffness_ratio, reserve: reserve().unwrap_or(0.0) }

@@ -44,7 +44,8 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let scene = Scene::load(&request.scene, &request.sets)?;
     let plan = Plan::of(&scene)?;
     let mut reports = validate(&plan, &request.scene, &request.sets, &events)?;
-    for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene()) {
+    for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene())
+    {
         tracing::info!("chosen, the scene is open: {}", choice.text());
     }
     let warnings = estimate::warnings(&reports, scene.end_time()?);

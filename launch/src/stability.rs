@@ -164,7 +164,8 @@ pub fn longest_window(node: Node, contact: &Contact, scheme: &Scheme) -> Limit {
 /// The longest window such that it and every shorter one is harmless, less a margin [s].
 fn limit(node: Node, contact: &Contact, scheme: &Scheme) -> Option<f64> {
     let springs = springs(node, contact);
-    let harmless = |window: f64| springs.iter().all(|spring| growth(spring, scheme, window) <= spring.harmless);
+    let harmless =
+        |window: f64| springs.iter().all(|spring| growth(spring, scheme, window) <= spring.harmless);
     let most = if contact.kink { KINK * (node.mass / contact.peak).sqrt() } else { LONGEST };
     let mut good = SHORTEST;
     while harmless((good * FINER).min(most)) {
@@ -195,7 +196,14 @@ fn springs(node: Node, contact: &Contact) -> Vec<Spring> {
         let (mass, held) = node.held.unwrap_or((node.mass, 0.0));
         let stiffness = friction.stiffness_ratio * contact.sustained;
         let harmless = slow.max(ENERGY_SHARE * friction.reserve / CONTACT_TIME);
-        springs.push(Spring { mass, stiffness, dashpot: dashpot(mass, stiffness), lags: true, held, harmless });
+        springs.push(Spring {
+            mass,
+            stiffness,
+            dashpot: dashpot(mass, stiffness),
+            lags: true,
+            held,
+            harmless,
+        });
     }
     springs
 }
@@ -259,7 +267,8 @@ fn advance(spring: &Spring, scheme: &Scheme, window: f64, start: State) -> State
 /// The structure over a part of the window, under a force of this mean and this end.
 fn solve(spring: &Spring, scheme: &Scheme, part: f64, [mean, end]: [f64; 2], start: State) -> State {
     let Spring { mass: m, held, .. } = *spring;
-    let steps = interface_defs::Window { number: 1, iteration: 1, start: 0.0, length: part }.steps(scheme.step);
+    let steps =
+        interface_defs::Window { number: 1, iteration: 1, start: 0.0, length: part }.steps(scheme.step);
     let h = part / steps as f64;
     let mut state = start;
     for step in 0..steps {
@@ -293,20 +302,26 @@ fn solve(spring: &Spring, scheme: &Scheme, part: f64, [mean, end]: [f64; 2], sta
     state
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const NODE: Node = Node { mass: 0.0296, held: Some((0.0296, 1.38e6)) };
-    const WEAK: Scheme = Scheme { predictor: 1, samples: 1, integrator: Integrator::Explicit, step: f64::INFINITY };
+    const WEAK: Scheme =
+        Scheme { predictor: 1, samples: 1, integrator: Integrator::Explicit, step: f64::INFINITY };
 
     fn elastic(k: f64) -> Contact {
         Contact { kink: false, peak: k, sustained: k, ratio: 0.0, dashpot_mass: None, friction: None }
     }
 
-    const HERTZ: Contact =
-        Contact { kink: false, peak: 7.6e6, sustained: 2.3e6, ratio: 0.0, dashpot_mass: None, friction: None };
+    const HERTZ: Contact = Contact {
+        kink: false,
+        peak: 7.6e6,
+        sustained: 2.3e6,
+        ratio: 0.0,
+        dashpot_mass: None,
+        friction: None,
+    };
     const NEWMARK: Integrator = Integrator::Implicit { alpha_m: 0.0, alpha_f: 0.0, beta: 0.25, gamma: 0.5 };
     const MIDPOINT: Integrator = Integrator::Implicit { alpha_m: 0.5, alpha_f: 0.5, beta: 0.25, gamma: 0.5 };
 
@@ -322,7 +337,8 @@ mod tests {
     #[test]
     fn limits_are_those_of_the_closed_forms() {
         let (m, slow) = (NODE.mass, HARMLESS / CONTACT_TIME);
-        let limit = |contact: &Contact, scheme: &Scheme| longest_window(NODE, contact, scheme).window / MARGIN;
+        let limit =
+            |contact: &Contact, scheme: &Scheme| longest_window(NODE, contact, scheme).window / MARGIN;
         let spring = 2.0 * (m / HERTZ.peak).sqrt();
         close("spring", limit(&HERTZ, &WEAK), spring, 0.01);
         close("midpoint", limit(&HERTZ, &Scheme { integrator: MIDPOINT, ..WEAK }), spring, 0.01);
@@ -365,9 +381,8 @@ mod tests {
         let grown = |contact: &Contact, scheme: &Scheme, window: f64| {
             let springs = springs(NODE, contact);
             let each = springs.iter().map(|spring| {
-                let energy = |s: &State| {
-                    spring.mass * s[1] * s[1] + (spring.stiffness + spring.held) * s[0] * s[0]
-                };
+                let energy =
+                    |s: &State| spring.mass * s[1] * s[1] + (spring.stiffness + spring.held) * s[0] * s[0];
                 let mut state = State::zeros();
                 state[1] = 1.0;
                 let first = energy(&state);
@@ -394,8 +409,12 @@ mod tests {
             (HERTZ, Scheme { integrator: NEWMARK, ..WEAK }),
         ] {
             let limit = longest_window(NODE, &contact, &scheme).window / MARGIN;
-            let (below, above) = (grown(&contact, &scheme, 0.9 * limit), grown(&contact, &scheme, 1.2 * limit));
-            assert!(below < 1.1 && above > 1.1, "{contact:?} {scheme:?} {limit:e}: {below} below, {above} above");
+            let (below, above) =
+                (grown(&contact, &scheme, 0.9 * limit), grown(&contact, &scheme, 1.2 * limit));
+            assert!(
+                below < 1.1 && above > 1.1,
+                "{contact:?} {scheme:?} {limit:e}: {below} below, {above} above"
+            );
         }
     }
 }

@@ -110,14 +110,17 @@ fn main() {
     let mut references: Vec<(String, [f64; 2])> = Vec::new();
     for n in (0..60).filter(|n| numbers.is_empty() || numbers.contains(n)) {
         let Case { setup, physics, numerics, factor, weak, implicit } = case(n);
-        let common: Vec<String> = setup.common.iter().map(ToString::to_string).chain(physics.clone()).collect();
+        let common: Vec<String> =
+            setup.common.iter().map(ToString::to_string).chain(physics.clone()).collect();
         let key = format!("{} {physics:?}", setup.name);
         let exact = match references.iter().find(|(k, _)| *k == key) {
             Some((_, exact)) => *exact,
             None => {
                 let fine = setup.fine;
-                let own = ["coupling.time_window", "dem.time_step", "fem.time_step"].map(|k| format!("{k}={fine:e}"));
-                let sets: Vec<_> = common.iter().cloned().chain(["coupling.scheme=weak".into()]).chain(own).collect();
+                let own = ["coupling.time_window", "dem.time_step", "fem.time_step"]
+                    .map(|k| format!("{k}={fine:e}"));
+                let sets: Vec<_> =
+                    common.iter().cloned().chain(["coupling.scheme=weak".into()]).chain(own).collect();
                 let run = computed(&scene(setup.name), &sets).expect("a scene");
                 let exact = [run.measure(setup.deflection), run.measure("max_reaction_1ms")];
                 references.push((key, exact));
@@ -134,10 +137,13 @@ fn main() {
         let window = if weak { factor * limit } else { factor * 4.0 * limit };
         let window = window.clamp(least, 2e-3);
         let bench = Bench::new();
-        let own = [format!("coupling.time_window={window:e}"), format!("dem.time_step={:e}", window.min(1e-4))];
+        let own =
+            [format!("coupling.time_window={window:e}"), format!("dem.time_step={:e}", window.min(1e-4))];
         let own = own.into_iter().chain(["processes.wait=event".into()]);
-        let words: Vec<String> = sets.iter().cloned().chain(own).flat_map(|set| ["--set".into(), set]).collect();
-        let ended = bench.run(&scene(setup.name), "out", &words.iter().map(String::as_str).collect::<Vec<_>>());
+        let words: Vec<String> =
+            sets.iter().cloned().chain(own).flat_map(|set| ["--set".into(), set]).collect();
+        let ended =
+            bench.run(&scene(setup.name), "out", &words.iter().map(String::as_str).collect::<Vec<_>>());
         if !ended.out.join("summary.json").exists() {
             println!("{n} {} refused: {}", setup.name, ended.stderr.lines().next().unwrap_or_default());
             continue;

@@ -3,10 +3,10 @@
 use coupler::coupling::{Committed, Coupling, Observer};
 use coupler::handshake::Side;
 use coupler::settings::Coupling as Settings;
+use interface_defs::InProcess;
 use interface_defs::message::{Measure, Statistics};
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
-use interface_defs::InProcess;
 use std::path::Path;
 
 /// What a run computed, and what it took.

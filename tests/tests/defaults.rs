@@ -40,7 +40,9 @@ fn deviation(ended: &Ended, exact: &Ended, measures: [&str; 2]) -> f64 {
 fn compare(name: &str, common: &[&str], converged: &[&str], best: &[&str], measures: [&str; 2]) {
     let bench = Bench::new();
     let all = |more: &[&str]| common.iter().chain(more).map(ToString::to_string).collect::<Vec<_>>();
-    let run_with = |path: &Path, sets: Vec<String>| run(&bench, path, &sets.iter().map(String::as_str).collect::<Vec<_>>());
+    let run_with = |path: &Path, sets: Vec<String>| {
+        run(&bench, path, &sets.iter().map(String::as_str).collect::<Vec<_>>())
+    };
     let open_scene = open(&bench, name);
     let chosen = run_with(&open_scene, all(&[]));
     let cheap = (chosen.measure(measures[0]), chosen.measure(measures[1]), cost(&chosen, 20.0));
@@ -65,13 +67,21 @@ fn compare(name: &str, common: &[&str], converged: &[&str], best: &[&str], measu
     assert!(share < 1.3, "{name}: {share} of the best known cost");
 }
 
-const DROP: [&str; 4] =
-    ["end_time=0.25", "rock.0.position=[0.0, 0.0, 0.155]", "rock.0.velocity=[0.0, 0.0, -6.26418391]", "processes.wait=event"];
+const DROP: [&str; 4] = [
+    "end_time=0.25",
+    "rock.0.position=[0.0, 0.0, 0.155]",
+    "rock.0.velocity=[0.0, 0.0, -6.26418391]",
+    "processes.wait=event",
+];
 
 #[test]
 fn the_drop_test() {
     let weak = |window: &str| {
-        ["coupling.scheme=weak".to_owned(), format!("coupling.time_window={window}"), format!("dem.time_step={window}")]
+        [
+            "coupling.scheme=weak".to_owned(),
+            format!("coupling.time_window={window}"),
+            format!("dem.time_step={window}"),
+        ]
     };
     let (fine, best) = (weak("1e-5"), weak("1.2e-4"));
     let fine: Vec<&str> = fine.iter().map(String::as_str).chain(["fem.time_step=1e-5"]).collect();
@@ -82,7 +92,11 @@ fn the_drop_test() {
 #[test]
 fn the_drop_test_with_friction() {
     let weak = |window: &str| {
-        ["coupling.scheme=weak".to_owned(), format!("coupling.time_window={window}"), format!("dem.time_step={window}")]
+        [
+            "coupling.scheme=weak".to_owned(),
+            format!("coupling.time_window={window}"),
+            format!("dem.time_step={window}"),
+        ]
     };
     let (fine, best) = (weak("1e-5"), weak("2.5e-5"));
     let fine: Vec<&str> = fine.iter().map(String::as_str).chain(["fem.time_step=1e-5"]).collect();
@@ -131,7 +145,11 @@ fn what_cannot_be_computed_has_to_be_named() {
     let path = bench.scene("end_time = 1.0\n[processes]\ndem = \"sh\"\nfem = \"sh\"\n");
     let ended = bench.run(&path, "out", &[]);
     assert_eq!(ended.code, Some(2), "{}", ended.stderr);
-    assert!(ended.stderr.contains("scheme and time_window are open, and cannot be computed"), "{}", ended.stderr);
+    assert!(
+        ended.stderr.contains("scheme and time_window are open, and cannot be computed"),
+        "{}",
+        ended.stderr
+    );
     assert!(ended.stderr.contains("add [coupling] with scheme"), "{}", ended.stderr);
     assert!(!bench.path("out").exists());
 }

@@ -48,13 +48,18 @@ fn a_net_of_rings_makes_energy_in_windows_beyond_the_longest_told_and_not_in_it(
 /// wrong in 2.5 times of it.
 #[test]
 fn the_drop_test_is_right_in_the_window_that_is_told_and_wrong_in_more_than_twice_of_it() {
-    let start = ["end_time=0.18", "rock.0.position=[0.0, 0.0, 0.155]", "rock.0.velocity=[0.0, 0.0, -6.26418391]"];
+    let start =
+        ["end_time=0.18", "rock.0.position=[0.0, 0.0, 0.155]", "rock.0.velocity=[0.0, 0.0, -6.26418391]"];
     for (name, cause, more) in [
         ("walenstadt-compare", "the contact's spring", &[][..]),
         ("walenstadt-compare", "the contact's spring", &["contact.0.young=1e9"]),
         ("walenstadt-compare", "the samples", &["coupling.samples=4"]),
         ("walenstadt-exp1", "the contact's friction", &["contact.0.friction=1.0"]),
-        ("walenstadt-exp1", "the contact's dashpot", &["contact.0.friction=0.0", "contact.0.restitution=0.5"]),
+        (
+            "walenstadt-exp1",
+            "the contact's dashpot",
+            &["contact.0.friction=0.0", "contact.0.restitution=0.5"],
+        ),
     ] {
         let sets: Vec<String> =
             start.iter().chain(more).chain(&["coupling.scheme=weak"]).map(ToString::to_string).collect();
@@ -69,7 +74,10 @@ fn the_drop_test_is_right_in_the_window_that_is_told_and_wrong_in_more_than_twic
         let (fine, right, wrong) = (run(0.3), run(0.9), run(2.5));
         for measure in ["max_deflection", "max_reaction_1ms"] {
             let off = (right.measure(measure) / fine.measure(measure) - 1.0).abs();
-            assert!(off < 0.01, "{name} {more:?}: {measure} is off by {off} in windows of 0.9 times {window} s");
+            assert!(
+                off < 0.01,
+                "{name} {more:?}: {measure} is off by {off} in windows of 0.9 times {window} s"
+            );
         }
         assert!(right.energy_error < 0.02, "{name} {more:?}: {} within {window} s", right.energy_error);
         assert!(wrong.energy_error > 0.05, "{name} {more:?}: {} at 2.5 times {window} s", wrong.energy_error);
