@@ -89,7 +89,11 @@ const MEASURES: &[Entry] = &[
     ),
     measure("{runout_distance,run_out}", "m", "terrain: horizontal distance from start to rest"),
     measure("rest_{x,y,z}", "m", "terrain: where the rock's centre came to rest"),
-    measure("{exit_distance,way_out}", "m", "terrain: horizontal distance from the start to where the rock left the terrain"),
+    measure(
+        "{exit_distance,way_out}",
+        "m",
+        "terrain: horizontal distance from the start to where the rock left the terrain",
+    ),
     measure(
         "max_jump_height",
         "m",
@@ -98,7 +102,11 @@ const MEASURES: &[Entry] = &[
     measure("max_speed", "m/s", "terrain: largest speed of the rock's centre"),
     measure("max_kinetic_energy", "J", "terrain: largest kinetic energy, rotation included"),
     measure("impacts", "1", "terrain: number of impacts, each a contact after a flight"),
-    measure("{contact_time_fraction,contact_share}", "1", "terrain: time in contact over the time to the end of the trajectory"),
+    measure(
+        "{contact_time_fraction,contact_share}",
+        "1",
+        "terrain: time in contact over the time to the end of the trajectory",
+    ),
     measure(
         "deepest_overlap_over_radius",
         "1",
