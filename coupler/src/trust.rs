@@ -36,7 +36,7 @@ impl Causes<'_> {
         } else if dem_size > fem_size {
             format!(
                 "{dem:.3e} J of it arose in the contact solver's own steps: shorten the steps ([dem] time_step, or more \
-                 steps_per_contact); energy that is lost where wires cross is kept by [[contact]] hierarchy = \"continuous\""
+                 steps_per_contact); energy that is lost where wires cross is kept by dem.contact_selection = \"continuous\""
             )
         } else {
             format!("{fem:.3e} J of it arose in the structure's own steps: shorten [fem] time_step")

@@ -110,7 +110,7 @@ const MEASURES: &[Entry] = &[
     measure(
         "deepest_overlap_over_radius",
         "1",
-        "`[[spheres]]`: deepest overlap over the radius of the smaller sphere",
+        "`[[spheres]]`: old name of `max_penetration`, over the radius of the smaller sphere, for one version",
     ),
 ];
 

@@ -56,7 +56,7 @@ pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
 }
 
 /// How many times as stiff the contact must be for the limit to hold.
-fn stiffer(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
+pub fn stiffer(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
     // What a contact stores is in proportion to its stiffness.
     let (mut low, mut high): (f64, f64) = (1.0, 2.0);
     while worst(rock, normal, energy / high) > LIMIT && high < 1e12 {
@@ -143,9 +143,11 @@ mod tests {
         let law = Normal::Hertz(2e8);
         let energy = 0.5 * 170.0 * 9.0;
         let face = pressed(&cube, &law, energy, &Vector3::z());
-        let shared = law.deepest(0.05, 170.0 / 16.0, 3.0) / 0.05;
+        // Four spheres on an edge, 1.25 radii apart.
+        let radius = 0.4 / (2.0 + 3.0 * 1.25);
+        let shared = law.deepest(radius, 170.0 / 16.0, 3.0) / radius;
         assert!((face / shared - 1.0).abs() < 1e-9, "{face} {shared}");
-        let alone = law.deepest(0.05, 170.0, 3.0) / 0.05;
+        let alone = law.deepest(radius, 170.0, 3.0) / radius;
         let most = worst(&cube, &law, energy);
         assert!(most > 1.5 * face && most < alone, "{face} {most} {alone}");
         let times = stiffer(&cube, &law, energy);

@@ -15,7 +15,7 @@ pub mod start;
 pub mod units;
 
 use crate::rock::Rock;
-use crate::settings::Settings;
+use crate::settings::{GranularSettings, Settings};
 use crate::solver::Model;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -26,6 +26,18 @@ pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Ve
     for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate() {
         warnings.extend(units::of_rock(at, rock, table, scene)?);
         warnings.extend(clusters::check(at, rock, table, scene)?);
+    }
+    for (number, contact) in settings.contacts.iter().enumerate() {
+        warnings.extend(units::of_contact(number, contact, scene)?);
+    }
+    Ok(warnings)
+}
+
+/// The same for many spheres.
+pub fn of_spheres(settings: &GranularSettings, scene: &Scene) -> Result<Vec<String>, InputError> {
+    let mut warnings = gravity::check(settings.gravity, false, scene)?;
+    for (at, group) in settings.spheres.iter().enumerate() {
+        warnings.extend(units::of_spheres(at, group, scene)?);
     }
     for (number, contact) in settings.contacts.iter().enumerate() {
         warnings.extend(units::of_contact(number, contact, scene)?);

@@ -1,13 +1,14 @@
 //! Units: values that are right in another unit than the one that the scene is written in.
 
 use crate::rock::Rock;
-use crate::settings::{ContactSettings, RockSettings, Shape};
+use crate::settings::{ContactSettings, RockSettings, Shape, SpheresSettings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
 /// Density of rock and concrete [kg/m3]; and what no solid has.
 const DENSITY: [f64; 2] = [1_000.0, 4_000.0];
 const ANY_SOLID: [f64; 2] = [100.0, 25_000.0];
+const OF_ROCK: &str = "rock has 2000 to 3000 kg/m3";
 /// Longest edge of a rock of which nothing is said, and of one that is refused [m].
 const LARGE: f64 = 20.0;
 const LARGEST: f64 = 100.0;
@@ -52,26 +53,17 @@ pub fn of_rock(
     }
     let volume = rock.solid.volume();
     let density = rock.mass / volume;
-    match table.density {
-        Some(d) if !(ANY_SOLID[0]..=ANY_SOLID[1]).contains(&d) => {
-            let likely = [1e3, 1e-3, 1e-6].into_iter().find(|f| (DENSITY[0]..=DENSITY[1]).contains(&(f * d)));
-            let unit = match likely {
-                Some(f) if f > 1.0 => ", as in g/cm3 or t/m3",
-                Some(_) => ", as in g/m3 or mg/m3",
-                None => "",
-            };
-            let cure = likely
-                .map_or("rock has 2600 kg/m3".into(), |f| format!("in kg/m3 that is density = {:?}", f * d));
-            return refuse("density", format!("a density of {} kg/m3{unit}", short(d)), cure);
-        }
-        _ if !(DENSITY[0]..=DENSITY[1]).contains(&density) => warnings.push(format!(
-            "rock `{}` has a density of {} kg/m3: {} kg in {} m3 ({edges}); rock has 2000 to 3000 kg/m3",
+    if let Some((what, cure)) = table.density.and_then(of_no_solid) {
+        return refuse("density", what, cure);
+    }
+    if !(DENSITY[0]..=DENSITY[1]).contains(&density) {
+        warnings.push(format!(
+            "rock `{}` has a density of {} kg/m3: {} kg in {} m3 ({edges}); {OF_ROCK}",
             rock.name,
             short(density),
             short(rock.mass),
             short(volume)
-        )),
-        _ => {}
+        ));
     }
     let speed = norm(&table.velocity);
     if speed > FASTEST {
@@ -89,6 +81,34 @@ pub fn of_rock(
     }
     warnings.extend(of_turning(rock, table));
     Ok(warnings)
+}
+
+/// Of `[[spheres]]` number `at`: refuse a density that no solid has; else what the user should know.
+pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<Option<String>, InputError> {
+    if let Some((what, cure)) = of_no_solid(group.density) {
+        let what = format!("spheres `{}`: {what}", group.name);
+        return Err(scene.invalid(&format!("spheres.{at}.density"), what).try_instead(cure));
+    }
+    let usual = (DENSITY[0]..=DENSITY[1]).contains(&group.density);
+    Ok((!usual).then(|| {
+        format!("spheres `{}` have a density of {} kg/m3; {OF_ROCK}", group.name, short(group.density))
+    }))
+}
+
+/// What is wrong with a density [kg/m3] that no solid has, and what it may have been.
+fn of_no_solid(density: f64) -> Option<(String, String)> {
+    if (ANY_SOLID[0]..=ANY_SOLID[1]).contains(&density) {
+        return None;
+    }
+    let likely = [1e3, 1e-3, 1e-6].into_iter().find(|f| (DENSITY[0]..=DENSITY[1]).contains(&(f * density)));
+    let unit = match likely {
+        Some(f) if f > 1.0 => ", as in g/cm3 or t/m3",
+        Some(_) => ", as in g/m3 or mg/m3",
+        None => "",
+    };
+    let cure = likely
+        .map_or("rock has 2600 kg/m3".into(), |f| format!("in kg/m3 that is density = {:?}", f * density));
+    Some((format!("a density of {} kg/m3{unit}", short(density)), cure))
 }
 
 fn of_turning(rock: &Rock, table: &RockSettings) -> Vec<String> {

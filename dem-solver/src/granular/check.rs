@@ -2,8 +2,8 @@
 
 use super::Model;
 use crate::contact::laws::Laws;
-use crate::gate::gravity;
-use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings};
+use crate::gate;
+use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings, limits};
 use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
@@ -27,7 +27,8 @@ struct Resolved<'a> {
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let (model, start) = Model::new(scene)?;
     let (settings, steps) = (&model.settings, &model.steps);
-    let warnings = gravity::check(settings.gravity, false, scene)?;
+    let mut warnings = gate::of_spheres(settings, scene)?;
+    warnings.extend(limits::of_contacts(&settings.contacts));
     let mut report = CheckReport { warnings, ..CheckReport::default() };
     for (number, group) in settings.spheres.iter().enumerate() {
         let of = |i: &usize| usize::from(start.group[*i]) == number;

@@ -49,7 +49,7 @@ pub struct Sums {
     pub elastic: f64,
     /// Contacts.
     pub contacts: usize,
-    /// Deepest overlap over effective radius.
+    /// Deepest overlap over the radius of the smaller sphere.
     pub deepest: f64,
 }
 
@@ -149,7 +149,11 @@ impl Scene<'_> {
                 sums.sheared += answer.sheared;
                 sums.elastic += answer.load.energy;
                 sums.contacts += 1;
-                sums.deepest = sums.deepest.max(overlap / pair.radius);
+                let smaller = match self.seen.get(pair.second as usize) {
+                    Some(other) => first.radius.min(other.radius),
+                    None => first.radius,
+                };
+                sums.deepest = sums.deepest.max(overlap / smaller);
             }
         }
         sums

@@ -5,9 +5,10 @@
 //! - [`forces`]: what the pairs do, in an order that does not depend on threads
 //! - [`run`]: the steps of a window
 //! - [`state`]: what is committed and what is tried
-//! - [`steps`]: the largest stable step
+//! - [`steps`]: the largest stable step; [`cause`](mod@cause): why a step went wrong
 //! - [`fields`](mod@fields), [`check`](mod@check): what is told of it
 
+pub mod cause;
 pub mod cells;
 pub mod check;
 pub mod fields;
@@ -19,6 +20,7 @@ pub mod steps;
 
 use crate::contact::Law;
 use crate::contact::laws::Laws;
+use crate::gate;
 use crate::settings::spheres::SIDES;
 use crate::settings::{GranularSettings, RollingName, limits};
 use cells::{Pair, Plane};
@@ -188,6 +190,7 @@ fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>
 /// Many separate spheres, alone on a scene.
 pub struct GranularSolver {
     model: Model,
+    cautions: Vec<String>,
     options: Options,
     run: Run,
     committed: State,
@@ -199,6 +202,7 @@ impl GranularSolver {
     /// The solver of a scene.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
         let (model, start) = Model::new(scene)?;
+        let cautions = gate::of_spheres(&model.settings, scene)?;
         let mut committed = State::new(&start, model.gravity);
         let mut run = Run::new(committed.position.len());
         run.at_end(&model, &mut committed);
@@ -215,7 +219,7 @@ impl GranularSolver {
                 .try_instead("give each table a region of its own, inside the box: lowest, highest"));
         }
         let trial = committed.clone();
-        Ok(Self { model, options: options.clone(), run, committed, trial, fields: None })
+        Ok(Self { model, cautions, options: options.clone(), run, committed, trial, fields: None })
     }
 
     /// What does not change in a run.
@@ -301,7 +305,7 @@ impl Solver for GranularSolver {
         let gauges = Self::gauges();
         let mut initial = vec![0.0; 3 * gauges.len()];
         self.tell(&self.committed, &mut initial);
-        let warnings = limits::of_contacts(&self.model.settings.contacts);
+        let warnings = [limits::of_contacts(&self.model.settings.contacts), self.cautions.clone()].concat();
         Ok(Ready { gauges, initial, warnings, ..Ready::default() })
     }
 
@@ -327,13 +331,16 @@ impl Solver for GranularSolver {
             ("candidate_refreshes", self.run.searches()),
         ];
         let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
-        let measure = |name: &str, value, unit: &str| Measure {
+        let measure = |name: &str, value, unit: &str, time| Measure {
             name: name.into(),
             value,
             unit: unit.into(),
-            time: None,
+            time: Some(time),
         };
-        let measures = vec![measure("deepest_overlap_over_radius", self.committed.deepest, "1")];
+        // The second is its old name, for one version.
+        let (deepest, when) = self.committed.deepest;
+        let measures = ["max_penetration", "deepest_overlap_over_radius"];
+        let measures = measures.map(|name| measure(name, deepest, "1", when)).into();
         Ok(Statistics { measures, counts, ..Statistics::default() })
     }
 }

@@ -1,16 +1,19 @@
 //! The steps of a window of many spheres: position Verlet, as for the rocks (`solver::window`).
 
 use super::Model;
+use super::cause;
 use super::cells::{Pair, PairList};
 use super::forces::{BLOCK, Push, Scene, Seen, Sums};
 use super::state::{Held, State};
-use crate::critical::DEEP;
 use interface_defs::{Fault, Window};
 use nalgebra::Vector3;
 
 /// Skin of the list of pairs over the smallest radius. Wider: fewer searches, more pairs that do not
 /// touch.
 const SKIN: f64 = 0.15;
+
+/// Largest overlap over the radius of the smaller sphere: the other's surface has reached its centre.
+const DEEPEST: f64 = 1.0;
 
 /// Buffers of a run. None of it is state: it can be thrown away without changing a result.
 #[derive(Default)]
@@ -56,9 +59,9 @@ impl Run {
         let h = window.length / steps as f64;
         self.recall(model, state);
         for step in 0..steps {
-            self.step(model, state, h).map_err(|what| {
-                Fault::window(format!("at {:.6} s {what}", window.start + h * step as f64))
-            })?;
+            let time = window.start + h * step as f64;
+            self.step(model, state, h, time)
+                .map_err(|what| Fault::window(format!("at {time:.6} s {what}")))?;
         }
         self.steps += steps as u64;
         self.remember(state, model);
@@ -142,8 +145,8 @@ impl Run {
         }
     }
 
-    /// One step; errs with what has gone wrong.
-    fn step(&mut self, model: &Model, state: &mut State, h: f64) -> Result<(), String> {
+    /// One step, that begins at `time` [s]; errs with what has gone wrong.
+    fn step(&mut self, model: &Model, state: &mut State, h: f64, time: f64) -> Result<(), String> {
         self.see(model, state, 0.5 * h);
         self.make_sure(model);
         self.answer(model, h);
@@ -151,20 +154,22 @@ impl Run {
         for block in &self.sums {
             sums.add(block);
         }
-        if sums.deepest > 2.0 * DEEP {
+        if sums.deepest > DEEPEST {
             return Err(format!(
-                "two spheres overlap by {:.2} of their effective radius; the contact is too soft, raise contact.young, or \
-                 shorten dem.time_step ({h:.3e} s)",
-                sums.deepest
+                "spheres overlap by {:.2} radii of the smaller: {}",
+                sums.deepest,
+                cause::of(model, state, h)
             ));
         }
-        state.deepest = state.deepest.max(sums.deepest);
+        if sums.deepest > state.deepest.0 {
+            state.deepest = (sums.deepest, time + 0.5 * h);
+        }
         state.dissipated += (sums.damped + sums.rubbed) * h - (sums.sheared - state.sheared);
         state.sheared = sums.sheared;
         self.evaluations += sums.contacts as u64;
         self.kick(model, state, h);
         if self.moved.iter().any(|m| !m.is_finite()) {
-            return Err(format!("a sphere has left the finite numbers; shorten dem.time_step ({h:.3e} s)"));
+            return Err(format!("a sphere has left the finite numbers: {}", cause::of(model, state, h)));
         }
         Ok(())
     }

@@ -40,8 +40,8 @@ pub struct State {
     pub dissipated: f64,
     /// Number of contacts.
     pub contacts: usize,
-    /// Deepest overlap so far over the smaller radius.
-    pub deepest: f64,
+    /// Deepest overlap so far over the radius of the smaller sphere, and when [1, s].
+    pub deepest: (f64, f64),
 }
 
 impl State {

@@ -3,7 +3,8 @@
 //! Every two rocks make a pair, the one with the smaller number first; pairs are gone through in
 //! ascending order. What is kept here between windows is a list of candidates, which no result shows.
 
-use super::state::{Encounters, State};
+use super::cause::Case;
+use super::state::{Against, Encounters, State};
 use super::{Model, name_of};
 use crate::contact::rocks::{Evaluation, Held, Sums, Two};
 use crate::rock::{Motion, Rock};
@@ -128,10 +129,11 @@ impl Meetings {
             let (mine, others) = before.split_at(own);
             before = others;
             let rocks @ [a, b] = pair.rocks;
+            let law = pair.law;
             let seen = pair.see(model, number, [&middles[a], &middles[b]]);
             let Some((two, pose)) = seen else { continue };
             let sums = self.evaluation.forces(&two, &pose, h, mine, &mut self.after);
-            watch(model, &two, rocks, &sums, h, time)?;
+            watch(model, &two, rocks, law, &sums, h, time)?;
             if sums.contacts == 0 {
                 continue;
             }
@@ -197,23 +199,42 @@ impl Pair {
 }
 
 /// Fail the window if two rocks have passed each other too fast to be met, or too deep.
-fn watch(model: &Model, two: &Two, [a, b]: [usize; 2], sums: &Sums, h: f64, time: f64) -> Result<(), Fault> {
+fn watch(
+    model: &Model,
+    two: &Two,
+    [a, b]: [usize; 2],
+    law: usize,
+    sums: &Sums,
+    h: f64,
+    time: f64,
+) -> Result<(), Fault> {
     let radius = two.rocks[0].smallest_radius.min(two.rocks[1].smallest_radius);
+    let [one, other] = two.motions;
+    // The faster shows where energy has been made.
+    let (rock, now) = if one.velocity.norm() > other.velocity.norm() { (a, one) } else { (b, other) };
+    let [r, s] = two.rocks.map(|rock| rock.smallest_radius);
+    let [m, n] = two.rocks.map(|rock| rock.mass);
+    let pair = Some([radius, r * s / (r + s), m * n / (m + n)]);
+    let case = Case { model, rock, against: Against::Rocks, law: Some(law), pair, impact: None, h, time };
     let names = || format!("rocks `{}` and `{}`", name_of(model, a), name_of(model, b));
     let stride = sums.fastest * h;
     if stride > LARGEST_STRIDE * radius {
         return Err(Fault::window(format!(
             "{} at {time:.6} s: they move {stride:.3e} m past each other in one step of {h:.3e} s, more than half the \
-             radius {radius:.3e} m of their spheres, and might pass through unseen; shorten dem.time_step",
-            names()
+             radius {radius:.3e} m of their spheres, and might pass through unseen; {}",
+            names(),
+            case.too_far(now, sums.fastest, LARGEST_STRIDE)
         )));
     }
     if sums.penetration > DEEPEST {
         return Err(Fault::window(format!(
-            "{} at {time:.6} s: they overlap by {:.2} radii of the smaller sphere, past its centre; the contact is too \
-             soft, raise contact.young, or shorten dem.time_step",
+            "{} at {time:.6} s, at {:.4} m/s against each other: they overlap by {:.2} radii of the smaller sphere (radius \
+             {radius:.3e} m{}), past its centre; {}",
             names(),
-            sums.penetration
+            (one.velocity - other.velocity).norm(),
+            sums.penetration,
+            case.young().map_or(String::new(), |e| format!(", E = {e:.3e} Pa")),
+            case.too_deep(now, sums.fastest)
         )));
     }
     Ok(())

@@ -2,12 +2,12 @@
 //!
 //! - [`state`]: what is committed and what is tried
 //! - [`zone`]: a rock's surroundings in a window
-//! - [`window`]: the steps ([`step`]) of a window ([`cut`], [`watch`](mod@watch)), and [`flight`] where there is
-//!   nothing to meet
+//! - [`window`]: the steps ([`step`]) of a window ([`cut`], [`watch`](mod@watch), [`cause`]), and [`flight`] elsewhere
 //! - [`meetings`]: rocks that meet each other; [`kicks`]: how far they may throw each other in a window
 //! - [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
 //! - [`gauges`], [`measures`], [`verdict`] ([`outline`]), [`fields`], [`trajectory`], [`picture`]: what is reported of it
 
+pub mod cause;
 pub mod clear;
 pub mod cut;
 pub mod fields;

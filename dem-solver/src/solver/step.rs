@@ -9,6 +9,7 @@
 //! middle velocity to second order, from state alone.
 
 use super::Model;
+use super::cause::Case;
 use super::cut::{Cut, Part};
 use super::measures::Passage;
 use super::state::{Against, State};
@@ -101,7 +102,10 @@ impl Run {
         let (evaluation, scene) = zone.parts(view);
         let sums = evaluation.forces(scene, now, at, h, &body.memories);
         if !scene.list.pairs.is_empty() {
-            load.behind = watch(scene.rock, now, &sums, h, start, |depth| {
+            let law = model.rows[rock].first().map(|law| *law as usize);
+            let impact = body.track.touch;
+            let case = Case { model, rock, against: Against::Net, law, pair: None, impact, h, time: start };
+            load.behind = watch(&case, now, &sums, |depth| {
                 let contact = evaluation.passed_centre(scene, now, h, depth)?;
                 let number = scene.list.elements[contact.element as usize].number;
                 Some((contact.sphere, format!("element {number} of the interface mesh")))
@@ -204,10 +208,16 @@ impl Run {
         let rotation = model.settings.dem.rotation;
         after.orientation = rotation.turn(half, &after.angular_momentum, &it.inertia, 0.5 * h);
         if !after.is_finite() {
+            let (rows, impact) = (&model.rows, body.track.touch);
+            let (against, rows) =
+                if rows.is_empty() { (Against::Terrain, &model.ground_rows) } else { (Against::Net, rows) };
+            let law = rows.get(rock).and_then(|row| row.first()).map(|law| *law as usize);
+            let case = Case { model, rock, against, law, pair: None, impact, h, time: start };
+            let overlap = body.deepest.largest().map_or(0.0, |(overlap, _)| overlap);
             return Err(Fault::window(format!(
-                "rock `{}` has left the finite numbers at {start:.6} s: the contact forces have diverged; shorten \
-                 dem.time_step ({h:.3e} s) or the coupling window",
-                it.name
+                "rock `{}` has left the finite numbers at {start:.6} s, in a step of {h:.3e} s: {}",
+                it.name,
+                case.not_finite(&before, overlap)
             )));
         }
         let after = body.motion;

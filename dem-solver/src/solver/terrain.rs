@@ -1,8 +1,9 @@
 //! The contacts of rocks with the terrain in a step, and the rows of their way.
 
 use super::Model;
+use super::cause::Case;
 use super::path::{LOOK, jump_height};
-use super::state::{Body, State};
+use super::state::{Against, Body, State};
 use super::stretch::{self, Stretch};
 use super::trajectory::Row;
 use super::watch::{watch, watch_gap};
@@ -89,7 +90,9 @@ impl OnTerrain {
         }
         standing.find(it, ground, around, now);
         let sums = standing.forces(it, laws, ground, now, h, &body.ground_memories);
-        watch(it, now, &sums, h, time, |depth| {
+        let law = model.ground_rows[rock].first().map(|law| *law as usize);
+        let case = Case { model, rock, against: Against::Terrain, law, pair: None, impact: None, h, time };
+        watch(&case, now, &sums, |depth| {
             let sphere = standing.passed_centre(it, now, h, depth)?;
             let [x, y, z] = (now.position + ground.origin).into();
             Some((sphere, format!("near ({x:.2}, {y:.2}, {z:.2}) the terrain")))

@@ -1,42 +1,46 @@
 //! Watches on a step: stop where the answer would be wrong and look calm.
 
 use super::Model;
+use super::cause::Case;
+use super::state::Against;
 use crate::contact::evaluate::Sums;
 use crate::ground::Ground;
-use crate::rock::{Motion, Rock};
+use crate::rock::Motion;
 use interface_defs::Fault;
 
-/// Overlap over radius from which on it is looked whether the wall is behind a centre: two spheres
+/// Overlap over radius from which on it is looked whether the surface is behind a centre: two spheres
 /// 1.25 radii apart cover the line between their centres with 0.375 each.
 const PASSING: f64 = 0.2;
 
-/// How far the wall may lie behind the centres of the outer spheres, in radii. At a rim a loaded wire
+/// How far the surface may lie behind the centres of the outer spheres, in radii. At a rim a loaded wire
 /// rests in the gap between two spheres, up to the line of their centres and a little beyond (21 952
-/// spheres in the drop test): that is told as a warning. This much further no layer holds it.
+/// spheres in the drop test): that is reported as a warning. This much further no layer holds it.
 const DEEPEST: f64 = 0.5;
 
-/// Largest way of the wall past a rock in one step, as a share of its spheres' radius.
-const LARGEST_STRIDE: f64 = 0.5;
+/// Largest travel of the surface past a rock in one step, as a share of its spheres' radius.
+pub const LARGEST_STRIDE: f64 = 0.5;
 
-/// Fail the window if, in the step of `h` [s] that began at `time` [s], the wall has passed a rock too
-/// fast to be met, or has been pushed too far past the centres of its outer spheres. Otherwise: whether
-/// it lies behind them at all, between two spheres, where the contact is weaker than its law. `passed` says which
-/// sphere has been passed by so many radii, and by what.
+/// Fail the window if, in the step of `case`, the surface has passed a rock too fast to be seen, or has been
+/// pushed too far past the centres of its outer spheres. Otherwise: whether it lies behind them at all, between
+/// two spheres, where the contact is weaker than its law. `passed` says which sphere has been passed by so many
+/// radii, and by what.
 pub fn watch(
-    rock: &Rock,
+    case: &Case,
     now: &Motion,
     sums: &Sums,
-    h: f64,
-    time: f64,
     passed: impl Fn(f64) -> Option<(u32, String)>,
 ) -> Result<bool, Fault> {
+    let (rock, h, time) = (case.rock(), case.h, case.time);
     let spin = now.angular_momentum.norm() / rock.inertia.min() * rock.arm;
-    let stride = (sums.fastest + spin) * h;
+    let speed = sums.fastest + spin;
+    let stride = speed * h;
     if stride > LARGEST_STRIDE * rock.smallest_radius {
         return Err(Fault::window(format!(
             "rock `{}` at {time:.6} s: the surface moves {stride:.3e} m past it in one step of {h:.3e} s, more than \
-             half the radius {:.3e} m of its spheres, and might pass through unseen; shorten dem.time_step",
-            rock.name, rock.smallest_radius
+             half the radius {:.3e} m of its spheres, and might pass through unseen; {}",
+            rock.name,
+            rock.smallest_radius,
+            case.too_far(now, speed, LARGEST_STRIDE)
         )));
     }
     if sums.penetration <= PASSING {
@@ -44,9 +48,14 @@ pub fn watch(
     }
     if let Some((sphere, what)) = passed(DEEPEST) {
         return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: {what} has been pushed past the centre of sphere {sphere} (radius {:.3e} m); the \
-             contact is too soft: raise contact.young, or cluster.smallest_radius, or shorten dem.time_step",
-            rock.name, rock.spheres[sphere as usize].radius
+            "rock `{}` at {time:.6} s, at {:.4} m/s: {what} has been pushed past the centre of sphere {sphere} (radius \
+             {:.3e} m, overlap of {:.2} radii{}); {}",
+            rock.name,
+            now.velocity.norm(),
+            rock.spheres[sphere as usize].radius,
+            sums.penetration,
+            case.young().map_or(String::new(), |e| format!(", E = {e:.3e} Pa")),
+            case.too_deep(now, speed)
         )));
     }
     Ok(passed(0.0).is_some())
@@ -64,16 +73,20 @@ pub fn watch_gap(
 ) -> Result<(), Fault> {
     let it = &model.rocks[rock];
     let spin = now.angular_momentum.norm() / it.inertia.min() * it.arm;
-    let stride = (now.velocity.norm() + spin) * h;
+    let speed = now.velocity.norm() + spin;
+    let stride = speed * h;
     if stride <= LARGEST_STRIDE * it.smallest_radius {
         return Ok(());
     }
     if !ground.is_near(&now.position, model.trees[rock].reach + stride) {
         return Ok(());
     }
+    let case = Case { model, rock, against: Against::Terrain, law: None, pair: None, impact: None, h, time };
     Err(Fault::window(format!(
         "rock `{}` at {time:.6} s: it moves {stride:.3e} m past the terrain in one step of {h:.3e} s, more than half the \
-         radius {:.3e} m of its spheres, and might pass through unseen; shorten dem.time_step",
-        it.name, it.smallest_radius
+         radius {:.3e} m of its spheres, and might pass through unseen; {}",
+        it.name,
+        it.smallest_radius,
+        case.too_far(now, speed, LARGEST_STRIDE)
     )))
 }

@@ -218,6 +218,8 @@ fn what_makes_no_sense_of_spheres_is_refused_with_its_place() {
         (text.replace("[0.008, 0.012]", "[0.012, 0.008]"), "the smaller first"),
         (text.replace("[0.008, 0.012]", "[0.008, 0.15]"), "m wide, a sphere"),
         (text.replace("density = 2500.0", "density = -1.0"), "above 0"),
+        (text.replace("density = 2500.0", "density = 2.5"), "as in g/cm3 or t/m3"),
+        (text.replace("density = 2500.0", "density = 2.5e6"), "density = 2500.0"),
         (text.replace("[box]", "[box]\nopen = [\"top\"]"), "no side `top`"),
         (text.replace("0.2, 0.4]", "0.2, -0.4]"), "the box reaches from"),
         (
@@ -233,7 +235,7 @@ fn what_makes_no_sense_of_spheres_is_refused_with_its_place() {
         (format!("{text}[[rock]]\nposition = [0, 0, 0]\n"), "beside `rock`"),
         (text[..text.find("[[contact]]").expect("there")].to_owned(), "no contact law"),
         (
-            text.replace("[box]", "[[spheres]]\ncount = 50\nradius = [0.01, 0.01]\ndensity = 1.0\n[box]"),
+            text.replace("[box]", "[[spheres]]\ncount = 50\nradius = [0.01, 0.01]\ndensity = 2500.0\n[box]"),
             "pairs overlap at the start",
         ),
         (
@@ -256,4 +258,86 @@ fn the_resolved_scene_of_spheres_reads_back_to_the_same_check() {
     let second = check(&Scene::from_text("a.toml", &again).expect("a scene")).expect("checked");
     assert_eq!(first, second);
     assert_eq!(first.numbers["spheres"], 100.0);
+}
+
+#[test]
+fn spheres_of_another_density_than_rock_are_named_by_check_and_run() {
+    let said = |density: &str| {
+        let text = settling(10, "restitution = 0.5", "").replace("2500.0", density);
+        let warnings = check(&Scene::from_text("a.toml", &text).expect("a scene")).expect("checked").warnings;
+        let mut solver = build(&text).unwrap_or_else(|e| panic!("{e}"));
+        let ready = solver.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));
+        let found = |warnings: &[String]| warnings.iter().filter(|w| w.contains("kg/m3")).cloned().collect();
+        let [checked, run]: [Vec<String>; 2] = [found(&warnings), found(&ready.warnings)];
+        assert_eq!(checked, run);
+        run
+    };
+    assert_eq!(said("2500.0"), [""; 0]);
+    let steel = said("7850.0");
+    assert!(steel.len() == 1 && steel[0].contains("spheres `spheres` have a density of 7850"), "{steel:?}");
+}
+
+/// Two spheres head on, each at `speed` [m/s].
+fn head_on(young: f64, speed: f64) -> String {
+    let group = |name: &str, at: f64, v: f64| {
+        format!(
+            "[[spheres]]\nname = \"{name}\"\ncount = 1\nradius = [0.1, 0.1]\ndensity = 2500.0\nvelocity = [{v:?}, 0.0, 0.0]\n\
+             lowest = [{:?}, -0.1, -0.1]\nhighest = [{:?}, 0.1, 0.1]\n",
+            at - 0.1,
+            at + 0.1
+        )
+    };
+    format!(
+        "end_time = 1.0\ngravity = [0.0, 0.0, 0.0]\n{}{}[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = {young:e}\npoisson = 0.2\n\
+         restitution = 1.0\n",
+        group("left", 0.0, speed),
+        group("right", 0.25, -speed)
+    )
+}
+
+/// By the closed form of Hertz, over the radius.
+fn deepest(young: f64, speed: f64) -> f64 {
+    let (radius, mass) = (0.1_f64, 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-3);
+    let modulus = young / (2.0 * (1.0 - 0.2 * 0.2));
+    let energy = 0.5 * (0.5 * mass) * (2.0 * speed).powi(2);
+    (15.0 * energy / (8.0 * modulus * (0.5 * radius).sqrt())).powf(0.4) / radius
+}
+
+#[test]
+fn the_overlap_of_spheres_is_reported_over_the_radius_like_that_of_rocks_and_under_its_old_name() {
+    let mut spheres = Spheres::new(&head_on(1e7, 5.0));
+    (0..40).for_each(|_| spheres.advance(1e-3));
+    let measures = spheres.solver.finish().expect("measures").measures;
+    let names: Vec<_> = measures.iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["max_penetration", "deepest_overlap_over_radius"]);
+    let expected = deepest(1e7, 5.0);
+    for measure in &measures {
+        // The step sees the deepest point to within half its length.
+        assert!((measure.value / expected - 1.0).abs() < 1e-3, "{measure:?} {expected}");
+        // The gap of 0.05 m closes at 10 m/s.
+        assert!(measure.time.is_some_and(|t| t > 5e-3), "{measure:?}");
+    }
+}
+
+#[test]
+fn spheres_too_soft_for_their_speed_fail_with_the_modulus_that_keeps_them_apart() {
+    let fails = |young: f64| {
+        let mut spheres = Spheres::new(&head_on(young, 5.0));
+        for number in 0..40_u64 {
+            let window =
+                Window { number: number + 1, iteration: 1, start: 1e-3 * number as f64, length: 1e-3 };
+            if let Err(fault) = spheres.solver.solve(&window, &[], &mut spheres.output) {
+                return Err(fault.message);
+            }
+            spheres.solver.commit().expect("committed");
+        }
+        Ok(spheres.solver.state().deepest.0)
+    };
+    let message = fails(1e5).expect_err("too soft");
+    let words = ["too soft", "raise contact.young from 1.000e5 to ", "5.0000 m/s", "1.000e-1 m"];
+    words.iter().for_each(|word| assert!(message.contains(word), "{word}: {message}"));
+    let advised = message.split(" to ").nth(1).and_then(|rest| rest.split(' ').next());
+    let advised: f64 = advised.and_then(|young| young.parse().ok()).expect("a modulus");
+    let kept = fails(advised).expect("stiff enough");
+    assert!(kept < 0.51 && kept > 0.4, "{kept}: {message}");
 }

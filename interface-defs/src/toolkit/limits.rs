@@ -77,10 +77,7 @@ impl Limits {
             } else if name == ENERGY_ERROR && value > NOTICE {
                 summary.warnings.push(format!("energy_error is {}{at}: {}", percent(value), evidence.energy));
             }
-            if ["max_penetration", "overlap_over_radius"].iter().any(|n| name.contains(n))
-                && measure.unit == "1"
-                && value > self.penetration
-            {
+            if name.contains("max_penetration") && measure.unit == "1" && value > self.penetration {
                 let what = format!(
                     "{name} is {value:.3} radii{at}, above limits.penetration = {}",
                     self.penetration
@@ -142,7 +139,7 @@ pub(super) fn cure(role: &str) -> &'static str {
     match role {
         "dem" => {
             "shorten the steps ([dem] time_step, or more steps_per_contact); energy that is lost at edges of a mesh is \
-             kept by [[contact]] hierarchy = \"continuous\""
+             kept by dem.contact_selection = \"continuous\""
         }
         _ => "shorten [fem] time_step, or choose an integrator that keeps the energy",
     }
