@@ -3,6 +3,7 @@
 mod bench;
 mod borders;
 mod clusters;
+mod covers;
 mod energy;
 mod extremes;
 mod granular;
@@ -15,6 +16,7 @@ mod repeat;
 mod rocks;
 mod rolling;
 mod shapes;
+mod solids;
 mod wires;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

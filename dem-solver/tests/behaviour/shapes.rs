@@ -247,7 +247,7 @@ fn a_mesh_and_a_cluster_from_files_fall_and_turn_as_the_box_they_describe() {
         text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
     }
     std::fs::write(dir.path().join("rock.obj"), text).expect("written");
-    let lattice = dem_solver::rock::cluster::Lattice::nearest(size.into(), 50).spheres();
+    let lattice = dem_solver::rock::cluster::Lattice::within(size.into(), 50).expect("fits").spheres();
     let moved: Vec<Sphere> =
         lattice.iter().map(|s| Sphere { centre: turn * s.centre + shift, ..*s }).collect();
     std::fs::write(dir.path().join("rock.xyzr"), files::text(&[], &moved)).expect("written");
