@@ -1,13 +1,15 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
 use crate::convergence::Residual;
-use crate::energy::Balance;
+use crate::energy::{Balance, Both};
 use crate::handshake::{Agreement, Side, agree};
 use crate::interface::Interface;
 use crate::schedule::{Schedule, Span};
 use crate::settings::{Coupling as Settings, OnNoConvergence, Scheme};
+use crate::trust::Causes;
 use interface_defs::message::FaultKind;
 use interface_defs::solver::OnProgress;
+use interface_defs::toolkit::limits::Limits;
 use interface_defs::{
     Command, Failure, Layout, Participant, RequestHeader, Statistics, Status, ipc::interrupt,
 };
@@ -31,6 +33,8 @@ pub enum CouplingError {
         /// What to try.
         advice: String,
     },
+    /// The energy error has left its bound for good.
+    Diverged(String),
     /// The records could not be written.
     Output(String),
 }
@@ -42,7 +46,7 @@ impl fmt::Display for CouplingError {
             Self::NotConverged { window, start, length, reason, advice } => {
                 write!(f, "window {window} at t = {start} s of {length:.3e} s: {reason}; {advice}")
             }
-            Self::Output(what) => f.write_str(what),
+            Self::Diverged(what) | Self::Output(what) => f.write_str(what),
         }
     }
 }
@@ -126,8 +130,10 @@ pub struct Coupling<'a> {
     pub counts: Counts,
     /// Energy and work so far.
     pub balance: Balance,
-    /// Whether both solvers tell all energies, so that there is an `energy_error`.
+    /// Whether both solvers report all energies, so that there is an `energy_error`.
     pub has_balance: bool,
+    /// Bounds of trust.
+    pub limits: Limits,
     gauges: Gauges,
     /// The committed window that the observer has not been told yet.
     untold: Option<Accepted>,
@@ -138,8 +144,7 @@ pub struct Coupling<'a> {
 struct Gauges {
     dem: Vec<f64>,
     fem: Vec<f64>,
-    energy: f64,
-    kinetic: f64,
+    energies: Both,
 }
 
 /// A window that was accepted.
@@ -172,6 +177,7 @@ impl<'a> Coupling<'a> {
             counts: Counts::default(),
             balance: Balance::default(),
             has_balance: false,
+            limits: Limits::default(),
             gauges: Gauges::default(),
             untold: None,
         }
@@ -182,6 +188,8 @@ impl<'a> Coupling<'a> {
         let mut agreement =
             agree(&self.settings, self.end_time, self.dem.participant, self.fem.participant, progress)?;
         self.has_balance = agreement.dem.account.complete && agreement.fem.account.complete;
+        let accounts = (&agreement.dem.account, &agreement.fem.account);
+        self.balance = Balance::new(Both { dem: accounts.0.start(), fem: accounts.1.start() });
         observer
             .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
             .map_err(CouplingError::Output)?;
@@ -207,11 +215,31 @@ impl<'a> Coupling<'a> {
                     self.book(accepted, &agreement.interface);
                     agreement.interface.commit();
                     schedule.accept();
+                    self.check_energy(span.end())?;
                 }
                 Outcome::Rejected(reason) => self.reject(span, reason, &mut schedule)?,
             }
         }
         Ok(())
+    }
+
+    /// An energy error far beyond its bound ends the run at once.
+    fn check_energy(&mut self, time: f64) -> Result<(), CouplingError> {
+        if self.has_balance && self.balance.system.has_left(self.limits.fatal_energy_error()) {
+            return Err(CouplingError::Diverged(self.causes().diverged(time, &self.limits)));
+        }
+        Ok(())
+    }
+
+    /// Time over which the contact force is a mean [s].
+    pub fn sample_length(&self) -> f64 {
+        self.settings.time_window / f64::from(self.settings.samples)
+    }
+
+    /// What speaks against the run so far.
+    pub fn causes(&self) -> Causes<'_> {
+        let Self { settings, counts, balance, has_balance, .. } = self;
+        Causes { settings, counts, balance, has_balance: *has_balance }
     }
 
     /// Tell the observer of the last committed window, once.
@@ -305,16 +333,14 @@ impl<'a> Coupling<'a> {
         self.fem.send(span, iteration, &mut |payload| interface.write_force(force, payload))?;
         let gauges = &mut self.gauges;
         keep(&mut gauges.dem, &dem.layout, force);
-        gauges.energy = dem.account.gain(force);
-        gauges.kinetic = dem.account.kinetic(force);
+        gauges.energies.dem = dem.account.energies(force);
         if let Some(reason) = self.fem.receive(span, fem)? {
             return Ok(Some(reason));
         }
         let motion = self.fem.participant.answer();
         interface.take_motion(motion);
         keep(&mut gauges.fem, &fem.layout, motion);
-        gauges.energy += fem.account.gain(motion);
-        gauges.kinetic += fem.account.kinetic(motion);
+        gauges.energies.fem = fem.account.energies(motion);
         Ok(None)
     }
 
@@ -328,7 +354,7 @@ impl<'a> Coupling<'a> {
         self.counts.unconverged += u64::from(!converged);
         self.counts.most_iterations = self.counts.most_iterations.max(iterations);
         self.counts.largest_residual = self.counts.largest_residual.max(residual.displacement);
-        self.balance.book(span.end(), self.gauges.energy, self.gauges.kinetic, interface.work());
+        self.balance.book((span.start, span.end()), self.gauges.energies, interface.work());
         self.untold = Some(accepted);
     }
 

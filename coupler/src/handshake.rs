@@ -12,6 +12,8 @@ use interface_defs::{
 
 /// What is agreed with one solver.
 pub struct Side {
+    /// Its part in the run and its program, for messages: `fem (fem-solver 0.1)`.
+    pub program: String,
     /// Its gauges.
     pub gauges: Vec<Gauge>,
     /// Layout of its answers.
@@ -23,10 +25,10 @@ pub struct Side {
 }
 
 impl Side {
-    fn new(plan: &Plan, ready: Ready) -> Self {
+    fn new(program: String, plan: &Plan, ready: Ready) -> Self {
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        Self { gauges: ready.gauges, layout, account, initial: ready.initial }
+        Self { program, gauges: ready.gauges, layout, account, initial: ready.initial }
     }
 }
 
@@ -54,6 +56,7 @@ pub fn agree(
     for (solver, hello) in [(dem.name(), &dem_hello), (fem.name(), &fem_hello)] {
         tracing::info!("{solver} is {}", hello.program);
         check_capabilities(settings, solver, hello)?;
+        check_scene(settings, solver, hello)?;
     }
     let fields = choose_fields(settings, &dem_hello, &fem_hello)?;
     let plan = |takes: &[FieldSpec], gives: &[FieldSpec]| Plan {
@@ -91,7 +94,10 @@ pub fn agree(
 
     let to_dem = Layout::new(&dem_plan.takes, &dem_ready.mesh, 0);
     let to_fem = Layout::new(&fem_plan.takes, &structure_mesh, 0);
-    let (dem_side, fem_side) = (Side::new(&dem_plan, dem_ready), Side::new(&fem_plan, fem_ready));
+    let (dem_side, fem_side) = (
+        Side::new(format!("{} ({})", dem.name(), dem_hello.program), &dem_plan, dem_ready),
+        Side::new(format!("{} ({})", fem.name(), fem_hello.program), &fem_plan, fem_ready),
+    );
     let places = Places::new(&to_dem, &dem_side.layout, &to_fem, &fem_side.layout, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
@@ -118,6 +124,19 @@ fn check_capabilities(settings: &Coupling, solver: &str, hello: &Hello) -> Resul
         )));
     }
     Ok(())
+}
+
+/// Programs that have read different scenes compute different things, and nobody would see it.
+fn check_scene(settings: &Coupling, solver: &str, hello: &Hello) -> Result<(), Failure> {
+    let theirs = hello.capabilities.iter().find(|word| word.starts_with(capability::SCENE));
+    match (&settings.scene, theirs) {
+        (Some(ours), Some(theirs)) if ours != theirs => Err(refuse(format!(
+            "{solver} ({}) and the coupler have read different scenes ({theirs}, {ours}); start all programs of a run \
+             with one scene file and the same --set",
+            hello.program
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Fields of the four payloads.

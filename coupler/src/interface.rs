@@ -5,6 +5,7 @@
 
 use crate::acceleration::Acceleration;
 use crate::convergence::{Residual, largest_distance};
+use crate::energy::Work;
 use crate::mapping::Matrix;
 use crate::predictor::predict;
 use interface_defs::{Layout, Sampling, name};
@@ -262,21 +263,22 @@ impl Interface {
         }
     }
 
-    /// Work of the mean force in this window [J]: on the structure, and on the wall that the contact
+    /// Work of the mean force in this window [J]: on the structure, and on the mesh that the contact
     /// solver saw. They differ by mean force times residual.
-    pub fn work(&self) -> (f64, f64) {
-        let (mut structure, mut wall) = (0.0, 0.0);
+    pub fn work(&self) -> Work {
+        let mut work = Work::default();
         for (sample, force) in self.force.iter().enumerate() {
             let (from_answer, from_iterate) = match sample {
                 0 => (&self.committed_u, &self.committed_u),
                 _ => (&self.answer.u[sample - 1], &self.iterate.u[sample - 1]),
             };
             for (i, f) in force.iter().enumerate().filter(|(_, f)| **f != 0.0) {
-                structure += f * (self.answer.u[sample][i] - from_answer[i]);
-                wall += f * (self.iterate.u[sample][i] - from_iterate[i]);
+                work.touched = true;
+                work.structure += f * (self.answer.u[sample][i] - from_answer[i]);
+                work.wall += f * (self.iterate.u[sample][i] - from_iterate[i]);
             }
         }
-        (structure, wall)
+        work
     }
 
     /// The answer's end is the committed motion from now on, and what is broken in it is broken.

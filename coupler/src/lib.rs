@@ -15,6 +15,8 @@ pub mod mapping;
 pub mod predictor;
 pub mod program;
 pub mod records;
+pub mod reference;
 mod registry;
 pub mod schedule;
 pub mod settings;
+pub mod trust;

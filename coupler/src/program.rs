@@ -10,13 +10,15 @@ use interface_defs::ipc::{self, RunId, Wait, interrupt};
 use interface_defs::toolkit::check::{CheckReport, Format};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::screen::complain;
-use interface_defs::toolkit::summary::{Status, Summary};
+use interface_defs::toolkit::screen::{complain, tell};
+use interface_defs::toolkit::summary::{Status, Summary, totals};
 use interface_defs::{Failure, Participant, Progress, Statistics};
 use serde_json::json;
 use std::path::PathBuf;
@@ -31,7 +33,7 @@ const SOLVERS: [&str; 2] = ["dem", "fem"];
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Form of the log lines on stderr; RUST_LOG=debug tells more
+    /// Form of the log lines on stderr; RUST_LOG=debug prints more
     #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
     log_format: LogFormat,
 }
@@ -48,6 +50,9 @@ enum Command {
         #[arg(long, value_enum, default_value_t, value_name = "FORM")]
         format: Format,
     },
+    /// Print the JSON schema of the table that it reads: its share of `rockfall schema`
+    #[command(hide = true)]
+    Schema,
 }
 
 #[derive(clap::Args)]
@@ -86,10 +91,14 @@ struct RunArgs {
 /// The whole program.
 pub fn main() -> Exit {
     let cli = Cli::parse();
-    let tell = matches!(&cli.command, Command::Run(args) if !args.quiet);
-    log::init(cli.log_format, tell);
+    let hints = matches!(&cli.command, Command::Run(args) if !args.quiet);
+    log::init(cli.log_format, hints);
     let outcome = match &cli.command {
         Command::Run(args) => run(args),
+        Command::Schema => {
+            tell(&(crate::reference::share().to_json() + "\n"));
+            Ok(Exit::Done)
+        }
         Command::Check { input, format } => {
             Scene::load(&input.scene, &input.sets).and_then(|scene| check(&scene)).map(|report| {
                 report.print(*format);
@@ -109,9 +118,12 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     let settings = settings::Coupling::of(&scene)?;
     let processes = Processes::of(&scene)?;
     let output = Output::of(&scene)?;
+    let limits = Limits::of(&scene)?;
     let end_time = scene.end_time()?;
     let out = run_dir::location(args.out.as_deref(), &scene);
-    run_dir::prepare(&out, args.force)?;
+    let claim = Claim { force: args.force, run: Some(args.run.clone()), supervisor: args.supervisor };
+    let owner = Owner::claim(&out, &claim)?;
+    owner.write_record().map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
     interrupt::install();
     if let Err(failure) = ipc::clean() {
         complain(&failure.to_string());
@@ -122,6 +134,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
         run: args.run.clone(),
         timeout: Duration::from_secs_f64(processes.timeout),
         wait: match processes.wait {
+            WaitSetting::Auto => Wait::Auto,
             WaitSetting::Yield => Wait::Yield,
             WaitSetting::Event => Wait::Event,
         },
@@ -137,6 +150,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     let [dem, fem] = &mut remotes[..] else { unreachable!("as many as names") };
     let mut records = Records::new(&out, end_time, output.iterations, args.progress);
     let mut coupling = Coupling::new(settings, end_time, dem, fem);
+    coupling.limits = limits;
     let mut reporter = Reporter::new(args.progress);
     let mut preparing = |progress: Progress| {
         tracing::debug!("{}", progress.what);
@@ -144,11 +158,17 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
         Ok(())
     };
     let mut outcome = coupling.run(&mut records, &mut preparing);
+    if outcome.is_ok() {
+        outcome = records.sync().map_err(CouplingError::Output);
+    }
     let loop_ended = Instant::now();
 
     // An interrupted run and one that did not converge have solvers that can still tell what they did.
     let orderly = match &outcome {
-        Ok(()) | Err(CouplingError::NotConverged { .. } | CouplingError::Output(_)) => true,
+        Ok(())
+        | Err(CouplingError::NotConverged { .. } | CouplingError::Diverged(_) | CouplingError::Output(_)) => {
+            true
+        }
         Err(CouplingError::Failed(failure)) => *failure == Failure::Interrupted && coupling.is_idle(),
     };
     let mut statistics = None;
@@ -164,7 +184,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
         Err(_) => Status::Failed,
     };
     let mut summary = Summary::new(status);
-    summary.message = outcome.as_ref().err().map(ToString::to_string);
+    summary.message = outcome.as_ref().err().map(|error| explained(error, &coupling));
     describe(&mut summary, &coupling, &records, statistics.as_ref());
     drop(coupling);
     describe_cost(&mut summary, &records, started, loop_ended, statistics.as_ref(), dem, fem);
@@ -180,23 +200,33 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     }
     drop(remotes);
     host.close();
-    if let Err(e) = summary.write(&out) {
-        complain(&format!("cannot write {}: {e}", out.join(run_dir::SUMMARY).display()));
+    if let Err(what) = owner.write_summary(&mut summary) {
+        let before = summary.message.map_or(String::new(), |message| format!("{message}\n"));
+        complain(&format!("{before}{what}"));
         return Ok(Exit::Failed);
     }
     if !args.quiet {
-        summary.print_table();
+        summary.print_table(&out);
+    }
+    if let Some(message) = &summary.message {
+        complain(message);
     }
     Ok(match outcome {
-        Ok(()) => Exit::Done,
-        Err(error) => {
-            complain(&error.to_string());
-            match error {
-                CouplingError::Failed(failure) if failure.is_input() => Exit::BadInput,
-                _ => Exit::Failed,
-            }
-        }
+        Err(CouplingError::Failed(failure)) if failure.is_input() => Exit::BadInput,
+        _ => Exit::of(summary.status),
     })
+}
+
+/// An error, with what the balance of energy says of its cause.
+fn explained(error: &CouplingError, coupling: &Coupling) -> String {
+    let told = match error {
+        CouplingError::NotConverged { .. } => coupling.causes().beyond(&coupling.limits),
+        CouplingError::Failed(Failure::Fault { .. } | Failure::Contract { .. }) => {
+            coupling.causes().beyond(&coupling.limits)
+        }
+        _ => None,
+    };
+    told.map_or_else(|| error.to_string(), |cause| format!("{error}\n{cause}"))
 }
 
 fn describe_cost(
@@ -218,11 +248,14 @@ fn describe_cost(
     cost.insert("stages".into(), json!({ "prepare_s": preparing, "loop_s": looping }));
     cost.insert("exchanges".into(), json!(exchanges));
     if let Some((dem_told, fem_told)) = statistics {
-        let inside = dem_told.solve_seconds + fem_told.solve_seconds;
+        let inside = [dem_told.solve_seconds, fem_told.solve_seconds];
         let waited = dem.waited() + fem.waited();
-        if inside > 0.0 && exchanges > 0 {
-            let each = (waited - inside) / exchanges as f64;
+        if inside.iter().all(|seconds| *seconds > 0.0) && exchanges > 0 {
+            let each = (waited - inside.iter().sum::<f64>()) / exchanges as f64;
             cost.insert("exchange_microseconds".into(), json!(1e6 * each));
+        } else {
+            let what = "exchange_microseconds is absent: a solver does not report its seconds inside solve";
+            summary.warnings.push(what.into());
         }
     }
     let mut processes = serde_json::Map::new();
@@ -246,6 +279,10 @@ fn describe_cost(
             }),
         );
     }
+    let told: Vec<&Statistics> = statistics.iter().flat_map(|(dem, fem)| [dem, fem]).collect();
+    cost.insert("windows".into(), summary.coupling.get("windows").cloned().unwrap_or_default());
+    cost.insert("iterations".into(), summary.coupling.get("iterations").cloned().unwrap_or_default());
+    totals(cost, &told);
     cost.insert("processes".into(), processes.into());
 }
 
@@ -275,6 +312,8 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     };
     report.resolved.insert("coupling".into(), table(toml::Table::try_from(&settings))?.into());
     report.resolved.insert("processes".into(), table(toml::Table::try_from(&processes))?.into());
+    let limits = Limits::of(scene)?;
+    report.resolved.insert("limits".into(), table(toml::Table::try_from(limits))?.into());
     report.resolved.insert("output".into(), table(toml::Table::try_from(&output))?.into());
     Ok(report)
 }
@@ -282,7 +321,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
 /// What one exchange costs on a free machine [s], as measured by the benchmark `exchange`.
 fn typical_exchange(wait: WaitSetting) -> f64 {
     match wait {
-        WaitSetting::Yield => 6e-6,
+        WaitSetting::Auto | WaitSetting::Yield => 6e-6,
         WaitSetting::Event => 30e-6,
     }
 }

@@ -3,10 +3,12 @@
 use crate::coupling::{Committed, Coupling, Iteration, Observer};
 use crate::handshake::Side;
 use interface_defs::toolkit::alloc::allocations;
+use interface_defs::toolkit::energy::NOTHING_MOVED;
 use interface_defs::toolkit::history::{History, gauge_column};
+use interface_defs::toolkit::limits::ENERGY_ERROR;
 use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
-use interface_defs::toolkit::summary::Summary;
+use interface_defs::toolkit::summary::{Summary, split_member};
 use interface_defs::{Gauge, Measure, Statistics};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -24,6 +26,8 @@ pub struct Records {
     gauges: Vec<Tracked>,
     dem_gauges: usize,
     warnings: Vec<String>,
+    /// Who the two solvers are.
+    programs: [String; 2],
     counts: (u64, u64),
     prepared_at: Option<Instant>,
     window_started: Instant,
@@ -52,6 +56,7 @@ impl Records {
             gauges: Vec::new(),
             dem_gauges: 0,
             warnings: Vec::new(),
+            programs: Default::default(),
             counts: (0, 0),
             prepared_at: None,
             window_started: now,
@@ -69,7 +74,15 @@ impl Records {
         self.allocations.map(|first| allocations() - first)
     }
 
-    /// What both solvers said while preparing.
+    /// All rows are on the disk itself when this returns.
+    pub fn sync(&self) -> Result<(), String> {
+        match &self.history {
+            Some(history) => history.sync().map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY)),
+            None => Ok(()),
+        }
+    }
+
+    /// What both solvers reported while preparing.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -99,6 +112,7 @@ impl Observer for Records {
         self.window_started = Instant::now();
         self.warnings.extend_from_slice(warnings);
         self.dem_gauges = dem.gauges.len();
+        self.programs = [dem.program.clone(), fem.program.clone()];
         let none = ((f64::INFINITY, 0.0), (f64::NEG_INFINITY, 0.0));
         self.gauges = dem
             .gauges
@@ -184,8 +198,21 @@ impl Observer for Records {
     }
 }
 
-/// Names of measures that speak of energy at impact, to which `energy_error` relates.
-const IMPACT_ENERGY: &str = "impact_energy";
+/// Measures that a run with a net is expected to have, and the side that reports them.
+const EXPECTED: [(usize, &[&str]); 2] = [
+    (
+        0,
+        &[
+            "impact_speed",
+            "time_of_impact",
+            "max_deflection",
+            "braking_time",
+            "rebound_speed",
+            "max_penetration",
+        ],
+    ),
+    (1, &["max_reaction", "max_reaction_1ms", "max_cable_force", "sag"]),
+];
 
 /// Fill `summary` with what is known of the run, finished or not.
 pub fn describe(
@@ -195,26 +222,64 @@ pub fn describe(
     statistics: Option<&(Statistics, Statistics)>,
 ) {
     summary.warnings.extend_from_slice(records.warnings());
-    let (dem, fem) = statistics.map_or((None, None), |(dem, fem)| (Some(dem), Some(fem)));
-    for told in [dem, fem].into_iter().flatten() {
-        summary.measures.extend(told.measures.iter().cloned());
-        summary.warnings.extend(told.warnings.iter().cloned());
-    }
-    if statistics.is_none() {
-        summary
+    match statistics {
+        Some((dem, fem)) => {
+            summary.take(dem);
+            summary.take(fem);
+            name_absent(summary, &records.programs);
+        }
+        None => summary
             .warnings
-            .push("the solvers' measures are absent: the run ended before they could tell".into());
+            .push("the solvers' measures are absent: the run ended before they could report them".into()),
     }
-    summary.measures.extend(records.extremes());
+    records.extremes().into_iter().for_each(|measure| summary.add(measure));
+    drop_unresolved(summary, coupling.sample_length());
     describe_energy(summary, coupling);
+    describe_coupling(summary, coupling);
+    coupling.limits.judge(summary, &coupling.causes().evidence());
+}
+
+/// Time over which `max_reaction_1ms` is a mean [s].
+const MEAN: f64 = 1e-3;
+
+/// A mean over 1 ms says nothing where the force between rock and net is constant over longer times: it is left out.
+fn drop_unresolved(summary: &mut Summary, sample: f64) {
+    let name = "max_reaction_1ms";
+    if sample > MEAN * (1.0 + 1e-9) && summary.measure(name).is_some() {
+        summary.measures.retain(|m| m.name != name);
+        summary.warnings.push(format!(
+            "{name} is absent: the contact force is known as means over {sample:e} s, longer than 1 ms; shorten \
+             coupling.time_window, or raise coupling.samples"
+        ));
+    }
+}
+
+/// A warning for each expected measure that is absent and of which nobody has said so.
+fn name_absent(summary: &mut Summary, programs: &[String; 2]) {
+    for (side, names) in EXPECTED {
+        let has = |name: &str| summary.measures.iter().any(|m| split_member(&m.name).0.ends_with(name));
+        let said = |name: &str| summary.warnings.iter().any(|w| w.contains(name) && w.contains("absent"));
+        let absent: Vec<&str> = names.iter().copied().filter(|name| !has(name) && !said(name)).collect();
+        if !absent.is_empty() {
+            let verb = if absent.len() == 1 { "is" } else { "are" };
+            let (names, who) = (absent.join(", "), &programs[side]);
+            summary.warnings.push(format!(
+                "{names} {verb} absent: {who} does not report {}",
+                if absent.len() == 1 { "it" } else { "them" }
+            ));
+        }
+    }
+}
+
+fn describe_coupling(summary: &mut Summary, coupling: &Coupling) {
     let counts = &coupling.counts;
-    let (windows, failed) = (counts.windows, counts.halved);
+    let windows = counts.windows;
     summary.coupling = [
         ("windows", json!(windows)),
         ("iterations", json!(counts.iterations)),
         ("iterations_per_window", json!(counts.iterations as f64 / (windows.max(1)) as f64)),
         ("most_iterations", json!(counts.most_iterations)),
-        ("windows_halved", json!(failed)),
+        ("windows_halved", json!(counts.halved)),
         ("windows_shortened", json!(counts.short)),
         ("windows_unconverged", json!(counts.unconverged)),
         ("residual_largest_m", json!(counts.largest_residual)),
@@ -222,6 +287,9 @@ pub fn describe(
     .into_iter()
     .map(|(key, value)| (key.to_string(), value))
     .collect();
+    if let Some(share) = coupling.balance.residual_share(coupling.has_balance) {
+        summary.coupling.insert("residual_energy_share".into(), json!(share));
+    }
     if counts.unconverged > 0 {
         summary.warnings.push(format!(
             "{} of {windows} windows were accepted although they had not converged (coupling.on_no_convergence = \
@@ -233,36 +301,71 @@ pub fn describe(
 
 fn describe_energy(summary: &mut Summary, coupling: &Coupling) {
     let balance = &coupling.balance;
+    let [dem, fem, interface] = balance.origins();
     let energy = &mut summary.energy;
-    energy.insert("interface_work_structure_J".into(), json!(balance.structure_work));
-    energy.insert("interface_work_wall_J".into(), json!(balance.wall_work));
-    energy.insert("interface_defect_J".into(), json!(balance.defect));
+    for (name, joules) in [
+        ("interface_work_structure_J", balance.structure_work),
+        ("interface_work_wall_J", balance.wall_work),
+        ("interface_defect_J", balance.defect),
+        ("imbalance_contact_solver_J", dem),
+        ("imbalance_structure_J", fem),
+        ("imbalance_interface_J", interface),
+        ("imbalance_largest_J", balance.system.largest.0),
+    ]
+    .into_iter()
+    .take(if coupling.has_balance { 7 } else { 3 })
+    {
+        energy.insert(name.into(), json!(joules));
+    }
     if !coupling.has_balance {
         summary.warnings.push(
-            "energy_error is absent: a solver does not tell its kinetic, potential, stored, dissipated energy and \
+            "energy_error is absent: a solver does not report its kinetic, potential, stored, dissipated energy and \
              received work"
                 .into(),
         );
         return;
     }
-    energy.insert("imbalance_largest_J".into(), json!(balance.largest.0));
-    let impact = summary.measures.iter().find(|m| m.name == IMPACT_ENERGY).map(|m| m.value);
-    let reference = impact.unwrap_or(balance.largest_kinetic);
-    if reference > 0.0 {
-        let value = balance.largest.0 / reference;
-        let time = Some(balance.largest.1);
-        summary.measures.push(Measure { name: "energy_error".into(), value, unit: "1".into(), time });
-        if value > ENERGY_BOUND {
-            summary.warnings.push(format!(
-                "energy_error is {:.2} %, above {} %: a shorter window or step, or strong coupling, is due",
-                100.0 * value,
-                100.0 * ENERGY_BOUND
-            ));
-        }
-    } else {
-        summary.warnings.push("energy_error is absent: nothing has moved".into());
-    }
+    let (Some(reference), Some(value)) = (balance.system.reference(), balance.system.error()) else {
+        summary.warnings.push(NOTHING_MOVED.into());
+        return;
+    };
+    energy.insert("reference_J".into(), json!(reference));
+    energy.insert(ENERGY_ERROR.into(), json!(value));
+    let time = Some(balance.system.largest.1);
+    summary.measures.push(Measure { name: ENERGY_ERROR.into(), value, unit: "1".into(), time });
 }
 
-/// Share of the energy at impact that may be lost or gained before it is a warning.
-const ENERGY_BOUND: f64 = 0.01;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface_defs::toolkit::summary::Status;
+
+    #[test]
+    fn a_mean_over_a_millisecond_is_left_out_where_windows_are_longer() {
+        let measure = |name: &str| Measure { name: name.into(), value: 1.0, unit: "N".into(), time: None };
+        for (sample, kept) in [(1e-3, 2), (1.1e-3, 1)] {
+            let mut summary = Summary::new(Status::Done);
+            summary.measures = vec![measure("max_reaction"), measure("max_reaction_1ms")];
+            drop_unresolved(&mut summary, sample);
+            assert_eq!((summary.measures.len(), summary.warnings.len()), (kept, 2 - kept));
+        }
+    }
+
+    #[test]
+    fn an_expected_measure_that_nobody_reports_is_named_with_its_solver() {
+        let mut summary = Summary::new(Status::Done);
+        summary.warnings.push("sag is absent: no weight acts on the structure".into());
+        let names = ["rock_impact_speed", "rock_max_penetration", "max_reaction", "max_reaction_1ms"];
+        summary.measures = names
+            .map(|name| Measure { name: name.into(), value: 1.0, unit: "1".into(), time: None })
+            .to_vec();
+        name_absent(&mut summary, &["dem (a)".into(), "fem (b)".into()]);
+        assert_eq!(
+            summary.warnings[1..],
+            [
+                "time_of_impact, max_deflection, braking_time, rebound_speed are absent: dem (a) does not report them",
+                "max_cable_force is absent: fem (b) does not report it"
+            ]
+        );
+    }
+}

@@ -7,11 +7,11 @@
 macro_rules! registry {
     ($(#[$doc:meta])* pub enum $any:ident: $method:ident { $($name:literal => $kind:ident,)+ }) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(tag = "type")]
+        #[allow(missing_docs)] // A method's own doc comment says what it is, in the schema too.
         pub enum $any {
             $(
-                #[doc = concat!("`type = \"", $name, "\"`")]
                 #[serde(rename = $name)]
                 $kind($kind),
             )+

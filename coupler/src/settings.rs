@@ -5,10 +5,11 @@ use crate::convergence::Tolerance;
 use crate::mapping::AnyMapper;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Weak or strong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scheme {
     /// One pass per window, nothing is repeated: cheap, and limited in the window (`rockfall check` says where).
@@ -18,7 +19,7 @@ pub enum Scheme {
 }
 
 /// What to do with a window that did not converge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OnNoConvergence {
     /// Take it as it stands, and say so.
@@ -29,24 +30,25 @@ pub enum OnNoConvergence {
     Stop,
 }
 
-/// `[coupling]`
-#[derive(Debug, Clone, Serialize, Deserialize)]
+/// How the two solvers are coupled: required where a scene has rocks and a structure.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Coupling {
     /// Weak or strong.
     pub scheme: Scheme,
     /// Length of a window [s].
     pub time_window: f64,
-    /// Relative to the window's increment.
+    /// Largest residual, relative to the window's increment. A window is accepted when displacement and velocity each
+    /// pass this or the absolute tolerance.
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,
-    /// Absolute [m]; velocities count times the window.
+    /// Largest residual [m]; velocities count times the window.
     #[serde(default = "default_absolute_tolerance")]
     pub absolute_tolerance: f64,
     /// Most iterations of a window.
     #[serde(default = "default_max_iterations")]
     pub max_iterations: u32,
-    /// Order of the prediction of the wall's motion: 0 it stays, 1 it goes on.
+    /// Order of the prediction of the net's motion at the start of a window: 0 it stays, 1 it goes on at its velocity.
     #[serde(default = "default_predictor")]
     pub predictor: u32,
     /// Parts of a window for which motion and mean force are exchanged: more resolve a contact that
@@ -56,15 +58,18 @@ pub struct Coupling {
     /// What to do with a window that did not converge.
     #[serde(default = "default_on_no_convergence")]
     pub on_no_convergence: OnNoConvergence,
-    /// Shortest window [s] that halving may reach; absent: window / 64.
+    /// Shortest window that halving may reach [s]. Default: `time_window / 64`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min_window: Option<f64>,
     /// How a residual becomes the next iterate.
     #[serde(default)]
     pub acceleration: AnyAcceleration,
-    /// How the meshes are connected; absent: identity for equal meshes, else nearest neighbour.
+    /// How the meshes are connected. Default: `identity` for equal meshes, else `nearest_neighbor`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mapping: Option<AnyMapper>,
+    /// Fingerprint of the scene that was read, compared with those of the solvers; `None`: it is not compared.
+    #[serde(skip)]
+    pub scene: Option<String>,
 }
 
 fn default_tolerance() -> f64 {
@@ -101,18 +106,20 @@ impl Coupling {
             min_window: None,
             acceleration: AnyAcceleration::default(),
             mapping: None,
+            scene: None,
         }
     }
 
     /// From a scene, checked.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
-        let coupling: Self = scene.read("coupling")?.ok_or_else(|| {
+        let mut coupling: Self = scene.read("coupling")?.ok_or_else(|| {
             scene.invalid(
                 "coupling",
                 "the scene has rocks and a structure: add [coupling] with scheme and time_window",
             )
         })?;
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
+        coupling.scene = Some(scene.fingerprint());
         Ok(coupling)
     }
 
@@ -139,7 +146,7 @@ impl Coupling {
             return Err((
                 "predictor".into(),
                 format!(
-                    "predictor {} does not exist; 0 keeps the wall where it is, 1 lets it go on",
+                    "predictor {} does not exist; 0 keeps the net where it is, 1 lets it go on",
                     self.predictor
                 ),
             ));
@@ -191,7 +198,7 @@ pub struct Processes {
     /// Deadline for one answer [s].
     #[serde(default = "default_timeout")]
     pub timeout: f64,
-    /// How to wait: `yield` or `event`.
+    /// How to wait: `auto`. `yield` and `event` are kept for one version.
     #[serde(default)]
     pub wait: WaitSetting,
 }
@@ -200,8 +207,10 @@ pub struct Processes {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WaitSetting {
-    /// See [`interface_defs::ipc::Wait::Yield`].
+    /// See [`interface_defs::ipc::Wait::Auto`].
     #[default]
+    Auto,
+    /// See [`interface_defs::ipc::Wait::Yield`].
     Yield,
     /// See [`interface_defs::ipc::Wait::Event`].
     Event,

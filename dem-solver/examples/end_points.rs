@@ -104,7 +104,7 @@ fn way(solver: &mut DemSolver, output: &mut [f64], k: usize, shift: f64) -> Way 
         flights,
         run_out: level,
         end: body.motion.position,
-        rests: matches!(body.path.ending, Some((Ending::Rest, _))),
+        rests: body.path.ending.is_some_and(|end| end.how == Ending::Rest),
         imbalance: imbalance / fastest,
         impacts: body.path.impacts,
     }

@@ -104,7 +104,7 @@ fn trajectories(dir: &Path, name: &str, shape: &str, contact: &str, steps: f64, 
             runner.advance(INTERVAL);
         }
         let body = &runner.solver.state().bodies[0];
-        rested += usize::from(matches!(body.path.ending, Some((Ending::Rest, _))));
+        rested += usize::from(body.path.ending.is_some_and(|end| end.how == Ending::Rest));
         most = most.max(body.path.impacts);
         impacts += body.path.impacts;
         touching += body.path.in_contact;
@@ -274,7 +274,7 @@ fn equal_motion(dir: &Path, seconds: f64) {
                 let [steps, pairs] = [0, 1].map(|k| count(&mut runner, names[k]) - before[k]);
                 let gentle = solved && runner.solver.commit().is_ok() && {
                     let body = &runner.solver.state().bodies[0];
-                    body.path.deepest.0 < 0.2
+                    body.deepest.largest().is_none_or(|(depth, _)| depth < 0.2)
                 };
                 if gentle && pairs >= steps {
                     *sum = [sum[0] + one, sum[1] + steps, sum[2] + pairs];

@@ -1,10 +1,11 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
-use crate::ground::start;
+use crate::gate::start;
 use crate::settings::{
     ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings, Shape, TerrainSettings,
 };
 use crate::solver::DemSolver;
+use interface_defs::InterfaceMesh;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
@@ -27,12 +28,25 @@ struct Resolved<'a> {
     dem: DemSettings,
 }
 
-/// Build everything of the scene but the wall, and say what it is.
+/// Build everything of the scene but the net, and say what it is.
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
+    check_with(scene, None)
+}
+
+/// The same with the `net` that the structure offers: rocks that start in it are refused.
+pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckReport, InputError> {
     let solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
+    let fem = scene.read::<toml::Table>("processes")?.is_some_and(|p| p.contains_key("fem"));
+    if let Some(what) = solver.idle_selection().filter(|_| !fem && !scene.has("structure")) {
+        return Err(scene.invalid("dem.contact_selection", what).try_instead("leave it out"));
+    }
+    if let Some(net) = net {
+        solver.check_net(net).map_err(|fault| InputError::new(fault.message))?;
+    }
     let model = solver.model();
     let steps = &model.steps;
-    let mut report = CheckReport { warnings: solver.notices().to_vec(), ..CheckReport::default() };
+    let mut report =
+        CheckReport { warnings: [solver.notices(), solver.cautions()].concat(), ..CheckReport::default() };
     let (mut seconds, mut spheres, mut mass) = (0.0, 0, 0.0);
     for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks) {
         report.builds.push(format!(
@@ -62,8 +76,9 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     }
     if let Some(ground) = &model.ground {
         report.builds.push(ground.describe());
-        for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks) {
-            if let Some(height) = start::height(ground, &model.settings, settings) {
+        report.builds.extend_from_slice(solver.choices());
+        for (at, rock) in model.rocks.iter().enumerate() {
+            if let Some(height) = start::height(ground, &model.settings, at) {
                 let what = format!("rock `{}` starts {height:.2} m above the terrain", rock.name);
                 report.builds.push(what);
             }
@@ -74,7 +89,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         Some(laws) => {
             report.builds.extend(laws.describe());
             report.builds.push(format!(
-                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s ({}) on a fixed wall",
+                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s ({}) on a rigid fixed surface",
                 steps.step,
                 steps.critical,
                 steps.speed,

@@ -9,19 +9,23 @@
 //! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
 //! - [`wall`]: the interface mesh as contact partner
 //! - [`ground`]: the terrain, and a static tree over it
+//! - [`gate`]: what is refused and warned of before anything starts
 //! - [`search`]: which spheres may touch which elements
 //! - [`contact`]: the law of contact, part by part
 //! - [`critical`]: the largest stable step
 //! - [`granular`]: thousands of separate spheres instead of rocks
 //! - [`solver`]: the contract, and the order of one step
 //! - [`check`](mod@check): what would be built
+//! - [`reference`]: what is read and written, for editors
 
 pub mod check;
 pub mod cluster;
 pub mod contact;
 pub mod critical;
+pub mod gate;
 pub mod granular;
 pub mod ground;
+pub mod reference;
 pub mod rock;
 pub mod search;
 pub mod settings;
@@ -40,7 +44,11 @@ pub const PROGRAM: Program = Program {
     about: "Rocks as rigid sphere clusters: contact, rotation, flight",
     build: |scene, options| match scene.has("spheres") {
         true => Ok(Box::new(granular::GranularSolver::new(scene, options)?)),
-        false => Ok(Box::new(DemSolver::new(scene, options)?)),
+        false => Ok(Box::new(DemSolver::new(scene, options)?.guarded())),
     },
-    check: |scene| if scene.has("spheres") { granular::check::check(scene) } else { check::check(scene) },
+    check: |scene, net| match scene.has("spheres") {
+        true => granular::check::check(scene),
+        false => check::check_with(scene, net),
+    },
+    schema: reference::share,
 };

@@ -98,7 +98,10 @@ impl Assembly {
             for (dof, f) in dofs.iter().zip(&self.force) {
                 force[*dof] -= f;
             }
-            largest = f64::max(largest, tension);
+            // Of cables, ropes, rings and brakes: a post is none of them.
+            if !element.has_moments() {
+                largest = f64::max(largest, tension);
+            }
         }
         largest * largest
     }
@@ -120,7 +123,10 @@ impl Assembly {
                 force[*dof] -= f;
             }
             self.keep(i, element, history, tension);
-            largest = f64::max(largest, tension);
+            // Of cables, ropes, rings and brakes: a post is none of them.
+            if !element.has_moments() {
+                largest = f64::max(largest, tension);
+            }
         }
         largest * largest
     }

@@ -28,7 +28,9 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
             NoStart::Stopped(fault) => InputError::new(fault.message),
         })?;
     let model = solver.model();
-    let masses = model.interface_mesh(&start.displacement).masses;
+    let mut interface = model.interface_mesh(&start.displacement);
+    // Masses are for contact alone, and JSON has no infinity for those that are held.
+    let masses = std::mem::take(&mut interface.masses);
     let least = masses.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min);
     let sag = model.sag(&start.displacement);
     let mut numbers: BTreeMap<String, f64> = BTreeMap::new();
@@ -57,7 +59,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let resolved = resolve(&config, &start)?;
     let warnings = start.warnings.clone();
     numbers.insert("seconds_per_step".into(), seconds_per_step(&mut solver, scene, &config, start)?);
-    Ok(CheckReport { builds, numbers, warnings, resolved })
+    Ok(CheckReport { builds, numbers, warnings, resolved, interface: Some(interface) })
 }
 
 fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> Vec<String> {

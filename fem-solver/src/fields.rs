@@ -1,8 +1,15 @@
-//! Field files for ParaView. `structure`: its lines with displacement, velocity, tension [N], stress [Pa] (tension by the
-//! section as modelled; 0 where there is none, as in rings and brakes), and the flags `slack` and `broken`.
+//! Field files for ParaView.
+//!
+//! `structure`: its lines with displacement, velocity, `axial_force` [N] (`tension` is its old name), `stress` [Pa] (axial
+//! force by the section as modelled; 0 where there is none, as in rings and brakes), `utilisation` (axial force over
+//! `rupture_force`, or strain over `rupture_strain`, the larger; 0 without either, 1 where broken), and the flags `slack`
+//! and `broken`; where there are beams, `bending_moment_1_start` to `bending_moment_2_end` [N m] in the plane of each cross
+//! axis, positive where it bends the beam towards that axis, and `torsion` [N m], the same along an element.
 //! `structure_faces`: its faces, where there are any, with both principal stresses [Pa] and the flag `slack`.
+//! `part` and `group` number parts and named sets; `structure_legend.json` says their names.
 
 use crate::assembly::Assembly;
+use crate::legend::Legend;
 use crate::loads::{difference_to_node_major, to_node_major};
 use crate::model::Model;
 use crate::state::State;
@@ -25,9 +32,22 @@ pub struct Fields {
     stress: Vec<f64>,
     slack: Vec<f64>,
     broken: Vec<f64>,
+    utilisation: Vec<f64>,
+    /// Of beams: both bending moments at both ends, and torsion; empty without beams.
+    moments: Vec<[f64; MOMENTS.len()]>,
+    legend: Legend,
     assembly: Assembly,
     faces: Option<Faces>,
 }
+
+/// Names of the moments of beams, in the order of [`crate::element::Moments`].
+const MOMENTS: [&str; 5] = [
+    "bending_moment_1_start",
+    "bending_moment_1_end",
+    "bending_moment_2_start",
+    "bending_moment_2_end",
+    "torsion",
+];
 
 /// The faces: their series, both principal stresses, and whether they are slack.
 struct Faces {
@@ -42,6 +62,9 @@ impl Fields {
         let series = Series::create(dir, "structure").map_err(|e| cannot_write(&e))?;
         let n = mesh.coordinates.len();
         let memory = || vec![0.0; n];
+        let legend = Legend::new(model);
+        legend.write(dir).map_err(|e| cannot_write(&e))?;
+        let beams = model.elements.iter().any(|e| e.has_moments());
         Ok(Self {
             series,
             interval,
@@ -54,6 +77,9 @@ impl Fields {
             stress: vec![0.0; mesh.lines.len()],
             slack: vec![0.0; mesh.lines.len()],
             broken: vec![0.0; mesh.lines.len()],
+            utilisation: vec![0.0; mesh.lines.len()],
+            moments: vec![[0.0; MOMENTS.len()]; if beams { mesh.lines.len() } else { 0 }],
+            legend,
             assembly: Assembly::new(model),
             faces: match mesh.faces.len() {
                 0 => None,
@@ -96,7 +122,15 @@ impl Fields {
             let count = element.line_count();
             let history = self.assembly.history(i, &state.history);
             let u = self.assembly.gather(i, &state.displacement);
-            element.line_forces(u, history, &mut others[at..at + count]);
+            let forces = &mut others[at..at + count];
+            element.line_forces(u, history, forces);
+            let first = model.cables.len() + at;
+            for (share, force) in self.utilisation[first..first + count].iter_mut().zip(&*forces) {
+                *share = if force.is_nan() { 1.0 } else { element.utilisation(u, *force) };
+            }
+            if element.has_moments() {
+                self.moments[first..first + count].fill(element.moments(u, history).flat());
+            }
             at += count;
         }
         for (force, (slack, broken)) in
@@ -112,20 +146,32 @@ impl Fields {
         if self.faces.is_some() {
             self.write_faces(model, mesh, state, time)?;
         }
+        let separate: Vec<Vec<f64>> = (0..if self.moments.is_empty() { 0 } else { MOMENTS.len() })
+            .map(|m| self.moments.iter().map(|of| of[m]).collect())
+            .collect();
+        let mut cell_data: Vec<(&str, usize, &[f64])> = Vec::new();
+        if !mesh.lines.is_empty() {
+            cell_data.extend([
+                ("part", 1, &self.legend.line_parts[..]),
+                ("group", 1, &self.legend.line_groups),
+                ("axial_force", 1, &self.tension),
+                ("tension", 1, &self.tension),
+                ("stress", 1, &self.stress),
+                ("utilisation", 1, &self.utilisation),
+                ("slack", 1, &self.slack),
+                ("broken", 1, &self.broken),
+            ]);
+            cell_data.extend(MOMENTS.iter().zip(&separate).map(|(name, values)| (*name, 1, &values[..])));
+        }
         let vtu = Vtu {
             points: &self.points,
             cells: if mesh.lines.is_empty() { Cells::Vertices } else { Cells::Lines(&mesh.lines) },
-            point_data: vec![("displacement", 3, &self.displacement), ("velocity", 3, &self.velocity)],
-            cell_data: if mesh.lines.is_empty() {
-                Vec::new()
-            } else {
-                vec![
-                    ("tension", 1, &self.tension),
-                    ("stress", 1, &self.stress),
-                    ("slack", 1, &self.slack),
-                    ("broken", 1, &self.broken),
-                ]
-            },
+            point_data: vec![
+                ("displacement", 3, &self.displacement),
+                ("velocity", 3, &self.velocity),
+                ("group", 1, &self.legend.node_groups),
+            ],
+            cell_data,
         };
         self.series.add(time, &vtu).map_err(|e| cannot_write(&e))
     }
@@ -156,7 +202,13 @@ impl Fields {
             points: &self.points,
             cells: Cells::Triangles(&mesh.faces),
             point_data: vec![("displacement", 3, &self.displacement), ("velocity", 3, &self.velocity)],
-            cell_data: vec![("stress_1", 1, first), ("stress_2", 1, second), ("slack", 1, &faces.slack)],
+            cell_data: vec![
+                ("part", 1, &self.legend.face_parts),
+                ("group", 1, &self.legend.face_groups),
+                ("stress_1", 1, first),
+                ("stress_2", 1, second),
+                ("slack", 1, &faces.slack),
+            ],
         };
         faces.series.add(time, &vtu).map_err(|e| cannot_write(&e))
     }

@@ -13,7 +13,8 @@
 //! - [`form_finding`], [`critical_step`], [`start`]: the state at t = 0 and the longest step
 //! - [`explicit`], [`implicit`], [`path`]: one step in time, or along a path of equilibrium
 //! - [`loads`], [`march`]: one window: the interface force in, motion out
-//! - [`record`], [`moving_mean`], [`energy`], [`fields`]: what is told of it
+//! - [`record`], [`probe`], [`moving_mean`], [`energy`], [`fields`], [`legend`]: what is reported of it
+//! - [`gate`]: what no one can mean, or might not have meant
 //! - [`solver`], [`check`]: the contract's two ends
 //!
 //! Displacements count from the structure as modelled inside, and from t = 0 at the interface.
@@ -31,9 +32,11 @@ pub mod explicit;
 pub mod fields;
 pub mod form_finding;
 pub mod fronts;
+pub mod gate;
 pub mod implicit;
 pub mod kernel;
 pub mod lanes;
+pub mod legend;
 pub mod linear_solver;
 pub mod loads;
 pub mod march;
@@ -42,8 +45,10 @@ pub mod model;
 pub mod moving_mean;
 pub mod newton;
 pub mod path;
+pub mod probe;
 pub mod read;
 pub mod record;
+pub mod reference;
 pub mod scattered;
 pub mod solver;
 pub mod start;
@@ -60,5 +65,6 @@ pub const PROGRAM: Program = Program {
     role: "fem",
     about: "Large-displacement statics and dynamics of cable nets",
     build: |scene, options| Ok(Box::new(FemSolver::new(scene, options)?)),
-    check: check::check,
+    check: |scene, _| check::check(scene),
+    schema: reference::share,
 };

@@ -8,7 +8,7 @@ use crate::lanes::{add, work};
 use crate::loads::{Loads, difference_to_node_major, to_node_major};
 use crate::model::Model;
 use crate::path::Path;
-use crate::record::{Recorder, Step};
+use crate::record::{Largest, Recorder, Step};
 use crate::start::Start;
 use crate::state::{Peak, Peaks, State};
 use interface_defs::field::{Layout, Sampling, name};
@@ -108,6 +108,7 @@ impl March {
             load: vec![0.0; ends],
             at_rest: start.at_rest && config.fem.path_speed.is_none(),
             history: start.history.clone(),
+            groups: recorder.groups(),
             events: Vec::with_capacity(model.elements.len()),
             ..State::default()
         };
@@ -140,7 +141,7 @@ impl March {
                     start.newton,
                 ))),
             },
-            recorder,
+            recorder: recorder.at_end(scheme.is_some_and(|s| !s.inertia)),
             loads,
             trial: State { events: Vec::with_capacity(model.elements.len()), ..committed.clone() },
             nodes: model.node_count(),
@@ -168,6 +169,7 @@ impl March {
     /// The answer as it stands at t = 0.
     pub fn initial(&mut self, model: &Model, output: &mut [f64]) {
         self.rest(model, 0.0, 1.0);
+        self.committed.groups.copy_from_slice(&self.trial.groups);
         self.answer_all(output);
         self.write_gauges(model, output);
         self.recorder.begin();
@@ -205,10 +207,12 @@ impl March {
     /// Nothing happens for a time of `length` until `end`.
     fn rest(&mut self, model: &Model, end: f64, length: f64) {
         self.recorder.begin();
-        let step =
-            Step { end, length, force: &self.rest_force, middle: &self.trial.displacement, tension: 0.0 };
-        let mut peaks = self.trial.peaks;
-        self.recorder.step(model, &self.trial, &step, &mut peaks);
+        let (mut peaks, mut groups) = (self.trial.peaks, std::mem::take(&mut self.trial.groups));
+        let (force, middle) = (&self.rest_force, &self.trial.displacement);
+        let step = Step { end, length, force, middle, at: end, tension: 0.0 };
+        let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };
+        self.recorder.step(model, &self.trial, &step, largest);
+        self.trial.groups = groups;
     }
 
     /// Advance over the window; where Newton fails, again from its start with twice the steps.
@@ -334,15 +338,19 @@ impl March {
     }
 
     fn record(&mut self, model: &Model, end: f64, h: f64, tension: f64) {
-        let (force, middle) = match &self.engine {
-            Engine::Explicit(e) => (&e.force, &e.middle),
-            Engine::Implicit(i) => (&i.force, &i.middle),
-            Engine::Path(p) => (&p.force, &p.middle),
+        let (mut peaks, mut groups) = (self.trial.peaks, std::mem::take(&mut self.trial.groups));
+        let middle_of_step = end - 0.5 * h;
+        let (force, middle, at) = match &self.engine {
+            Engine::Explicit(e) => (&e.force, &e.middle, middle_of_step),
+            // Statics knows no way between two states: what it reports is the state at the end.
+            Engine::Implicit(i) if !i.scheme.inertia => (&self.trial.force, &self.trial.displacement, end),
+            Engine::Implicit(i) => (&i.force, &i.middle, middle_of_step),
+            Engine::Path(p) => (&p.force, &p.middle, end),
         };
-        let step = Step { end, length: h, force, middle, tension };
-        let mut peaks = self.trial.peaks;
-        self.recorder.step(model, &self.trial, &step, &mut peaks);
-        self.trial.peaks = peaks;
+        let step = Step { end, length: h, force, middle, at, tension };
+        let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };
+        self.recorder.step(model, &self.trial, &step, largest);
+        (self.trial.peaks, self.trial.groups) = (peaks, groups);
     }
 
     /// Write the samples of motion that lie at the end of step `step` of `steps`.

@@ -1,16 +1,15 @@
 //! What is recorded at every step: support reactions, scene gauges, largest values.
 
 use crate::assembly::Assembly;
-use crate::config::structure::Where;
 use crate::config::{GaugeConfig, Quantity};
 use crate::model::Model;
 use crate::moving_mean::MovingMean;
 use crate::newton::spring_dofs;
-use crate::state::{Peaks, State};
-use interface_defs::message::Gauge;
+use crate::probe::Probe;
+use crate::state::{Extreme, Peaks, Range, State};
+use interface_defs::message::{Gauge, Measure};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
-use nalgebra::Vector3;
 
 /// Supports whose force is summed: held degrees of freedom, and springs by their feet.
 #[derive(Debug, Clone)]
@@ -32,10 +31,6 @@ impl Supports {
         }
     }
 
-    fn is_empty(&self) -> bool {
-        self.held.iter().all(Vec::is_empty) && self.springs.iter().all(Vec::is_empty)
-    }
-
     /// Force of the supports on the structure, where `force` is that of load and elements.
     fn reaction(&self, force: &[f64], u: &[f64]) -> [f64; 3] {
         [0, 1, 2].map(|c: usize| {
@@ -46,124 +41,18 @@ impl Supports {
     }
 }
 
-/// What one scene gauge watches.
-#[derive(Debug, Clone)]
-enum Probe {
-    Displacement(Vec<usize>),
-    Velocity(Vec<usize>),
-    Force(Supports),
-    Lines(Lines),
-    Height(Height),
-}
-
-/// A group above another.
-#[derive(Debug, Clone)]
-struct Height {
-    nodes: Vec<usize>,
-    above: Vec<usize>,
-    up: Vector3<f64>,
-}
-
-impl Height {
-    fn of(
-        scene: &Scene,
-        key: &str,
-        model: &Model,
-        nodes: Vec<usize>,
-        gauge: &GaugeConfig,
-    ) -> Result<Self, InputError> {
-        let Some(below) = gauge.above.as_deref() else {
-            return Err(scene
-                .invalid(
-                    key,
-                    format!("the gauge `{}` does not say above what its height is taken", gauge.name),
-                )
-                .try_instead("add above = \"name of a group\""));
-        };
-        let place = Where { nodes: None, group: Some(below), at: None };
-        let above = model.place(scene, &format!("{key}.above"), place)?;
-        match model.down {
-            Some(down) => Ok(Self { nodes, above, up: -down }),
-            None => Err(scene.invalid(key, "a height counts against gravity, and there is none")),
-        }
-    }
-
-    fn value(&self, model: &Model, state: &State) -> f64 {
-        let height =
-            |node: &usize| self.up.dot(&(model.nodes[*node] + model.vector(&state.displacement, *node)));
-        let lowest = self.nodes.iter().map(height).fold(f64::INFINITY, f64::min);
-        lowest - self.above.iter().map(height).fold(f64::NEG_INFINITY, f64::max)
-    }
-}
-
-/// Elements whose axial force, or elongation, is recorded.
-#[derive(Debug, Clone)]
-struct Lines {
-    cables: Vec<usize>,
-    elements: Vec<usize>,
-    elongation: bool,
-}
-
-impl Lines {
-    fn of(model: &Model, nodes: &[usize], gauge: &GaugeConfig) -> Self {
-        let elongation = gauge.quantity == Quantity::Elongation;
-        if let Some(part) = model.parts.iter().find(|p| Some(&p.name) == gauge.group.as_ref()) {
-            return Self { cables: part.cables.clone(), elements: part.elements.clone(), elongation };
-        }
-        let single = gauge.at.is_some();
-        let belongs = |own: &[usize]| {
-            let inside = |n: &usize| nodes.contains(n);
-            if single { own.iter().any(inside) } else { own.iter().all(inside) }
-        };
-        let cables = (0..model.cables.len()).filter(|c| belongs(&model.cables[*c].nodes)).collect();
-        let lines = (0..model.elements.len()).filter(|e| !model.elements[*e].lines().is_empty());
-        let elements = lines.filter(|e| belongs(model.elements[*e].nodes())).collect();
-        Self { cables, elements, elongation }
-    }
-
-    fn is_empty(&self) -> bool {
-        self.cables.is_empty() && self.elements.is_empty()
-    }
-
-    fn largest(&self, model: &Model, state: &State, assembly: &mut Assembly, forces: &mut [f64]) -> f64 {
-        let u = &state.displacement;
-        let cables = self.cables.iter().map(|c| {
-            let cable = &model.cables[*c];
-            let w = model.relative(u, cable);
-            if self.elongation {
-                (cable.span + w).norm() - cable.span.norm()
-            } else {
-                cable.response(&w).tension
-            }
-        });
-        let mut largest = cables.fold(f64::NEG_INFINITY, f64::max);
-        for i in &self.elements {
-            let element = &model.elements[*i];
-            let history = assembly.history(*i, &state.history);
-            let own = assembly.gather(*i, u);
-            if self.elongation {
-                largest = largest.max(element.elongation(own));
-                continue;
-            }
-            let forces = &mut forces[..element.line_count()];
-            element.line_forces(own, history, forces);
-            // What is broken carries nothing.
-            largest = forces.iter().map(|f| if f.is_nan() { 0.0 } else { *f }).fold(largest, f64::max);
-        }
-        largest
-    }
-}
-
 /// What a step leaves to be recorded.
 pub struct Step<'a> {
     /// Its end [s].
     pub end: f64,
     /// Its length [s].
     pub length: f64,
-    /// Mean force of load and elements on every degree of freedom [N].
+    /// Force of load and elements on every degree of freedom [N]: its mean over the step, in statics that at its end.
     pub force: &'a [f64],
     /// Displacement at which that holds [m].
     pub middle: &'a [f64],
+    /// When it does [s].
+    pub at: f64,
     /// Largest tension in it [N].
     pub tension: f64,
 }
@@ -171,18 +60,30 @@ pub struct Step<'a> {
 /// Value, smallest and largest of one number.
 pub type Triple = [f64; 3];
 
+/// The largest values so far, of a state.
+pub struct Largest<'a> {
+    /// Of the whole structure.
+    pub peaks: &'a mut Peaks,
+    /// Of the members of each group.
+    pub groups: &'a mut [Range],
+}
+
 /// The recorder: gauges of the window at hand, and the impulse of the supports.
 pub struct Recorder {
     total: Supports,
     probes: Vec<Probe>,
+    /// For each declared gauge the number that it shows.
+    slots: Vec<usize>,
     /// Displacement at t = 0 [m].
     origin: Vec<f64>,
     mean: MovingMean,
-    /// Impulse of the window: of all supports, then of each probe of force.
+    /// Impulse of the window: of all supports, then of each probe of force, its sum and its members.
     impulses: Vec<[f64; 3]>,
     reaction: [Triple; 3],
     values: Vec<Triple>,
     elapsed: f64,
+    /// In statics reactions are those of a row's end.
+    at_end: bool,
     assembly: Assembly,
     line_forces: Vec<f64>,
 }
@@ -196,7 +97,7 @@ impl Recorder {
     ) -> Result<(Probes, Vec<Gauge>), InputError> {
         let mut declared: Vec<Gauge> =
             ["x", "y", "z"].iter().map(|c| Gauge::new(format!("reaction_{c}"), "N")).collect();
-        let mut probes = Vec::new();
+        let mut probes = Probes { probes: Vec::new(), slots: Vec::new(), count: 0 };
         for (i, gauge) in gauges.iter().enumerate() {
             let key = format!("gauge.{i}");
             if gauge.name.is_empty()
@@ -210,51 +111,26 @@ impl Recorder {
                     format!("`above` is for quantity = \"height\", not for the gauge `{}`", gauge.name);
                 return Err(scene.invalid(&format!("{key}.above"), what));
             }
-            let place = Where { nodes: None, group: gauge.group.as_deref(), at: gauge.at };
             if gauge.group.is_none() == gauge.at.is_none() {
                 return Err(
                     scene.invalid(&key, "a gauge stands at a point or for a group: write one of at, group")
                 );
             }
-            let nodes = model.place(scene, &key, place)?;
-            if nodes.is_empty() {
-                return Err(scene.invalid(&key, "the group of this gauge has no nodes"));
+            let probe = Probe::of(scene, &key, model, gauge)?;
+            for (own, slot) in probe.declared(&gauge.name) {
+                if declared.iter().any(|d| d.name == own.name) {
+                    let what = format!("two gauges give the column `{}`", own.name);
+                    return Err(scene
+                        .invalid(&format!("{key}.name"), what)
+                        .try_instead("give this gauge another name"));
+                }
+                declared.push(own);
+                probes.slots.push(probes.count + slot);
             }
-            let (probe, names, unit) = match gauge.quantity {
-                Quantity::Displacement => (Probe::Displacement(nodes), vec!["ux", "uy", "uz"], "m"),
-                Quantity::Velocity => (Probe::Velocity(nodes), vec!["vx", "vy", "vz"], "m/s"),
-                Quantity::Force => {
-                    let supports = Supports::of(model, |node| nodes.contains(&node));
-                    if supports.is_empty() {
-                        let what = format!(
-                            "no node of the gauge `{}` is held: there is no support force",
-                            gauge.name
-                        );
-                        return Err(scene.invalid(&key, what));
-                    }
-                    (Probe::Force(supports), vec!["fx", "fy", "fz"], "N")
-                }
-                Quantity::Height => {
-                    (Probe::Height(Height::of(scene, &key, model, nodes, gauge)?), vec!["height"], "m")
-                }
-                Quantity::Tension | Quantity::Elongation => {
-                    let lines = Lines::of(model, &nodes, gauge);
-                    if lines.is_empty() {
-                        let what = format!("there is no cable at the gauge `{}`", gauge.name);
-                        return Err(scene.invalid(&key, what));
-                    }
-                    let (name, unit) = if lines.elongation { ("elongation", "m") } else { ("tension", "N") };
-                    (Probe::Lines(lines), vec![name], unit)
-                }
-            };
-            declared.extend(
-                names
-                    .iter()
-                    .map(|n| Gauge { extremes: true, ..Gauge::new(format!("{}_{n}", gauge.name), unit) }),
-            );
-            probes.push(probe);
+            probes.count += probe.slots();
+            probes.probes.push(probe);
         }
-        Ok((Probes(probes), declared))
+        Ok((probes, declared))
     }
 
     /// A recorder that starts at t = 0 with the displacements `origin`, where load and elements
@@ -262,29 +138,38 @@ impl Recorder {
     pub fn new(model: &Model, probes: &Probes, origin: &[f64], force: &[f64], samples: usize) -> Self {
         let total = Supports::of(model, |_| true);
         let at_rest = total.reaction(force, origin);
-        let count = probes
-            .0
-            .iter()
-            .map(|p| if matches!(p, Probe::Lines(_) | Probe::Height(_)) { 1 } else { 3 })
-            .sum();
-        let forces = probes.0.iter().filter(|p| matches!(p, Probe::Force(_))).count();
+        let impulses = |p: &Probe| if matches!(p, Probe::Force(_)) { 1 + p.members() } else { 0 };
+        let impulses = 1 + probes.probes.iter().map(impulses).sum::<usize>();
         Self {
             total,
-            probes: probes.0.clone(),
+            probes: probes.probes.clone(),
+            slots: probes.slots.clone(),
             origin: origin.to_vec(),
             mean: MovingMean::new(at_rest, samples),
-            impulses: vec![[0.0; 3]; 1 + forces],
+            impulses: vec![[0.0; 3]; impulses],
             reaction: [[0.0; 3]; 3],
-            values: vec![[0.0; 3]; count],
+            values: vec![[0.0; 3]; probes.count],
             elapsed: 0.0,
+            at_end: false,
             assembly: Assembly::new(model),
             line_forces: vec![0.0; model.elements.iter().map(|e| e.line_count()).max().unwrap_or(0)],
         }
     }
 
+    /// The same for statics, where all values of a row are of its end.
+    #[must_use]
+    pub fn at_end(self, at_end: bool) -> Self {
+        Self { at_end, ..self }
+    }
+
     /// Total support reaction [N].
     pub fn total_reaction(&self, force: &[f64], u: &[f64]) -> [f64; 3] {
         self.total.reaction(force, u)
+    }
+
+    /// Smallest and largest of the members of each group, before the first step.
+    pub fn groups(&self) -> Vec<Range> {
+        vec![Range::default(); self.probes.iter().filter(|p| p.members() > 0).count()]
     }
 
     /// A window begins.
@@ -298,7 +183,11 @@ impl Recorder {
     }
 
     /// A step is done; `state` is at its end.
-    pub fn step(&mut self, model: &Model, state: &State, step: &Step, peaks: &mut Peaks) {
+    pub fn step(&mut self, model: &Model, state: &State, step: &Step, largest: &mut Largest) {
+        if self.at_end {
+            self.impulses.fill([0.0; 3]);
+            self.elapsed = 0.0;
+        }
         self.elapsed += step.length;
         let reaction = self.total.reaction(step.force, step.middle);
         let impulse = reaction.map(|r| r * step.length);
@@ -306,54 +195,78 @@ impl Recorder {
         for (triple, r) in self.reaction.iter_mut().zip(reaction) {
             widen(triple, r);
         }
-        let middle = step.end - 0.5 * step.length;
-        let size = reaction.iter().map(|r| r * r).sum::<f64>().sqrt();
-        peaks.reaction.take(size, middle);
+        let peaks = &mut largest.peaks;
+        peaks.reaction.take(norm(&reaction), step.at);
         peaks.reaction_1ms.take(self.mean.push(step.end, impulse), step.end - 0.5e-3);
-        peaks.cable_force.take(step.tension, middle);
+        peaks.cable_force.take(step.tension, step.at);
         if !self.probes.is_empty() {
-            self.probe(model, state, step);
+            self.probe(model, state, step, largest.groups);
         }
     }
 
-    fn probe(&mut self, model: &Model, state: &State, step: &Step) {
-        let (mut at, mut force) = (0, 1);
+    fn probe(&mut self, model: &Model, state: &State, step: &Step, groups: &mut [Range]) {
+        let (mut at, mut impulse, mut group) = (0, 1, 0);
+        let (assembly, forces) = (&mut self.assembly, &mut self.line_forces);
         for probe in &self.probes {
+            let values = &mut self.values[at..at + probe.slots()];
+            let members = probe.members();
             match probe {
+                Probe::Lines(lines) if members == 0 => {
+                    lines.scan(model, state, assembly, forces, |value| record(&mut values[0], value));
+                }
                 Probe::Lines(lines) => {
-                    let largest = lines.largest(model, state, &mut self.assembly, &mut self.line_forces);
-                    record(&mut self.values[at], largest);
-                    at += 1;
+                    let mut seen = Both::default();
+                    lines.scan(model, state, assembly, forces, |value| seen.take(value));
+                    record(&mut values[0], seen.smallest.0);
+                    record(&mut values[1], seen.largest.0);
+                    groups[group].take(&seen, step.end);
                 }
-                Probe::Height(height) => {
-                    record(&mut self.values[at], height.value(model, state));
-                    at += 1;
-                }
-                Probe::Force(supports) => {
-                    let reaction = supports.reaction(step.force, step.middle);
-                    add(&mut self.impulses[force], reaction.map(|r| r * step.length));
-                    let impulse = self.impulses[force];
-                    let components = reaction.iter().zip(impulse.iter());
-                    for (value, (reaction, impulse)) in self.values[at..].iter_mut().zip(components) {
-                        widen(value, *reaction);
+                Probe::Height(height) => record(&mut values[0], height.value(model, state)),
+                Probe::Force(feet) => {
+                    let (sums, own) = self.impulses[impulse..].split_at_mut(1);
+                    let nodes = model.node_count();
+                    let (mut sum, mut seen) = ([0.0; 3], Both::default());
+                    let mut mean = Both::default();
+                    for (i, foot) in feet.iter().enumerate() {
+                        let reaction = foot.reaction(nodes, step.force, step.middle);
+                        add(&mut sum, reaction);
+                        if members > 0 {
+                            add(&mut own[i], reaction.map(|r| r * step.length));
+                            seen.take(norm(&reaction));
+                            mean.take(norm(&own[i]) / self.elapsed);
+                        }
+                    }
+                    add(&mut sums[0], sum.map(|r| r * step.length));
+                    for (value, (now, impulse)) in values.iter_mut().zip(sum.iter().zip(&sums[0])) {
+                        widen(value, *now);
                         value[0] = impulse / self.elapsed;
                     }
-                    force += 1;
-                    at += 3;
+                    if members > 0 {
+                        for (value, (now, mean)) in values[3..]
+                            .iter_mut()
+                            .zip([(seen.smallest.0, mean.smallest.0), (seen.largest.0, mean.largest.0)])
+                        {
+                            widen(value, now);
+                            value[0] = mean;
+                        }
+                        groups[group].take(&seen, step.at);
+                    }
+                    impulse += 1 + members;
                 }
                 Probe::Displacement(nodes) | Probe::Velocity(nodes) => {
                     let share = 1.0 / nodes.len() as f64;
-                    for c in 0..3 {
+                    for (c, value) in values.iter_mut().enumerate() {
                         let dofs = nodes.iter().map(|node| model.dof(*node, c));
                         let sum: f64 = match probe {
                             Probe::Velocity(_) => dofs.map(|i| state.velocity[i]).sum(),
                             _ => dofs.map(|i| state.displacement[i] - self.origin[i]).sum(),
                         };
-                        record(&mut self.values[at + c], share * sum);
+                        record(value, share * sum);
                     }
-                    at += 3;
                 }
             }
+            at += probe.slots();
+            group += usize::from(members > 0);
         }
     }
 
@@ -363,7 +276,7 @@ impl Recorder {
         for (c, (to, triple)) in triples.iter_mut().zip(&self.reaction).enumerate() {
             *to = [self.impulses[0][c] / self.elapsed, triple[1], triple[2]];
         }
-        triples[3..].iter_mut().zip(&self.values).for_each(|(to, triple)| *to = *triple);
+        triples[3..].iter_mut().zip(&self.slots).for_each(|(to, slot)| *to = self.values[*slot]);
     }
 
     /// The window is accepted.
@@ -373,21 +286,84 @@ impl Recorder {
 }
 
 /// What the scene's gauges watch.
-pub struct Probes(Vec<Probe>);
+pub struct Probes {
+    probes: Vec<Probe>,
+    slots: Vec<usize>,
+    count: usize,
+}
 
 impl Probes {
-    /// Heights [m] at `state`, of the gauges of `configs` that tell one, by their names.
-    pub fn heights<'a>(
-        &'a self,
-        configs: &'a [GaugeConfig],
-        model: &'a Model,
-        state: &'a State,
-    ) -> impl Iterator<Item = (&'a str, f64)> {
-        configs.iter().zip(&self.0).filter_map(|(config, probe)| match probe {
-            Probe::Height(height) => Some((config.name.as_str(), height.value(model, state))),
-            _ => None,
-        })
+    /// Whether there is a gauge of several members.
+    pub fn has_groups(&self) -> bool {
+        self.probes.iter().any(|p| p.members() > 0)
     }
+
+    /// Measures of single members and of the run's end at `state`, of the gauges of `configs`, at `time` [s].
+    pub fn measures(&self, configs: &[GaugeConfig], model: &Model, state: &State, time: f64) -> Vec<Measure> {
+        let mut measures = Vec::new();
+        let mut groups = state.groups.iter();
+        for (config, probe) in configs.iter().zip(&self.probes) {
+            if let Probe::Height(height) = probe {
+                let (name, value) = (format!("{}_height_end", config.name), height.value(model, state));
+                measures.push(Measure { name, value, unit: "m".into(), time: Some(time) });
+            }
+            let Some(range) = (probe.members() > 0).then(|| groups.next()).flatten() else { continue };
+            let (quantity, unit) = probe.quantity();
+            for (end, extreme) in [("min", range.smallest), ("max", range.largest)] {
+                if extreme.value.is_finite() {
+                    let member = probe.member_name(model, extreme.member as usize);
+                    let name = format!("{}_{quantity}_{end} @ {member}", config.name);
+                    let (value, time) = (extreme.value, Some(extreme.time));
+                    measures.push(Measure { name, value, unit: unit.into(), time });
+                }
+            }
+        }
+        measures
+    }
+}
+
+/// Smallest and largest of the members at one instant: value, and which.
+#[derive(Debug, Clone, Copy)]
+pub struct Both {
+    smallest: (f64, u32),
+    largest: (f64, u32),
+    next: u32,
+}
+
+impl Default for Both {
+    fn default() -> Self {
+        Self { smallest: (f64::INFINITY, 0), largest: (f64::NEG_INFINITY, 0), next: 0 }
+    }
+}
+
+impl Both {
+    /// The next member has this value.
+    #[inline]
+    fn take(&mut self, value: f64) {
+        if value < self.smallest.0 {
+            self.smallest = (value, self.next);
+        }
+        if value > self.largest.0 {
+            self.largest = (value, self.next);
+        }
+        self.next += 1;
+    }
+}
+
+impl Range {
+    fn take(&mut self, seen: &Both, time: f64) {
+        let extreme = |(value, member)| Extreme { value, member, time };
+        if seen.smallest.0 < self.smallest.value {
+            self.smallest = extreme(seen.smallest);
+        }
+        if seen.largest.0 > self.largest.value {
+            self.largest = extreme(seen.largest);
+        }
+    }
+}
+
+fn norm(vector: &[f64; 3]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 fn add(to: &mut [f64; 3], what: [f64; 3]) {

@@ -102,6 +102,12 @@ impl FemSolver {
         let mesh = self.model.interface_mesh(&start.displacement);
         let (loads, load_warnings) =
             Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh, self.model.dof_count())?;
+        if self.probes.has_groups() {
+            tracing::info!(
+                "gauges of several members: `_min` and `_max` are new, `_sum` and `_mean` say what they are; the old columns \
+                 (`_tension` and `_elongation`: the largest; `_fx` ...: the sum; `_ux`, `_vx` ...: the mean) stay for this version"
+            );
+        }
         let shortest = start.time_step.min(plan.window) / HALVINGS;
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
         let recorder = Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
@@ -189,6 +195,41 @@ fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
     told
 }
 
+/// What tore, in a sentence for each part, in the order of its first rupture; that nothing did where something could.
+fn verdict(model: &Model, events: &[Event]) -> Vec<String> {
+    if events.is_empty() {
+        let can = model.elements.iter().any(|e| e.can_break());
+        return if can { vec!["verdict: nothing of the structure tore".into()] } else { Vec::new() };
+    }
+    let part_of = |event: &Event| {
+        let element = event.element as usize;
+        model.parts.iter().position(|p| p.elements.contains(&element))
+    };
+    let mut parts: Vec<(Option<usize>, Vec<&Event>)> = Vec::new();
+    for event in events {
+        let part = part_of(event);
+        match parts.iter_mut().find(|(known, _)| *known == part) {
+            Some((_, own)) => own.push(event),
+            None => parts.push((part, vec![event])),
+        }
+    }
+    let sentence = |(part, own): (Option<usize>, Vec<&Event>)| {
+        let (first, last) = (own[0], own[own.len() - 1]);
+        let name = part.map_or("the structure", |p| model.parts[p].name.as_str());
+        let place = model.member_name(first.element as usize, None);
+        let kind = if first.tension < 0.0 { " of compression" } else { "" };
+        let force = format!("{:.1} kN{kind}", first.tension.abs() / 1e3);
+        match own.len() {
+            1 => format!("verdict: `{name}` tore at {:.4} s under {force}: {place}", first.time),
+            count => format!(
+                "verdict: {count} elements of `{name}` tore from {:.4} s to {:.4} s, the first under {force}: {place}",
+                first.time, last.time
+            ),
+        }
+    };
+    parts.into_iter().map(sentence).collect()
+}
+
 impl Solver for FemSolver {
     fn hello(&self) -> Hello {
         let given = |name| FieldSpec { samples: MOST_SAMPLES, ..FieldSpec::nodal(name, 3, Sampling::AtEnds) };
@@ -255,6 +296,7 @@ impl Solver for FemSolver {
         };
         let (mut measures, mut warnings) = (Vec::new(), Vec::new());
         let events = &prepared.march.committed.events;
+        warnings.extend(verdict(model, events));
         warnings.extend(ruptures(model, events));
         if let Some(first) = events.first()
             && prepared.touched
@@ -285,9 +327,7 @@ impl Solver for FemSolver {
             ));
         }
         let (committed, time) = (&prepared.march.committed, prepared.time);
-        for (name, height) in self.probes.heights(&self.config.gauges, model, committed) {
-            measures.push(measure(&format!("{name}_height_end"), height, "m", Some(time)));
-        }
+        measures.extend(self.probes.measures(&self.config.gauges, model, committed, time));
         match prepared.sag {
             Some(sag) => measures.push(measure("sag", sag, "m", None)),
             None => {

@@ -33,6 +33,35 @@ pub struct State {
     pub at_rest: bool,
     /// Largest values so far.
     pub peaks: Peaks,
+    /// Smallest and largest of the members of each group that is gauged, so far.
+    pub groups: Vec<Range>,
+}
+
+/// A value of one member of a group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extreme {
+    /// Value.
+    pub value: f64,
+    /// Which member.
+    pub member: u32,
+    /// When [s].
+    pub time: f64,
+}
+
+/// Smallest and largest value of any member of a group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Smallest.
+    pub smallest: Extreme,
+    /// Largest.
+    pub largest: Extreme,
+}
+
+impl Default for Range {
+    fn default() -> Self {
+        let nothing = |value| Extreme { value, member: 0, time: 0.0 };
+        Self { smallest: nothing(f64::INFINITY), largest: nothing(f64::NEG_INFINITY) }
+    }
 }
 
 /// A largest value and when it occurred.
@@ -81,5 +110,6 @@ impl State {
         self.support_work = other.support_work;
         self.at_rest = other.at_rest;
         self.peaks = other.peaks;
+        self.groups.copy_from_slice(&other.groups);
     }
 }

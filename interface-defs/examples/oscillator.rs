@@ -54,5 +54,5 @@ impl Solver for Oscillator {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    Ok(serve(&mut Oscillator::default(), &Connection::from_args(std::env::args())?)?)
+    Ok(serve(&mut Oscillator::default(), &Connection::from_args(std::env::args_os())?)?)
 }

@@ -49,5 +49,5 @@ impl Solver for Weight {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    Ok(serve(&mut Weight, &Connection::from_args(std::env::args())?)?)
+    Ok(serve(&mut Weight, &Connection::from_args(std::env::args_os())?)?)
 }

@@ -21,6 +21,9 @@ pub mod capability {
     pub const REPEATABLE: &str = "repeatable";
     /// The solver can write its committed state to disk and start again from it.
     pub const CHECKPOINT: &str = "checkpoint";
+    /// Begin of the word that says which scene the solver read; behind it 16 hexadecimal digits, the 64-bit FNV-1a hash
+    /// of the file's bytes. The coupler refuses solvers whose word is not its own; one without such a word is not compared.
+    pub const SCENE: &str = "scene:fnv1a64:";
 }
 
 /// From the coupler to a solver.

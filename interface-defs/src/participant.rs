@@ -33,6 +33,15 @@ pub enum Failure {
         /// Seconds.
         deadline: f64,
     },
+    /// It has not come: it was never started, or not with the id of this run.
+    Absent {
+        /// Who.
+        who: String,
+        /// Seconds.
+        waited: f64,
+        /// Seconds.
+        deadline: f64,
+    },
     /// It broke the contract.
     Contract {
         /// Who.
@@ -67,6 +76,11 @@ impl fmt::Display for Failure {
                 f,
                 "no answer from {solver} {during}: waited {waited:.1} s of {deadline:.1} s; its process is alive; \
                  if it needs longer, raise processes.timeout"
+            ),
+            Self::Absent { who, waited, deadline } => write!(
+                f,
+                "no answer from {who} at the start of the run: waited {waited:.1} s of {deadline:.1} s, and it has not \
+                 joined; was it started, with the id of this run? if it needs longer, raise processes.timeout"
             ),
             Self::Contract { solver, what } => write!(f, "{solver} breaks the interface contract: {what}"),
             Self::Interrupted => f.write_str("interrupted"),

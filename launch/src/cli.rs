@@ -4,32 +4,33 @@ use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
-use clap::{Parser, Subcommand};
+use crate::{reference, schema};
+use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::screen::{complain, tell};
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Rocks on nets: co-simulation of a contact solver and a structure's solver
+/// Rockfall on flexible nets and over terrain: a contact solver and a structural solver, coupled
 ///
 /// Exit codes: 0 done; 1 the run failed or was interrupted, what was computed is on disk; 2 bad
-/// input, nothing was started.
+/// input, nothing was started; 3 computed to the end, but a bound of trust was passed (unreliable).
 #[derive(Parser)]
 #[command(name = "rockfall", version, about)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Form of the log lines on stderr; with json no bar is drawn. RUST_LOG=debug tells more
+    /// Form of the log lines on stderr; with json no bar is drawn. RUST_LOG=debug prints more
     #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
     log_format: LogFormat,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Start the processes that a scene requires, watch them, write the results
+    /// Run a scene: start the processes that it requires, watch them, write the results
     Run {
         #[command(flatten)]
         input: Input,
@@ -42,21 +43,50 @@ enum Command {
         /// Print nothing but errors
         #[arg(long, conflicts_with = "log_format", help_heading = "Results")]
         quiet: bool,
-        /// Switch off every saving (flight in closed form, skipped structure), to prove that it is harmless
-        #[arg(long)]
+        /// Switch off every shortcut (flight in closed form, skipped structure), to prove that it is harmless
+        #[arg(long, help_heading = "Computation")]
         no_shortcuts: bool,
     },
-    /// Say what would run: processes, critical time steps [s], windows, cost, warnings; start nothing
+    /// Check a scene: processes, critical time steps [s], windows, cost, warnings; start nothing
     Check {
         #[command(flatten)]
         input: Input,
+        /// Write the scene with every default and --set filled in to this file; it runs as it is, from any directory
+        #[arg(long, value_name = "FILE")]
+        resolved: Option<PathBuf>,
     },
-    /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, with its error: `dem-solver cluster`
+    /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, and print its error
     #[command(disable_help_flag = true)]
     Cluster {
-        /// As `dem-solver cluster` takes them: SHAPE --spheres N -o FILE; --help tells more
+        /// As `dem-solver cluster` takes them: SHAPE --spheres N -o FILE; see --help
         #[arg(value_name = "ARGUMENTS", trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<OsString>,
+    },
+    /// Print the JSON schema of the scene file, for editors
+    ///
+    /// Write it into a file once, and name that in the first line of a scene: `#:schema rockfall.schema.json`.
+    /// Even Better TOML and taplo then complete keys, show units and defaults, and mark what is misspelt.
+    Schema {
+        /// Print the reference of all keys and results instead (Markdown)
+        #[arg(long)]
+        reference: bool,
+    },
+    /// Print a script that completes commands and options in a shell
+    ///
+    /// bash: rockfall completions bash > ~/.local/share/bash-completion/completions/rockfall
+    /// zsh: rockfall completions zsh > a directory of $fpath, as _rockfall
+    /// fish: rockfall completions fish > ~/.config/fish/completions/rockfall.fish
+    #[command(verbatim_doc_comment)]
+    Completions {
+        /// Shell for which the script is
+        #[arg(value_enum)]
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page: rockfall man | man -l -
+    Man {
+        /// Write the page, and one for each command, into this directory instead
+        #[arg(long, value_name = "DIR")]
+        dir: Option<PathBuf>,
     },
     /// Remove what dead runs left behind in shared memory
     Clean,
@@ -100,11 +130,23 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             quiet,
             bar: !quiet && !json,
         }),
-        Command::Check { input } => {
-            tell(&estimate::check(&input.scene, &input.sets)?);
+        Command::Check { input, resolved } => {
+            tell(&estimate::check(&input.scene, &input.sets, resolved.as_deref())?);
             Ok(Exit::Done)
         }
         Command::Cluster { arguments } => hand_over("dem-solver", "cluster", &arguments),
+        Command::Schema { reference } => {
+            let share = schema::share()?;
+            tell(&if reference { reference::text(&share) } else { schema::text(&share) });
+            Ok(Exit::Done)
+        }
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "rockfall", &mut script);
+            tell(&String::from_utf8_lossy(&script));
+            Ok(Exit::Done)
+        }
+        Command::Man { dir } => manual(dir.as_deref()),
         Command::Clean => {
             let removed = ipc::clean().map_err(|failure| Stop::failed(failure.to_string()))?;
             if removed.is_empty() {
@@ -116,6 +158,24 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             Ok(Exit::Done)
         }
     }
+}
+
+/// The manual page on stdout, or all pages in a directory.
+fn manual(dir: Option<&Path>) -> Result<Exit, Stop> {
+    match dir {
+        None => {
+            let mut page = Vec::new();
+            let rendered = clap_mangen::Man::new(Cli::command()).render(&mut page);
+            rendered.map_err(|e| Stop::failed(format!("the manual page cannot be made: {e}")))?;
+            tell(&String::from_utf8_lossy(&page));
+        }
+        Some(dir) => std::fs::create_dir_all(dir)
+            .and_then(|()| clap_mangen::generate_to(Cli::command(), dir))
+            .map_err(|e| {
+                Stop::input(format!("{}: the manual pages cannot be written: {e}", dir.display()))
+            })?,
+    }
+    Ok(Exit::Done)
 }
 
 /// Let a program of this project beside this one do the whole work, and end as it does.
@@ -134,10 +194,31 @@ fn hand_over(program: &str, command: &str, arguments: &[OsString]) -> Result<Exi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_is_completed_in_every_shell_and_stands_in_the_manual() {
+        let commands: Vec<String> =
+            Cli::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
+        assert!(commands.iter().any(|c| c == "run") && commands.len() >= 7, "{commands:?}");
+        let dir = tempfile::tempdir().expect("a directory");
+        manual(Some(dir.path())).expect("written");
+        use clap_complete::Shell;
+        for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "rockfall", &mut script);
+            let script = String::from_utf8(script).expect("text");
+            for command in &commands {
+                assert!(script.contains(command), "{command} in {shell}");
+                assert!(dir.path().join(format!("rockfall-{command}.1")).exists(), "{command}");
+            }
+            assert!(script.contains("no-shortcuts"), "options in {shell}");
+        }
+        let page = std::fs::read_to_string(dir.path().join("rockfall.1")).expect("a page");
+        assert!(page.contains("Exit codes"), "{page}");
     }
 }

@@ -1,6 +1,8 @@
 //! `rockfall check`: what would run, critical steps, windows, cost, from the programs' own numbers.
 
+use crate::events::Events;
 use crate::plan::{Part, Plan};
+use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
 use interface_defs::Window;
@@ -10,11 +12,17 @@ use interface_defs::toolkit::summary::short;
 use std::fmt::Write;
 use std::path::Path;
 
-/// The answer to `rockfall check`.
-pub fn check(path: &Path, sets: &[String]) -> Result<String, Stop> {
+/// The answer to `rockfall check`. The scene with every default filled in goes to `resolved`.
+pub fn check(path: &Path, sets: &[String], resolved: Option<&Path>) -> Result<String, Stop> {
+    let events = Events::watch().map_err(Stop::failed)?;
     let scene = Scene::load(path, sets)?;
     let plan = Plan::of(&scene)?;
-    let reports = validate(&plan, path, sets)?;
+    let reports = validate(&plan, path, sets, &events)?;
+    if let Some(file) = resolved {
+        let table = record::resolved(&scene, &plan, &reports)?;
+        record::write_scene(file, &scene, &table, None)
+            .map_err(|e| Stop::input(format!("{}: cannot be written: {e}", file.display())))?;
+    }
     let mut text = String::new();
     let how = match plan.members.len() {
         1 => "1 process, no shared memory".to_owned(),
@@ -35,11 +43,22 @@ pub fn check(path: &Path, sets: &[String]) -> Result<String, Stop> {
     text.push('\n');
     text.push_str(&numbers.steps());
     text.push_str(&numbers.cost());
-    let told = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
-    for warning in told.chain(numbers.warnings()) {
+    for warning in warnings(&reports, scene.end_time()?) {
         let _ = writeln!(text, "warning: {warning}");
     }
     Ok(text)
+}
+
+/// What the user should know before the start, each once.
+pub fn warnings(reports: &[(Part, CheckReport)], end_time: f64) -> Vec<String> {
+    let of_programs = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
+    let mut all: Vec<String> = Vec::new();
+    for warning in of_programs.chain(Numbers::of(reports, end_time).warnings()) {
+        if !all.contains(&warning) {
+            all.push(warning);
+        }
+    }
+    all
 }
 
 /// About as long as a net brakes a rock [s].
@@ -225,7 +244,7 @@ impl Numbers {
         let without = if untold.is_empty() {
             String::new()
         } else {
-            format!(" and the steps of the {}, which are not told", untold.join(" and the "))
+            format!(" and the steps of the {}, which are not known", untold.join(" and the "))
         };
         line("expected cost", format!("up to {} s of wall time{per}{without}", short(windows * pass)));
         text

@@ -3,16 +3,19 @@
 //!
 //! It knows which table of a scene belongs to which program, and not what is in it: [`plan`] decides
 //! by presence, [`validate`] asks the programs themselves, [`record`] writes down what will run,
-//! [`supervise`] starts and watches, [`verdict`] makes one message of how it ended, [`estimate`]
+//! [`schema`] and [`reference`] say what a scene may hold, [`supervise`] starts and watches, [`verdict`] makes one message of how it ended, [`estimate`]
 //! reckons steps and cost for `rockfall check`.
 
 mod cli;
 mod command_line;
 mod estimate;
+mod events;
 mod plan;
 mod progress;
 mod record;
+mod reference;
 mod run;
+mod schema;
 mod stop;
 mod supervise;
 mod validate;

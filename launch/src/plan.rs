@@ -3,6 +3,7 @@
 use crate::command_line::{beside, find, split};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -37,8 +38,8 @@ impl Part {
     }
 }
 
-/// `[processes]`
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+/// Programs of others in the place of this project's, and how long one is waited for.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Processes {
     /// Command line in the place of `dem-solver`.
@@ -50,22 +51,24 @@ pub struct Processes {
     /// Command line in the place of `coupler`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coupler: Option<String>,
-    /// Deadline for one answer [s]; default 60.
+    /// Deadline for one answer [s]. Default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timeout: Option<f64>,
-    /// How to wait; default `yield`.
+    /// How to wait; default `auto`. `yield` and `event` are kept for one version.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wait: Option<Waiting>,
 }
 
 /// How a solver waits for its next request.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Waiting {
+    /// As fast as the better of the others.
+    #[default]
+    Auto,
     /// Sleep until woken.
     Event,
     /// Look again for a while first.
-    #[default]
     Yield,
 }
 
@@ -98,11 +101,12 @@ impl Processes {
         self.timeout.unwrap_or(TIMEOUT)
     }
 
-    /// How to wait, as a command line says it.
-    pub fn waiting(&self) -> &'static str {
+    /// How to wait, as a command line says it; `None`: the solver's own way.
+    pub fn waiting(&self) -> Option<&'static str> {
         match self.wait.unwrap_or_default() {
-            Waiting::Event => "event",
-            Waiting::Yield => "yield",
+            Waiting::Auto => None,
+            Waiting::Event => Some("event"),
+            Waiting::Yield => Some("yield"),
         }
     }
 }
@@ -155,6 +159,7 @@ impl Plan {
                     "add [coupling] with scheme = \"weak\" or \"strong\" and time_window in seconds",
                 ));
         }
+        unused(scene, &processes)?;
         let members = parts.iter().map(|part| member(*part, &processes, scene)).collect::<Result<_, _>>()?;
         Ok(Self { members, processes })
     }
@@ -162,6 +167,60 @@ impl Plan {
     /// Whether two solvers are coupled.
     pub fn is_coupled(&self) -> bool {
         self.members.len() > 1
+    }
+}
+
+/// Refuse a table that no program will use. The tables of a solver that the scene names are its own business.
+fn unused(scene: &Scene, processes: &Processes) -> Result<(), InputError> {
+    let dem = processes.dem.is_some();
+    let fem = processes.fem.is_some() || scene.has("structure");
+    let (rock, spheres) = (scene.has("rock"), scene.has("spheres"));
+    let several =
+        scene.read::<Vec<toml::Value>>("rock").is_ok_and(|rocks| rocks.is_some_and(|r| r.len() > 1));
+    let touches = spheres || scene.has("terrain") || fem || several;
+    let both = (dem || rock || spheres) && fem;
+    let rules = [
+        (
+            "box",
+            dem || spheres,
+            "only separate spheres touch its sides, and the scene has no [[spheres]]",
+            "add [[spheres]]",
+        ),
+        ("terrain", dem || rock, "only rocks move on it, and the scene has no [[rock]]", "add [[rock]]"),
+        ("dem", dem || rock || spheres, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
+        ("contact", dem || rock || spheres, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
+        (
+            "contact",
+            dem || touches,
+            "there is nothing that the rock could touch",
+            "add [terrain], [structure] or a second [[rock]]",
+        ),
+        ("gauge", fem, "the scene has no [structure] to measure", "add [structure]"),
+        ("fem", fem, "the scene has no [structure]", "add [structure]"),
+        ("coupling", both, "it takes a rock and a structure, and the scene has one of them", "add the other"),
+        (
+            "processes.coupler",
+            both,
+            "it takes a rock and a structure, and the scene has one of them",
+            "add the other",
+        ),
+    ];
+    let there = |key: &str| match key.split_once('.') {
+        Some(_) => processes.coupler.is_some(),
+        None => scene.has(key),
+    };
+    match rules.iter().find(|(key, used, ..)| !used && there(key)) {
+        Some((key, _, why, cure)) => {
+            let name = match *key {
+                "contact" | "gauge" => format!("[[{key}]]"),
+                "processes.coupler" => format!("`{key}`"),
+                _ => format!("[{key}]"),
+            };
+            Err(scene
+                .invalid(key, format!("nothing will use {name}: {why}"))
+                .try_instead(format!("{cure}, or leave {name} out")))
+        }
+        None => Ok(()),
     }
 }
 
@@ -200,6 +259,51 @@ mod tests {
         assert_eq!(parts(both), Ok(vec!["coupler", "dem", "fem"]));
         let error = parts("end_time = 1").expect_err("nothing");
         assert!(error.starts_with("s.toml: the scene has neither a rock nor a structure"), "{error}");
+    }
+
+    /// Parts need not be there: what nothing will use is found before they are looked for.
+    #[test]
+    fn a_table_that_nothing_will_use_is_refused_where_it_stands() {
+        let rock = "[[rock]]\n";
+        let dem = "[processes]\ndem = \"sh\"\n";
+        let fem = "[structure]\n";
+        let both = "[structure]\n[coupling]\n";
+        for (text, place, what) in [
+            (format!("{rock}[box]\n"), "2:1", "nothing will use [box]: only separate spheres"),
+            ("[[spheres]]\n[terrain]\n".into(), "2:1", "nothing will use [terrain]: only rocks move on it"),
+            (format!("{fem}[dem]\n"), "2:1", "nothing will use [dem]"),
+            (format!("{fem}[[contact]]\n"), "2:1", "nothing will use [[contact]]: the scene has neither"),
+            (format!("{rock}[[contact]]\n"), "2:1", "nothing that the rock could touch"),
+            (format!("{rock}[[gauge]]\n"), "2:1", "nothing will use [[gauge]]: the scene has no [structure]"),
+            (format!("{rock}[fem]\n"), "2:1", "nothing will use [fem]"),
+            (format!("{rock}[coupling]\n"), "2:1", "nothing will use [coupling]"),
+            (format!("{fem}[coupling]\n"), "2:1", "nothing will use [coupling]"),
+            (
+                format!("{rock}[processes]\ncoupler = \"sh\"\n"),
+                "3:11",
+                "nothing will use `processes.coupler`",
+            ),
+            (format!("{dem}[gauge]\n"), "3:1", "nothing will use [[gauge]]"),
+        ] {
+            let error = parts(&text).expect_err(&text);
+            assert!(error.starts_with(&format!("s.toml:{place}: ")) && error.contains(what), "{error}");
+            assert!(error.contains("or leave "), "{error}");
+        }
+        // What a named program takes is its own business.
+        for tables in ["[terrain]\n[box]\n[dem]\n[[contact]]\n", "[[rock]]\n[[contact]]\n"] {
+            assert_eq!(parts(&format!("{dem}{tables}")), Ok(vec!["dem"]));
+        }
+        let foreign = "[processes]\ndem = \"sh\"\nfem = \"sh\"\ncoupler = \"sh\"\n";
+        let tables = "[[gauge]]\n[fem]\n[coupling]\n[custom]\n[terrain]\n";
+        assert_eq!(parts(&format!("{foreign}{tables}")), Ok(vec!["coupler", "dem", "fem"]));
+        for used in [
+            format!("{rock}{rock}[[contact]]\n"),
+            format!("{rock}[[contact]]\n[terrain]\n"),
+            format!("{rock}[[contact]]\n{both}"),
+        ] {
+            let told = parts(&used).err().unwrap_or_default();
+            assert!(!told.contains("nothing will use"), "{told}");
+        }
     }
 
     #[test]

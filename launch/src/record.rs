@@ -1,19 +1,23 @@
 //! What will run, on disk before it runs: `scene.toml` with every default, `run.json`.
 
 use crate::plan::{Part, Plan};
+use interface_defs::ipc::RunId;
 use interface_defs::ipc::domain::fnv1a;
 use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use serde_json::json;
+use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// Keys whose text is never the path of an input file.
-const NO_FILES: [&str; 3] = ["title", "processes", "custom"];
+const NO_FILES: [&str; 2] = ["title", "processes"];
 
 /// The scene with every `--set` and every default filled in, which runs again as it is from any
 /// directory: paths of files that are there are absolute in it.
@@ -24,6 +28,7 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     }
     let fault = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
     table.insert("output".into(), Table::try_from(Output::of(scene)?).map_err(fault)?.into());
+    table.insert("limits".into(), Table::try_from(Limits::of(scene)?).map_err(fault)?.into());
     // The coupler has filled in its defaults; the command lines are known best here.
     let mut processes =
         table.remove("processes").and_then(|p| p.try_into::<Table>().ok()).unwrap_or_default();
@@ -36,17 +41,27 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     if !processes.is_empty() {
         table.insert("processes".into(), processes.into());
     }
+    let mut unnamed = None;
     for (_, value) in table.iter_mut().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
-        files(value, &mut |text| {
+        texts(value, &mut |text| {
             let path = scene.resolve(Path::new(text));
             // A rock that is named `rock` is no file, even where one of that name lies beside the scene.
             if text.contains(['.', '/'])
                 && path.is_file()
                 && let Ok(absolute) = std::path::absolute(path)
             {
-                *text = absolute.display().to_string();
+                match absolute.to_str() {
+                    Some(path) => *text = path.to_owned(),
+                    None => unnamed = Some(absolute),
+                }
             }
         });
+    }
+    if let Some(path) = unnamed {
+        let what = format!("the path {} is not UTF-8 text, and a scene cannot name it", path.display());
+        return Err(
+            InputError::new(what).try_instead("rename the directory, or move the scene and its files")
+        );
     }
     Ok(table)
 }
@@ -65,24 +80,25 @@ fn quoted(words: impl Iterator<Item = String>) -> String {
 }
 
 /// Every text below `value`.
-fn files(value: &mut Value, visit: &mut impl FnMut(&mut String)) {
+fn texts(value: &mut Value, visit: &mut impl FnMut(&mut String)) {
     match value {
         Value::String(text) => visit(text),
-        Value::Array(items) => items.iter_mut().for_each(|item| files(item, visit)),
-        Value::Table(table) => table.iter_mut().for_each(|(_, inner)| files(inner, visit)),
+        Value::Array(items) => items.iter_mut().for_each(|item| texts(item, visit)),
+        Value::Table(table) => table.iter_mut().for_each(|(_, inner)| texts(inner, visit)),
         _ => {}
     }
 }
 
-/// Write `scene.toml` to `out`.
-pub fn write_scene(out: &Path, scene: &Scene, table: &Table) -> io::Result<()> {
-    let head = format!(
-        "# {} with every default filled in, by rockfall {}. Runs as it is.\n\n",
-        scene.path().display(),
-        env!("CARGO_PKG_VERSION")
-    );
+/// Write the resolved scene to `file`; `run` is the run that it is of.
+pub fn write_scene(file: &Path, scene: &Scene, table: &Table, run: Option<&RunId>) -> io::Result<()> {
+    let name: String =
+        scene.path().display().to_string().chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+    let run = run.map_or(String::new(), |run| format!(" for run {run}"));
+    let version = env!("CARGO_PKG_VERSION");
+    let head =
+        format!("# {name} with every default filled in, by rockfall {version}{run}. Runs as it is.\n\n");
     let body = toml::to_string(table).map_err(io::Error::other)?;
-    std::fs::write(out.join(run_dir::SCENE), head + &body)
+    files::write(file, (head + &body).as_bytes())
 }
 
 /// Write `run.json` to `out`: version, run id, command lines, hashes of the input files.
@@ -90,12 +106,12 @@ pub fn write_run(
     out: &Path,
     scene: &Scene,
     table: &Table,
-    run: Option<&str>,
-    commands: &[(&str, Vec<String>)],
+    run: &RunId,
+    commands: &[(&str, Vec<OsString>)],
 ) -> io::Result<()> {
-    let mut inputs: Vec<PathBuf> = vec![scene.path().to_owned()];
+    let mut inputs: Vec<PathBuf> = Vec::new();
     for (_, value) in table.iter().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
-        files(&mut value.clone(), &mut |text| {
+        texts(&mut value.clone(), &mut |text| {
             let path = Path::new(text.as_str());
             if path.is_absolute() && path.is_file() {
                 inputs.push(path.to_owned());
@@ -103,21 +119,28 @@ pub fn write_run(
         });
     }
     let mut hashes = serde_json::Map::new();
+    let mut note = |path: &Path, bytes: &[u8]| {
+        hashes.insert(path.display().to_string(), format!("fnv1a64:{:016x}", fnv1a(bytes)).into());
+    };
+    // As it was read: the resolved scene may have taken its place by now.
+    note(scene.path(), scene.text().as_bytes());
     for path in inputs {
-        let hash = format!("fnv1a64:{:016x}", fnv1a(&std::fs::read(&path)?));
-        hashes.insert(path.display().to_string(), hash.into());
+        note(&path, &std::fs::read(&path)?);
     }
+    let shown = |words: &mut dyn Iterator<Item = &OsString>| -> Vec<String> {
+        words.map(|word| word.to_string_lossy().into_owned()).collect()
+    };
     let processes: serde_json::Map<_, _> =
-        commands.iter().map(|(name, words)| ((*name).to_owned(), json!(words))).collect();
+        commands.iter().map(|(name, words)| ((*name).to_owned(), json!(shown(&mut words.iter())))).collect();
     let record = json!({
         "version": env!("CARGO_PKG_VERSION"),
-        "command_line": std::env::args().collect::<Vec<_>>(),
-        "run": run,
+        "command_line": shown(&mut std::env::args_os().collect::<Vec<_>>().iter()),
+        "run": run.to_string(),
         "processes": processes,
         "inputs": hashes,
     });
     let text = serde_json::to_string_pretty(&record).map_err(io::Error::from)?;
-    std::fs::write(out.join(run_dir::RECORD), text + "\n")
+    files::write(&out.join(run_dir::RECORD), (text + "\n").as_bytes())
 }
 
 #[cfg(test)]
@@ -137,7 +160,7 @@ mod tests {
         let dir = temp.path().to_owned();
         std::fs::write(dir.join("net.msh"), "x").expect("written");
         std::fs::write(dir.join("steel"), "x").expect("written");
-        let text = "end_time = 2\n[custom]\nfile = \"net.msh\"\n[processes]\nfem = \"sh -c 'a b'\"\ntimeout = 5.0\n\
+        let text = "end_time = 2\n[custom]\nfile = \"net.msh\"\nname = \"net\"\n[processes]\nfem = \"sh -c 'a b'\"\ntimeout = 5.0\n\
                     [structure]\nmesh = \"net.msh\"\n";
         let scene = scene_in(&dir, text);
         let plan = Plan::of(&scene).expect("a plan");
@@ -145,20 +168,25 @@ mod tests {
             "[structure]\nmesh = \"net.msh\"\nmaterial = \"steel\"\nsteps = 3\n".parse().expect("TOML");
         let report = CheckReport { resolved: structure, ..CheckReport::default() };
         let table = resolved(&scene, &plan, &[(Part::Fem, report)]).expect("resolved");
-        write_scene(&dir, &scene, &table).expect("written");
-        write_run(&dir, &scene, &table, None, &[("fem", vec!["sh".into()])]).expect("written");
+        let run = RunId::new();
+        write_scene(&dir.join("scene.toml"), &scene, &table, Some(&run)).expect("written");
+        write_run(&dir, &scene, &table, &run, &[("fem", vec!["sh".into()])]).expect("written");
         let again = Scene::load(&dir.join("scene.toml"), &[]).expect("valid");
         let read = again.document().expect("a table");
         assert_eq!(read["title"].as_str(), Some("changed"));
         assert_eq!(read["structure"]["steps"].as_integer(), Some(3));
         assert_eq!(read["structure"]["mesh"].as_str(), dir.join("net.msh").to_str());
         assert_eq!(read["structure"]["material"].as_str(), Some("steel"));
-        assert_eq!(read["custom"]["file"].as_str(), Some("net.msh"));
+        // Whoever reads it finds the file beside the scene of the user, and not beside this one.
+        assert_eq!(read["custom"]["file"].as_str(), dir.join("net.msh").to_str());
+        assert_eq!(read["custom"]["name"].as_str(), Some("net"));
+        assert!(again.text().lines().next().expect("a line").contains(&run.to_string()), "{}", again.text());
         assert_eq!(read["output"]["interval"].as_float(), Some(0.01));
         let plan_again = Plan::of(&again).expect("a plan");
         assert_eq!(plan_again.members[0].program, plan.members[0].program);
         assert_eq!(plan_again.members[0].arguments, ["-c", "a b"]);
         let record = std::fs::read_to_string(dir.join("run.json")).expect("written");
+        assert!(record.contains(&run.to_string()), "{record}");
         // FNV-1a of one byte: (0xcbf29ce484222325 ^ 0x78) * 0x100000001b3, modulo 2^64.
         assert!(record.contains("net.msh\": \"fnv1a64:af63f54c86021707\""), "{record}");
     }

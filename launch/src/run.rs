@@ -1,5 +1,7 @@
 //! `rockfall run`.
 
+use crate::estimate;
+use crate::events::Events;
 use crate::plan::{Member, Part, Plan};
 use crate::progress::Bar;
 use crate::record;
@@ -7,12 +9,14 @@ use crate::stop::Stop;
 use crate::supervise::{Job, supervise};
 use crate::validate::validate;
 use crate::verdict::verdict;
-use interface_defs::ipc::{self, RunId};
+use interface_defs::ipc;
 use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::{Status, Summary};
-use std::io::IsTerminal;
+use std::ffi::OsString;
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 
 /// What the command line asks for.
@@ -35,93 +39,160 @@ pub struct Request {
 
 /// Validate, start, watch; the summary on the screen at the end.
 pub fn run(request: &Request) -> Result<Exit, Stop> {
+    let events = Events::watch().map_err(Stop::failed)?;
     let scene = Scene::load(&request.scene, &request.sets)?;
     let plan = Plan::of(&scene)?;
-    let reports = validate(&plan, &request.scene, &request.sets)?;
-    let resolved = record::resolved(&scene, &plan, &reports)?;
-    let out = run_dir::location(request.out.as_deref(), &scene);
-    run_dir::prepare(&out, request.force)?;
-
-    let run = plan.is_coupled().then(RunId::new);
-    let show = request.bar && std::io::stderr().is_terminal();
-    let jobs: Vec<Job> =
-        plan.members.iter().map(|m| job(m, &plan, request, &out, run.as_ref(), show)).collect();
-    let log = out.join(run_dir::LOG);
-    let commands: Vec<_> = jobs.iter().map(|job| (job.name, job.words.clone())).collect();
-    let id = run.as_ref().map(ToString::to_string);
-    run_dir::remove_record(&out)
-        .and_then(|()| std::fs::create_dir_all(&log))
-        .and_then(|()| record::write_scene(&out, &scene, &resolved))
-        .and_then(|()| record::write_run(&out, &scene, &resolved, id.as_deref(), &commands))
-        .map_err(|e| Stop::input(format!("{}: cannot be written to: {e}", out.display())))?;
-    match ipc::clean() {
-        Ok(removed) => {
-            for id in removed {
-                tracing::info!("removed what the dead run {id} left behind");
-            }
-        }
-        // A lone solver needs no shared memory.
-        Err(failure) if run.is_none() => tracing::warn!("{failure}"),
-        Err(failure) => return Err(Stop::failed(failure.to_string())),
+    let reports = validate(&plan, &request.scene, &request.sets, &events)?;
+    let warnings = estimate::warnings(&reports, scene.end_time()?);
+    for warning in warnings.iter().filter(|_| !request.quiet) {
+        tracing::warn!("{warning}");
     }
+    let resolved = record::resolved(&scene, &plan, &reports)?;
+    clean(&plan)?;
+    if events.interrupted() {
+        return Err(Stop::failed("interrupted"));
+    }
+    let out = run_dir::location(request.out.as_deref(), &scene);
+    let owner = Owner::claim(&out, &Claim { force: request.force, ..Claim::default() })?;
+    let show = request.bar && std::io::stderr().is_terminal();
+    let jobs: Vec<Job> = plan.members.iter().map(|m| job(m, &plan, request, &owner, show)).collect();
+    let log = out.join(run_dir::LOG);
+    write_record(&owner, &scene, &resolved, &jobs)
+        .map_err(|e| Stop::input(format!("{}: cannot be written to: {e}", out.display())))?;
+    owner.share_with_children();
 
     let mut bar = Bar::new(show);
-    let outcome = supervise(&jobs, &log, &mut bar, show).map_err(Stop::input);
+    let outcome = supervise(&jobs, &log, &mut bar, show, &events).map_err(Stop::input);
     bar.finish();
     let outcome = outcome?;
-    let judged = verdict(&outcome, jobs[0].name, &log);
+    let judged = verdict(&outcome, jobs[0].name, &log)
+        .and_then(|()| owner.check().map_err(Stop::failed))
+        .map_err(|stop| with_full_disk(stop, &out));
     for end in outcome.ends.iter().filter(|end| end.forced && judged.is_ok()) {
         tracing::warn!("{} did not end by itself and was ended", end.name);
     }
     let status = match (&judged, outcome.interrupted) {
         (Ok(()), _) => Status::Done,
+        (Err(stop), _) if stop.exit == Exit::Unreliable => Status::Unreliable,
         (Err(_), true) => Status::Interrupted,
         (Err(_), false) => Status::Failed,
     };
-    let told = summary(&out, status, judged.as_ref().err());
+    // A foreign leader may keep no summary; one of ours that has left none has not done its work.
+    let status = if status == Status::Done && !plan.members[0].foreign && !out.join(run_dir::SUMMARY).exists()
+    {
+        Status::Failed
+    } else {
+        status
+    };
+    let told = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
     if !request.quiet {
-        told.print_table();
+        told.print_table(&out);
     }
-    judged.map(|()| Exit::Done)
+    judged?;
+    // The summary has the last word: a leader of another make may end with 0 whatever it wrote.
+    match told.status {
+        Status::Done => Ok(Exit::Done),
+        status => {
+            let message = told.message.unwrap_or_else(|| format!("the summary says: {}", status.word()));
+            Err(Stop { exit: Exit::of(status), message })
+        }
+    }
+}
+
+/// Remove what dead runs left in shared memory. A lone solver needs none of it.
+fn clean(plan: &Plan) -> Result<(), Stop> {
+    match ipc::clean() {
+        Ok(removed) => {
+            for id in removed {
+                tracing::info!("removed what the dead run {id} left behind");
+            }
+            Ok(())
+        }
+        Err(failure) if plan.is_coupled() => Err(Stop::failed(failure.to_string())),
+        Err(failure) => {
+            tracing::warn!("{failure}");
+            Ok(())
+        }
+    }
+}
+
+/// What will run, on disk before it runs.
+fn write_record(owner: &Owner, scene: &Scene, resolved: &toml::Table, jobs: &[Job]) -> io::Result<()> {
+    let out = owner.dir();
+    let commands: Vec<_> = jobs.iter().map(|job| (job.name, job.words.clone())).collect();
+    run_dir::remove_record(out)?;
+    std::fs::create_dir_all(out.join(run_dir::LOG))?;
+    record::write_scene(&out.join(run_dir::SCENE), scene, resolved, Some(owner.run()))?;
+    record::write_run(out, scene, resolved, owner.run(), &commands)
+}
+
+/// Less than this free on a disk explains why a process could not say what has happened [bytes].
+const FULL: u64 = 64 * 1024;
+
+/// A process whose log could not be written either ends without a word: the disk is looked at.
+fn with_full_disk(mut stop: Stop, out: &Path) -> Stop {
+    let free = rustix::fs::statvfs(out).map(|disk| disk.f_bavail * disk.f_frsize);
+    if free.is_ok_and(|free| free < FULL) {
+        stop.message.push_str(&format!("\nno space is left on the disk of {}", out.display()));
+    }
+    stop
 }
 
 /// The summary of the run. A leader that was lost has left none: then the outcome alone.
-fn summary(out: &Path, status: Status, stop: Option<&Stop>) -> Summary {
-    if let Ok(summary) = Summary::read(out) {
+fn summary(owner: &Owner, status: Status, stop: Option<&Stop>) -> Summary {
+    if owner.check().is_ok()
+        && let Ok(summary) = Summary::read(owner.dir())
+    {
         return summary;
     }
     let mut summary = Summary::new(status);
-    summary.message = stop.map(|stop| stop.message.clone());
-    summary.warnings.push("no measures: the process that keeps them has ended without a summary".into());
+    let lost = "the process that keeps the measures has ended without a summary";
+    if status != Status::Done {
+        summary.message = Some(stop.map_or_else(|| lost.into(), |stop| stop.message.clone()));
+    }
+    summary.warnings.push(format!("no measures: {lost}"));
+    if let Err(what) = owner.write_summary(&mut summary) {
+        tracing::error!("{what}");
+    }
+    summary
+}
+
+/// The same with what was warned of before the start, each once.
+fn with_warnings(mut summary: Summary, before: &[String], out: &Path) -> Summary {
+    let missing: Vec<_> = before.iter().filter(|w| !summary.warnings.contains(w)).cloned().collect();
+    if missing.is_empty() {
+        return summary;
+    }
+    summary.warnings.splice(0..0, missing);
     if let Err(e) = summary.write(out) {
         tracing::error!("{}: {e}", out.join(run_dir::SUMMARY).display());
     }
     summary
 }
 
-/// The command line of a member: what the scene names, and what makes it take part.
-fn job(member: &Member, plan: &Plan, request: &Request, out: &Path, run: Option<&RunId>, show: bool) -> Job {
-    let mut words = vec![member.program.display().to_string()];
-    words.extend(member.arguments.iter().cloned());
-    let leads = run.is_none() || member.part == Part::Coupler;
+/// The command line of a member: what the scene names, and what makes it take part. All get the resolved scene, in which
+/// every default and `--set` is filled in, so that all compute the same.
+fn job(member: &Member, plan: &Plan, request: &Request, owner: &Owner, show: bool) -> Job {
+    let mut words: Vec<OsString> = vec![member.program.clone().into()];
+    words.extend(member.arguments.iter().map(OsString::from));
+    let leads = !plan.is_coupled() || member.part == Part::Coupler;
     words.push(if leads { "run" } else { "serve" }.into());
-    words.push(request.scene.display().to_string());
-    let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
-    if let Some(run) = run {
-        option("--run", run.to_string());
+    words.push(owner.dir().join(run_dir::SCENE).into());
+    let mut option = |name: &str, value: OsString| words.extend([name.into(), value]);
+    if plan.is_coupled() {
+        option("--run", owner.run().to_string().into());
         if !leads {
             option("--as", member.part.name().into());
         }
     }
-    option("--out", out.display().to_string());
-    for set in &request.sets {
-        option("--set", set.clone());
-    }
+    option("--out", owner.dir().into());
     if !leads {
-        option("--timeout", plan.processes.timeout().to_string());
-        option("--wait", plan.processes.waiting().into());
+        option("--timeout", plan.processes.timeout().to_string().into());
+        if let Some(way) = plan.processes.waiting() {
+            option("--wait", way.into());
+        }
     }
-    option("--supervisor", std::process::id().to_string());
+    option("--supervisor", std::process::id().to_string().into());
     if leads && show {
         option("--progress", "json".into());
     }

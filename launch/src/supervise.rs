@@ -3,16 +3,16 @@
 //! Each child leads a process group of its own, so that Ctrl-C reaches this program alone, which
 //! ends the run in order; and so that what a child has started ends with it.
 
+use crate::events::{Event, Events};
 use crate::progress::Bar;
-use interface_defs::toolkit::progress::Line;
 use rustix::process::{Pid, Signal, kill_process_group};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::ffi::OsString;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 /// What the others are given to end by themselves when a process has failed or the leader has ended.
@@ -32,7 +32,7 @@ pub struct Job {
     /// Name, in messages and of its log.
     pub name: &'static str,
     /// Program and arguments.
-    pub words: Vec<String>,
+    pub words: Vec<OsString>,
 }
 
 /// How a process has ended.
@@ -55,12 +55,6 @@ pub struct Outcome {
     pub interrupted: bool,
 }
 
-enum Event {
-    Ended(usize, io::Result<ExitStatus>),
-    Signal,
-    Progress(Line),
-}
-
 /// How far the ending of a run has gone.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Pressure {
@@ -78,13 +72,14 @@ struct Running {
 /// Run `jobs`, the first of which leads, until all have ended. Their output goes to `log`.
 ///
 /// An error: one could not be started; then none is running.
-pub fn supervise(jobs: &[Job], log: &Path, bar: &mut Bar, progress: bool) -> Result<Outcome, String> {
-    let (sender, receiver) = channel();
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP])
-        .map_err(|e| format!("signals cannot be watched: {e}"))?;
-    let to_main = sender.clone();
-    std::thread::spawn(move || signals.forever().all(|_| to_main.send(Event::Signal).is_ok()));
-
+pub fn supervise(
+    jobs: &[Job],
+    log: &Path,
+    bar: &mut Bar,
+    progress: bool,
+    events: &Events,
+) -> Result<Outcome, String> {
+    let Events { sender, receiver } = events;
     let mut watch = Watch {
         running: Vec::with_capacity(jobs.len()),
         outcome: Outcome::default(),
@@ -92,16 +87,16 @@ pub fn supervise(jobs: &[Job], log: &Path, bar: &mut Bar, progress: bool) -> Res
         deadline: None,
     };
     for (index, job) in jobs.iter().enumerate() {
-        match start(job, &log_path(log, job.name), index == 0 && progress, index, &sender) {
+        match start(job, &log_path(log, job.name), index == 0 && progress, index, sender) {
             Ok(group) => watch.running.push(Running { name: job.name, group, alive: true }),
             Err(e) => {
                 watch.press(Pressure::Killed);
-                watch.until_all_ended(&receiver, bar);
-                return Err(format!("{} cannot be started: {e}", job.words[0]));
+                watch.until_all_ended(receiver, bar);
+                return Err(format!("{} cannot be started: {e}", job.words[0].display()));
             }
         }
     }
-    watch.until_all_ended(&receiver, bar);
+    watch.until_all_ended(receiver, bar);
     Ok(watch.outcome)
 }
 
@@ -156,6 +151,8 @@ impl Watch {
                 Ok(Event::Progress(line)) => bar.update(&line),
                 Ok(Event::Ended(index, status)) => self.ended(index, status),
                 Ok(Event::Signal) => self.signalled(),
+                // All checks have ended before.
+                Ok(Event::Checked(..)) => {}
                 Err(RecvTimeoutError::Timeout) if self.pressure == Pressure::None => {
                     self.press(Pressure::Terminated);
                 }

@@ -33,8 +33,19 @@ pub fn verdict(outcome: &Outcome, leader: &str, log: &Path) -> Result<(), Stop> 
     if lead.status.code().is_none() {
         return Err(lost(lead, log));
     }
-    let exit = if lead.status.code() == Some(2) { Exit::BadInput } else { Exit::Failed };
-    let Some(mut message) = error_in(&read(log, leader)) else { return Err(lost(lead, log)) };
+    let exit = match lead.status.code() {
+        Some(2) => Exit::BadInput,
+        Some(3) => Exit::Unreliable,
+        _ => Exit::Failed,
+    };
+    let Some(mut message) = error_in(&read(log, leader)) else {
+        return Err(match exit {
+            Exit::Unreliable => {
+                Stop { exit, message: format!("{leader} ended with exit code 3: unreliable") }
+            }
+            _ => lost(lead, log),
+        });
+    };
     if let Some(end) = first.filter(|end| message.contains(&format!("{} was lost", end.name))) {
         let _ = write!(message, "\n{} ended: {}{}", end.name, how(end.status), quote(log, end.name));
     }
@@ -148,6 +159,18 @@ mod tests {
         assert_eq!(stop, Stop::failed("window 3: not converged\ntry less"));
         let logs = [("coupler", "error: s.toml:3:1: no\n")];
         assert_eq!(judge(&[("coupler", code(2), false)], false, &logs), Err(Stop::input("s.toml:3:1: no")));
+    }
+
+    #[test]
+    fn a_run_beyond_a_bound_of_trust_is_unreliable_with_the_words_of_its_leader() {
+        let logs = [("coupler", "error: unreliable: energy_error is 48 %\n")];
+        for (logs, says) in [
+            (&logs[..], "unreliable: energy_error is 48 %"),
+            (&[], "coupler ended with exit code 3: unreliable"),
+        ] {
+            let stop = judge(&[("coupler", code(3), false)], false, logs).expect_err("unreliable");
+            assert_eq!(stop, Stop { exit: Exit::Unreliable, message: says.into() });
+        }
     }
 
     #[test]

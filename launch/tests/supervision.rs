@@ -113,7 +113,7 @@ fn a_lone_solver_is_started_alone_and_the_record_says_how() {
     assert_eq!(told(&output), (Some(0), String::new()));
     assert!(String::from_utf8_lossy(&output.stdout).contains("done"));
     let log = bench.log("dem");
-    assert!(log.contains("dem --k 3 run s.toml --out out --set title=x y --supervisor "), "{log}");
+    assert!(log.contains("dem --k 3 run out/scene.toml --out out --supervisor "), "{log}");
     assert!(log.trim_end().ends_with("--no-shortcuts"), "{log}");
     let record = std::fs::read_to_string(bench.path("out/run.json")).expect("a record");
     assert!(record.contains("\"s.toml\": \"fnv1a64:") && record.contains("--no-shortcuts"), "{record}");
@@ -133,9 +133,9 @@ fn a_coupled_run_starts_three_processes_with_one_run_id() {
         id(&coupler).is_some() && id(&coupler) == id(&dem) && id(&dem) == id(&fem),
         "{coupler}{dem}{fem}"
     );
-    assert!(coupler.contains("coupler run s.toml --run "), "{coupler}");
-    assert!(fem.contains("fem --k 3 serve s.toml --run "), "{fem}");
-    assert!(fem.contains(" --as fem --out out --timeout 60 --wait yield --supervisor "), "{fem}");
+    assert!(coupler.contains("coupler run out/scene.toml --run "), "{coupler}");
+    assert!(fem.contains("fem --k 3 serve out/scene.toml --run "), "{fem}");
+    assert!(fem.contains(" --as fem --out out --timeout 60 --supervisor "), "{fem}");
 }
 
 #[test]
@@ -275,4 +275,145 @@ fn check_starts_nothing_and_names_the_processes() {
     let started =
         ["coupler", "dem", "fem"].iter().any(|name| Path::new(&bench.path(&format!("{name}.pid"))).exists());
     assert!(!started && !bench.path("out").exists());
+}
+
+/// Every program gets the scene with what the command line has changed, a foreign one too.
+#[test]
+fn a_foreign_solver_reads_the_resolved_scene_and_files_are_found() {
+    let bench = Bench::new();
+    bench.script("dem", "cp \"$2\" read.toml").scene(
+        "end_time = 1.0\nprocesses.dem = \"./dem\"\ncustom.file = \"./rocks.csv\"\ncustom.stiffness = 1.0\n",
+    );
+    std::fs::write(bench.path("rocks.csv"), "x").expect("written");
+    let sets = ["--set", "custom.stiffness=0.30000000000000004"];
+    let output =
+        bench.rockfall(&[&["run", "s.toml", "--out", "out"], &sets[..]].concat()).output().expect("started");
+    assert_eq!(told(&output), (Some(0), String::new()));
+    let read: toml::Table =
+        std::fs::read_to_string(bench.path("read.toml")).expect("copied").parse().expect("TOML");
+    assert_eq!(read["custom"]["stiffness"].as_float(), Some(0.1 + 0.2));
+    let file = read["custom"]["file"].as_str().expect("a path");
+    assert!(Path::new(file).is_absolute() && Path::new(file).exists(), "{file}");
+    let checked = bench
+        .rockfall(&[&["check", "s.toml", "--resolved", "resolved.toml"], &sets[..]].concat())
+        .output()
+        .expect("started");
+    assert_eq!(told(&checked).0, Some(0));
+    let body = |name: &str| {
+        let text = std::fs::read_to_string(bench.path(name)).expect("there");
+        text.lines().skip(1).map(String::from).collect::<Vec<_>>()
+    };
+    assert_eq!(body("resolved.toml"), body("read.toml"));
+}
+
+#[test]
+fn a_second_run_into_one_directory_is_refused_and_the_first_is_not_disturbed() {
+    let bench = Bench::new();
+    let rows = "echo rows > out/history.csv; while [ ! -e go ]; do sleep 0.05; done";
+    bench.script("dem", rows).scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    let first = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
+    until(|| bench.path("out/history.csv").exists().then_some(()));
+    let record = std::fs::read_to_string(bench.path("out/run.json")).expect("a record");
+    for extra in [&["--quiet"][..], &["--force"]] {
+        let words = [&["run", "s.toml", "--out", "out"], extra].concat();
+        let (code, message) = told(&bench.rockfall(&words).output().expect("started"));
+        assert_eq!(code, Some(2), "{message}");
+        assert!(message.contains("is writing its results here") && message.contains("--out"), "{message}");
+    }
+    std::fs::write(bench.path("go"), "").expect("written");
+    assert_eq!(ended(first), (Some(0), String::new()));
+    assert_eq!(std::fs::read_to_string(bench.path("out/run.json")).expect("a record"), record);
+    assert_eq!(std::fs::read_to_string(bench.path("out/history.csv")).expect("rows"), "rows\n");
+    let summary: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(bench.path("out/summary.json")).expect("there"))
+            .expect("JSON");
+    let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+    let scene = std::fs::read_to_string(bench.path("out/scene.toml")).expect("a scene");
+    let id = record["run"].as_str().expect("an id");
+    assert!(summary["run"] == id && scene.lines().next().expect("a line").contains(id), "{summary} {scene}");
+}
+
+#[test]
+fn a_directory_that_is_removed_meanwhile_is_not_a_run_that_is_done() {
+    for replace in ["", "; mkdir out"] {
+        let bench = Bench::new();
+        let body = format!("rm -r out{replace}");
+        bench.script("dem", &body).scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+        let (code, message) = bench.run();
+        assert_eq!(code, Some(1), "{message}");
+        assert!(message.contains("out: the directory of the results was removed or replaced"), "{message}");
+        assert!(!bench.path("out/summary.json").exists());
+    }
+}
+
+#[test]
+fn nohup_is_respected() {
+    let bench = Bench::new();
+    bench.script("dem", "while [ ! -e go ]; do sleep 0.05; done");
+    bench.scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    let mut command = Command::new("nohup");
+    command.arg(env!("CARGO_BIN_EXE_rockfall")).args(["run", "s.toml", "--out", "out"]);
+    command.current_dir(bench.dir.path()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().expect("started");
+    bench.pid("dem");
+    kill_process(Pid::from_child(&child), Signal::HUP).expect("sent");
+    std::thread::sleep(Duration::from_millis(300));
+    std::fs::write(bench.path("go"), "").expect("written");
+    assert_eq!(ended(child).0, Some(0));
+    // Without it the closed terminal ends the run.
+    let bench = Bench::new();
+    bench.script("dem", FOREVER).scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    let child = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
+    let dem = bench.pid("dem");
+    kill_process(Pid::from_child(&child), Signal::HUP).expect("sent");
+    assert_eq!(ended(child), (Some(1), "error: interrupted\n".into()));
+    assert!(has_ended(dem));
+}
+
+/// The checks of a scene may take long (a cluster of many spheres): a signal ends them, and nothing is left.
+#[test]
+fn a_signal_while_validating_ends_in_order() {
+    for signal in [Signal::INT, Signal::TERM] {
+        let bench = Bench::new();
+        // A launcher beside which another dem-solver lies, which checks for ever.
+        let launcher = bench.path("rockfall");
+        std::fs::copy(env!("CARGO_BIN_EXE_rockfall"), &launcher).expect("copied");
+        bench.script("dem-solver", FOREVER).scene("end_time = 1.0\n[[rock]]\n");
+        let child = Command::new(&launcher)
+            .current_dir(bench.dir.path())
+            .args(["run", "s.toml", "--out", "out"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("started");
+        let check = bench.pid("dem-solver");
+        kill_process(Pid::from_child(&child), signal).expect("sent");
+        assert_eq!(ended(child), (Some(1), "error: interrupted\n".into()));
+        assert!(has_ended(check) && !bench.path("out").exists());
+    }
+}
+
+#[test]
+fn names_that_are_no_text_do_not_panic() {
+    use std::os::unix::ffi::OsStrExt;
+    let bench = Bench::new();
+    bench
+        .script("dem", "ls \"$4\" && cp \"$2\" read.toml")
+        .scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    let name = |bytes: &[u8]| std::ffi::OsStr::from_bytes(bytes).to_owned();
+    let scene = name(b"sc\xffene.toml");
+    std::fs::rename(bench.path("s.toml"), bench.dir.path().join(&scene)).expect("renamed");
+    let mut command = bench.rockfall(&["run"]);
+    command.arg(&scene).arg("--out").arg(name(b"o\xffut"));
+    let output = command.output().expect("started");
+    assert_eq!(told(&output), (Some(0), String::new()));
+    assert!(
+        bench.path("read.toml").exists()
+            && bench.dir.path().join(name(b"o\xffut")).join("summary.json").exists()
+    );
+    for words in [&["run"][..], &["check"], &["clean"]] {
+        let mut command = bench.rockfall(words);
+        let output = command.arg(name(b"no\xff.toml")).output().expect("started");
+        assert_eq!(told(&output).0, Some(2), "{words:?}");
+    }
 }

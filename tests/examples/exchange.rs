@@ -2,6 +2,9 @@
 //!
 //! `cargo run --release -p tests --example exchange` prints one line per figure: median microseconds of one exchange
 //! (two make a weak window), for payloads of 3, 3 000 and 300 000 doubles each way.
+//!
+//! With `-- load` it measures beside 0, 2 and 6 busy loops: seconds of a run of 500 windows by way of waiting, the ways
+//! taking turns, median of five, and how `auto` compares with the better of the other two.
 
 use interface_defs::header::Command;
 use interface_defs::ipc::remote::{Host, HostOptions};
@@ -44,21 +47,68 @@ impl Solver for Echo {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut args = std::env::args();
+    let mut args = std::env::args_os();
     if args.any(|a| a == "serve") {
         return Ok(serve(&mut Echo, &Connection::from_args(args)?)?);
     }
+    if std::env::args().any(|a| a == "load") {
+        return load();
+    }
     println!("payload_doubles wait exchanges median_us p90_us");
     for doubles in [3usize, 3_000, 300_000] {
-        for wait in [Wait::Yield, Wait::Event] {
-            let (median, p90, count) = measure(doubles, wait)?;
-            println!("{doubles} {wait} {count} {median:.1} {p90:.1}");
+        for wait in WAYS {
+            let rounds = if doubles > 100_000 { 1_000 } else { 10_000 };
+            let mut times = measure(doubles, wait, rounds)?;
+            times.sort_by(f64::total_cmp);
+            let (median, p90) = (times[rounds / 2], times[rounds * 9 / 10]);
+            println!("{doubles} {wait} {rounds} {median:.1} {p90:.1}");
         }
     }
     Ok(())
 }
 
-fn measure(doubles: usize, wait: Wait) -> Result<(f64, f64, usize), Box<dyn std::error::Error>> {
+const WAYS: [Wait; 3] = [Wait::Auto, Wait::Yield, Wait::Event];
+
+/// Loops that keep processors busy until they are dropped.
+struct Busy(Vec<std::process::Child>);
+
+impl Busy {
+    fn start(count: usize) -> std::io::Result<Self> {
+        let one = |_| std::process::Command::new("sh").args(["-c", "while :; do :; done"]).spawn();
+        (0..count).map(one).collect::<Result<_, _>>().map(Self)
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        for child in &mut self.0 {
+            let _ = child.kill().and_then(|()| child.wait());
+        }
+    }
+}
+
+fn load() -> Result<(), Box<dyn std::error::Error>> {
+    println!("busy_loops auto_s yield_s event_s auto_over_better");
+    for count in [0, 2, 6] {
+        let _busy = Busy::start(count)?;
+        let mut seconds = [const { Vec::new() }; WAYS.len()];
+        for _ in 0..5 {
+            for (taken, wait) in seconds.iter_mut().zip(WAYS) {
+                // Two exchanges a round.
+                taken.push(measure(3, wait, 500)?.iter().sum::<f64>() * 2.0 * 1e-6);
+            }
+        }
+        let [auto, spin, event] = seconds.map(|mut taken| {
+            taken.sort_by(f64::total_cmp);
+            taken[taken.len() / 2]
+        });
+        println!("{count} {auto:.4} {spin:.4} {event:.4} {:.2}", auto / spin.min(event));
+    }
+    Ok(())
+}
+
+/// Microseconds of one exchange, round by round.
+fn measure(doubles: usize, wait: Wait, rounds: usize) -> Result<Vec<f64>, Box<dyn std::error::Error>> {
     let run = RunId::new();
     let timeout = Duration::from_secs(20);
     let names = ["dem", "fem"];
@@ -80,7 +130,6 @@ fn measure(doubles: usize, wait: Wait) -> Result<(f64, f64, usize), Box<dyn std:
         remote.hello()?;
         remote.prepare(&plan, &mut |_| Ok(()))?;
     }
-    let rounds = if doubles > 100_000 { 1_000 } else { 10_000 };
     let mut times = Vec::with_capacity(rounds);
     for round in 0..rounds + 100 {
         let started = Instant::now();
@@ -101,6 +150,5 @@ fn measure(doubles: usize, wait: Wait) -> Result<(f64, f64, usize), Box<dyn std:
         child.wait()?;
     }
     host.close();
-    times.sort_by(f64::total_cmp);
-    Ok((times[rounds / 2], times[rounds * 9 / 10], rounds))
+    Ok(times)
 }

@@ -129,8 +129,11 @@ impl Ended {
     /// A measure of the summary.
     pub fn measure(&self, name: &str) -> f64 {
         let summary = self.summary();
-        let value = &summary["measures"][name]["value"];
-        value.as_f64().unwrap_or_else(|| panic!("no measure {name} in {}", summary["measures"]))
+        let measures = summary["measures"].as_object().expect("a table");
+        // A measure of a member of a group may have its name behind it.
+        let named = |key: &str| key.split(" @ ").next() == Some(name);
+        let value = measures.iter().find(|(key, _)| named(key)).and_then(|(_, m)| m["value"].as_f64());
+        value.unwrap_or_else(|| panic!("no measure {name} in {}", summary["measures"]))
     }
 
     /// `history.csv`, as text.

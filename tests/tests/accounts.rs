@@ -6,6 +6,7 @@ use coupler::records::Records;
 use interface_defs::message::{Fault, Hello, Plan, Ready, Role, Statistics};
 use interface_defs::solver::{OnProgress, Solver, Window};
 use interface_defs::toolkit::alloc::{CountingAllocator, allocations};
+use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{InProcess, Layout, Sampling, name};
@@ -149,6 +150,7 @@ fn audit(name: &str, sets: &[&str]) -> Auditor {
     let mut fem = InProcess::new("fem", watched(fem, &auditor.fem));
     let settings = coupler::settings::Coupling::of(&scene).unwrap();
     let mut coupling = Coupling::new(settings, scene.end_time().unwrap(), &mut dem, &mut fem);
+    coupling.limits = Limits::of(&scene).unwrap();
     coupling.run(&mut auditor, &mut |_| Ok(())).unwrap();
     assert!(auditor.windows_with_force > 20, "{} of {}", auditor.windows_with_force, auditor.windows);
     auditor
@@ -203,6 +205,7 @@ fn nothing_is_allocated_in_a_window_after_the_first() {
         let records = Records::new(&bench.path("out"), end, false, None);
         let mut counted = Counted { records, counts: Vec::with_capacity(100_000) };
         let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);
+        coupling.limits = Limits::of(&scene).unwrap();
         coupling.run(&mut counted, &mut |_| Ok(())).unwrap();
         assert!(counted.counts.len() > 1000);
         let grown = counted.counts.windows(2).position(|pair| pair[0] != pair[1]);

@@ -92,3 +92,89 @@ fn the_written_scene_runs_again_as_it_is() {
     let second = bench.done(&bench.path("first/scene.toml"), "second", &[]);
     assert!(first.history() == second.history());
 }
+
+/// What `rockfall check` says, and with which exit code.
+fn checked(bench: &Bench, path: &std::path::Path, sets: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = std::process::Command::new(tests::program("rockfall"));
+    command.arg("check").arg(path);
+    for set in sets {
+        command.args(["--set", set]);
+    }
+    let output = command.current_dir(bench.path("")).output().expect("started");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+/// The error itself, from its first word on.
+fn message(stderr: &str) -> &str {
+    stderr.split_once("error: ").map_or("", |(_, rest)| rest.trim_end())
+}
+
+#[test]
+fn the_gate_says_the_same_in_check_and_run_and_nothing_starts() {
+    for (name, sets, words) in [
+        (NET, vec!["gravity=[0, 0, -9,81]"], ["4 values where 3 are needed", "a decimal comma"]),
+        (NET, vec!["gravity=[0, 0, -9810]"], ["9810 m/s2", "mm/s2"]),
+        (NET, vec!["contact.0.young=30"], ["Young's modulus of 3e1 Pa", "30e9"]),
+        // In the plane of the wires, at rest about 0.05 m below the supports.
+        (
+            NET,
+            vec!["rock.0.position=[0.0, 0.0, 0.0]"],
+            ["starts inside the net", "free is position = [0.0, 0.0, 0.1"],
+        ),
+        (
+            "barrier-impact",
+            vec!["rock.0.position=[0.0,-0.05,1.0]"],
+            ["rock `block` starts inside the net", "free is position = [0.0, -"],
+        ),
+        ("slope-cube", vec!["gravity=[0, 0, 9.81]"], ["points up", "[0.0, 0.0, -9.81]"]),
+        (
+            "slope-cube",
+            vec!["rock.0.position.2=1549.0"],
+            ["the terrain", "free is position = [2600008.0, 1200025.0, 15"],
+        ),
+        ("slope-cube", vec!["coupling.scheme=weak"], ["nothing will use [coupling]", "leave [coupling] out"]),
+    ] {
+        let bench = Bench::new();
+        let path = scene(name);
+        let (code, _, said) = checked(&bench, &path, &sets);
+        assert_eq!(code, Some(2), "{sets:?}: {said}");
+        let arguments: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let ended = bench.run(&path, "out", &arguments);
+        assert_eq!(ended.code, Some(2), "{sets:?}: {}", ended.stderr);
+        assert_eq!(message(&said), message(&ended.stderr), "the same words");
+        for word in words {
+            assert!(message(&said).contains(word), "\"{word}\" is not in: {said}");
+        }
+        assert!(!ended.out.join("summary.json").exists(), "nothing started");
+    }
+}
+
+#[test]
+fn what_check_warns_of_stands_once_in_the_summary_of_the_run() {
+    let bench = Bench::new();
+    let sets = ["rock.0.density=7850.0", "end_time=0.01"];
+    let (code, said, _) = checked(&bench, &scene("free-fall"), &sets);
+    assert_eq!(code, Some(0));
+    let warning = said.lines().find_map(|l| l.strip_prefix("warning: ")).expect("a warning");
+    assert!(warning.contains("7850 kg/m3"), "{warning}");
+    let arguments: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let ended = bench.done(&scene("free-fall"), "out", &arguments);
+    assert!(ended.stderr.contains(warning), "before the start: {}", ended.stderr);
+    let summary = ended.summary();
+    let all = summary["warnings"].as_array().expect("a list");
+    assert_eq!(all.iter().filter(|w| w.as_str() == Some(warning)).count(), 1, "{all:?}");
+}
+
+/// The scenes of the project pass; what is said of them is meant.
+#[test]
+fn the_scenes_of_the_project_pass_the_gate() {
+    let bench = Bench::new();
+    for entry in std::fs::read_dir(tests::repository().join("launch/scenes")).expect("scenes").flatten() {
+        let path = entry.path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            let (code, _, said) = checked(&bench, &path, &[]);
+            assert_eq!(code, Some(0), "{}: {said}", path.display());
+        }
+    }
+}

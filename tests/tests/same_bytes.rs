@@ -3,6 +3,7 @@
 use coupler::coupling::Coupling;
 use coupler::records::Records;
 use interface_defs::InProcess;
+use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
@@ -39,6 +40,7 @@ fn in_process(path: &Path, sets: &[&str], out: &Path) {
     std::fs::create_dir_all(out).unwrap();
     let mut records = Records::new(out, end, false, None);
     let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);
+    coupling.limits = Limits::of(&scene).unwrap();
     coupling.run(&mut records, &mut |_| Ok(())).unwrap();
     coupling.finish().unwrap();
 }

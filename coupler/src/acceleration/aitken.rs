@@ -4,6 +4,7 @@
 //! Engng 1, 275; Kuettler and Wall (2008), Comput. Mech. 43, 61; handbook 3.4.
 
 use super::{Acceleration, relax};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Smallest |w|. Not an instability (the best w is 1/(1 + k S), and k S reaches 1e4 for a rock on a
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 const SMALLEST: f64 = 1e-6;
 
 /// Aitken relaxation, started anew in every window.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Aitken {
     /// Factor of the first iteration of each window, in (0, 1].

@@ -1,10 +1,11 @@
 //! Constant relaxation: converges while the factor is below 2/(1 + k S) (handbook 3.8).
 
 use super::{Acceleration, relax};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `x <- x + factor r`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Constant {
     /// Relaxation factor in (0, 1]; smaller converges for stiffer contacts, and more slowly.

@@ -1,10 +1,11 @@
 //! Plain Gauss-Seidel: the answer is the next iterate.
 
 use super::{Acceleration, relax};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// No relaxation. Converges only while the structure gives way less than the contact: k S < 1 (handbook 3.8).
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoRelaxation {}
 

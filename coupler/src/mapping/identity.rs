@@ -2,10 +2,11 @@
 
 use super::{Mapper, Matrix};
 use interface_defs::InterfaceMesh;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The meshes are equal, compared by coordinates.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Identity {}
 
@@ -15,7 +16,7 @@ impl Mapper for Identity {
             return Ok(Matrix::identity(structure.node_count()));
         }
         Err(format!(
-            "the identity needs equal meshes; the structure has {} nodes, the wall {}, or their coordinates \
+            "the identity needs equal meshes; the structure has {} nodes, the interface mesh of the contact solver {}, or their coordinates \
              differ; try type = \"nearest_neighbor\"",
             structure.node_count(),
             wall.node_count()

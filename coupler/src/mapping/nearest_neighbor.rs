@@ -2,11 +2,12 @@
 
 use super::{Identity, Mapper, Matrix};
 use interface_defs::InterfaceMesh;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Nearest structure node; of several at one distance the one with the lowest number.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NearestNeighbor {}
 

@@ -79,7 +79,10 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     let arguments = Arguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
     for (name, value) in [("--smallest-radius", arguments.smallest_radius), ("--scale", arguments.scale)] {
         if !(value >= 0.0 && value.is_finite()) {
-            return Err(InputError::in_file(name, format!("{value} m: a finite number from 0 on is due")));
+            return Err(InputError::in_file(
+                name,
+                format!("{value} m: it must be a finite number, 0 or more"),
+            ));
         }
     }
     let mut shape = Shape::parse(&arguments.shape, arguments.scale)?;

@@ -78,7 +78,10 @@ impl List {
         let centre = point(&mut words, at)?;
         let radius = number(words.next(), at)?;
         if let Some(more) = words.next() {
-            return Err(ReadError::at(at, format!("`{}` after x y z r: four numbers are due", shown(more))));
+            return Err(ReadError::at(
+                at,
+                format!("`{}` after x y z r: there must be four numbers", shown(more)),
+            ));
         }
         if radius <= 0.0 {
             return Err(ReadError::at(at, format!("a radius of {radius} m: it must lie above 0")));
@@ -99,7 +102,7 @@ impl List {
 
     fn finish(self) -> Result<Vec<Sphere>, ReadError> {
         if self.spheres.is_empty() {
-            return Err(ReadError::new("the file has no spheres: one per line is due, as x y z r"));
+            return Err(ReadError::new("the file has no spheres: write one per line, as x y z r"));
         }
         Ok(self.spheres)
     }

@@ -25,6 +25,7 @@ use crate::rock::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Samples are closer than this share of what one ball covers.
@@ -50,7 +51,7 @@ const BARELY: f64 = 0.97;
 const MOST_SAMPLES: usize = 100;
 
 /// Where the spheres end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Fit {
     /// As much outside of the solid as lacks inside: together they have the solid's volume.

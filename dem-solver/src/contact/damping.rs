@@ -1,7 +1,7 @@
 //! The dashpot of a contact: `c = 2 g sqrt(m* k)`.
 //!
 //! Local mass: `1/m* = N_c / M + sum N_a^2 / m_a`, the rock's share among its N_c contacts and the
-//! inertia that the wall shows at the contact point. On a wire that is the wire's, on a fixed wall
+//! inertia that the wall shows at the contact point. On a wire that is the wire's, on a rigid fixed surface
 //! M / N_c, which keeps the damping ratio of the whole rock. With the rock's whole mass N contacts
 //! damp sqrt(N) times as much, and a light wire gets c dt / m_node >> 1.
 //!

@@ -196,15 +196,22 @@ impl Evaluation {
         })
     }
 
-    /// How long ago the first of the contacts touched, by overlaps and their rates [s].
-    pub fn touched_ago(&self, scene: Scene, now: &Motion) -> f64 {
+    /// How long before the middle of this step of `h` [s] the first of the contacts touched, by overlaps, their rates
+    /// and the rock's acceleration [s].
+    pub fn touched_ago(&self, scene: Scene, now: &Motion, h: f64) -> f64 {
         let motion = self.own_motion(scene.rock, now);
+        let acceleration = self.touch.rotation.tr_mul(&now.acceleration);
         let ago = self.touch.contacts.iter().map(|contact| {
             let element = &scene.list.elements[contact.element as usize];
             let centre = &scene.rock.spheres[contact.sphere as usize].centre;
             let arm = centre + contact.normal * (contact.distance - element.radius);
             let approach = self.relative_velocity(&motion, contact, element, &arm).dot(&contact.normal);
-            if approach > 0.0 { contact.overlap / approach } else { 0.0 }
+            // First root of overlap - approach t + bend t^2 / 2, in the form that does not cancel.
+            let bend = acceleration.dot(&contact.normal);
+            // The middle of a step is drifted to without acceleration.
+            let overlap = contact.overlap + bend * h * h / 8.0;
+            let root = (approach * approach - 2.0 * bend * overlap).max(0.0).sqrt();
+            if approach > 0.0 { 2.0 * overlap / (approach + root) } else { 0.0 }
         });
         ago.fold(0.0, f64::max)
     }

@@ -4,7 +4,7 @@
 //! whoever lists elements keeps the number. A contact then costs one index.
 
 use super::{Law, Partner};
-use crate::settings::{ContactSettings, EffectiveMass, HierarchyName};
+use crate::settings::{ContactSettings, EffectiveMass};
 
 /// The laws of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,11 +52,6 @@ impl Laws {
     /// Whether any dashpot is scaled with the local mass.
     pub fn use_local_masses(&self) -> bool {
         self.walls.iter().any(|law| law.damping.is_some_and(|d| d.mass == EffectiveMass::Local))
-    }
-
-    /// Whether wires are met with continuous forces; one table that says so is enough.
-    pub fn continuous(&self) -> bool {
-        self.settings.iter().any(|s| s.hierarchy == HierarchyName::Continuous)
     }
 
     /// The same with the rock's whole mass in every dashpot: for a wall whose masses are not told.

@@ -2,7 +2,9 @@
 
 use super::Model;
 use crate::contact::laws::Laws;
+use crate::gate::gravity;
 use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings};
+use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -25,7 +27,8 @@ struct Resolved<'a> {
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let (model, start) = Model::new(scene)?;
     let (settings, steps) = (&model.settings, &model.steps);
-    let mut report = CheckReport::default();
+    let warnings = gravity::check(settings.gravity, false, scene)?;
+    let mut report = CheckReport { warnings, ..CheckReport::default() };
     for (number, group) in settings.spheres.iter().enumerate() {
         let of = |i: &usize| usize::from(start.group[*i]) == number;
         let mass: f64 = (0..start.mass.len()).filter(of).map(|i| start.mass[i]).sum();
@@ -34,7 +37,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
             group.name, group.count, group.radius[0], group.radius[1]
         ));
     }
-    report.builds.push(format!("box of {} walls", model.planes.len()));
+    report.builds.push(format!("box of {} planes", model.planes.len()));
     report.builds.extend(Laws::new(&settings.contacts).iter().flat_map(Laws::describe));
     report.builds.push(format!(
         "step {:.4e} s; critical {:.4e} s for impacts at {:.2} m/s and the weight of the packing",
@@ -63,5 +66,17 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         dem: &settings.dem,
     };
     report.resolved = toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML");
+    leave_out_of_rocks(&mut report.resolved);
     Ok(report)
+}
+
+/// Leave out what rocks alone have: written down it would be refused.
+fn leave_out_of_rocks(resolved: &mut toml::Table) {
+    if let Some(dem) = resolved.get_mut("dem").and_then(toml::Value::as_table_mut) {
+        dem.retain(|key, _| !OF_ROCKS_IN_DEM.contains(&key));
+    }
+    let contacts = resolved.get_mut("contact").and_then(toml::Value::as_array_mut);
+    for table in contacts.into_iter().flatten().filter_map(toml::Value::as_table_mut) {
+        table.retain(|key, _| !OF_ROCKS_IN_CONTACT.contains(&key));
+    }
 }

@@ -10,17 +10,16 @@
 //! - [`face`]: one of its triangles
 //! - [`look`]: what the terrain is asked
 //! - [`slope`]: one that is generated
-//! - [`start`]: where a rock starts
 
 pub mod face;
 pub mod look;
 pub mod read;
 pub mod relief;
 pub mod slope;
-pub mod start;
 pub mod zones;
 
 use crate::search::boxes::{Bounds, BoxTree, morton_order};
+use crate::search::shared::{Unshared, first_fault};
 use crate::settings::TerrainSettings;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -100,6 +99,11 @@ impl Ground {
             continuous: false,
             tree,
         }
+    }
+
+    /// Where two triangles touch without a common node.
+    pub fn unshared(&self) -> Option<Unshared> {
+        first_fault(&self.nodes, Vec::new(), &self.triangles)
     }
 
     /// Corners of a triangle, local [m].

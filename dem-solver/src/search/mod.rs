@@ -16,5 +16,6 @@ pub mod course;
 pub mod near;
 pub mod pairs;
 pub mod rocks;
+pub mod shared;
 pub mod terrain;
 pub mod tree;

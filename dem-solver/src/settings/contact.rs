@@ -1,14 +1,17 @@
 //! `[[contact]]`: the law of a pair of materials, and its parameters.
 
+use super::dem::{ContactSelection, DemSettings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One `[[contact]]`. A wall is rigid unless its modulus is given; two rocks in contact are both elastic.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The contact law of a pair of materials. A net and a terrain are rigid unless their modulus is given; two rocks in
+/// contact are both elastic.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSettings {
-    /// Names of the two materials: a rock's or sphere's first, if the other is a wall's. Default: every
+    /// Names of the two materials: that of the rock first, if the other is that of net, terrain or box. Default: every
     /// pair that no other table names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<[String; 2]>,
@@ -21,7 +24,7 @@ pub struct ContactSettings {
     /// `stiffness_ratio` is given).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
-    /// Young's modulus of the other side [Pa]. Default: a wall is rigid, another rock is as `young`.
+    /// Young's modulus of the other side [Pa]. Default: net and terrain are rigid, another rock is as `young`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_young: Option<f64>,
     /// Poisson's ratio of the other side. Needed with `wall_young`.
@@ -65,9 +68,10 @@ pub struct ContactSettings {
     /// Which mass a contact's dashpot is scaled with. Default `local`.
     #[serde(default)]
     pub effective_mass: EffectiveMass,
-    /// Which of several wires and faces that a sphere touches are contacts. Default `nearest`.
-    #[serde(default, skip_serializing_if = "HierarchyName::is_default")]
-    pub hierarchy: HierarchyName,
+    /// Old name of `dem.contact_selection`, for one version: `nearest` or `continuous`. One table that says
+    /// `continuous` is enough.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hierarchy: Option<HierarchyName>,
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -75,7 +79,7 @@ fn is_zero(value: &f64) -> bool {
 }
 
 /// How the tangential spring follows the overlap.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TangentialName {
     /// The force changes by the increments of slip alone.
@@ -94,7 +98,7 @@ impl TangentialName {
 }
 
 /// Kind of rolling resistance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RollingName {
     /// A moment of constant size against the spin (type A).
@@ -104,26 +108,42 @@ pub enum RollingName {
 }
 
 /// Which of several elements that a sphere touches are contacts.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HierarchyName {
-    /// Nearer ones discard those on or behind their tangent plane (double hierarchy, as the reference
-    /// implementation). At kinks towards the sphere the force jumps.
-    #[default]
+    /// As `nearest` there.
     Nearest,
-    /// Every wire and every face pushes, and the nodes and edges that they share pull, so that force and energy are
-    /// continuous over kinks and crossings.
+    /// As `continuous` there.
     Continuous,
 }
 
-impl HierarchyName {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
+/// Move what tables say by the old name `hierarchy` to `dem.contact_selection`; a note for the user if one does.
+pub(super) fn rename_hierarchy(
+    contacts: &mut [ContactSettings],
+    dem: &mut DemSettings,
+    scene: &Scene,
+) -> Result<Option<String>, InputError> {
+    let Some(number) = contacts.iter().position(|contact| contact.hierarchy.is_some()) else {
+        return Ok(None);
+    };
+    let key = format!("contact.{number}.hierarchy");
+    if scene.read::<toml::Table>("dem")?.is_some_and(|dem| dem.contains_key("contact_selection")) {
+        return Err(scene
+            .invalid(&key, "`hierarchy` is the old name of `dem.contact_selection`, which the scene has too")
+            .try_instead("leave `hierarchy` out"));
     }
+    let continuous = contacts.iter().any(|contact| contact.hierarchy == Some(HierarchyName::Continuous));
+    dem.contact_selection = if continuous { ContactSelection::Continuous } else { ContactSelection::Nearest };
+    contacts.iter_mut().for_each(|contact| contact.hierarchy = None);
+    let name = if continuous { "continuous" } else { "nearest" };
+    Ok(Some(format!(
+        "{key} is the old name of dem.contact_selection and will go with the next version: write [dem] \
+         contact_selection = \"{name}\""
+    )))
 }
 
 /// Normal law of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LawName {
     /// Hertz normal and Mindlin tangential stiffness, both growing with the overlap.
@@ -133,11 +153,11 @@ pub enum LawName {
 }
 
 /// Which mass m* a contact's dashpot is scaled with.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EffectiveMass {
-    /// The inertia met at the contact: the rock's share and the wire's, `1/m* = N_c/M + sum N_a^2/m_a`.
-    /// Needs the nodal masses of the wall; costs nothing else.
+    /// The inertia that acts at the contact: the rock's share and the wire's, `1/m* = N_c/M + sum N_a^2/m_a`.
+    /// Needs the nodal masses of the net; costs nothing else.
     #[default]
     Local,
     /// The rock's whole mass in every contact, as the reference implementation does. Light wires get
@@ -248,11 +268,12 @@ impl ContactSettings {
             (Some(_), _) if self.young.is_none() => {
                 Err(invalid("wall_young", "wall_young is the partner of `young`, which is missing".into()))
             }
-            (Some(_), None) => {
-                Err(invalid("wall_poisson", "Poisson's ratio of the wall is needed with `wall_young`".into()))
-            }
+            (Some(_), None) => Err(invalid(
+                "wall_poisson",
+                "Poisson's ratio of the partner is needed with `wall_young`".into(),
+            )),
             (None, Some(_)) => Err(invalid("wall_poisson", "wall_poisson without `wall_young`".into())
-                .try_instead("leave it out: the wall is rigid")),
+                .try_instead("leave it out: the partner is rigid")),
             (_, Some(nu)) if !(0.0..=0.5).contains(&nu) => {
                 Err(invalid("wall_poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")))
             }

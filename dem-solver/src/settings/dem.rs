@@ -1,11 +1,13 @@
 //! `[dem]`: the solver's own step.
 
+use crate::search::shared::Unshared;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// `[dem]`. The step is given, or follows from the duration of a contact.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+/// The time step of the contact solver, and how rocks rotate. The step is given, or follows from the duration of a contact.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DemSettings {
     /// The solver's own step [s]. Excludes `steps_per_contact`.
@@ -21,9 +23,13 @@ pub struct DemSettings {
     /// critical one. Excludes `time_step`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub critical_share: Option<f64>,
-    /// How rocks turn between two kicks. Default `exact`; separate spheres turn exactly whatever it says.
+    /// How rocks rotate between two steps. Default `exact`; separate spheres turn exactly whatever it says.
     #[serde(default)]
     pub rotation: Rotation,
+    /// Which of several lines and faces that a sphere touches are contacts. Default `automatic`. Rocks on a net or on
+    /// terrain only.
+    #[serde(default)]
+    pub contact_selection: ContactSelection,
     /// Threads for many separate spheres; the results do not depend on it. Default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<usize>,
@@ -32,9 +38,43 @@ pub struct DemSettings {
     pub allow_unstable: bool,
 }
 
+/// Which of several elements that a sphere touches are contacts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactSelection {
+    /// `continuous` where the elements of the mesh share the nodes at which they touch, else `nearest`.
+    #[default]
+    Automatic,
+    /// Nearer ones discard those on or behind their tangent plane (double hierarchy, as the reference
+    /// implementation). At kinks towards the sphere the force jumps, which makes or loses energy.
+    Nearest,
+    /// Every line and every face pushes, and the nodes and edges that they share pull, so that force and energy are
+    /// continuous over kinks and crossings.
+    Continuous,
+}
+
+impl ContactSelection {
+    /// Whether it is `continuous` on a mesh, and why, in words: `unshared` says where its elements touch without a common node.
+    pub fn choose(self, mesh: &str, unshared: impl FnOnce() -> Option<Unshared>) -> (bool, String) {
+        match self {
+            Self::Nearest => (false, format!("contact selection on the {mesh}: nearest, as the scene says")),
+            Self::Continuous => {
+                (true, format!("contact selection on the {mesh}: continuous, as the scene says"))
+            }
+            Self::Automatic => match unshared() {
+                None => (
+                    true,
+                    format!("contact selection on the {mesh}: continuous, its elements share their nodes"),
+                ),
+                Some(place) => (false, format!("contact selection on the {mesh}: nearest, because {place}")),
+            },
+        }
+    }
+}
+
 /// How a rock turns freely. Each keeps the angular momentum to the last bit ([`crate::rock::rotation`], with what each errs
 /// and costs).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rotation {
     /// Taylor series of the free motion: no error but rounding. Flights cost what they turn, not their steps.

@@ -11,7 +11,7 @@ pub mod spheres;
 pub mod terrain;
 
 pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
-pub use dem::{DemSettings, Rotation};
+pub use dem::{ContactSelection, DemSettings, Rotation};
 pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
 pub use terrain::{NoData, TerrainSettings, ZoneSettings};
@@ -40,6 +40,8 @@ pub struct Settings {
     pub interval: f64,
     /// `[output] fields`: interval of the field files [s].
     pub fields: Option<f64>,
+    /// What the user should know of the names in the scene.
+    pub notices: Vec<String>,
 }
 
 impl Settings {
@@ -50,9 +52,16 @@ impl Settings {
             return Err(scene
                 .invalid(
                     "spheres",
-                    "[[spheres]] beside [[rock]]: separate spheres and rocks do not meet in this version",
+                    "[[spheres]] beside [[rock]]: there is no contact between separate spheres and rocks in this version",
                 )
                 .try_instead("keep one of the two"));
+        }
+        if scene.has("box") {
+            return Err(unused(
+                scene,
+                "box",
+                "only separate spheres touch its sides, and the scene has no [[spheres]]",
+            ));
         }
         if rocks.is_empty() {
             return Err(scene
@@ -60,9 +69,20 @@ impl Settings {
                 .try_instead("add a table [[rock]] with position, mass and shape"));
         }
         rock::complete(&mut rocks, scene)?;
-        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
+        if scene.has("box") {
+            return Err(scene
+                .invalid("box", "[box] beside [[rock]]: in this version a box holds [[spheres]] only, rocks do not touch it")
+                .try_instead("leave it out, or model its sides as [terrain] or [structure]"));
+        }
+        let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
+        let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         dem.check(scene)?;
+        if dem.threads.is_some() {
+            return Err(scene
+                .invalid("dem.threads", "`threads` beside [[rock]]: they share the work of [[spheres]] only")
+                .try_instead("leave it out"));
+        }
+        let note = contact::rename_hierarchy(&mut contacts, &mut dem, scene)?;
         let terrain: Option<TerrainSettings> = scene.read("terrain")?;
         if let Some(terrain) = &terrain {
             terrain.check(scene)?;
@@ -78,6 +98,7 @@ impl Settings {
             end_time: scene.end_time()?,
             interval: output.interval,
             fields: output.fields,
+            notices: note.into_iter().collect(),
         })
     }
 
@@ -114,10 +135,11 @@ impl GranularSettings {
             return Err(scene
                 .invalid(
                     key,
-                    format!("[[spheres]] beside `{key}`: separate spheres meet each other and a [box] only"),
+                    format!("[[spheres]] beside `{key}`: separate spheres have contact with each other and a [box] only"),
                 )
                 .try_instead("keep one of the two"));
         }
+        refuse_of_rocks(scene)?;
         let walls: Option<BoxSettings> = scene.read("box")?;
         if let Some(walls) = &walls {
             walls.check(scene)?;
@@ -135,6 +157,7 @@ impl GranularSettings {
         }
         let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         dem.check(scene)?;
+        crate::gate::gravity::check(scene.gravity()?.into(), false, scene)?;
         Ok(Self {
             spheres: groups,
             walls,
@@ -145,6 +168,43 @@ impl GranularSettings {
             fields: Output::of(scene)?.fields,
         })
     }
+}
+
+/// A table that nothing will use.
+fn unused(scene: &Scene, key: &str, why: &str) -> InputError {
+    scene.invalid(key, format!("nothing will use [{key}]: {why}")).try_instead(format!("leave [{key}] out"))
+}
+
+/// Keys of `[[contact]]` that rocks alone have.
+pub const OF_ROCKS_IN_CONTACT: [&str; 2] = ["effective_mass", "hierarchy"];
+
+/// Keys of `[dem]` that rocks alone have.
+pub const OF_ROCKS_IN_DEM: [&str; 2] = ["contact_selection", "rotation"];
+
+/// Refuse beside `[[spheres]]` what rocks alone have.
+fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
+    if scene.has("terrain") {
+        return Err(scene
+            .invalid("terrain", "[terrain] beside [[spheres]]: in this version separate spheres touch each other and a [box] only")
+            .try_instead("leave it out, or use [[rock]]"));
+    }
+    let contacts: Vec<toml::Table> = scene.read("contact")?.unwrap_or_default();
+    let dem: toml::Table = scene.read("dem")?.unwrap_or_default();
+    let of_contacts = contacts.iter().enumerate().flat_map(|(number, table)| {
+        let keys = OF_ROCKS_IN_CONTACT.into_iter().filter(|key| table.contains_key(*key));
+        keys.map(move |key| (format!("contact.{number}.{key}"), key))
+    });
+    let of_dem = OF_ROCKS_IN_DEM.into_iter().filter(|key| dem.contains_key(*key));
+    let mut found = of_contacts.chain(of_dem.map(|key| (format!("dem.{key}"), key)));
+    let Some((place, key)) = found.next() else { return Ok(()) };
+    let why = match key {
+        "effective_mass" => {
+            "each contact of two spheres has their reduced mass, one with the [box] the sphere's"
+        }
+        "rotation" => "a sphere turns exactly by any scheme",
+        _ => "a sphere touches each other sphere and each side of the [box] once",
+    };
+    Err(scene.invalid(&place, format!("`{key}` beside [[spheres]]: {why}")).try_instead("leave it out"))
 }
 
 /// Material of the structure's surface.

@@ -4,11 +4,12 @@ use crate::cluster::{Fit, MOST_SPHERES};
 pub use crate::shape::Shape;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// One `[[rock]]`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A rigid rock, and the spheres that stand for it in contact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RockSettings {
     /// Name: letters, digits, `_`, `-`; it begins the names of the rock's columns. Default `rock`,
@@ -43,8 +44,8 @@ pub struct RockSettings {
     pub cluster: Option<Cluster>,
 }
 
-/// `cluster` of a rock: made of so many spheres, or read from a file.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+/// The spheres of a rock: made in this number, or read from a file.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cluster {
     /// Most spheres, 1 to 50 000. A box takes the largest number that fills it as a lattice (a
@@ -74,7 +75,7 @@ pub struct Cluster {
 }
 
 /// How spheres are placed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// Equal spheres in rows; boxes only.

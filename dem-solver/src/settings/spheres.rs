@@ -2,13 +2,14 @@
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Most spheres of a scene.
 pub const MOST: usize = 10_000_000;
 
-/// One `[[spheres]]`: a number of spheres that differ in radius and place.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// Separate spheres that differ in radius and place, instead of rocks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpheresSettings {
     /// Name. Default `spheres`, for further ones `spheres_2`, ...
@@ -40,8 +41,8 @@ pub struct SpheresSettings {
     pub seed: u64,
 }
 
-/// `[box]`: six fixed walls, inside of which the spheres are.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// Six fixed planes, inside of which the separate spheres are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxSettings {
     /// Lowest corner [m].

@@ -2,20 +2,24 @@
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// `[terrain]`. Its presence builds the ground; a run without a structure then ends when every rock has
-/// come to rest or has left the terrain.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The terrain, the materials on it, and when a rock is at rest. With it, a run without a structure ends when every rock
+/// has come to rest or has left the terrain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TerrainSettings {
     /// The file, from the directory of the scene: ESRI grid `.asc`, GeoTIFF `.tif`, points `.xyz`, `.las`,
     /// `.laz`, triangles `.stl`, `.obj`. Metres, z upwards.
     pub file: PathBuf,
-    /// Cells of a raster without height: `refuse` (default) or `cut`, a hole through which rocks fall.
+    /// Cells of a raster without height. Default `refuse`.
     #[serde(default)]
     pub nodata: NoData,
+    /// Height [m] that marks cells without height, beside the one that the raster declares.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodata_value: Option<f64>,
     /// Points of these classes are taken from `.las` and `.laz`; default `[2]`, ground. Empty: all.
     #[serde(default = "ground_class")]
     pub classes: Vec<u8>,
@@ -28,30 +32,30 @@ pub struct TerrainSettings {
     /// Raster of zone numbers (`.asc`, `.tif`), which `[[terrain.zone]]` gives materials by `number`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zones: Option<PathBuf>,
-    /// `[[terrain.zone]]`: materials by polygon or number. Of polygons that overlap the last counts.
+    /// Materials of parts of the terrain, by polygon or number. Of polygons that overlap the last counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub zone: Vec<ZoneSettings>,
     /// Speed [m/s] of the fastest point of a rock below which it may be at rest. Default 0.01.
     #[serde(default = "rest_speed")]
     pub rest_speed: f64,
-    /// Time [s] for which it must stay below, touching the ground. Default 0.5.
+    /// Time [s] for which it must stay below, touching the terrain. Default 0.5.
     #[serde(default = "rest_time")]
     pub rest_time: f64,
 }
 
 /// What to do with cells without height.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NoData {
-    /// An error that says where.
+    /// They are an error that says where.
     #[default]
     Refuse,
-    /// A hole.
+    /// A hole, through which rocks fall.
     Cut,
 }
 
-/// One `[[terrain.zone]]`: exactly one of `polygon` and `number`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The material of a part of the terrain: exactly one of `polygon` and `number`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ZoneSettings {
     /// Its material.
@@ -89,6 +93,7 @@ impl TerrainSettings {
         Self {
             file: file.into(),
             nodata: NoData::default(),
+            nodata_value: None,
             classes: ground_class(),
             longest_edge: None,
             material: ground_name(),
@@ -96,6 +101,28 @@ impl TerrainSettings {
             zone: Vec::new(),
             rest_speed: rest_speed(),
             rest_time: rest_time(),
+        }
+    }
+
+    /// Refuse keys that the file leaves without use.
+    fn check_use(&self, scene: &Scene) -> Result<(), InputError> {
+        let extension = self.file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let raster = ["asc", "tif", "tiff"].contains(&extension.as_str());
+        let las = ["las", "laz"].contains(&extension.as_str());
+        let points = las || ["xyz", "txt", "csv"].contains(&extension.as_str());
+        let numbered = self.zone.iter().any(|zone| zone.number.is_some());
+        let idle = [
+            ("nodata", self.nodata != NoData::default() && !raster, "belongs to rasters"),
+            ("nodata_value", self.nodata_value.is_some() && !raster, "belongs to rasters"),
+            ("classes", self.classes != ground_class() && !las, "belongs to .las and .laz"),
+            ("longest_edge", self.longest_edge.is_some() && !points, "belongs to points"),
+            ("zones", self.zones.is_some() && !numbered, "gives numbers that no [[terrain.zone]] has"),
+        ];
+        match idle.into_iter().find(|(_, idle, _)| *idle) {
+            Some((key, _, why)) => Err(scene
+                .invalid(&format!("terrain.{key}"), format!("`{key}` {why}: nothing will use it"))
+                .try_instead(format!("leave `{key}` out"))),
+            None => Ok(()),
         }
     }
 
@@ -112,6 +139,7 @@ impl TerrainSettings {
                 );
             }
         }
+        self.check_use(scene)?;
         if self.zone.len() > MOST_MATERIALS {
             let what = format!("{} zones: {MOST_MATERIALS} are possible", self.zone.len());
             return Err(scene.invalid("terrain.zone", what));

@@ -3,6 +3,7 @@
 use super::Surface;
 use super::surface::{Flaw, MOST_TRIANGLES, Mend, joined};
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::input_file;
 use nalgebra::Vector3;
 use std::path::Path;
 
@@ -81,13 +82,7 @@ fn named(mut flaw: Flaw, names: impl Fn() -> Vec<(usize, String)>) -> Flaw {
 /// The bytes of a file of reasonable size.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
     let refuse = |what: String| InputError::in_file(path.display().to_string(), what);
-    let data = std::fs::metadata(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => refuse("there is no such file".into()),
-        _ => refuse(format!("the file cannot be read: {e}")),
-    })?;
-    if !data.is_file() {
-        return Err(refuse("this is no file".into()));
-    }
+    let data = input_file::regular(path)?;
     if data.len() > LARGEST {
         return Err(refuse(format!("{} bytes: up to {LARGEST} are read", data.len())));
     }

@@ -5,6 +5,7 @@ use super::surface::Mend;
 use super::{Surface, builtin, hull};
 use interface_defs::toolkit::input_error::InputError;
 use nalgebra::Vector3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -15,7 +16,7 @@ const EXACT: u32 = 5;
 const DRAWN: u32 = 3;
 
 /// The true solid, in its own axes. Built-in shapes lie around the origin.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
     /// A box.
@@ -78,7 +79,7 @@ pub enum Shape {
 }
 
 /// Ratio of a norm rock's extents.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum NormRock {
     /// 1 : 1 : 1
     #[serde(rename = "111")]

@@ -93,10 +93,9 @@ fn text(bytes: &[u8], most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> 
             "endfacet" if open.is_empty() => {}
             "endfacet" => return Err(ReadError::at(at, "`endfacet` before `endloop`")),
             "endloop" => {
-                let triangle = open
-                    .as_slice()
-                    .try_into()
-                    .map_err(|_| ReadError::at(at, format!("a loop of {} corners: 3 are due", open.len())))?;
+                let triangle = open.as_slice().try_into().map_err(|_| {
+                    ReadError::at(at, format!("a loop of {} corners: there must be 3", open.len()))
+                })?;
                 corners.push(triangle);
                 open.clear();
                 too_many(corners.len(), most)?;

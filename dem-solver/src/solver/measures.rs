@@ -1,15 +1,24 @@
-//! Measures of an impact, followed step by step and told of the committed windows.
+//! Measures of an impact on the net, followed step by step.
 //!
-//! Depth is that of the rock's lowest point (of its spheres) below the furthest-down node of the wall
-//! at rest. The impact is the moment at which that depth passes zero before anything is touched; a
-//! rock that touches first, as one beside a hanging net does, has its impact at that touch.
+//! The impact is the first touch of the net; touches of terrain or of other rocks before it do not count. The velocity of the
+//! rock's centre at that moment is the impact velocity, its direction the impact direction (of a rock that touches at rest:
+//! that of gravity). Travel, braking, rebound and the net's elongation are counted along it.
+//!
+//! Depth is that of the rock's lowest point (of its spheres) below the furthest-down node of the net at rest; it measures
+//! the impact where that goes down.
 
-use super::state::State;
+use super::outline::Way;
+use super::state::{Against, State};
+use super::{Model, prefix};
 use crate::critical::DEEP;
 use crate::rock::{Motion, Rock};
 use crate::settings::Settings;
+use crate::wall::AtRest;
 use interface_defs::message::Measure;
 use nalgebra::Vector3;
+
+/// Largest angle between impact direction and gravity at which a depth measures the impact [degrees].
+const STEEP: f64 = 30.0;
 
 /// One step, or a stretch of free flight.
 pub struct Passage<'a> {
@@ -21,207 +30,306 @@ pub struct Passage<'a> {
     pub before: &'a Motion,
     /// Motion at its end.
     pub after: &'a Motion,
-    /// With contacts in its middle: how long the first has lasted, by its overlap and its rate [s].
+    /// With contacts on the net in its middle: how long the first has lasted, by its overlap and its rate [s].
     pub touched: Option<f64>,
-    /// Largest overlap over radius.
-    pub penetration: f64,
-    /// Whether the wall lies behind the centres of the outer spheres, in a gap between them.
+    /// Whether the net lies behind the centres of the outer spheres, in a gap between them.
     pub behind: bool,
 }
 
-/// A moment of an impact.
+/// The first touch of the net.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Impact {
     /// Time [s].
     pub time: f64,
-    /// Speed of the centre of mass [m/s].
-    pub speed: f64,
+    /// Centre of mass [m].
+    pub position: Vector3<f64>,
+    /// Its velocity [m/s].
+    pub velocity: Vector3<f64>,
+    /// The velocity's direction; of a rock at rest that of gravity.
+    pub direction: Vector3<f64>,
     /// Kinetic energy [J].
     pub energy: f64,
+}
+
+/// When and where contact with the net was lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lost {
+    /// Time [s].
+    pub time: f64,
+    /// Centre of mass [m].
+    pub position: Vector3<f64>,
+    /// Its velocity [m/s].
+    pub velocity: Vector3<f64>,
+    /// Where it was last judged whether the net is behind [m].
+    judged: Vector3<f64>,
 }
 
 /// What has been seen of one rock so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Track {
-    /// Last time that the lowest point passed the wall's level at rest, before any contact.
-    pub passing: Option<Impact>,
-    /// First contact.
+    /// First touch of the net.
     pub touch: Option<Impact>,
-    /// Largest depth, once there was a contact, and when [m, s].
+    /// Largest depth below the net's level at rest, once there was a touch, and when [m, s].
     pub deepest: Option<(f64, f64)>,
-    /// Speed and time when the last contact was lost on the way up [m/s, s].
+    /// Largest travel from the first touch along the impact direction, and when [m, s].
+    pub travel: Option<(f64, f64)>,
+    /// Largest displacement of a node of the net along that direction, and when [m, s].
+    pub elongation: Option<(f64, f64)>,
+    /// First moment without speed along that direction [s].
+    pub stopped: Option<f64>,
+    /// Speed and time when the last contact was lost on the way back [m/s, s].
     pub rebound: Option<(f64, f64)>,
-    /// Largest overlap over radius, and when.
-    pub penetration: Option<(f64, f64)>,
-    /// When the wall first lay behind the centres of the outer spheres [s].
+    /// When the net first lay behind the centres of the outer spheres [s].
     pub behind: Option<f64>,
-    /// Whether it still moves down at the end.
-    pub sinking: bool,
+    /// Where contact was lost, unless it touches.
+    pub lost: Option<Lost>,
+    /// How it got past the net after that.
+    pub passed: Option<Way>,
+    /// In flight without a touch so far: when it was beside the middle of the net, nearest to it, and its motion [s].
+    pub beside: Option<(f64, Motion)>,
     /// Whether it touches.
     pub touching: bool,
-    /// Whether it has fallen again after a rebound, which ends the watch on it.
+    /// Whether it has moved on again after a rebound, which ends the watch on it.
     over: bool,
 }
 
 impl Track {
-    /// Take in one step; `level` is the depth of the wall at rest along down.
-    pub fn follow(&mut self, rock: &Rock, settings: &Settings, level: Option<f64>, passage: &Passage) {
-        let Some(level) = level else { return };
-        let down = settings.down();
-        let end = passage.start + passage.length;
-        let depth = rock.depth(passage.after, &down) - level;
-        let sinks = passage.after.velocity.dot(&down) > 0.0;
-        self.sinking = sinks;
+    /// Take in one step; `net` is the net at rest.
+    pub fn follow(&mut self, rock: &Rock, settings: &Settings, net: Option<&AtRest>, passage: &Passage) {
+        let Some(net) = net else { return };
         if self.touch.is_none() {
-            // Until the touch the rock flies.
-            let gravity = &settings.gravity;
-            let ago = passage.touched.map(|ago| (0.5 * passage.length - ago).clamp(0.0, passage.length));
-            self.touch = ago.map(|since| impact(rock, passage, gravity, since));
-            let from = rock.depth(passage.before, &down) - level;
-            if from < 0.0 && depth >= 0.0 {
-                let bend = gravity.dot(&down);
-                let rate = match ago {
-                    None => (depth - from) / passage.length - 0.5 * bend * passage.length,
-                    Some(_) => passage.before.velocity.dot(&down),
-                };
-                let since = crossing(from, rate, bend).clamp(0.0, passage.length);
-                // Both at once, as on a flat wall, is a passing: the date of a touch is of second order.
-                if ago.is_none_or(|touch| since <= touch + 1e-3 * passage.length) {
-                    self.passing = Some(impact(rock, passage, gravity, since));
-                }
+            match passage.touched {
+                Some(ago) => self.touch = Some(impact(rock, settings, passage, ago)),
+                None => self.come_beside(net, passage),
             }
         }
-        if self.touch.is_some() && self.deepest.is_none_or(|(most, _)| depth > most) {
-            self.deepest = Some((depth, end));
-        }
-        if passage.penetration > self.penetration.map_or(0.0, |(most, _)| most) {
-            self.penetration = Some((passage.penetration, passage.start + 0.5 * passage.length));
-        }
+        let Some(impact) = self.touch else { return };
+        let (end, after) = (passage.start + passage.length, passage.after);
+        let depth = rock.depth(after, &settings.down()) - net.level;
+        most(&mut self.deepest, depth, end);
+        most(&mut self.travel, (after.position - impact.position).dot(&impact.direction), end);
+        self.stop(&impact, passage);
         if passage.behind && self.behind.is_none() {
             self.behind = Some(passage.start + 0.5 * passage.length);
         }
-        let touches = passage.touched.is_some();
-        if self.touching && !touches && !sinks && !self.over {
-            self.rebound = Some((passage.before.velocity.norm(), passage.start));
+        self.part(&impact, passage);
+    }
+
+    /// The first moment without speed along the impact direction, linear in the step.
+    fn stop(&mut self, impact: &Impact, passage: &Passage) {
+        let along = |motion: &Motion| motion.velocity.dot(&impact.direction);
+        let (before, after) = (along(passage.before), along(passage.after));
+        if self.stopped.is_none() && after <= 0.0 {
+            let share = if before > 0.0 { before / (before - after) } else { 0.0 };
+            self.stopped = Some((passage.start + share * passage.length).max(impact.time));
         }
-        self.over |= self.rebound.is_some() && !touches && sinks;
+    }
+
+    /// Contact lost, or found again.
+    fn part(&mut self, impact: &Impact, passage: &Passage) {
+        let along = |motion: &Motion| motion.velocity.dot(&impact.direction);
+        let touches = passage.touched.is_some();
+        if touches {
+            (self.lost, self.passed) = (None, None);
+        } else if self.touching {
+            let Motion { position, velocity, .. } = *passage.before;
+            self.lost = Some(Lost { time: passage.start, position, velocity, judged: position });
+            if along(passage.before) < 0.0 && !self.over {
+                self.rebound = Some((velocity.norm(), passage.start));
+            }
+        }
+        self.over |= self.rebound.is_some() && !touches && along(passage.after) > 0.0;
         self.touching = touches;
     }
 
-    /// The impact: the passing of the wall's level, or the first contact.
-    pub fn impact(&self) -> Option<Impact> {
-        self.touch.map(|touch| self.passing.unwrap_or(touch))
+    /// Without a touch: beside the middle of the net is where it no longer comes closer to it, along its velocity.
+    fn come_beside(&mut self, net: &AtRest, passage: &Passage) {
+        let ahead = |motion: &Motion| passage.after.velocity.dot(&(net.centre - motion.position));
+        let distance = |motion: &Motion| (motion.position - net.centre).norm_squared();
+        if ahead(passage.before) > 0.0
+            && ahead(passage.after) <= 0.0
+            && self.beside.is_none_or(|(_, seen)| distance(passage.after) < distance(&seen))
+        {
+            self.beside = Some((passage.start + passage.length, *passage.after));
+        }
+    }
+
+    /// Whether it must be judged if the net is behind it: contact is lost, and it has moved on by its own size since
+    /// that was last asked. Its impact direction.
+    pub fn is_parting(&mut self, rock: &Rock, motion: &Motion) -> Option<Vector3<f64>> {
+        let (lost, impact) = (self.lost.as_mut()?, self.touch?);
+        let parting =
+            self.passed.is_none() && (motion.position - lost.judged).norm_squared() > rock.reach * rock.reach;
+        parting.then(|| {
+            lost.judged = motion.position;
+            impact.direction
+        })
+    }
+
+    /// Take in how far a node of the net is displaced at `time` [s], by its displacements from rest.
+    pub fn elongate(&mut self, displacements: &[f64], time: f64) {
+        let Some(impact) = self.touch else { return };
+        let d = &impact.direction;
+        let along = displacements.chunks_exact(3).map(|u| u[0] * d.x + u[1] * d.y + u[2] * d.z);
+        most(&mut self.elongation, along.fold(f64::NEG_INFINITY, f64::max), time);
+    }
+
+    /// Angle between impact direction and gravity [degrees]; `None` without a touch or without gravity.
+    pub fn steepness(&self, settings: &Settings) -> Option<f64> {
+        let gravity = settings.gravity.try_normalize(0.0)?;
+        Some(self.touch?.direction.angle(&gravity).to_degrees())
     }
 }
 
-/// First root of `from + rate t + bend t^2 / 2` for `from` < 0, in the form that does not cancel.
-fn crossing(from: f64, rate: f64, bend: f64) -> f64 {
-    let root = (rate * rate - 2.0 * bend * from).max(0.0).sqrt();
-    -2.0 * from / (rate + root)
+fn most(largest: &mut Option<(f64, f64)>, value: f64, time: f64) {
+    if largest.is_none_or(|(most, _)| value > most) {
+        *largest = Some((value, time));
+    }
 }
 
-/// The moment `since` [s] after the start of a passage that begins in free flight.
-fn impact(rock: &Rock, passage: &Passage, gravity: &Vector3<f64>, since: f64) -> Impact {
+/// The first touch, `ago` [s] before the middle of the step.
+fn impact(rock: &Rock, settings: &Settings, passage: &Passage, ago: f64) -> Impact {
+    // Contacts are seen in the middle of steps: the touch may have been in the second half of the step before.
+    let since = (0.5 * passage.length - ago).clamp(-passage.length, passage.length);
     let mut motion = *passage.before;
-    motion.velocity += gravity * since;
+    // In free flight that of gravity: then all of this is exact.
+    let acceleration = motion.acceleration;
+    motion.position += (motion.velocity + acceleration * (0.5 * since)) * since;
+    motion.velocity += acceleration * since;
     Impact {
         time: passage.start + since,
-        speed: motion.velocity.norm(),
+        position: motion.position,
+        velocity: motion.velocity,
+        direction: motion.velocity.try_normalize(0.0).unwrap_or_else(|| settings.down()),
         energy: rock.kinetic_energy(&motion),
     }
 }
 
 /// Measures of the committed state, and warnings: a reason for each that is absent.
-pub fn results(rocks: &[Rock], state: &State, wall: bool) -> (Vec<Measure>, Vec<String>) {
-    let mut measures = Vec::new();
-    let mut warnings = Vec::new();
-    if !wall {
-        // Nothing to hit: an impact is not missed.
-        return (measures, warnings);
-    }
-    for (rock, body) in rocks.iter().zip(&state.bodies) {
-        let prefix = if rocks.len() > 1 { format!("{}_", rock.name) } else { String::new() };
-        one_rock(rock, &body.track, &prefix, &mut measures, &mut warnings);
-    }
-    (measures, warnings)
-}
-
-/// How deep rocks have pressed into each other; nothing where none have met.
-pub fn encounters(state: &State, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
-    let (share, time) = state.encounters.deepest;
-    if share > 0.0 {
-        let name = "max_penetration_of_rocks".into();
-        measures.push(Measure { name, value: share, unit: "1".into(), time: Some(time) });
-    }
-    if share > DEEP {
-        warnings.push(format!(
-            "two rocks overlapped by {share:.2} radii of the smaller sphere at {time:.4} s, beyond {DEEP} the contact \
-             law does not hold; raise contact.young"
-        ));
-    }
-}
-
-fn one_rock(
-    rock: &Rock,
-    track: &Track,
-    prefix: &str,
-    measures: &mut Vec<Measure>,
-    warnings: &mut Vec<String>,
-) {
-    let mut tell = |name: &str, value: f64, unit: &str, time: Option<f64>| {
-        measures.push(Measure { name: format!("{prefix}{name}"), value, unit: unit.into(), time });
-    };
-    let mut absent = |names: &str, why: &str| {
-        warnings.push(format!("{names} of rock `{}` absent: {why}", rock.name));
-    };
-    let Some(impact) = track.impact() else {
-        absent(
-            "impact_speed, time_of_impact, impact_energy, max_deflection, braking_time, rebound_speed, max_penetration",
-            "it has touched nothing",
-        );
-        return;
-    };
-    tell("impact_speed", impact.speed, "m/s", Some(impact.time));
-    tell("time_of_impact", impact.time, "s", Some(impact.time));
-    tell("impact_energy", impact.energy, "J", Some(impact.time));
-    let touch = track.touch.expect("an impact has a touch");
-    match track.deepest {
-        Some((depth, time)) if depth > 0.0 => {
-            tell("max_deflection", depth, "m", Some(time));
-            if track.sinking && !track.over {
-                absent(
-                    "braking_time",
-                    "it was still on its way down at the end; max_deflection is that reached by then",
-                );
-            } else {
-                tell("braking_time", time - touch.time, "s", Some(time));
-            }
+pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, warnings: &mut Vec<String>) {
+    for (number, rock) in model.rocks.iter().enumerate() {
+        let (body, prefix) = (&state.bodies[number], prefix(model, number));
+        let mut tell = Tell { prefix: &prefix, rock: &rock.name, out, warnings };
+        if net {
+            // With nothing to hit an impact is not missed.
+            one_impact(&body.track, &model.settings, &mut tell);
         }
-        _ => absent(
-            "max_deflection, braking_time",
-            "its lowest point never lay below the wall's lowest node at rest",
-        ),
-    }
-    match track.rebound {
-        Some((speed, time)) => tell("rebound_speed", speed, "m/s", Some(time)),
-        None => absent("rebound_speed", "no contact was lost on the way up"),
-    }
-    if let Some((share, time)) = track.penetration {
-        tell("max_penetration", share, "1", Some(time));
-        if share > DEEP {
-            warnings.push(format!(
-                "rock `{}`: overlap of {share:.2} radii at {time:.4} s, beyond {DEEP} the contact law does not hold \
-                 and wires may pass between spheres; raise contact.young",
-                rock.name
+        if let Some((depth, time)) = body.deepest.largest() {
+            tell.value("max_penetration", depth, "1", Some(time));
+        }
+        for (partner, depth, time) in body.deepest.each().filter(|(_, depth, _)| *depth > DEEP) {
+            let cure = match partner {
+                Against::Net => "beyond it wires may pass between spheres; raise contact.young",
+                Against::Terrain => "raise contact.young or cluster.smallest_radius",
+                Against::Rocks => "of the smaller sphere; raise contact.young",
+            };
+            tell.warnings.push(format!(
+                "rock `{}`: overlap of {depth:.2} radii with {} at {time:.4} s, beyond {DEEP} the contact law does not \
+                 hold: {cure}",
+                rock.name,
+                partner.words()
             ));
         }
     }
+    // The same of all rocks together, under the name that it had.
+    let of_rocks = state.bodies.iter().map(|body| body.deepest.of(Against::Rocks));
+    if let Some((depth, time)) = of_rocks.filter(|d| d.0 > 0.0).reduce(|a, b| if b.0 > a.0 { b } else { a }) {
+        let name = "max_penetration_of_rocks".into();
+        out.push(Measure { name, value: depth, unit: "1".into(), time: Some(time) });
+    }
+}
+
+/// Where measures of one rock go.
+struct Tell<'a> {
+    prefix: &'a str,
+    rock: &'a str,
+    out: &'a mut Vec<Measure>,
+    warnings: &'a mut Vec<String>,
+}
+
+impl Tell<'_> {
+    fn value(&mut self, name: &str, value: f64, unit: &str, time: Option<f64>) {
+        self.out.push(Measure { name: format!("{}{name}", self.prefix), value, unit: unit.into(), time });
+    }
+
+    fn vector(&mut self, name: &str, value: &Vector3<f64>, unit: &str, time: Option<f64>) {
+        for (axis, value) in ["x", "y", "z"].into_iter().zip(value.iter()) {
+            self.value(&format!("{name}_{axis}"), *value, unit, time);
+        }
+    }
+
+    fn absent(&mut self, names: &str, why: &str) {
+        self.warnings.push(format!("{names} of rock `{}` absent: {why}", self.rock));
+    }
+}
+
+const ALL: &str = "impact_speed, impact_velocity, impact_time, impact_energy, max_deflection, max_travel, \
+                   max_elongation, braking_time, rebound_speed";
+
+fn one_impact(track: &Track, settings: &Settings, tell: &mut Tell) {
+    let Some(impact) = track.touch else {
+        return tell.absent(ALL, "it has not touched the net");
+    };
+    let at = Some(impact.time);
+    tell.value("impact_speed", impact.velocity.norm(), "m/s", at);
+    for name in ["impact_time", "time_of_impact"] {
+        tell.value(name, impact.time, "s", at);
+    }
+    tell.vector("impact_velocity", &impact.velocity, "m/s", at);
+    tell.vector("impact_direction", &impact.direction, "1", at);
+    tell.value("impact_energy", impact.energy, "J", at);
+    match track.passed {
+        Some(way) => tell.absent(
+            "max_deflection, max_travel",
+            &format!("the net did not stop it, it got {} it", way.words()),
+        ),
+        None => distances(track, settings, tell),
+    }
+    if let Some((elongation, time)) = track.elongation {
+        tell.value("max_elongation", elongation, "m", Some(time));
+    }
+    match (track.stopped, track.passed) {
+        (Some(time), _) => tell.value("braking_time", time - impact.time, "s", Some(time)),
+        (None, Some(_)) => tell.absent("braking_time", "the net did not stop it"),
+        (None, None) => tell.absent(
+            "braking_time",
+            "it still moved along the impact direction at the end; max_deflection and max_travel are those reached by \
+             then; raise end_time",
+        ),
+    }
+    match track.rebound {
+        Some((speed, time)) => tell.value("rebound_speed", speed, "m/s", Some(time)),
+        None => tell.absent("rebound_speed", "no contact ended on the rebound"),
+    }
     if let Some(time) = track.behind {
-        warnings.push(format!(
-            "rock `{}`: from {time:.4} s on the wall lay behind the centres of its outer spheres, in gaps between \
+        tell.warnings.push(format!(
+            "rock `{}`: from {time:.4} s on the net lay behind the centres of its outer spheres, in gaps between \
              them, where the contact is weaker than its law; forces are less sure than deflections; raise \
              contact.young",
-            rock.name
+            tell.rock
         ));
+    }
+}
+
+/// How far it went.
+fn distances(track: &Track, settings: &Settings, tell: &mut Tell) {
+    match (track.steepness(settings), track.deepest) {
+        (Some(angle), Some((depth, time))) if angle <= STEEP && depth > 0.0 => {
+            tell.value("max_deflection", depth, "m", Some(time));
+        }
+        (Some(angle), _) if angle <= STEEP => {
+            tell.absent("max_deflection", "its lowest point never lay below the lowest node of the net at rest");
+        }
+        (Some(angle), _) => tell.absent(
+            "max_deflection",
+            &format!(
+                "the impact direction is {angle:.1} degrees from gravity, a depth measures impacts within {STEEP}; \
+                 max_travel is counted along the impact direction"
+            ),
+        ),
+        (None, _) => tell.absent("max_deflection", "there is no gravity; max_travel is counted along the impact direction"),
+    }
+    if let Some((travel, time)) = track.travel {
+        tell.value("max_travel", travel.max(0.0), "m", Some(time));
     }
 }

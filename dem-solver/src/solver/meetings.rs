@@ -29,6 +29,8 @@ pub struct Felt {
     pub torque: Vector3<f64>,
     /// Number of contacts.
     pub contacts: usize,
+    /// Largest overlap over the smaller radius.
+    pub penetration: f64,
 }
 
 /// Two rocks and what is near between them.
@@ -138,13 +140,13 @@ impl Meetings {
                 felt.force += sums.force * sign;
                 felt.torque += sums.torques[side];
                 felt.contacts += sums.contacts;
+                felt.penetration = felt.penetration.max(sums.penetration);
             }
             all.elastic += sums.elastic;
             all.damped += sums.damped;
             all.rubbed += sums.rubbed;
             all.sheared += sums.sheared;
             all.contacts += sums.contacts;
-            all.penetration = all.penetration.max(sums.penetration);
         }
         std::mem::swap(&mut encounters.memories, &mut self.after);
         Ok(all)

@@ -6,7 +6,7 @@
 //!   nothing to meet
 //! - [`meetings`]: rocks that meet each other; [`kicks`]: how far they may throw each other in a window
 //! - [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
-//! - [`gauges`], [`measures`], [`fields`], [`trajectory`], [`picture`]: what is told of it
+//! - [`gauges`], [`measures`], [`verdict`] ([`outline`]), [`fields`], [`trajectory`], [`picture`]: what is reported of it
 
 pub mod clear;
 pub mod cut;
@@ -16,6 +16,7 @@ pub mod gauges;
 pub mod kicks;
 pub mod measures;
 pub mod meetings;
+pub mod outline;
 pub mod path;
 pub mod picture;
 pub mod state;
@@ -23,16 +24,18 @@ pub mod step;
 pub mod stretch;
 pub mod terrain;
 pub mod trajectory;
+pub mod verdict;
 pub mod watch;
 pub mod window;
 pub mod zone;
 
 use crate::contact::laws::Laws;
-use crate::critical::{DEEP, Steps};
-use crate::ground::{Ground, start};
+use crate::critical::Steps;
+use crate::gate;
+use crate::ground::Ground;
 use crate::rock::Rock;
 use crate::search::tree::SphereTree;
-use crate::settings::{RockSettings, STRUCTURE, Settings, limits};
+use crate::settings::{ContactSelection, RockSettings, STRUCTURE, Settings, limits};
 use crate::wall::Wall;
 use crate::wall::hierarchy::Crossings;
 use fields::Fields;
@@ -43,7 +46,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{
-    Fault, FieldSpec, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
+    Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
 };
 use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
@@ -97,6 +100,12 @@ pub struct Model {
 pub struct DemSolver {
     model: Model,
     notices: Vec<String>,
+    cautions: Vec<String>,
+    /// For errors that only the net brings to light.
+    scene: Scene,
+    /// Whether a rock that starts inside the net is refused.
+    guarded: bool,
+    choices: Vec<String>,
     options: Options,
     run: Option<Run>,
     committed: State,
@@ -116,9 +125,10 @@ impl DemSolver {
             notices.extend(limits::of_rock(table, rock.mass));
         }
         notices.extend(limits::of_contacts(&settings.contacts));
+        notices.extend(settings.notices.iter().cloned());
         let laws = Laws::new(&settings.contacts);
         let mut ground = settings.terrain.as_ref().map(|terrain| Ground::of(scene, terrain)).transpose()?;
-        let mut ground_rows = Vec::new();
+        let (mut ground_rows, mut choices) = (Vec::new(), Vec::new());
         if let Some(ground) = &mut ground {
             let Some(laws) = &laws else {
                 return Err(scene
@@ -131,11 +141,11 @@ impl DemSolver {
             ground_rows = rows(laws, &settings, &ground.materials)
                 .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
             notices.extend(ground.notices.iter().cloned());
-            ground.continuous = laws.continuous();
-            for (at, rock) in rocks.iter().enumerate() {
-                start::check(ground, &settings, at, rock, scene)?;
-            }
+            let (continuous, why) = settings.dem.contact_selection.choose("terrain", || ground.unshared());
+            ground.continuous = continuous;
+            choices.push(why);
         }
+        let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
         let rock_rows = rows_of_rocks(laws.as_ref(), &settings, scene)?;
         if settings.rocks.len() > 1 && rock_rows.is_none() {
             notices.push("there is no table [[contact]]: the rocks fall through each other".into());
@@ -157,6 +167,7 @@ impl DemSolver {
             steps,
             shortcuts: options.shortcuts,
         };
+        cautions.extend(gate::of_model(&model, scene)?);
         let worst = Meetings::new(&model).energy(&model, &mut state);
         if let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) {
             let what = format!(
@@ -169,6 +180,10 @@ impl DemSolver {
         Ok(Self {
             model,
             notices,
+            cautions,
+            scene: scene.clone(),
+            guarded: false,
+            choices,
             options: options.clone(),
             run: None,
             committed: state.clone(),
@@ -178,14 +193,46 @@ impl DemSolver {
         })
     }
 
+    /// The same for a user's scene: it is not prepared with a rock inside the net.
+    #[must_use]
+    pub fn guarded(mut self) -> Self {
+        self.guarded = true;
+        self
+    }
+
     /// What does not change in a run.
     pub fn model(&self) -> &Model {
         &self.model
     }
 
+    /// Why a contact selection that the scene names would choose nothing, where there is no net.
+    pub fn idle_selection(&self) -> Option<&'static str> {
+        let named = self.model.settings.dem.contact_selection != ContactSelection::Automatic;
+        (named && self.model.ground.is_none()).then_some(
+            "dem.contact_selection (old name: contact.hierarchy) without terrain and without a structure: rocks touch each \
+             other sphere by sphere, there is nothing to choose",
+        )
+    }
+
     /// What the user should know of the scene, before anything is known of a wall.
     pub fn notices(&self) -> &[String] {
         &self.notices
+    }
+
+    /// What the user should look at twice, before anything is known of a net.
+    pub fn cautions(&self) -> &[String] {
+        &self.cautions
+    }
+
+    /// Refuse rocks that start with their surface in the net that the structure offers.
+    pub fn check_net(&self, mesh: &InterfaceMesh) -> Result<(), Fault> {
+        let net = Wall::new(mesh)?.from(&self.model.origin);
+        Ok(gate::start::in_net(&self.model, &net, &self.scene)?)
+    }
+
+    /// What was chosen where the scene leaves it open, and why.
+    pub fn choices(&self) -> &[String] {
+        &self.choices
     }
 
     /// The committed state.
@@ -208,11 +255,11 @@ impl DemSolver {
             met: 0,
             track: measures::Track::default(),
             path: path::Path::default(),
+            deepest: state::Depths::default(),
         };
         body.memories.clear();
         body.ground_memories.clear();
         self.committed.encounters.end();
-        self.committed.encounters.deepest = (0.0, 0.0);
         (self.committed.time, self.committed.dissipated, self.committed.received) = (0.0, 0.0, 0.0);
         self.committed.broken = 0;
     }
@@ -222,11 +269,22 @@ impl DemSolver {
         let mut wall = Wall::new(mesh)?.from(&self.model.origin);
         let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
-                "there is a wall and no contact law: the rock would fall through it; add a table [[contact]]",
+                "there is a net and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
-        if laws.continuous() {
+        if self.guarded {
+            gate::start::in_net(&self.model, &wall, &self.scene)?;
+        }
+        let selection = self.model.settings.dem.contact_selection;
+        let (continuous, why) = selection.choose("net", || wall.unshared());
+        if continuous {
             wall.crossings = Some(Crossings::new(&wall.nodes, &wall.elements));
+        }
+        if selection == ContactSelection::Automatic && !continuous {
+            // Energy may be made or lost: the user should know.
+            warnings.push(why);
+        } else {
+            tracing::info!("{why}");
         }
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
@@ -292,6 +350,11 @@ fn rows_of_rocks(
     Ok(Some(all))
 }
 
+/// What the names of a rock's measures begin with: its name where there are several.
+fn prefix(model: &Model, rock: usize) -> String {
+    if model.rocks.len() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
+}
+
 pub(crate) fn name_of(model: &Model, rock: usize) -> &str {
     &model.rocks[rock].name
 }
@@ -321,9 +384,17 @@ impl Solver for DemSolver {
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         check_plan(&self.hello(), plan)?;
-        let mut warnings = self.notices.clone();
+        if plan.wall.is_none()
+            && let Some(what) = self.idle_selection()
+        {
+            return Err(Fault::input(format!("{what}; leave it out")));
+        }
+        let mut warnings = [&self.notices[..], &self.cautions].concat();
         if plan.wall.is_some() {
-            progress(Progress { what: "making the wall of the structure's mesh".into(), done: f64::NAN })?;
+            progress(Progress {
+                what: "preparing contact with the structure's mesh".into(),
+                done: f64::NAN,
+            })?;
         }
         let wall = self.wall(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
@@ -365,10 +436,11 @@ impl Solver for DemSolver {
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
         let counts = self.run.as_ref().map(Run::counts).unwrap_or_default();
-        let wall = self.run.as_ref().is_some_and(Run::has_wall);
-        let (mut measures, mut warnings) = measures::results(&self.model.rocks, &self.committed, wall);
+        let net = self.run.as_ref().and_then(Run::net);
+        let mut warnings = verdict::verdicts(&self.model, &self.committed, net);
+        let mut measures = Vec::new();
+        measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);
         self.ways(&mut measures, &mut warnings);
-        measures::encounters(&self.committed, &mut measures, &mut warnings);
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }
@@ -378,22 +450,13 @@ impl DemSolver {
     fn ways(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
         let Some(ground) = &self.model.ground else { return };
         let settings = &self.model.settings;
-        let many = self.model.rocks.len() > 1;
         for (number, (rock, body)) in self.model.rocks.iter().zip(&self.committed.bodies).enumerate() {
-            let prefix = if many { format!("{}_", rock.name) } else { String::new() };
+            let prefix = prefix(&self.model, number);
             let start = Vector3::from(settings.rocks[number].position) - self.model.origin;
             let (motion, time) = (&body.motion, self.committed.time);
             path::results(
                 rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings,
             );
-            let (share, when) = body.path.deepest;
-            if share > DEEP {
-                warnings.push(format!(
-                    "rock `{}`: overlap of {share:.2} radii at {when:.4} s, beyond {DEEP} the contact law does not hold; \
-                     raise contact.young or cluster.smallest_radius",
-                    rock.name
-                ));
-            }
         }
         let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out) else { return };
         let ways = trajectory::ways(&self.model, ground, &trajectory.rows);

@@ -43,12 +43,23 @@ pub struct Path {
     pub highest: (f64, f64),
     /// Largest kinetic energy, and when [J, s].
     pub most_energy: (f64, f64),
-    /// Largest overlap over radius, and when.
-    pub deepest: (f64, f64),
     /// When the last row of its way was written [s].
     pub row: f64,
-    /// How and when it ended [s].
-    pub ending: Option<(Ending, f64)>,
+    /// How it ended.
+    pub ending: Option<End>,
+}
+
+/// The end of a way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct End {
+    /// How.
+    pub how: Ending,
+    /// When [s].
+    pub time: f64,
+    /// Centre of mass then [m].
+    pub position: Vector3<f64>,
+    /// Its velocity [m/s].
+    pub velocity: Vector3<f64>,
 }
 
 impl Path {
@@ -121,11 +132,13 @@ impl Path {
         if self.ending.is_some() {
             return;
         }
-        if self.slow_since.is_some_and(|since| time - since >= terrain.rest_time) {
-            self.ending = Some((Ending::Rest, time));
-        } else if is_out(ground, down, &motion.position) {
-            self.ending = Some((Ending::Out, time));
-        }
+        let rests = self.slow_since.is_some_and(|since| time - since >= terrain.rest_time);
+        let out = !rests && is_out(ground, down, &motion.position);
+        let (position, velocity) = (motion.position, motion.velocity);
+        self.ending = (rests || out).then(|| {
+            let how = if rests { Ending::Rest } else { Ending::Out };
+            End { how, time, position, velocity }
+        });
     }
 }
 
@@ -163,27 +176,32 @@ pub fn results(
         measures.push(Measure { name: format!("{prefix}{name}"), value, unit: unit.into(), time });
     };
     let down = settings.down();
-    let way = motion.position - start;
+    // A rock that has ended may have gone on while others had not.
+    let (end, last) = path.ending.map_or((time, motion.position), |end| (end.time, end.position));
+    let way = last - start;
     let level = way - down * way.dot(&down);
-    let end = path.ending.map_or(time, |(_, end)| end);
-    let place = motion.position + ground.origin;
-    match path.ending {
-        Some((Ending::Rest, _)) => {
-            tell("run_out", level.norm(), "m", Some(end));
+    let place = last + ground.origin;
+    match path.ending.map(|end| end.how) {
+        Some(Ending::Rest) => {
+            for name in ["runout_distance", "run_out"] {
+                tell(name, level.norm(), "m", Some(end));
+            }
             for (axis, name) in ["rest_x", "rest_y", "rest_z"].into_iter().enumerate() {
                 tell(name, place[axis], "m", Some(end));
             }
         }
-        Some((Ending::Out, _)) => {
-            tell("way_out", level.norm(), "m", Some(end));
+        Some(Ending::Out) => {
+            for name in ["exit_distance", "way_out"] {
+                tell(name, level.norm(), "m", Some(end));
+            }
             warnings.push(format!(
-                "run_out, rest_x, rest_y, rest_z of rock `{}` absent: it left the terrain at {end:.3} s near ({:.2}, \
+                "runout_distance, rest_x, rest_y, rest_z of rock `{}` absent: it left the terrain at {end:.3} s near ({:.2}, \
                  {:.2}, {:.2})",
                 rock.name, place.x, place.y, place.z
             ));
         }
         None => warnings.push(format!(
-            "run_out, rest_x, rest_y, rest_z of rock `{}` absent: it still moved at {:.3} m/s when the time was over; \
+            "runout_distance, rest_x, rest_y, rest_z of rock `{}` absent: it still moved at {:.3} m/s when the time was over; \
              raise end_time",
             rock.name,
             motion.velocity.norm()
@@ -194,9 +212,8 @@ pub fn results(
     tell("max_kinetic_energy", path.most_energy.0, "J", Some(path.most_energy.1));
     tell("impacts", path.impacts as f64, "1", None);
     if end > 0.0 {
-        tell("contact_share", path.in_contact / end, "1", None);
-    }
-    if path.impacts > 0 {
-        tell("max_penetration", path.deepest.0, "1", Some(path.deepest.1));
+        for name in ["contact_time_fraction", "contact_share"] {
+            tell(name, path.in_contact / end, "1", None);
+        }
     }
 }

@@ -46,6 +46,65 @@ pub struct Body {
     pub track: Track,
     /// What is known of its way over terrain.
     pub path: Path,
+    /// How deep its spheres were pressed in.
+    pub deepest: Depths,
+}
+
+/// What a rock's spheres are pressed into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Against {
+    /// The structure.
+    Net,
+    /// The terrain.
+    Terrain,
+    /// Another rock.
+    Rocks,
+}
+
+impl Against {
+    /// All of them.
+    const ALL: [Self; 3] = [Self::Net, Self::Terrain, Self::Rocks];
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Net => "the net",
+            Self::Terrain => "the terrain",
+            Self::Rocks => "another rock",
+        }
+    }
+}
+
+/// Largest overlap of a rock with each kind of partner, over the radius of the sphere (of two spheres the smaller), and
+/// when [1, s]; 0 while nothing was touched.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Depths([(f64, f64); 3]);
+
+impl Depths {
+    /// Take in the largest overlap at `time` [s].
+    pub fn take(&mut self, against: Against, overlap: f64, time: f64) {
+        let deepest = &mut self.0[against as usize];
+        if overlap > deepest.0 {
+            *deepest = (overlap, time);
+        }
+    }
+
+    /// The largest with one kind of partner.
+    pub fn of(&self, against: Against) -> (f64, f64) {
+        self.0[against as usize]
+    }
+
+    /// All that have been touched.
+    pub fn each(&self) -> impl Iterator<Item = (Against, f64, f64)> + '_ {
+        let all = Against::ALL.into_iter().zip(&self.0);
+        all.filter(|(_, (overlap, _))| *overlap > 0.0)
+            .map(|(against, (overlap, time))| (against, *overlap, *time))
+    }
+
+    /// The largest of all.
+    pub fn largest(&self) -> Option<(f64, f64)> {
+        self.each().map(|(_, overlap, time)| (overlap, time)).reduce(|a, b| if b.0 > a.0 { b } else { a })
+    }
 }
 
 /// Contacts of rocks with each other.
@@ -59,8 +118,6 @@ pub struct Encounters {
     pub elastic: f64,
     /// Their number.
     pub contacts: usize,
-    /// Largest overlap so far over the smaller radius, and when [1, s].
-    pub deepest: (f64, f64),
 }
 
 impl Encounters {
@@ -93,6 +150,7 @@ impl State {
             met: 0,
             track: Track::default(),
             path: Path::default(),
+            deepest: Depths::default(),
         };
         Self {
             time: 0.0,
@@ -114,12 +172,12 @@ impl State {
             mine.ground_memories.clone_from(&theirs.ground_memories);
             (mine.sheared, mine.elastic) = (theirs.sheared, theirs.elastic);
             (mine.contacts, mine.met) = (theirs.contacts, theirs.met);
-            (mine.track, mine.path) = (theirs.track, theirs.path);
+            (mine.track, mine.path, mine.deepest) = (theirs.track, theirs.path, theirs.deepest);
         }
         let (mine, theirs) = (&mut self.encounters, &other.encounters);
         mine.memories.clone_from(&theirs.memories);
         (mine.sheared, mine.elastic) = (theirs.sheared, theirs.elastic);
-        (mine.contacts, mine.deepest) = (theirs.contacts, theirs.deepest);
+        mine.contacts = theirs.contacts;
     }
 }
 

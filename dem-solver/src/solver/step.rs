@@ -11,7 +11,7 @@
 use super::Model;
 use super::cut::{Cut, Part};
 use super::measures::Passage;
-use super::state::State;
+use super::state::{Against, State};
 use super::terrain::steps_per_look;
 use super::watch::watch;
 use super::window::Run;
@@ -38,8 +38,6 @@ pub struct Load {
     touching: usize,
     /// With contacts on the wall: how long the first has lasted [s].
     touched: Option<f64>,
-    /// Largest overlap with the wall over radius.
-    penetration: f64,
     /// Whether the wall lies behind the centres of the outer spheres.
     behind: bool,
 }
@@ -77,6 +75,7 @@ impl Run {
         for rock in 0..model.rocks.len() {
             self.kick(model, state, rock, window, cut, part)?;
         }
+        self.judge_partings(model, state, cut.middle(part.step).segment, input);
         Ok(())
     }
 
@@ -105,7 +104,7 @@ impl Run {
             load.behind = watch(scene.rock, now, &sums, h, start, |depth| {
                 let contact = evaluation.passed_centre(scene, now, h, depth)?;
                 let number = scene.list.elements[contact.element as usize].number;
-                Some((contact.sphere, format!("wall element {number}")))
+                Some((contact.sphere, format!("element {number} of the interface mesh")))
             })?;
         }
         (load.force, load.torque, load.elastic, load.sheared) =
@@ -115,8 +114,8 @@ impl Run {
         if contacts > 0 {
             // Its date is asked for once.
             let first = body.track.touch.is_none();
-            load.touched = Some(if first { evaluation.touched_ago(scene, now) } else { 0.0 });
-            load.penetration = sums.penetration;
+            load.touched = Some(if first { evaluation.touched_ago(scene, now, h) } else { 0.0 });
+            body.deepest.take(Against::Net, sums.penetration, start + 0.5 * h);
         }
         std::mem::swap(&mut body.memories, &mut evaluation.memories);
         self.counts.contact_evaluations += contacts as u64;
@@ -156,9 +155,7 @@ impl Run {
         load.touching = contacts;
         body.contacts = contacts;
         self.counts.contact_evaluations += contacts as u64;
-        if sums.penetration > body.path.deepest.0 {
-            body.path.deepest = (sums.penetration, start + 0.5 * h);
-        }
+        body.deepest.take(Against::Terrain, sums.penetration, start + 0.5 * h);
         Ok(())
     }
 
@@ -174,12 +171,10 @@ impl Run {
             load.torque += felt.torque;
             load.touching += felt.contacts;
             body.met = felt.contacts;
+            body.deepest.take(Against::Rocks, felt.penetration, start + 0.5 * h);
         }
         state.dissipated += (sums.damped + sums.rubbed) * h - (sums.sheared - encounters.sheared);
         (encounters.sheared, encounters.contacts) = (sums.sheared, sums.contacts);
-        if sums.penetration > encounters.deepest.0 {
-            encounters.deepest = (sums.penetration, start + 0.5 * h);
-        }
         self.gauges.spring(model.rocks.len(), sums.elastic + sums.sheared);
         self.counts.contact_evaluations += sums.contacts as u64;
         Ok(())
@@ -222,10 +217,9 @@ impl Run {
             before: &before,
             after: &after,
             touched: load.touched,
-            penetration: load.penetration,
             behind: load.behind,
         };
-        body.track.follow(it, &model.settings, self.level, &passage);
+        body.track.follow(it, &model.settings, self.rest.as_ref(), &passage);
         if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
             let (end, last) = part.end(window, cut);
             let look = last.is_some_and(|s| s.is_multiple_of(steps_per_look(cut.h)) || s == cut.steps);

@@ -112,6 +112,11 @@ impl Row {
         Vector3::new(self.0[5], self.0[6], self.0[7]).norm()
     }
 
+    /// Kinetic energy, rotation included [J].
+    pub fn kinetic_energy(&self) -> f64 {
+        self.0[11] + self.0[12]
+    }
+
     /// Whether it touched.
     pub fn touches(&self) -> bool {
         self.0[15] > 0.0

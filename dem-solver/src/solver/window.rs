@@ -6,6 +6,7 @@ use super::gauges::{Gauges, Moment};
 use super::kicks::Kicks;
 use super::measures::Passage;
 use super::meetings::Meetings;
+use super::outline::Outline;
 use super::state::State;
 use super::step::Load;
 use super::stretch::Stretch;
@@ -15,8 +16,8 @@ use super::zone::{View, Zone, add_forces};
 use super::{Counts, Model, flight};
 use crate::rock::Motion;
 use crate::search::pairs::Instant;
-use crate::wall::Wall;
 use crate::wall::motion::MotionFields;
+use crate::wall::{AtRest, Wall};
 use interface_defs::{Fault, InterfaceMesh, Layout, Plan, Sampling, Window, name};
 use std::ops::Range;
 
@@ -45,8 +46,8 @@ pub struct Run {
     pub(super) loads: Vec<Load>,
     pub(super) counts: Counts,
     most_contacts: usize,
-    /// Furthest down that a node of the wall lies at rest [m].
-    pub(super) level: Option<f64>,
+    /// The net at rest.
+    pub(super) rest: Option<AtRest>,
     starts: Vec<Motion>,
     instants: Vec<usize>,
 }
@@ -99,7 +100,7 @@ impl Run {
             loads: Vec::with_capacity(model.rocks.len()),
             counts: Counts::default(),
             most_contacts: (0..model.rocks.len()).map(contacts).max().unwrap_or(0),
-            level: wall.as_ref().map(|w| w.depth(&model.settings.down())),
+            rest: wall.as_ref().map(|w| w.at_rest(&model.settings.down())),
             starts: Vec::with_capacity(model.rocks.len()),
             instants: Vec::with_capacity(16 * model.rocks.len() + 16),
             wall,
@@ -114,9 +115,28 @@ impl Run {
         state.encounters.reserve(self.meetings.most_contacts());
     }
 
-    /// Whether there is a wall.
-    pub fn has_wall(&self) -> bool {
-        self.wall.is_some()
+    /// The net, and what it is at rest.
+    pub fn net(&self) -> Option<(&Wall, &AtRest)> {
+        self.wall.as_ref().zip(self.rest.as_ref())
+    }
+
+    /// Whether rocks that have lost contact have the net behind them, as it stands at the start of segment `segment`.
+    pub(super) fn judge_partings(&self, model: &Model, state: &mut State, segment: usize, input: &[f64]) {
+        let Some(wall) = &self.wall else { return };
+        for (rock, body) in model.rocks.iter().zip(&mut state.bodies) {
+            let Some(direction) = body.track.is_parting(rock, &body.motion) else { continue };
+            let at = |n: u32| wall.nodes[n as usize] + self.fields.displacement(input, segment, n);
+            let up = -model.settings.down();
+            body.track.passed = Outline { wall, at }.passed(&body.motion.position, &direction, &up);
+        }
+    }
+
+    /// How far the net is displaced at the start of a window, at `time` [s], along the impact directions.
+    fn elongate(&self, state: &mut State, time: f64, input: &[f64]) {
+        let Some(displacements) = self.fields.displacements(input).next() else { return };
+        for body in state.bodies.iter_mut() {
+            body.track.elongate(displacements, time);
+        }
     }
 
     /// Rows of the ways over terrain in the window solved last.
@@ -172,6 +192,7 @@ impl Run {
         self.check_request(window, input, output)?;
         output.fill(0.0);
         let torn = self.tear(state, input);
+        self.elongate(state, window.start, input);
         let flies = self.begin(model, state, window.length, input, output)?;
         if torn {
             self.let_go(model, state, window.length, input)?;
@@ -182,7 +203,7 @@ impl Run {
             flies && (model.ground.is_some() || self.meetings.free_time(model, state) > window.length);
         if flies && model.ground.is_none() {
             self.counts.flight_windows += 1;
-            self.fly(model, state, window, cut, 0..cut.steps, output);
+            self.fly(model, state, window, cut, 0..cut.steps, input, output);
             self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
         } else {
             self.step_through(model, state, window, cut, flies, input, output)?;
@@ -271,6 +292,7 @@ impl Run {
         window: &Window,
         cut: Cut,
         range: Range<usize>,
+        input: &[f64],
         output: &mut [f64],
     ) {
         let gravity = model.settings.gravity;
@@ -319,15 +341,15 @@ impl Run {
                     before: &before,
                     after: &body.motion,
                     touched: None,
-                    penetration: 0.0,
                     behind: false,
                 };
-                body.track.follow(rock, &model.settings, self.level, &passage);
+                body.track.follow(rock, &model.settings, self.rest.as_ref(), &passage);
                 if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
                     let due = to.is_multiple_of(look) || to == cut.steps;
                     terrain.flew(model, ground, r, body, window.start + time(to), due);
                 }
             }
+            self.judge_partings(model, state, 0, input);
             if self.reads_steps(model) {
                 self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
             }
@@ -360,7 +382,7 @@ impl Run {
                     _ => 0,
                 };
                 if clear >= FEWEST.min(cut.steps - step) {
-                    self.fly(model, state, window, cut, step..step + clear, output);
+                    self.fly(model, state, window, cut, step..step + clear, input, output);
                     step += clear;
                     continue;
                 }

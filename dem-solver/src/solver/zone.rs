@@ -131,7 +131,7 @@ impl Zone {
             // The list may have been made of such numbers.
             self.near.invalidate();
             Fault::window(format!(
-                "the displacement of wall node {node} is not finite; the structure has diverged"
+                "the displacement of interface node {node} is not finite; the structure has diverged"
             ))
         })
     }

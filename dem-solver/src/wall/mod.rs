@@ -8,6 +8,7 @@ pub mod closest;
 pub mod hierarchy;
 pub mod motion;
 
+use crate::search::shared::{Unshared, first_fault};
 use interface_defs::{Fault, InterfaceMesh};
 use nalgebra::Vector3;
 
@@ -49,6 +50,17 @@ impl Element {
     }
 }
 
+/// What measures need to know of the net at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtRest {
+    /// How far down its lowest node lies, along gravity [m].
+    pub level: f64,
+    /// Middle of its nodes [m].
+    pub centre: Vector3<f64>,
+    /// Distance of the furthest node from there [m].
+    pub reach: f64,
+}
+
 /// The wall at t = 0. An element's number is its place in [`Wall::elements`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wall {
@@ -69,7 +81,7 @@ pub struct Wall {
 impl Wall {
     /// Make the wall of an interface mesh.
     pub fn new(mesh: &InterfaceMesh) -> Result<Self, Fault> {
-        mesh.check().map_err(|what| Fault::broken(format!("the wall's mesh cannot be used: {what}")))?;
+        mesh.check().map_err(|what| Fault::broken(format!("the interface mesh cannot be used: {what}")))?;
         let nodes: Vec<_> =
             mesh.coordinates.chunks_exact(3).map(|c| Vector3::new(c[0], c[1], c[2])).collect();
         let mut held = vec![false; nodes.len()];
@@ -124,9 +136,22 @@ impl Wall {
         self
     }
 
-    /// How far down its lowest node lies at t = 0, along `down` [m].
-    pub fn depth(&self, down: &Vector3<f64>) -> f64 {
-        self.nodes.iter().map(|n| n.dot(down)).fold(f64::NEG_INFINITY, f64::max)
+    /// Where two of its elements touch without a common node.
+    pub fn unshared(&self) -> Option<Unshared> {
+        let of = |kind| self.elements.iter().filter(move |e| e.kind == kind);
+        let lines = of(Kind::Line).map(|line| [line.nodes[0], line.nodes[1]]).collect();
+        let faces: Vec<_> = of(Kind::Face).map(|face| face.nodes).collect();
+        first_fault(&self.nodes, lines, &faces)
+    }
+
+    /// What measures need to know of it at t = 0.
+    pub fn at_rest(&self, down: &Vector3<f64>) -> AtRest {
+        let centre = self.nodes.iter().sum::<Vector3<f64>>() / self.nodes.len().max(1) as f64;
+        AtRest {
+            level: self.nodes.iter().map(|n| n.dot(down)).fold(f64::NEG_INFINITY, f64::max),
+            centre,
+            reach: self.nodes.iter().map(|n| (n - centre).norm()).fold(0.0, f64::max),
+        }
     }
 
     /// True if two elements hold a common node. Numbers beyond the elements, which are crossings, do not.
@@ -147,7 +172,7 @@ impl Wall {
     pub fn describe(&self) -> String {
         let count = |kind| self.elements.iter().filter(|e| e.kind == kind).count();
         format!(
-            "wall of {} nodes, {} lines, {} faces, {} points",
+            "interface mesh of {} nodes, {} lines, {} faces, {} points",
             self.nodes.len(),
             count(Kind::Line),
             count(Kind::Face),

@@ -35,7 +35,8 @@ fn of_a_plane() -> f64 {
 #[test]
 fn a_sphere_exactly_on_a_vertex_of_six_triangles_has_one_contact_in_the_plane_and_on_a_peak() {
     for rise in [0.0, -0.3] {
-        let bench = placed(fan(rise), Vector3::new(0.0, 0.0, 0.095), "friction = 0.5");
+        let bench =
+            placed(fan(rise), Vector3::new(0.0, 0.0, 0.095), "friction = 0.5\nhierarchy = \"nearest\"");
         assert_eq!(bench.value("contacts"), 1.0, "rise {rise}");
         let force = bench.total_force(Sampling::AtEnds);
         // The overlap is a difference of 0.1 and 0.095: 1e-17 / 5e-3, times 1.5.
@@ -46,14 +47,15 @@ fn a_sphere_exactly_on_a_vertex_of_six_triangles_has_one_contact_in_the_plane_an
         for k in 0..13_u32 {
             let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 13.0).sin_cos();
             let off = 10.0_f64.powi(power);
-            let bench = placed(fan(0.0), Vector3::new(cos * off, sin * off, 0.095), "friction = 0.5");
+            let at = Vector3::new(cos * off, sin * off, 0.095);
+            let bench = placed(fan(0.0), at, "friction = 0.5\nhierarchy = \"nearest\"");
             assert_eq!(bench.value("contacts"), 1.0, "{off:e} m beside, direction {k}");
             let force = bench.total_force(Sampling::AtEnds);
             assert!((force + Vector3::z() * of_a_plane()).norm() < 1e-12 * of_a_plane(), "{off:e}: {force}");
         }
     }
     // In a pit of the same slope all six faces are met alike.
-    let bench = placed(fan(0.3), Vector3::new(0.0, 0.0, 0.1), "");
+    let bench = placed(fan(0.3), Vector3::new(0.0, 0.0, 0.1), "hierarchy = \"nearest\"");
     assert_eq!(bench.value("contacts"), 6.0);
     let force = bench.total_force(Sampling::AtEnds);
     assert!(force.x.abs() + force.y.abs() < 1e-12 * force.z.abs(), "{force}");

@@ -77,6 +77,7 @@ fn measures_that_never_came_about_are_absent_with_a_reason() {
     bench.advance(1e-3);
     let statistics = bench.solver.finish().expect("finished");
     assert!(statistics.measures.is_empty());
-    let [why] = &statistics.warnings[..] else { panic!("{:?}", statistics.warnings) };
-    assert!(why.contains("impact_speed") && why.contains("touched nothing"), "{why}");
+    let [verdict, why] = &statistics.warnings[..] else { panic!("{:?}", statistics.warnings) };
+    assert!(verdict.starts_with("verdict: rock `rock` "), "{verdict}");
+    assert!(why.contains("impact_speed") && why.contains("not touched the net"), "{why}");
 }

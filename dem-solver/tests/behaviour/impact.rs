@@ -184,7 +184,7 @@ fn restitution_does_not_depend_on_speed_size_or_stiffness() {
 #[test]
 fn a_wall_that_tells_no_masses_takes_the_rocks_and_warns() {
     let scene = format!(
-        "end_time = 1.0\n{}[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e9\npoisson = 0.2\nrestitution = 0.5\n",
+        "end_time = 1.0\ngravity = [0.0, 0.0, 0.0]\n{}[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e9\npoisson = 0.2\nrestitution = 0.5\n",
         sphere(0.1, 2500.0, "position = [0.0, 0.0, 1.0]")
     );
     let bench = Setup::new(&*scene, plane(1.0, 1)).build();

@@ -39,7 +39,7 @@ fn run(name: &str) -> Way {
         }
     }
     let path = &solver.state().bodies[0].path;
-    Way { places, impacts: path.impacts, ending: path.ending.map(|(e, _)| e), highest: path.highest.0 }
+    Way { places, impacts: path.impacts, ending: path.ending.map(|end| end.how), highest: path.highest.0 }
 }
 
 #[test]

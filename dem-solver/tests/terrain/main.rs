@@ -2,6 +2,7 @@
 
 mod bench;
 mod bounces;
+mod coordinates;
 mod figure8;
 mod heap;
 mod memory;

@@ -2,6 +2,7 @@
 
 use crate::bench::{G, plane};
 use dem_solver::DemSolver;
+use dem_solver::solver::state::Against;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{FieldSpec, InterfaceMesh, Layout, Plan, Sampling, Solver, Window, name};
@@ -209,4 +210,35 @@ fn a_rock_thrown_into_the_net_within_a_window_has_its_wires_in_reach() {
     bench.advance(0.017);
     assert!(bench.forces().iter().any(|f| f.norm() > 0.0), "it met the net in its first window");
     bench.reach_holds_what_is_loaded();
+}
+
+/// A rock that meets ground and net has one deepest overlap, the larger of both; a touch of the ground before the net is no impact.
+#[test]
+fn ground_before_the_net_is_no_impact_and_the_deepest_overlap_stands_once() {
+    let zero = Vector3::zeros();
+    let mut bench = Bench::new(&cube(&zero, ""), &zero);
+    let mut on_ground = None;
+    let mut first = None;
+    while bench.time < 0.6 {
+        bench.advance(1e-3);
+        if !bench.solver.state().bodies[0].ground_memories.is_empty() && on_ground.is_none() {
+            on_ground = Some(bench.time);
+        }
+        if first.is_none() && bench.forces().iter().any(|f| f.norm() > 0.0) {
+            first = Some(bench.time);
+        }
+    }
+    let (ground, net) = (on_ground.expect("it met the ground"), first.expect("and the net"));
+    let end = bench.solver.finish().expect("finished");
+    let all = |name: &str| -> Vec<f64> {
+        end.measures.iter().filter(|m| m.name == name).map(|m| m.value).collect()
+    };
+    let [impact] = all("impact_time")[..] else { panic!("{:?}", end.measures) };
+    assert!(ground < net - 0.01 && impact <= net && impact > net - 1e-3, "{ground} {impact} {net}");
+    let depths = &bench.solver.state().bodies[0].deepest;
+    let [both] = all("max_penetration")[..] else { panic!("not once: {:?}", end.measures) };
+    let (of_net, of_ground) = (depths.of(Against::Net).0, depths.of(Against::Terrain).0);
+    assert!(of_net > 0.0 && of_ground > 0.0 && both == of_net.max(of_ground));
+    let names: Vec<_> = end.measures.iter().map(|m| &m.name).collect();
+    assert!(names.iter().enumerate().all(|(at, name)| !names[..at].contains(name)), "{names:?}");
 }

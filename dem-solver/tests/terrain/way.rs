@@ -1,7 +1,7 @@
 //! The way of a rock: savings, rest, leaving, what is told, large coordinates.
 
 use crate::bench::{Bench, dropped, plane};
-use interface_defs::Solver;
+use interface_defs::{Solver, Statistics};
 
 /// A block on a slope of `slope` degrees.
 fn block(slope: f64, friction: f64, more: &str) -> String {
@@ -43,6 +43,14 @@ fn flight_in_closed_form_changes_no_more_than_rounding() {
     assert!(few < many / 10);
 }
 
+/// The one sentence on the rock.
+fn verdict(end: &Statistics) -> String {
+    let mut all = end.warnings.iter().filter(|w| w.starts_with("verdict: "));
+    let one = all.next().expect("a verdict").clone();
+    assert!(all.next().is_none());
+    one
+}
+
 #[test]
 fn a_block_that_friction_holds_comes_to_rest_and_its_run_ends() {
     let mut bench = Bench::new(&plane(15.0, [-10.0, 60.0], 30, 10), &block(15.0, 0.6, ""), true);
@@ -55,6 +63,14 @@ fn a_block_that_friction_holds_comes_to_rest_and_its_run_ends() {
     assert!((measure("rest_x") - bench.position().x).abs() < 1e-12);
     assert!(measure("run_out") < 2.0 && measure("impacts") >= 1.0, "{:?}", end.measures);
     assert!((0.05..1.0).contains(&measure("contact_share")));
+    assert_eq!(measure("run_out"), measure("runout_distance"));
+    assert_eq!(measure("contact_share"), measure("contact_time_fraction"));
+    let (verdict, at) = (verdict(&end), bench.position());
+    let place = format!("came to rest on the terrain near ({:.2}, {:.2}, {:.2}) at ", at.x, at.y, at.z);
+    assert!(verdict.contains(&place), "{verdict}");
+    let when: f64 =
+        verdict.rsplit_once(" at ").and_then(|(_, t)| t.trim_end_matches(" s").parse().ok()).expect("a time");
+    assert!((when - bench.time).abs() < 5.1e-4, "{verdict} {}", bench.time);
     // It fell 0.7 m less what its lowest corner needs.
     assert!(measure("max_speed") < (2.0_f64 * 9.81 * 0.7).sqrt() && measure("max_jump_height") < 0.7);
     let speed = bench.solver.state().bodies[0].motion.velocity.norm();
@@ -67,7 +83,12 @@ fn a_block_that_slides_off_the_terrain_ends_there() {
     bench.run(0.05, 20.0);
     assert!(bench.solver.has_ended() && bench.time < 10.0, "{} s", bench.time);
     let end = bench.solver.finish().expect("finished");
-    assert!(end.measures.iter().all(|m| m.name != "run_out"));
+    assert!(end.measures.iter().all(|m| m.name != "run_out" && m.name != "runout_distance"));
+    let way = |name: &str| end.measures.iter().find(|m| m.name == name).map(|m| m.value);
+    assert!(way("exit_distance").is_some() && way("exit_distance") == way("way_out"));
+    let (verdict, at) = (verdict(&end), bench.position());
+    let place = format!("left the terrain near ({:.2}, {:.2}, {:.2}) at ", at.x, at.y, at.z);
+    assert!(verdict.contains(&place) && verdict.ends_with(" m/s"), "{verdict}");
     assert!(end.warnings.iter().any(|w| w.contains("left the terrain")), "{:?}", end.warnings);
     let text = std::fs::read_to_string(bench.dir.path().join("trajectory.svg")).expect("a picture");
     assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"));

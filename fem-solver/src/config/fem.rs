@@ -3,10 +3,11 @@
 use super::positive;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Integrator, time step, Newton iteration.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FemConfig {
     /// Scheme in time.
@@ -32,12 +33,12 @@ pub struct FemConfig {
     /// Iteration of the implicit schemes and of `static`.
     pub newton: NewtonConfig,
     /// `central_difference` only: nodes that would need shorter steps than this [s] get as much more mass as they
-    /// need, without weight. The added mass is told as a warning. Default: none.
+    /// need, without weight. A warning gives the added mass. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_scaling: Option<f64>,
     /// `static` only: follow the path of equilibrium under `[[structure.loads]]` that grow and fall by one factor, from 0
-    /// on, beyond limit points and back (arc length). Time is the way along it: the degree of freedom that moves most
-    /// does so at this speed [m/s]. The factor is told as `load_factor`; a step is at most `time_step` long. Default: the
+    /// on, beyond limit points and back (arc length). Time is the distance along it: the degree of freedom that moves most
+    /// does so at this speed [m/s]. The column `load_factor` gives the factor; a step is at most `time_step` long. Default: the
     /// loads are constant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path_speed: Option<f64>,
@@ -46,7 +47,7 @@ pub struct FemConfig {
 }
 
 /// Scheme in time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Integrator {
     /// No inertia: static equilibrium at the end of each step, under the force there.
@@ -63,7 +64,7 @@ pub enum Integrator {
 }
 
 /// When the Newton iteration of a step is content, and when it gives up.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NewtonConfig {
     /// Largest residual, relative to the largest of load, internal force and inertia. Default 1e-10.

@@ -1,9 +1,10 @@
 //! `[[gauge]]`: what to record.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A number, or three, recorded at every step: at a point of the structure or over a group.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GaugeConfig {
     /// Name; the columns and measures begin with it.
@@ -22,22 +23,31 @@ pub struct GaugeConfig {
 }
 
 /// What a gauge records.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+///
+/// Forces, tensions and elongations of several members (the elements of a group, the segments of a rope, the supported
+/// nodes of a group) are reported as the smallest and the largest of them: columns `_min` and `_max` at the row's end, and
+/// measures of the same names over all solver steps, which name the member. A sum is called `_sum`, a mean `_mean`. Old
+/// names stay for one version: `_tension` and `_elongation` of several members are the largest, `_fx` and the like the
+/// sum, `_ux` and `_vx` the mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// Displacement since t = 0 [m], mean over the nodes of a group: `_ux`, `_uy`, `_uz`.
+    /// Displacement since t = 0 [m]: `_ux`, `_uy`, `_uz`; of a group its mean, `_ux_mean`.
     Displacement,
-    /// Velocity [m/s], mean over the nodes of a group: `_vx`, `_vy`, `_vz`.
+    /// Velocity [m/s]: `_vx`, `_vy`, `_vz`; of a group its mean, `_vx_mean`.
     Velocity,
-    /// Force of the supports on the structure [N], sum over a group: `_fx`, `_fy`, `_fz`. Its value
-    /// is the mean over the window, its extremes are those of single steps.
+    /// Force of the supports on the structure [N]: `_fx`, `_fy`, `_fz`; of a group its sum, `_fx_sum`, and the smallest and
+    /// largest magnitude at one node, `_force_min`, `_force_max`. A row has means over it (in statics values at its end),
+    /// measures have those of single steps.
     Force,
-    /// Largest axial force [N] of the elements at the point, of the part or the group of elements of that name, or of
-    /// those with all nodes in a group of nodes: `_tension`.
+    /// Axial force [N] of the elements at the point, of the part or the group of elements of that name, or of
+    /// those with all nodes in a group of nodes; compression is negative: `_tension`; of several `_tension_min`, that of the
+    /// most compressed, and `_tension_max`. What is broken counts as 0.
     Tension,
     /// Height [m] that is left between two ropes: how far the lowest node of the group lies above the highest node of the
     /// group `above`, against gravity: `_height`. The residual height is that at the end, the measure `_height_end`.
     Height,
-    /// Largest elongation [m] against the structure as modelled, of the same elements: `_elongation`.
+    /// Elongation [m] against the structure as modelled, of the same elements: `_elongation`; of several
+    /// `_elongation_min`, `_elongation_max`.
     Elongation,
 }

@@ -1,5 +1,6 @@
 //! `[structure.generator]`: structures that are made from a few numbers.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 fn yes() -> bool {
@@ -7,7 +8,7 @@ fn yes() -> bool {
 }
 
 /// A generated structure.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Generator {
     /// Square cells of cables in the plane of x and y.
@@ -21,7 +22,7 @@ pub enum Generator {
 /// `type = "rectangular_net"`: square cells of cables in the plane of x and y.
 ///
 /// Group of elements: `net`. Groups of nodes: `edges`, `corners`, `interior`, `x_min`, `x_max`, `y_min`, `y_max`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RectangularNet {
     /// Cells in x and y.
@@ -43,7 +44,7 @@ pub struct RectangularNet {
 }
 
 /// Which nodes of a generated net are held, in all directions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Held {
     /// All nodes of the frame.
@@ -63,7 +64,7 @@ pub enum Held {
 /// only when it is stretched to a square of its perimeter, which `prestress = -0.117 E` says.
 ///
 /// Group of elements: `net`. Groups of nodes: `edges`, `interior`, `x_min`, `x_max`, `y_min`, `y_max`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RingNet {
     /// Rings in x and y.
@@ -84,7 +85,7 @@ pub struct RingNet {
 /// `type = "barrier"`: a barrier as a whole, in the manner of EAD 340059: posts, net, bearing ropes
 /// with brakes, ropes to the slope with brakes, anchors.
 ///
-/// x runs along the barrier and is 0 in its middle, y points down the slope (the way that rocks
+/// x runs along the barrier and is 0 in its middle, y points down the slope (the direction in which rocks
 /// come), z upwards; the feet stand on y = z = 0.
 ///
 /// | group of elements | made for | what |
@@ -107,7 +108,7 @@ pub struct RingNet {
 /// middle one (Geosciences 2019, 9(1), 49, section 2), 10 m each. The other lengths are chosen,
 /// within what kits of this class have (posts of 3 to 5 m), and no manufacturer's: the drawing of a
 /// kit goes before them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Barrier {
     /// Fields between posts.
@@ -150,7 +151,7 @@ impl Default for Barrier {
 }
 
 /// What the net of a barrier is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BarrierNet {
     /// Cables along both directions of the cells; cells are as long as field and height make them.

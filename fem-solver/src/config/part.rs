@@ -3,10 +3,11 @@
 //! A part says what its elements are; its `cells` say between which nodes. A mesh file or a generator gives
 //! the cells instead, in the group that bears the name of the part.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A part; `element` says of what.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "element", rename_all = "snake_case")]
 pub enum PartConfig {
     /// Cables or bars, one after the other along each cell, with hardening and rupture where stated. A triangle
@@ -41,7 +42,7 @@ fn is_zero(value: &f64) -> bool {
 macro_rules! part {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
             /// Name of the part; gauges, messages and meshes know it by that.
@@ -226,7 +227,7 @@ part! {
 }
 
 /// A group of a mesh of which no element is made.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoPart {
     /// Name of the group.

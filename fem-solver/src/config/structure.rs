@@ -2,11 +2,12 @@
 
 use super::generator::Generator;
 use super::part::{CablePart, PartConfig};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// What is built. All lengths count in the structure as it is modelled, before form finding.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StructureConfig {
     /// A mesh file, instead of `nodes` and `cables`: `.msh` (Gmsh 2.2 and 4.1, ASCII), `.inp` (CalculiX,
@@ -65,7 +66,7 @@ fn yes() -> bool {
 }
 
 /// State at t = 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FormFinding {
     /// At rest in static equilibrium under the dead load.
@@ -119,7 +120,7 @@ macro_rules! stated {
 stated!(CableEntry, CablePart);
 
 /// Properties of a cable.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CableConfig {
     /// Young's modulus [Pa].
@@ -140,7 +141,7 @@ pub struct CableConfig {
 }
 
 /// A cable between two nodes; what it does not state comes from `[structure.cable]`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CableEntry {
     /// Its two nodes, counted from 0.
@@ -184,7 +185,7 @@ pub struct Where<'a> {
 macro_rules! entry {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
             /// Nodes by number, counted from 0.
@@ -268,7 +269,7 @@ fn all_directions() -> String {
 }
 
 /// A named set of nodes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GroupEntry {
     /// Its name.

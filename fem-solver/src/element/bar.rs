@@ -23,6 +23,11 @@ impl Rupture {
     pub fn at(&self, force: f64, strain: f64) -> bool {
         force > self.force || strain > self.strain
     }
+
+    /// The larger of both over its limit; 0 where there is none.
+    pub fn share(&self, force: f64, strain: f64) -> f64 {
+        (force / self.force).max(strain / self.strain).max(0.0)
+    }
 }
 
 /// A bar between two nodes, with the kinematics of [`super::Cable`]:
@@ -149,6 +154,10 @@ impl Element for Bar {
 
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         forces[0] = if history[2] > 0.0 { f64::NAN } else { self.force(u, history) };
+    }
+
+    fn utilisation(&self, u: &[f64], force: f64) -> f64 {
+        self.rupture.share(force, self.segment(u).1)
     }
 
     fn section(&self) -> f64 {

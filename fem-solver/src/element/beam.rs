@@ -22,7 +22,7 @@
 use super::bar::Rupture;
 use super::segment::{add_block, add_consistent_mass, add_vector, vector};
 use super::turn::{self, START, TURN};
-use super::{Answer, Element, Energy};
+use super::{Answer, Element, Energy, Moments};
 use nalgebra::{Matrix3, Vector3};
 
 /// A beam between two nodes.
@@ -308,6 +308,29 @@ impl Element for Beam {
 
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         forces[0] = if history[BROKEN] > 0.0 { f64::NAN } else { self.force(&self.shape(u, history)) };
+    }
+
+    fn utilisation(&self, _u: &[f64], force: f64) -> f64 {
+        self.rupture.share(force.abs(), force.abs() / self.axial)
+    }
+
+    fn has_moments(&self) -> bool {
+        true
+    }
+
+    fn moments(&self, u: &[f64], history: &[f64]) -> Moments {
+        if history[BROKEN] > 0.0 {
+            return Moments::default();
+        }
+        let (shape, rest) = (self.shape(u, history), self.rest());
+        let bending = [0, 1].map(|plane: usize| {
+            let arcs = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])));
+            let end =
+                |i: usize| self.bending[plane] / rest * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0) * arcs[i].1;
+            [end(0), -end(1)]
+        });
+        let (twist, slope, _) = arc(shape.twist());
+        Moments { bending, torsion: self.torsion / rest * twist * slope }
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {

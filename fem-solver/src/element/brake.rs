@@ -123,6 +123,10 @@ impl Element for Brake {
         forces[0] = if history[2] > 0.0 { f64::NAN } else { self.law.stress(elongation, history).stress };
     }
 
+    fn utilisation(&self, u: &[f64], force: f64) -> f64 {
+        self.rupture.share(force, self.segment(u).1)
+    }
+
     fn elongation(&self, u: &[f64]) -> f64 {
         self.segment(u).0.length - self.span.norm()
     }

@@ -98,6 +98,13 @@ impl Cable {
         }
     }
 
+    /// Axial force at the relative displacement `w` [N]: that of [`Cable::response`] alone.
+    pub fn tension(&self, w: &Vector3<f64>) -> f64 {
+        let elastic = self.initial_pull_per_length() + self.slope() * w.dot(&(2.0 * self.span + w));
+        let q = if elastic < self.floor() { self.floor() } else { elastic };
+        q * (self.span + w).norm()
+    }
+
     /// Axial stiffness of the unstretched cable, `E A / L` [N/m].
     pub fn axial_stiffness(&self) -> f64 {
         self.young * self.area / self.length

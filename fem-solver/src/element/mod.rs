@@ -66,6 +66,23 @@ pub struct Energy {
     pub dissipated: f64,
 }
 
+/// Moments in a beam [N m].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Moments {
+    /// Bending in the plane of each cross axis, at start and end: positive where it bends the beam towards the axis.
+    pub bending: [[f64; 2]; 2],
+    /// Torsion, the same all along: positive where the end is turned right-handed about the way from the start.
+    pub torsion: f64,
+}
+
+impl Moments {
+    /// All in a row.
+    pub fn flat(&self) -> [f64; 5] {
+        let [[a, b], [c, d]] = self.bending;
+        [a, b, c, d, self.torsion]
+    }
+}
+
 /// A force on part of a structure.
 ///
 /// An element is a function of displacements and of its committed history: whatever it remembers
@@ -117,6 +134,11 @@ pub trait Element: Debug {
         self.lines().len()
     }
 
+    /// Number of different axial forces in them, those of its first lines: 1 where all carry the same.
+    fn force_count(&self) -> usize {
+        self.line_count()
+    }
+
     /// Faces that a contact sees.
     fn faces(&self) -> Vec<[usize; 3]> {
         Vec::new()
@@ -129,6 +151,21 @@ pub trait Element: Debug {
 
     /// Axial force of each of its lines [N]; `NaN` where broken.
     fn line_forces(&self, _u: &[f64], _history: &[f64], _forces: &mut [f64]) {}
+
+    /// Share of its strength that the axial force `force` [N] of a line and its strain use; 0 where it cannot break.
+    fn utilisation(&self, _u: &[f64], _force: f64) -> f64 {
+        0.0
+    }
+
+    /// Whether it is a beam, which [`Element::moments`] are of.
+    fn has_moments(&self) -> bool {
+        false
+    }
+
+    /// Moments in it; 0 where it is broken or no beam.
+    fn moments(&self, _u: &[f64], _history: &[f64]) -> Moments {
+        Moments::default()
+    }
 
     /// Section of its lines [m2], which turns their forces into stresses; 0 where it has none.
     fn section(&self) -> f64 {

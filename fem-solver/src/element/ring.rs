@@ -232,6 +232,14 @@ impl Element for Ring {
         self.radius
     }
 
+    fn force_count(&self) -> usize {
+        1
+    }
+
+    fn utilisation(&self, _u: &[f64], force: f64) -> f64 {
+        force / self.rupture
+    }
+
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         forces.fill(if history[BROKEN] > 0.0 { f64::NAN } else { self.tension(u, history) });
     }

@@ -143,6 +143,12 @@ impl SlidingCable {
         borrowed
     }
 
+    /// Green-Lagrange strain of the whole rope at the length `l`.
+    fn strain(&self, l: f64) -> f64 {
+        let rest = self.total();
+        (l * l - rest * rest) / (2.0 * rest * rest)
+    }
+
     /// Stored energy [J], counted from where it is without stress.
     fn stored(&self, shape: &Shape) -> f64 {
         if self.friction > 0.0 {
@@ -292,8 +298,7 @@ impl Element for SlidingCable {
             return false;
         }
         let shape = self.shape(u, history);
-        let (l, rest) = (shape.lengths.iter().sum::<f64>(), self.total());
-        let strain = (l * l - rest * rest) / (2.0 * rest * rest);
+        let strain = self.strain(shape.lengths.iter().sum());
         let breaks = self.rupture.at(shape.forces.iter().copied().fold(0.0, f64::max), strain);
         if breaks {
             history[BROKEN] = 1.0;
@@ -340,6 +345,11 @@ impl Element for SlidingCable {
     /// Its length is a sum of roots.
     fn coarseness(&self) -> f64 {
         self.young * self.area
+    }
+
+    fn utilisation(&self, u: &[f64], force: f64) -> f64 {
+        let lengths = self.spans.iter().enumerate().map(|(i, s)| Segment::new(s, u, i, i + 1, 3).length);
+        self.rupture.share(force, self.strain(lengths.sum()))
     }
 
     fn section(&self) -> f64 {

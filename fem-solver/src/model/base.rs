@@ -10,6 +10,7 @@ use crate::config::structure::StructureConfig;
 use crate::read::mesh::{Element, ElementGroup, Kind, Mesh};
 use crate::read::read;
 use interface_defs::mesh::Group;
+use interface_defs::toolkit::explain::suggestion;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -27,6 +28,8 @@ pub struct Base {
     pub cells: Vec<Vec<Cell>>,
     /// Number of elements of the mesh, and named sets of them.
     pub elements: (usize, Vec<ElementGroup>),
+    /// Numbers of the elements in the mesh file; empty where there is none.
+    pub element_numbers: Vec<u64>,
     /// Named sets of nodes.
     pub groups: Vec<Group>,
     /// Nodes that are held in all directions.
@@ -126,9 +129,12 @@ impl Base {
                         format!("the lines of `{}` make no ropes: {}", part.head().0, fault.words(&mesh));
                     scene
                         .invalid(&format!("structure.parts.{i}.name"), what)
-                        .try_instead("put ropes that meet into groups of their own")
+                        .try_instead("put ropes that share nodes into groups of their own")
                 })?;
             }
+        }
+        if table.mesh.is_some() {
+            base.element_numbers = mesh.elements.iter().map(|e| e.number).collect();
         }
         base.elements = (mesh.elements.len(), mesh.element_groups);
         base.nodes = mesh.nodes;
@@ -241,12 +247,12 @@ fn owners(
                     .try_instead("leave out `cells`, or choose another name"));
             }
             (None, true) => {
-                let names: Vec<_> = mesh.element_groups.iter().map(|g| format!("`{}`", g.name)).collect();
-                let known = if names.is_empty() { "there are none".into() } else { names.join(", ") };
-                let what = format!("there is no group of elements `{name}`");
+                let names: Vec<_> = mesh.element_groups.iter().map(|g| g.name.as_str()).collect();
+                let known = suggestion(name, &names).unwrap_or_default();
+                let none = "the mesh has no groups of elements: name them in the program that made it".into();
                 return Err(scene
-                    .invalid(&key, what)
-                    .try_instead(format!("groups of elements here: {known}")));
+                    .invalid(&key, format!("there is no group of elements `{name}`"))
+                    .try_instead(if names.is_empty() { none } else { known }));
             }
         };
         for element in &group.elements {

@@ -8,6 +8,7 @@ use crate::config::structure::{CableConfig, Stated, StructureConfig, Where};
 use crate::config::{Config, not_negative, positive};
 use crate::element::{Cable, PointMass, Spring};
 use interface_defs::mesh::Group;
+use interface_defs::toolkit::explain::suggestion;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -24,6 +25,7 @@ impl Model {
             cables: Vec::new(),
             elements: Vec::new(),
             parts: Vec::new(),
+            part_count: table.parts.len(),
             turning: Vec::new(),
             turning_number: Vec::new(),
             inertia: Vec::new(),
@@ -41,6 +43,7 @@ impl Model {
             groups: base.groups,
             nodes: base.nodes,
             numbers: base.numbers,
+            element_numbers: Default::default(),
             warnings: base.warnings,
         };
         not_negative(scene, "structure.damping", table.damping, "1/s")?;
@@ -48,6 +51,7 @@ impl Model {
         let mut made = vec![Made::default(); base.elements.0];
         model.add_cables(scene, table, &base.lines, &mut made)?;
         model.add_parts(scene, table, &base.cells, &mut made)?;
+        model.number_elements(&base.element_numbers, &made);
         model.name_elements(base.elements.1, &made);
         model.number_rotations();
         for node in base.held {
@@ -77,6 +81,7 @@ impl Model {
                 (0..model.nodes.len()).filter(|n| model.fully_held(*n)).map(|n| n as u32).collect();
             model.groups.push(Group { name: "supports".into(), nodes: held });
         }
+        crate::gate::judge(scene, config, &mut model)?;
         Ok(model)
     }
 
@@ -325,28 +330,35 @@ impl Model {
             }
             Where { nodes: None, group: Some(name), at: None } => {
                 let group = self.groups.iter().find(|g| g.name == name).ok_or_else(|| {
-                    let names: Vec<_> = self.groups.iter().map(|g| format!("`{}`", g.name)).collect();
-                    let known = if names.is_empty() { "there are none".into() } else { names.join(", ") };
+                    let names: Vec<_> = self.groups.iter().map(|g| g.name.as_str()).collect();
+                    let known = suggestion(name, &names).unwrap_or_default();
                     scene
                         .invalid(&format!("{key}.group"), format!("there is no group `{name}`"))
-                        .try_instead(format!("groups here: {known}"))
+                        .try_instead(if names.is_empty() { "there are no groups here".into() } else { known })
                 })?;
                 Ok(group.nodes.iter().map(|n| *n as usize).collect())
             }
             Where { nodes: None, group: None, at: Some(point) } => {
                 let point = Vector3::from(point);
-                let nearest = (0..self.nodes.len())
-                    .min_by(|a, b| {
-                        let distance = |n: &usize| (self.nodes[*n] - point).norm_squared();
-                        distance(a).total_cmp(&distance(b))
-                    })
-                    .filter(|n| (self.nodes[*n] - point).norm() <= self.reach(*n));
-                nearest.map(|n| vec![n]).ok_or_else(|| {
-                    let what = format!("no node of the structure stands at ({}, {}, {})", point.x, point.y, point.z);
-                    scene.invalid(&format!("{key}.at"), what).try_instead(
-                        "points count in the structure as modelled, before form finding; half a cable's length is tolerated",
-                    )
-                })
+                let distance = |n: &usize| (self.nodes[*n] - point).norm();
+                let nearest = (0..self.nodes.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+                match nearest {
+                    Some(node) if distance(&node) <= self.reach(node) => Ok(vec![node]),
+                    _ => {
+                        let near = nearest.map_or_else(String::new, |n| {
+                            format!(
+                                "; the nearest, node {}, is {:.4} m away",
+                                self.node_name(n),
+                                distance(&n)
+                            )
+                        });
+                        let [x, y, z] = [point.x, point.y, point.z];
+                        let what = format!("no node of the structure stands at ({x}, {y}, {z}){near}");
+                        Err(scene.invalid(&format!("{key}.at"), what).try_instead(
+                            "points count in the structure as modelled, before form finding; half a cable's length is tolerated",
+                        ))
+                    }
+                }
             }
             _ => Err(scene.invalid(key, "name the nodes by exactly one of nodes, group and at")),
         }

@@ -8,6 +8,7 @@
 mod base;
 mod build;
 mod generator;
+mod names;
 pub mod numbering;
 mod parts;
 mod ropes;
@@ -30,6 +31,8 @@ pub struct Model {
     pub elements: Vec<AnyElement>,
     /// Named sets of elements: the parts of the scene, then the other groups of the mesh.
     pub parts: Vec<Part>,
+    /// How many of them are parts of the scene.
+    pub part_count: usize,
     /// Nodes that have rotations, in order.
     pub turning: Vec<usize>,
     /// Number of each node among those that have rotations.
@@ -62,6 +65,9 @@ pub struct Model {
     pub groups: Vec<Group>,
     /// Numbers of the nodes in the mesh file, by which messages call them; empty where there is none.
     pub numbers: Vec<u64>,
+    /// Numbers of the elements in the mesh file, of [`Model::elements`] and of [`Model::cables`]; none without a file, or
+    /// where one is of several elements of the file.
+    pub element_numbers: [Vec<Option<u64>>; 2],
     /// What the user should know of how it was built.
     pub warnings: Vec<String>,
 }
@@ -214,20 +220,6 @@ impl Model {
             e.lines().into_iter().map(move |line| (line, radius))
         });
         cables.chain(others)
-    }
-
-    /// Element number `element` in words: its part, which of it, its first and last node.
-    pub fn element_name(&self, element: usize) -> String {
-        let part = self.parts.iter().find(|p| p.elements.contains(&element));
-        let nodes = self.elements[element].nodes();
-        let [first, last] = [nodes[0], nodes[nodes.len() - 1]].map(|node| self.node_name(node));
-        match part {
-            Some(part) => {
-                let number = element - part.elements[0];
-                format!("`{}` (element {number} of it, node {first} to node {last})", part.name)
-            }
-            None => format!("an element (node {first} to node {last})"),
-        }
     }
 
     /// The interface mesh with the nodes displaced by `u`.

@@ -145,7 +145,7 @@ fn a_part_that_no_element_is_there_for_is_refused_with_its_name_and_kind() {
         (
             "{ name = \"posts\", element = \"none\" },",
             "{ name = \"post\", element = \"none\" },",
-            "groups of elements here: `net`, `posts`",
+            "did you mean `posts`? known here: `net`, `posts`",
         ),
         (
             "{ name = \"top_rope\", element = \"cable\" }",

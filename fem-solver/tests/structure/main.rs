@@ -7,12 +7,16 @@ mod contract;
 mod dynamics;
 mod elements;
 mod extremes;
+mod fields;
 mod forms;
+mod gate;
 mod generated;
+mod groups;
 mod input;
 mod meshes;
 mod mutations;
 mod statics;
+mod verdict;
 
 use interface_defs::toolkit::alloc::CountingAllocator;
 

@@ -217,7 +217,7 @@ fn each_fault_of_a_binding_is_named_with_its_place() {
         (
             format!("mesh = \"mixed.inp\"\nparts = [{{ name = \"rop\", element = \"cable\" }}]\n{CABLE}"),
             "test.toml:5:",
-            "groups of elements here: `rope`, `skin`",
+            "did you mean `rope`? known here: `rope`, `skin`",
         ),
         (
             format!("mesh = \"mixed.inp\"\nparts = [{skin}, {skin}]\n{CABLE}"),
@@ -249,7 +249,7 @@ fn each_fault_of_a_binding_is_named_with_its_place() {
         (
             format!("mesh = \"mixed.inp\"\nparts = [{skin}]\n{CABLE}\nsupports = [{{ group = \"end\" }}]"),
             "test.toml:7:",
-            "groups here: `ends`",
+            "did you mean `ends`? known here: `ends`",
         ),
         (
             format!(

@@ -62,7 +62,7 @@ impl Caller {
             let (next, more_bytes) = self.exchange(self.empty(), &[], wait)?;
             if (next.part, next.parts) != (part + 1, header.parts) {
                 return Err(self.broken(format!(
-                    "sent part {} of {} where part {} of {} was due",
+                    "sent part {} of {} where part {} of {} was expected",
                     next.part,
                     next.parts,
                     part + 1,

@@ -100,20 +100,23 @@ impl Domain {
         let home = Home::create(&self.home)?;
         // A cleaner or a waiting solver may look at the lock for an instant: try for a while.
         for _ in 0..100 {
-            let lock = home.lock(&self.run, true)?;
-            if let Some(lock) = lock
-                && lock.try_lock().is_ok()
+            if let Some(lock) = home.lock(&self.run, true)?
+                && lock.try_lock_shared().is_ok()
                 && home.is_lock(&self.run, &lock)
             {
+                // Shared: nobody else owns the run, and no solver sees an owner yet, whose first files would be taken for
+                // those of a dead run.
                 home.remove_remains(&self.run);
                 if home.has_remains(&self.run) {
                     let place = self.home.join(&self.run.0);
                     return Err(Failure::Transport(format!(
-                        "{} is in the way and cannot be removed",
+                        "{} exists already and cannot be removed",
                         place.display()
                     )));
                 }
-                return Ok(lock);
+                if lock.try_lock().is_ok() && home.is_lock(&self.run, &lock) {
+                    return Ok(lock);
+                }
             }
             std::thread::sleep(Duration::from_millis(5));
         }
@@ -230,6 +233,31 @@ mod tests {
         assert!(home.lock(&domain.run, false).unwrap().is_none());
     }
 
+    /// A solver that waits for its coupler makes its first files the moment it sees an owner: they are no remains.
+    #[test]
+    fn a_solver_that_joins_at_once_is_not_taken_for_a_dead_run() {
+        let temp = tempfile::tempdir().unwrap();
+        for turn in 0..100 {
+            let id: RunId = format!("r{turn}").parse().unwrap();
+            let domain = Domain::within(temp.path().join("home"), &id).unwrap();
+            let solver = domain.clone();
+            let files = temp.path().join("home").join(&id.0);
+            let joined = std::thread::spawn({
+                let files = files.clone();
+                move || {
+                    while !solver.is_owned() {
+                        std::thread::yield_now();
+                    }
+                    std::fs::create_dir(files)
+                }
+            });
+            let lock = domain.own().unwrap();
+            joined.join().unwrap().unwrap();
+            assert!(files.exists(), "turn {turn}");
+            drop(lock);
+        }
+    }
+
     /// Where another user may have been first, a run ends with a message: it neither hangs nor removes anything.
     #[test]
     fn a_run_whose_places_are_taken_is_refused_by_name() {
@@ -245,7 +273,7 @@ mod tests {
         drop(domain("home").own().unwrap());
         std::fs::write(temp.path().join("home/r"), "kept").unwrap();
         let refused = domain("home").own().unwrap_err().to_string();
-        assert!(refused.contains("home/r is in the way"), "{refused}");
+        assert!(refused.contains("home/r exists already"), "{refused}");
         assert_eq!(std::fs::read(temp.path().join("home/r")).unwrap(), b"kept");
     }
 }

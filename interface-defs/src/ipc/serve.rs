@@ -3,7 +3,7 @@
 use super::channel::{self, Bell, Channels};
 use super::control::{FRAME, Listener};
 use super::domain::{Domain, RunId, check_space};
-use super::wait::{Patience, Wait, is_orphan};
+use super::wait::{Patience, Wait, absent, is_orphan};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FaultKind, FromSolver, Statistics, ToSolver};
@@ -12,6 +12,7 @@ use crate::solver::Solver;
 use iceoryx2::port::server::Server;
 use iceoryx2::prelude::ipc;
 use std::cell::RefCell;
+use std::ffi::OsString;
 use std::time::{Duration, Instant};
 
 type FieldServer = Server<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
@@ -34,7 +35,9 @@ pub struct Connection {
 impl Connection {
     /// What the coupler, the launcher and `run.sh` append to a solver's command line; other
     /// arguments are passed over.
-    pub fn from_args(mut args: impl Iterator<Item = String>) -> Result<Self, String> {
+    pub fn from_args<A: Into<OsString>>(args: impl Iterator<Item = A>) -> Result<Self, String> {
+        // A path that is no text belongs to an option that is passed over here.
+        let mut args = args.map(|arg| arg.into().to_string_lossy().into_owned());
         let mut connection = Self {
             run: RunId::new(),
             name: String::new(),
@@ -159,12 +162,7 @@ fn wait_for_coupler(domain: &Domain, connection: &Connection) -> Result<(), Fail
             return Err(Failure::Interrupted);
         }
         if waited > connection.timeout {
-            return Err(Failure::Silent {
-                solver: "the coupler".into(),
-                during: format!("at the start: run {} has no coupler", connection.run),
-                waited: waited.as_secs_f64(),
-                deadline: connection.timeout.as_secs_f64(),
-            });
+            return Err(absent("the coupler", waited, connection.timeout));
         }
         if waited.as_secs() / 2 > said {
             said = waited.as_secs() / 2;

@@ -7,11 +7,27 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::prelude::ipc;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long to yield before sleeping, with [`Wait::Yield`]: longer than the partners of a quick run are at work, as
+/// How long to look again and again before sleeping: longer than the partners of a quick run are at work, as
 /// falling asleep and being woken costs more than a hundred looks.
 const YIELDING: Duration = Duration::from_micros(500);
+
+/// A look that takes longer than this was interrupted: the processor has other work. On a free machine one takes about
+/// a microsecond, and one that yields to a partner of the run a few.
+const LONG: Duration = Duration::from_micros(50);
+
+/// How many times as long as such a look the waits that follow sleep at once. What trying again costs is bounded
+/// by its inverse, 5 %.
+const REST: u32 = 20;
+
+/// Until when waits sleep at once [ns after [`ORIGIN`]]. One for the process: what it stands for is the machine.
+static BUSY_UNTIL: AtomicU64 = AtomicU64::new(0);
+
+/// First wait of the process.
+static ORIGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
 
 /// How often a waiting process looks after its partner, its parent and the user.
 const TICK: Duration = Duration::from_millis(100);
@@ -25,10 +41,13 @@ const GRACE: Duration = Duration::from_secs(1);
 /// How to wait for an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wait {
-    /// Sleep until woken: no processor time, some 60 us more per exchange. For oversubscribed machines.
-    Event,
-    /// Look again for half a millisecond, yielding the processor in between, then sleep: the fastest on a free machine.
+    /// Look again for half a millisecond, yielding the processor in between, then sleep until woken. As soon as the
+    /// processor turns out to have other work, sleep at once, and try again later: as fast as the better of the two below.
     #[default]
+    Auto,
+    /// Sleep until woken, always. Kept for one version.
+    Event,
+    /// Look again first, always, however busy the machine. Kept for one version.
     Yield,
 }
 
@@ -37,9 +56,10 @@ impl FromStr for Wait {
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
+            "auto" => Ok(Self::Auto),
             "event" => Ok(Self::Event),
             "yield" => Ok(Self::Yield),
-            _ => Err(format!("unknown wait \"{text}\", expected `event` or `yield`")),
+            _ => Err(format!("unknown wait \"{text}\", expected `auto`, `event` or `yield`")),
         }
     }
 }
@@ -47,6 +67,7 @@ impl FromStr for Wait {
 impl fmt::Display for Wait {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
+            Self::Auto => "auto",
             Self::Event => "event",
             Self::Yield => "yield",
         })
@@ -61,6 +82,11 @@ pub(crate) fn is_orphan(supervisor: u32) -> bool {
 /// The launcher is gone, and with it whoever wanted this run.
 pub(crate) fn launcher_lost(during: String) -> Failure {
     Failure::Lost { solver: "the launcher".into(), during }
+}
+
+/// Nobody has come who could answer.
+pub(crate) fn absent(who: &str, waited: Duration, deadline: Duration) -> Failure {
+    Failure::Absent { who: who.into(), waited: waited.as_secs_f64(), deadline: deadline.as_secs_f64() }
 }
 
 /// What ends a wait that is not answered.
@@ -88,16 +114,8 @@ impl Patience<'_> {
         mut on_tick: impl FnMut() -> Result<(), Failure>,
     ) -> Result<T, Failure> {
         let started = Instant::now();
-        if self.wait == Wait::Yield {
-            loop {
-                if let Some(answer) = poll()? {
-                    return Ok(answer);
-                }
-                if started.elapsed() > YIELDING {
-                    break;
-                }
-                std::thread::yield_now();
-            }
+        if let Some(answer) = self.look_again(started, &mut poll)? {
+            return Ok(answer);
         }
         let (mut alive_at, mut ticked_at, mut said_at) = (started, started, started);
         let mut interrupted_at = None;
@@ -130,6 +148,9 @@ impl Patience<'_> {
             }
             let waited = now - alive_at;
             if waited > self.deadline {
+                if !self.must_live {
+                    return Err(absent(self.partner, waited, self.deadline));
+                }
                 return Err(Failure::Silent {
                     solver: self.partner.into(),
                     during: (self.during)(),
@@ -147,6 +168,35 @@ impl Patience<'_> {
                 );
             }
         }
+    }
+
+    /// Poll for a while without sleeping, as far as the machine is free for it.
+    fn look_again<T>(
+        &self,
+        started: Instant,
+        poll: &mut impl FnMut() -> Result<Option<T>, Failure>,
+    ) -> Result<Option<T>, Failure> {
+        let since_origin = |at: Instant| at.saturating_duration_since(*ORIGIN).as_nanos() as u64;
+        let auto = self.wait == Wait::Auto;
+        let busy = auto && since_origin(started) < BUSY_UNTIL.load(Ordering::Relaxed);
+        if busy || self.wait == Wait::Event {
+            return Ok(None);
+        }
+        let mut looked_at = started;
+        while looked_at - started <= YIELDING {
+            if let Some(answer) = poll()? {
+                return Ok(Some(answer));
+            }
+            std::thread::yield_now();
+            let now = Instant::now();
+            let took = now - looked_at;
+            if auto && took > LONG {
+                BUSY_UNTIL.store(since_origin(now + took * REST), Ordering::Relaxed);
+                break;
+            }
+            looked_at = now;
+        }
+        Ok(None)
     }
 
     fn lost(&self, who: &str) -> Failure {

@@ -2,9 +2,11 @@
 
 use super::input_error::InputError;
 use super::screen::tell;
+use crate::mesh::InterfaceMesh;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::path::Path;
 
 /// Form of the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -30,6 +32,9 @@ pub struct CheckReport {
     /// number reads back bit for bit.
     #[serde(with = "as_toml")]
     pub resolved: toml::Table,
+    /// Of a structure: the mesh that it offers to contact at t = 0, after form finding, without masses.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interface: Option<InterfaceMesh>,
 }
 
 impl CheckReport {
@@ -66,6 +71,20 @@ impl CheckReport {
             Format::Json => tell(&(self.to_json() + "\n")),
         }
     }
+}
+
+/// The interface mesh in a JSON file, `-` for stdin.
+pub fn read_interface(path: &Path) -> Result<InterfaceMesh, InputError> {
+    let text = match path.to_str() {
+        Some("-") => std::io::read_to_string(std::io::stdin()),
+        _ => std::fs::read_to_string(path),
+    };
+    let fault = |what: String| InputError::in_file(path.display().to_string(), what);
+    let text = text.map_err(|e| fault(format!("the interface mesh cannot be read: {e}")))?;
+    let mesh: InterfaceMesh =
+        serde_json::from_str(&text).map_err(|e| fault(format!("this is no interface mesh: {e}")))?;
+    mesh.check().map_err(fault)?;
+    Ok(mesh)
 }
 
 fn finite_only<S: serde::Serializer>(numbers: &BTreeMap<String, f64>, to: S) -> Result<S::Ok, S::Error> {
@@ -116,12 +135,18 @@ mod tests {
                 .into(),
             warnings: vec!["none".into()],
             resolved: resolved.parse().expect("TOML"),
+            interface: Some(InterfaceMesh {
+                coordinates: vec![0.5, 0.0, -1e-3],
+                lines: vec![[0, 0]],
+                ..InterfaceMesh::default()
+            }),
         };
         let read = CheckReport::from_json(&report.to_json()).expect("JSON");
         report.numbers.remove("critical_step_s");
         report.resolved["dem"].as_table_mut().expect("a table").remove("limit");
         assert_eq!(read.resolved, report.resolved);
         assert_eq!((read.builds, read.warnings), (report.builds, report.warnings));
+        assert_eq!(read.interface, report.interface);
         // serde_json may be off by one unit in the last place when it reads; these numbers are for show.
         assert!((read.numbers["time_step_s"] - report.numbers["time_step_s"]).abs() <= f64::EPSILON);
         assert_eq!(read.numbers.len(), 1);

@@ -1,5 +1,6 @@
 //! Exit codes, the same in every program.
 
+use super::summary::Status;
 use std::process::{ExitCode, Termination};
 
 /// How a program ends.
@@ -12,6 +13,19 @@ pub enum Exit {
     Failed = 1,
     /// Bad input; nothing was started.
     BadInput = 2,
+    /// Computed to the end, but a bound of `[limits]` was passed.
+    Unreliable = 3,
+}
+
+impl Exit {
+    /// The code of a run that ended so.
+    pub fn of(status: Status) -> Self {
+        match status {
+            Status::Done => Self::Done,
+            Status::Unreliable => Self::Unreliable,
+            Status::Failed | Status::Interrupted => Self::Failed,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {

@@ -20,14 +20,45 @@ pub(crate) fn explain(raw: &str) -> (String, Option<String>) {
             return (format!("{ours}{got}, expected {}", expectation(expected)), None);
         }
     }
+    if let Some((found, needed)) = lengths(raw) {
+        return (format!("{found} values where {needed} are needed"), None);
+    }
     if raw.starts_with("data did not match any variant") {
         return ("this has none of the forms that are known here".into(), None);
     }
     (raw.to_owned(), None)
 }
 
+/// How many values a list has and how many it must have, of a message that says so: "an array of length 3",
+/// "3 elements in sequence".
+fn lengths(raw: &str) -> Option<(usize, usize)> {
+    let (found, expected) = raw.strip_prefix("invalid length ")?.split_once(", expected ")?;
+    let needed = expected.split(' ').find_map(|word| word.parse().ok())?;
+    Some((found.parse().ok()?, needed))
+}
+
+/// What to try where a list at `span` is too long, as `raw` says, and may hold a number that a decimal comma has cut.
+pub(crate) fn decimal_comma(root: &Spanned<DeValue>, span: &Range<usize>, raw: &str) -> Option<String> {
+    lengths(raw).filter(|(found, needed)| found > needed)?;
+    let DeValue::Array(items) = node_at(root, span)?.get_ref() else { return None };
+    let whole = |item: &Spanned<DeValue>| match item.get_ref() {
+        DeValue::Integer(number) if number.radix() == 10 => Some(number.as_str().to_owned()),
+        _ => None,
+    };
+    let numbers: Vec<_> = items.iter().map(whole).collect();
+    // Only whole numbers are cut; what stands behind the comma has no sign. Of several the last is shown.
+    let cut = |pair: &[Option<String>]| match pair {
+        [Some(before), Some(after)] if after.starts_with(|c: char| c.is_ascii_digit()) => {
+            Some(format!("{before}.{after}"))
+        }
+        _ => None,
+    };
+    let shown = numbers.windows(2).rev().find_map(cut)?;
+    Some(format!("a decimal comma? a number is written with a point: {shown}"))
+}
+
 /// "did you mean ...", with all that is known.
-pub(crate) fn suggestion<S: AsRef<str>>(name: &str, known: &[S]) -> Option<String> {
+pub fn suggestion<S: AsRef<str>>(name: &str, known: &[S]) -> Option<String> {
     if known.is_empty() {
         return Some("nothing may stand here".into());
     }
@@ -55,6 +86,9 @@ pub(crate) fn nearest<'a, S: AsRef<str>>(name: &str, known: &'a [S]) -> Option<&
 /// that its error points to the whole table: look for what the message names inside.
 pub(crate) fn pinpoint(root: &Spanned<DeValue>, span: Range<usize>, raw: &str) -> Range<usize> {
     let Some(inside) = node_at(root, &span) else { return span };
+    if let Some((length, _)) = lengths(raw) {
+        return list_of(inside, length).unwrap_or(span);
+    }
     let wanted = if let Some((name, _)) = named(raw, "unknown field `") {
         return key_span(inside, &name).unwrap_or(span);
     } else if let Some((name, _)) = named(raw, "unknown variant `") {
@@ -75,6 +109,22 @@ pub(crate) fn pinpoint(root: &Spanned<DeValue>, span: Range<usize>, raw: &str) -
     match found.as_slice() {
         [one] => one.clone(),
         _ => span,
+    }
+}
+
+/// Where the list of `length` values stands, if there is one alone.
+fn list_of(inside: &Spanned<DeValue>, length: usize) -> Option<Range<usize>> {
+    let mut found = Vec::new();
+    values(inside, &mut |value| {
+        if let DeValue::Array(items) = value.get_ref()
+            && items.len() == length
+        {
+            found.push(value.span());
+        }
+    });
+    match found.as_slice() {
+        [one] => Some(one.clone()),
+        _ => None,
     }
 }
 

@@ -2,16 +2,25 @@
 
 use crate::message::Gauge;
 use std::fs::File;
-use std::io::{self, Write};
-use std::path::Path;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Writes rows of numbers. Each row is handed to the system at once: what is written is on disk
-/// even if the process is killed a moment later.
+/// even if the process is killed a moment later. Where the disk is full, the file ends with its last whole row.
 pub struct History {
     file: File,
+    path: PathBuf,
     columns: usize,
     row: String,
+    /// Bytes of all whole rows.
+    length: u64,
+    looked_at: Instant,
 }
+
+/// How often is looked whether the file is still in its place.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// Name of a column: `<name>_<unit>`, `/` as `_per_`; the unit `1` adds nothing.
 pub fn column(name: &str, unit: &str) -> String {
@@ -30,10 +39,19 @@ pub fn gauge_column(gauge: &Gauge) -> String {
 impl History {
     /// Create the file (an old one is overwritten) with a header of `columns`.
     pub fn create(path: &Path, columns: &[String]) -> io::Result<Self> {
-        let mut header = csv::Writer::from_path(path).map_err(io::Error::from)?;
+        let mut header = csv::Writer::from_writer(Vec::new());
         header.write_record(columns).map_err(io::Error::from)?;
-        let file = header.into_inner().map_err(|e| e.into_error())?;
-        Ok(Self { file, columns: columns.len(), row: String::with_capacity(26 * columns.len()) })
+        let header = header.into_inner().map_err(|e| e.into_error())?;
+        let mut history = Self {
+            file: File::create(path)?,
+            path: path.to_owned(),
+            columns: columns.len(),
+            row: String::with_capacity(26 * columns.len()),
+            length: 0,
+            looked_at: Instant::now(),
+        };
+        history.append(&header)?;
+        Ok(history)
     }
 
     /// Append a row and hand it to the system. Numbers are written with the fewest digits that read
@@ -49,7 +67,44 @@ impl History {
         }
         self.row.pop();
         self.row.push('\n');
-        self.file.write_all(self.row.as_bytes())
+        if self.looked_at.elapsed() > LOOK {
+            self.looked_at = Instant::now();
+            self.check()?;
+        }
+        let row = std::mem::take(&mut self.row);
+        let written = self.append(row.as_bytes());
+        self.row = row;
+        written
+    }
+
+    /// Append all of `bytes` or nothing.
+    fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
+        if let Err(e) = self.file.write_all(bytes) {
+            // Part of the row may be there; shorter takes no space.
+            let cut =
+                self.file.set_len(self.length).and_then(|()| self.file.seek(SeekFrom::Start(self.length)));
+            let end =
+                if cut.is_ok() { "the file ends with its last whole row" } else { "its last row is torn" };
+            return Err(io::Error::new(e.kind(), format!("{e}; {end}")));
+        }
+        self.length += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// All rows are on the disk itself when this returns, and the file is still in its place.
+    pub fn sync(&self) -> io::Result<()> {
+        self.check()?;
+        self.file.sync_data()
+    }
+
+    /// Rows of a file that was removed go nowhere, without an error of the system.
+    fn check(&self) -> io::Result<()> {
+        let (written, named) = (self.file.metadata()?, std::fs::metadata(&self.path));
+        if named.is_ok_and(|named| (named.dev(), named.ino()) == (written.dev(), written.ino())) {
+            return Ok(());
+        }
+        let what = format!("{} was removed or replaced while the run wrote to it", self.path.display());
+        Err(io::Error::new(io::ErrorKind::NotFound, what))
     }
 }
 
@@ -108,6 +163,56 @@ mod tests {
         let mut history = History::create(&path, &["a".into(), "b".into()]).expect("created");
         history.row(&[f64::NAN, 1.0]).expect("written");
         assert_eq!(std::fs::read_to_string(path).expect("a file"), "a,b\n,1\n");
+    }
+
+    /// As on a full disk: the kernel takes a part of a row and refuses the rest.
+    #[test]
+    fn a_row_that_does_not_fit_is_not_torn() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = dir.path().join("history.csv");
+        // In a process of its own: the limit holds for all files of a process, those of other tests too.
+        let test = std::env::current_exe().expect("this test");
+        let status = std::process::Command::new(test)
+            .args(["--ignored", "--exact", "toolkit::history::tests::rows_until_the_limit"])
+            .env("ROCKFALL_LIMITED", &path)
+            .stdout(std::process::Stdio::null())
+            .status()
+            .expect("started");
+        assert!(status.success());
+        let text = std::fs::read_to_string(&path).expect("a file");
+        assert!(text.len() > 80 && text.len() <= 100 && text.ends_with('\n'), "{text}");
+        assert!(text.lines().all(|line| line.split(',').count() == 3), "{text}");
+    }
+
+    #[test]
+    #[ignore = "the inside of a_row_that_does_not_fit_is_not_torn"]
+    fn rows_until_the_limit() {
+        let path = std::env::var_os("ROCKFALL_LIMITED").expect("named by the test");
+        crate::ipc::interrupt::install();
+        let columns = ["a", "b", "c"].map(String::from);
+        let mut history = History::create(Path::new(&path), &columns).expect("created");
+        let limit = rustix::process::Rlimit { current: Some(100), maximum: Some(100) };
+        rustix::process::setrlimit(rustix::process::Resource::Fsize, limit).expect("limited");
+        let error = (0..100).find_map(|i| history.row(&[i as f64, 1.0 / 3.0, 2.0]).err()).expect("full");
+        assert!(
+            error.to_string().contains("os error") && error.to_string().contains("last whole row"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn rows_of_a_file_that_was_removed_are_not_lost_in_silence() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = dir.path().join("history.csv");
+        let mut history = History::create(&path, &["a".into()]).expect("created");
+        history.row(&[1.0]).expect("written");
+        history.sync().expect("in its place");
+        std::fs::remove_file(&path).expect("removed");
+        assert!(history.sync().expect_err("gone").to_string().contains("was removed or replaced"));
+        history.looked_at -= 2 * LOOK;
+        assert!(history.row(&[2.0]).is_err());
+        std::fs::write(&path, "another").expect("written");
+        assert!(history.sync().is_err());
     }
 
     #[test]

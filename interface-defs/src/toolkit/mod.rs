@@ -1,32 +1,42 @@
 //! What rockfall's own programs share beside the contract. A foreign solver needs none of it.
 //!
 //! - [`scene`]: scene text, its tables, and where in the file a value stands
+//! - [`schema`]: what a program reads and writes, for editors and the reference
 //! - [`input_error`]: bad input as one message, with position and excerpt
+//! - [`input_file`]: what stands at the path of an input file
 //! - [`output`]: the table `[output]`
 //! - [`program`]: the `main` of a solver: run, check, serve
 //! - [`progress`]: lines from which a launcher draws its bar
 //! - [`check`]: what a program answers to `check`
 //! - [`history`], [`summary`], [`vtu`]: result files
-//! - [`run_dir`]: the directory of a run
+//! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: files that are whole or not there
 //! - [`energy`]: the balance of energy, from gauges by role
+//! - [`limits`]: bounds of trust, and who passes them
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
 
 pub mod alloc;
 pub mod check;
 pub mod counted;
 pub mod energy;
+mod exact;
 pub mod exit;
-mod explain;
+pub mod explain;
+pub mod files;
 pub mod history;
 pub mod input_error;
+pub mod input_file;
+pub mod limits;
 pub mod log;
 pub mod output;
 mod overrides;
+pub mod owner;
 pub mod program;
 pub mod progress;
 pub mod run_dir;
 pub mod scene;
+pub mod schema;
 pub mod screen;
 mod solo;
 pub mod summary;
+mod table;
 pub mod vtu;

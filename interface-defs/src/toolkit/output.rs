@@ -2,6 +2,7 @@
 
 use super::input_error::InputError;
 use super::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What is written, and how often. An interval that is absent writes nothing.
@@ -16,11 +17,15 @@ pub struct Output {
     pub iterations: bool,
 }
 
-#[derive(Default, Deserialize)]
+/// What is written, and how often.
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Table {
+pub(crate) struct Table {
+    /// Interval of the rows of `history.csv` in a run without a coupler [s]. Default: `end_time / 200`.
     interval: Option<f64>,
+    /// Interval of the field files in `fields/` [s]. Default: none are written.
     fields: Option<f64>,
+    /// Whether the coupler writes `iterations.csv`.
     #[serde(default)]
     iterations: bool,
 }

@@ -1,28 +1,38 @@
 //! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
 
 pub use super::check::CheckReport;
-use super::check::Format;
+use super::check::{self, Format};
 use super::counted::Counted;
 use super::exit::Exit;
 use super::input_error::InputError;
+use super::limits::Limits;
 use super::log::{self, LogFormat};
+use super::owner::{self, Claim, Owner};
 use super::progress::{self, Reporter};
 use super::run_dir;
 use super::scene::Scene;
-use super::screen::complain;
+pub use super::schema::Share;
+use super::screen::{complain, tell};
 use super::solo::{self, Stage};
-use super::summary::Status;
+use super::summary::{Status, Summary};
 use crate::ipc::serve::{self, Connection};
+use crate::ipc::wait::is_orphan;
 use crate::ipc::{RunId, Wait, interrupt};
+use crate::mesh::InterfaceMesh;
+use crate::message::{Fault, Hello, Plan, Ready, Statistics};
 use crate::participant::Failure;
-use crate::solver::Solver;
+use crate::solver::{OnProgress, Solver, Window};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Makes the solver of a scene.
 pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, InputError>;
+
+/// Says what a solver would build of a scene.
+pub type Check = fn(&Scene, Option<&InterfaceMesh>) -> Result<CheckReport, InputError>;
 
 /// What a solver's program is made of.
 pub struct Program {
@@ -34,8 +44,10 @@ pub struct Program {
     pub about: &'static str,
     /// Make the solver of a scene.
     pub build: Build,
-    /// Say what it would build.
-    pub check: fn(&Scene) -> Result<CheckReport, InputError>,
+    /// Say what it would build; with the mesh that the structure offers to contact, if that is known.
+    pub check: Check,
+    /// Say what it reads of a scene and what it writes.
+    pub schema: fn() -> Share,
 }
 
 /// A subcommand of one program, beside those that all solvers have.
@@ -59,7 +71,7 @@ pub struct Options {
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Form of the log lines on stderr; RUST_LOG=debug tells more
+    /// Form of the log lines on stderr; RUST_LOG=debug prints more
     #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
     log_format: LogFormat,
 }
@@ -95,7 +107,13 @@ enum Command {
         /// Form of the answer
         #[arg(long, value_enum, default_value_t, value_name = "FORM")]
         format: Format,
+        /// Interface mesh of the structure (JSON, `interface` of its own check), `-`: from stdin
+        #[arg(long, value_name = "FILE")]
+        interface: Option<PathBuf>,
     },
+    /// Print the JSON schema of the tables that it reads: its share of `rockfall schema`
+    #[command(hide = true)]
+    Schema,
     /// Take part in a run that a coupler leads
     Serve {
         #[command(flatten)]
@@ -114,7 +132,7 @@ enum Command {
         /// Longest time without a sign of life from the coupler [s]
         #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds, help_heading = "Connection")]
         timeout: f64,
-        /// How to wait for a request: `yield` is the fastest, `event` leaves the processor to others
+        /// How to wait for a request; `yield` and `event` are kept for one version: `auto` is as fast as the better of them
         #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
         wait: Wait,
         /// Process whose end ends this one
@@ -149,7 +167,7 @@ struct Savings {
 pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(s) if s > 0.0 && Duration::try_from_secs_f64(s).is_ok() => Ok(s),
-        _ => Err("a number of seconds above 0 is due".into()),
+        _ => Err("it must be a number of seconds above 0".into()),
     }
 }
 
@@ -177,8 +195,9 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
         Ok(cli) => cli,
         Err(e) => e.exit(),
     };
-    let tell = !matches!(cli.command, Command::Run { quiet: true, .. } | Command::Check { .. });
-    log::init(cli.log_format, tell);
+    let hint =
+        !matches!(cli.command, Command::Run { quiet: true, .. } | Command::Check { .. } | Command::Schema);
+    log::init(cli.log_format, hint);
     guarded(|| execute(program, &cli.command))
 }
 
@@ -197,30 +216,41 @@ fn guarded(work: impl FnOnce() -> Result<Exit, InputError>) -> ExitCode {
 
 fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
     match command {
-        Command::Check { input, format } => {
-            (program.check)(&input.load()?)?.print(*format);
+        Command::Check { input, format, interface } => {
+            let mesh = interface.as_deref().map(check::read_interface).transpose()?;
+            let scene = input.load()?;
+            Limits::of(&scene)?;
+            (program.check)(&scene, mesh.as_ref())?.print(*format);
+            Ok(Exit::Done)
+        }
+        Command::Schema => {
+            tell(&((program.schema)().to_json() + "\n"));
             Ok(Exit::Done)
         }
         Command::Run { input, out, force, quiet, progress, supervisor, savings } => {
             let scene = input.load()?;
+            let limits = Limits::of(&scene)?;
             let out = run_dir::location(out.as_deref(), &scene);
             let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
             let mut solver = (program.build)(&scene, &options)?;
-            run_dir::prepare(&out, *force)?;
+            let claim = Claim { force: *force, run: None, supervisor: *supervisor };
+            let owner = Arc::new(Owner::claim(&out, &claim)?);
+            owner
+                .write_record()
+                .map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
             interrupt::install();
+            end_in_time(&owner, *supervisor);
             let reporter = Reporter::new(*progress);
-            let mut stage = Stage { role: program.role, out: &out, supervisor: *supervisor, reporter };
+            let mut stage =
+                Stage { role: program.role, owner: &owner, supervisor: *supervisor, limits, reporter };
             let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
             if !quiet {
-                summary.print_table();
+                summary.print_table(&out);
             }
-            match summary.status {
-                Status::Done => Ok(Exit::Done),
-                Status::Failed | Status::Interrupted => {
-                    complain(summary.message.as_deref().unwrap_or("the run failed"));
-                    Ok(Exit::Failed)
-                }
+            if summary.status != Status::Done {
+                complain(summary.message.as_deref().unwrap_or("the run failed"));
             }
+            Ok(Exit::of(summary.status))
         }
         Command::Serve { input, out, savings, run, part, timeout, wait, supervisor } => {
             interrupt::install();
@@ -233,10 +263,12 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             };
             let built = input.load().and_then(|scene| {
                 let out = run_dir::location(out.as_deref(), &scene);
-                (program.build)(&scene, &Options { out: Some(out), shortcuts: !savings.no_shortcuts })
+                let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
+                let solver = Counted::new((program.build)(&scene, &options)?);
+                Ok(Guest { solver, out, run: run.clone(), scene: scene.fingerprint() })
             });
             match built {
-                Ok(solver) => Ok(ended(serve::serve(&mut Counted::new(solver), &connection))),
+                Ok(mut solver) => Ok(ended(serve::serve(&mut solver, &connection))),
                 Err(error) => {
                     complain(&error.to_string());
                     // The coupler would wait for a solver that never comes: tell it why.
@@ -246,6 +278,79 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             }
         }
     }
+}
+
+/// A solver that takes part in a run: it writes only into a directory that no other run owns.
+struct Guest {
+    solver: Counted<Box<dyn Solver>>,
+    out: PathBuf,
+    run: RunId,
+    /// Fingerprint of the scene, which all programs of the run compare.
+    scene: String,
+}
+
+impl Solver for Guest {
+    fn hello(&self) -> Hello {
+        let mut hello = self.solver.hello();
+        hello.capabilities.push(self.scene.clone());
+        hello
+    }
+
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
+        owner::refuse_stranger(&self.out, &self.run).map_err(Fault::input)?;
+        self.solver.prepare(plan, progress)
+    }
+
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        self.solver.solve(window, input, output)
+    }
+
+    fn commit(&mut self) -> Result<(), Fault> {
+        self.solver.commit()
+    }
+
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        self.solver.finish()
+    }
+}
+
+/// What a solver at work is given to end by itself after a signal, or without its launcher.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// From now on a run of this process alone ends in time, in the middle of a window too, which may compute for hours and
+/// looks at nothing else meanwhile. Between windows the run ends by itself, and with all its measures.
+fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
+    // Weak: the directory is given up where the run ends, and not with the process.
+    let owner = Arc::downgrade(owner);
+    std::thread::spawn(move || {
+        let mut since: Option<Instant> = None;
+        loop {
+            std::thread::sleep(Duration::from_millis(100));
+            let lost = supervisor.is_some_and(is_orphan);
+            if !lost && !interrupt::requested() {
+                continue;
+            }
+            if since.get_or_insert_with(Instant::now).elapsed() < LAST_WORDS {
+                continue;
+            }
+            let Some(owner) = owner.upgrade() else { return };
+            let (status, message) = if lost {
+                (Status::Failed, "the launcher was lost")
+            } else {
+                (Status::Interrupted, "interrupted")
+            };
+            let mut summary = Summary { message: Some(message.into()), ..Summary::new(status) };
+            summary.warnings.push("no measures: the run ended in the middle of a window".into());
+            if !owner.dir().join(run_dir::SUMMARY).exists()
+                && let Err(what) = owner.write_summary(&mut summary)
+            {
+                complain(&what);
+            }
+            owner.release();
+            complain(message);
+            std::process::exit(Exit::Failed as i32);
+        }
+    });
 }
 
 /// The exit code of a served run, its failure printed once.

@@ -1,4 +1,4 @@
-//! The directory of a run: where it lies, and that no older run is lost unasked.
+//! The directory of a run: where it lies, and that no older run is lost unasked. See [`super::owner`] for who owns it.
 
 use super::input_error::InputError;
 use super::scene::Scene;
@@ -29,15 +29,10 @@ pub fn location(out: Option<&Path>, scene: &Scene) -> PathBuf {
     out.map_or_else(|| Path::new("out").join(scene.name()), Path::to_path_buf)
 }
 
-/// Create `dir` for results. One that holds a run is refused, or with `force` freed of it: only
+/// Make the directory `dir` free for results. One that holds a run is refused, or with `force` freed of it: only
 /// files that a run wrote are removed.
-pub fn prepare(dir: &Path, force: bool) -> Result<(), InputError> {
+pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), InputError> {
     let shown = dir.display().to_string();
-    let fault =
-        |e: io::Error| InputError::in_file(shown.as_str(), format!("no results can be written here: {e}"));
-    if dir.exists() && !dir.is_dir() {
-        return Err(InputError::in_file(shown.as_str(), "this is a file, and results need a directory"));
-    }
     if !force && let Some(old) = [HISTORY, SUMMARY].into_iter().find(|name| dir.join(name).exists()) {
         return Err(InputError::in_file(
             shown.as_str(),
@@ -45,11 +40,8 @@ pub fn prepare(dir: &Path, force: bool) -> Result<(), InputError> {
         )
         .try_instead("choose another with --out, or overwrite it with --force"));
     }
-    std::fs::create_dir_all(dir).map_err(fault)?;
-    remove_results(dir).map_err(fault)?;
-    // A directory that cannot be written to is found now and not at the end.
-    let probe = dir.join(format!(".rockfall-{}", std::process::id()));
-    std::fs::write(&probe, b"").and_then(|()| std::fs::remove_file(&probe)).map_err(fault)
+    remove_results(dir)
+        .map_err(|e| InputError::in_file(shown.as_str(), format!("no results can be written here: {e}")))
 }
 
 /// Remove results of an older run.
@@ -103,6 +95,7 @@ fn is_field_file(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::toolkit::owner::{Claim, Owner};
 
     fn touch(path: PathBuf) {
         std::fs::create_dir_all(path.parent().expect("a parent")).expect("created");
@@ -113,18 +106,19 @@ mod tests {
     fn a_directory_that_holds_a_run_is_refused_and_force_removes_only_what_a_run_wrote() {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path().join("out/drop");
-        prepare(&dir, false).expect("a new directory");
-        prepare(&dir, false).expect("an empty directory");
+        let prepare = |force| Owner::claim(&dir, &Claim { force, ..Claim::default() });
+        prepare(false).expect("a new directory");
+        prepare(false).expect("an empty directory");
         for name in ["history.csv", "summary.json", "fields/rock_000001.vtu", "fields/rock.pvd"] {
             touch(dir.join(name));
         }
         for name in ["notes.txt", "fields/state.pvsm", "fields/mine.vtu"] {
             touch(dir.join(name));
         }
-        let refused = prepare(&dir, false).expect_err("holds a run").to_string();
+        let refused = prepare(false).expect_err("holds a run").to_string();
         assert!(refused.contains("holds a run already (history.csv)"), "{refused}");
         assert!(refused.contains("--force"), "{refused}");
-        prepare(&dir, true).expect("forced");
+        prepare(true).expect("forced");
         for gone in ["history.csv", "summary.json", "fields/rock_000001.vtu", "fields/rock.pvd"] {
             assert!(!dir.join(gone).exists(), "{gone}");
         }
@@ -138,7 +132,8 @@ mod tests {
         let temp = tempfile::tempdir().expect("a directory");
         touch(temp.path().join("out"));
         for place in ["out", "out/drop"] {
-            assert!(prepare(&temp.path().join(place), true).is_err(), "{place}");
+            let claim = Claim { force: true, ..Claim::default() };
+            assert!(Owner::claim(&temp.path().join(place), &claim).is_err(), "{place}");
         }
     }
 

@@ -1,13 +1,15 @@
 //! A run of one solver alone: windows of the output interval, rows from its gauges.
 
-use super::energy::Balance;
+use super::energy::{self, Balance, Energies};
 use super::history::{History, gauge_column};
 use super::input_error::InputError;
+use super::limits::{ENERGY_ERROR, Evidence, Limits, cure, percent};
 use super::output::Output;
+use super::owner::Owner;
 use super::progress::{Line, Reporter};
 use super::run_dir::HISTORY;
 use super::scene::Scene;
-use super::summary::{Status, Summary};
+use super::summary::{Status, Summary, totals};
 use crate::ipc::interrupt;
 use crate::ipc::serve::{cpu_seconds, peak_memory};
 use crate::message::{Fault, FaultKind, Gauge, Measure, Plan, Progress, Ready, Statistics};
@@ -24,9 +26,11 @@ pub(crate) struct Stage<'a> {
     /// Name of the solver's part: `dem`.
     pub role: &'a str,
     /// Directory of the results.
-    pub out: &'a Path,
+    pub owner: &'a Owner,
     /// Process whose end ends the run.
     pub supervisor: Option<u32>,
+    /// Bounds of trust.
+    pub limits: Limits,
     /// Who is told how far the run is.
     pub reporter: Reporter,
 }
@@ -76,7 +80,8 @@ struct Solo<'a> {
 /// The summary has been written when this returns `Ok`, whatever its status. An error is bad input
 /// that only the preparation could find.
 pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> Result<Summary, InputError> {
-    let out = stage.out;
+    let owner = stage.owner;
+    let out = owner.dir();
     let output = Output::of(scene)?;
     let end_time = scene.end_time()?;
     // The solver may not take windows as long as the interval of the rows.
@@ -86,7 +91,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let ready = match solver.prepare(&plan, &mut |progress| stage.preparing(end_time, &progress)) {
         Ok(ready) => ready,
         Err(fault) if fault.kind == FaultKind::Input => return Err(InputError::new(fault.message)),
-        Err(fault) => return Ok(failed_at_start(&fault, out)),
+        Err(fault) => return Ok(failed_at_start(&fault, owner)),
     };
     let prepared = started.elapsed().as_secs_f64();
     let warnings = ready.warnings.clone();
@@ -94,19 +99,22 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let outcome = Solo::new(solver, ready, out).and_then(|mut solo| {
         let outcome = solo.advance(stage, end_time, output.interval, parts as u64);
         solo.describe(&mut summary);
-        outcome
+        outcome.and_then(|()| solo.history.sync().map_err(|e| unwritable(out, &e)))
     });
     if let Err(fault) = outcome {
         (summary.status, summary.message) = ended_by(&fault);
     }
+    let gauges = std::mem::take(&mut summary.measures);
+    summary.warnings.splice(0..0, warnings);
     let statistics = solver.finish().unwrap_or_else(|fault| {
         summary.warnings.push(format!("no statistics: {fault}"));
         Statistics::default()
     });
-    summary.measures.splice(0..0, statistics.measures.iter().cloned());
-    summary.warnings.splice(0..0, warnings.into_iter().chain(statistics.warnings.iter().cloned()));
+    summary.take(&statistics);
+    summary.measures.extend(gauges);
+    stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     cost(&mut summary, stage.role, &statistics, prepared, started.elapsed().as_secs_f64());
-    write(&mut summary, out);
+    write(&mut summary, owner);
     Ok(summary)
 }
 
@@ -117,17 +125,20 @@ fn ended_by(fault: &Fault) -> (Status, Option<String>) {
     }
 }
 
-fn failed_at_start(fault: &Fault, out: &Path) -> Summary {
+fn failed_at_start(fault: &Fault, owner: &Owner) -> Summary {
     let (status, message) = ended_by(fault);
     let mut summary = Summary { message, ..Summary::new(status) };
-    write(&mut summary, out);
+    write(&mut summary, owner);
     summary
 }
 
-fn write(summary: &mut Summary, out: &Path) {
-    if let Err(e) = summary.write(out) {
+fn write(summary: &mut Summary, owner: &Owner) {
+    if let Err(what) = owner.write_summary(summary) {
         summary.status = Status::Failed;
-        summary.message = Some(format!("{}: summary.json cannot be written: {e}", out.display()));
+        summary.message = Some(match summary.message.take() {
+            Some(before) => format!("{before}\n{what}"),
+            None => what,
+        });
     }
 }
 
@@ -138,6 +149,8 @@ fn cost(summary: &mut Summary, role: &str, told: &Statistics, prepared: f64, tot
     summary.cost.insert("wall_s".into(), json!(total));
     summary.cost.insert("stages".into(), json!({ "prepare_s": prepared, "loop_s": total - prepared }));
     let process = json!({ "cpu_s": cpu, "peak_memory_bytes": memory, "counts": counts });
+    totals(&mut summary.cost, &[told]);
+    summary.cost.insert("peak_memory_bytes".into(), json!(memory));
     summary.cost.insert("processes".into(), json!({ role: process }));
 }
 
@@ -154,7 +167,7 @@ impl<'a> Solo<'a> {
             std::iter::once("time_s".into()).chain(gauges.iter().map(gauge_column)).collect();
         let history = History::create(&out.join(HISTORY), &columns).map_err(|e| unwritable(out, &e))?;
         let mut solo = Self {
-            balance: Balance::new(&gauges, ready.initial.iter().step_by(3).copied()),
+            balance: energy::has_roles(&gauges).then(|| Balance::new(energies(&gauges, &ready.initial, 0))),
             extremes: ready
                 .initial
                 .chunks_exact(3)
@@ -200,6 +213,7 @@ impl<'a> Solo<'a> {
                         ..fault
                     })?;
                 self.check_finite(&window)?;
+                self.check_energy(stage, &window)?;
                 for (so_far, g) in self.extremes.iter_mut().zip(self.values.chunks_exact(3)) {
                     if g[1] < so_far[0].value {
                         so_far[0] = Extreme { value: g[1], time: end };
@@ -210,9 +224,6 @@ impl<'a> Solo<'a> {
                 }
                 let windows = self.windows;
                 stage.reporter.report(|| Line { t: end, end: end_time, windows, ..Line::default() });
-            }
-            if let Some(balance) = &mut self.balance {
-                balance.update(self.values.iter().step_by(3).copied());
             }
             self.write_row(time(row + 1, 0))
                 .map_err(|e| Fault::broken(format!("history.csv cannot be written: {e}")))?;
@@ -236,6 +247,28 @@ impl<'a> Solo<'a> {
         }
     }
 
+    /// Book the energies of a window (a structure's prestress is no contact); an error far beyond the bound ends the run at once.
+    fn check_energy(&mut self, stage: &Stage, window: &Window) -> Result<(), Fault> {
+        let Some(balance) = &mut self.balance else { return Ok(()) };
+        let now = energies(&self.gauges, &self.values, 0);
+        balance.update(window.end(), &now, if stage.role == "dem" { now.stored } else { 0.0 });
+        balance.impact(energies(&self.gauges, &self.values, 2).kinetic);
+        let bound = stage.limits.fatal_energy_error();
+        if !balance.has_left(bound) {
+            return Ok(());
+        }
+        let (created, reference) = (balance.imbalance, balance.reference().unwrap_or(0.0));
+        let end = window.end();
+        self.write_row(end).map_err(|e| Fault::broken(format!("history.csv cannot be written: {e}")))?;
+        Err(Fault::broken(format!(
+            "the computation has diverged: at t = {end} s {created:.3e} J have come from nowhere (or are lost), {} of the \
+             {reference:.3e} J at impact, above ten times limits.energy_error = {}; {}",
+            percent(created.abs() / reference),
+            percent(stage.limits.energy_error),
+            cure(stage.role)
+        )))
+    }
+
     fn write_row(&mut self, time: f64) -> std::io::Result<()> {
         self.row.clear();
         self.row.push(time);
@@ -253,29 +286,31 @@ impl<'a> Solo<'a> {
                 summary.measures.push(Measure { name, value, unit: gauge.unit.clone(), time: Some(time) });
             }
         }
-        if let Some(balance) = &self.balance {
-            summary.energy.insert("imbalance_J".into(), json!(balance.imbalance));
-            summary.energy.insert("kinetic_max_J".into(), json!(balance.kinetic));
-            if let Some(error) = balance.error() {
-                summary.energy.insert("error".into(), json!(error));
-                if error > LARGEST_ERROR {
-                    summary.warnings.push(format!(
-                        "the energy error is {:.2} %, above {} %: {:.3e} J are made or lost, the largest kinetic energy is \
-                         {:.3e} J; a shorter time step, or a scheme that keeps the energy, is due",
-                        100.0 * error,
-                        100.0 * LARGEST_ERROR,
-                        balance.imbalance,
-                        balance.kinetic
-                    ));
-                }
-            }
-        }
+        self.describe_energy(summary);
         summary.cost.insert("windows".into(), json!(self.windows));
+    }
+    fn describe_energy(&self, summary: &mut Summary) {
+        let Some(balance) = &self.balance else {
+            summary.warnings.push("energy_error is absent: the solver does not report its energies".into());
+            return;
+        };
+        summary.energy.insert("imbalance_largest_J".into(), json!(balance.largest.0));
+        summary.energy.insert("kinetic_largest_J".into(), json!(balance.kinetic));
+        let (Some(reference), Some(value)) = (balance.reference(), balance.error()) else {
+            summary.warnings.push(energy::NOTHING_MOVED.into());
+            return;
+        };
+        summary.energy.insert("reference_J".into(), json!(reference));
+        summary.energy.insert(ENERGY_ERROR.into(), json!(value));
+        let time = Some(balance.largest.1);
+        summary.measures.push(Measure { name: ENERGY_ERROR.into(), value, unit: "1".into(), time });
     }
 }
 
-/// Energy error above which a run is not to be believed.
-const LARGEST_ERROR: f64 = 0.01;
+/// Energies of an answer: of each gauge's three numbers the one at `place` (0 value, 2 largest).
+fn energies(gauges: &[Gauge], values: &[f64], place: usize) -> Energies {
+    Energies::of(gauges.iter().map(|g| g.role).zip(values.chunks_exact(3).map(|v| v[place])))
+}
 
 fn unwritable(out: &Path, e: &std::io::Error) -> Fault {
     Fault::broken(format!("{}: history.csv cannot be written: {e}", out.display()))
@@ -286,6 +321,7 @@ mod tests {
     use super::*;
     use crate::message::{Hello, Role};
     use crate::solver::OnProgress;
+    use crate::toolkit::owner::Claim;
 
     /// A body in free fall; past `fails_at` it cannot be solved.
     struct Fall {
@@ -360,8 +396,10 @@ mod tests {
     fn run_fall(fall: &mut Fall, text: &str) -> (Summary, Vec<Vec<f64>>) {
         let dir = tempfile::tempdir().expect("a directory");
         let scene = Scene::from_text("s.toml", text).expect("TOML");
+        let owner = Owner::claim(dir.path(), &Claim::default()).expect("free");
+        let limits = Limits::of(&scene).expect("valid");
         let mut stage =
-            Stage { role: "dem", out: dir.path(), supervisor: None, reporter: Reporter::default() };
+            Stage { role: "dem", owner: &owner, supervisor: None, limits, reporter: Reporter::default() };
         let summary = run(&mut stage, fall, &scene).expect("good input");
         assert_eq!(Summary::read(dir.path()).expect("written").status, summary.status);
         let history = std::fs::read_to_string(dir.path().join(HISTORY)).expect("rows");
@@ -380,10 +418,11 @@ mod tests {
         assert!((rows[4][1] + 0.5 * G).abs() < 1e-14 * 5.0 * 10.0, "{:?}", rows[4]);
         assert_eq!((summary.status, summary.message.as_deref()), (Status::Done, None));
         let measures: Vec<_> = summary.measures.iter().map(|m| (m.name.as_str(), m.value, m.time)).collect();
-        assert_eq!(measures, [("z_min", rows[4][1], Some(1.0)), ("z_max", 1.0, Some(0.0))]);
+        assert_eq!(measures[..2], [("z_min", rows[4][1], Some(1.0)), ("z_max", 1.0, Some(0.0))]);
+        assert_eq!(measures[2].0, "energy_error");
         assert_eq!(summary.cost["windows"], 4);
         assert_eq!(summary.cost["processes"]["dem"]["counts"]["flights"], 3);
-        assert!(summary.energy["error"].as_f64().expect("a number") < 1e-14);
+        assert!(summary.energy["energy_error"].as_f64().expect("a number") < 1e-14);
     }
 
     #[test]
@@ -402,8 +441,44 @@ mod tests {
         let mut fall = Fall::new(f64::INFINITY, f64::INFINITY);
         assert!(run_fall(&mut fall, "end_time = 1.0").0.warnings.is_empty());
         let mut fall = Fall { told: 0.98, ..Fall::new(f64::INFINITY, f64::INFINITY) };
-        let warnings = run_fall(&mut fall, "end_time = 1.0").0.warnings;
-        assert!(warnings[0].starts_with("the energy error is 2.00 %, above 1 %: 1.000e0 J"), "{warnings:?}");
+        let (summary, _) = run_fall(&mut fall, "end_time = 1.0");
+        // 1 J of 50 J of potential energy is not reported: it seems created, and does not count in the 50 J of speed.
+        let error = summary.measure("energy_error").expect("a number");
+        assert!((error - 1.0 / 49.0).abs() < 1e-9, "{error}");
+        assert_eq!(summary.status, Status::Done);
+        assert!(
+            summary.warnings[0].starts_with("energy_error is 2.04 % at 1.000000 s"),
+            "{:?}",
+            summary.warnings
+        );
+        let mut fall = Fall { told: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let (summary, _) = run_fall(&mut fall, "end_time = 1.0");
+        assert_eq!(summary.status, Status::Unreliable);
+        let message = summary.message.expect("says why");
+        assert!(
+            message.starts_with(
+                "unreliable: energy_error is 25 % at 1.000000 s, above limits.energy_error = 10 %"
+            ),
+            "{message}"
+        );
+        let mut fall = Fall { told: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let (summary, _) = run_fall(&mut fall, "end_time = 1.0\nlimits.energy_error = 0.3");
+        assert_eq!(summary.status, Status::Done);
+    }
+
+    #[test]
+    fn a_run_whose_energy_explodes_ends_at_once_and_keeps_its_rows() {
+        let mut fall = Fall { told: 0.2, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let (summary, rows) = run_fall(&mut fall, "end_time = 1.0\noutput.interval = 0.1");
+        assert_eq!(summary.status, Status::Failed);
+        // Three windows in a row beyond ten times the bound, then the end.
+        assert_eq!(rows.len(), 4);
+        let message = summary.message.expect("says why");
+        assert!(
+            message.contains("diverged: at t = 0.3") && message.contains("shorten the steps"),
+            "{message}"
+        );
+        assert!((summary.measures.last().expect("told").value - 4.0).abs() < 1e-9, "{:?}", summary.measures);
     }
 
     #[test]

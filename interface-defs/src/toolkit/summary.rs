@@ -1,10 +1,10 @@
-//! `summary.json`: outcome, measures, energy, coupling, cost, warnings; and the table on the screen.
+//! `summary.json`: verdict, outcome, measures, energy, coupling, cost, warnings.
 
+use super::files;
 use super::run_dir::SUMMARY;
-use crate::message::Measure;
+use crate::message::{Measure, Statistics};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
@@ -14,17 +14,48 @@ use std::path::Path;
 pub enum Status {
     /// To its end.
     Done,
+    /// To its end, but a bound of `[limits]` was passed: not to be trusted.
+    Unreliable,
     /// It failed; what was computed until then is there.
     Failed,
     /// The user has interrupted it.
     Interrupted,
 }
 
+impl Status {
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Unreliable => "unreliable",
+            Self::Failed => "failed",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// What a warning of a solver begins with that is a sentence of the verdict.
+const VERDICT: &str = "verdict: ";
+
+/// What stands between the name of a measure and the member of a group in which it was.
+const MEMBER: &str = " @ ";
+
+/// The name of a measure, and the member of a group in which it was, of `posts_tension_min @ post 3`.
+pub fn split_member(name: &str) -> (&str, Option<&str>) {
+    name.split_once(MEMBER).map_or((name, None), |(name, member)| (name, Some(member)))
+}
+
 /// What a run came to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
+    /// What became of each rock, and what tore: one sentence each.
+    #[serde(default)]
+    pub verdict: Vec<String>,
     /// How it ended.
     pub status: Status,
+    /// Id of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub run: Option<String>,
     /// Why, unless it is done.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
@@ -45,7 +76,9 @@ impl Summary {
     /// An empty one.
     pub fn new(status: Status) -> Self {
         Self {
+            verdict: Vec::new(),
             status,
+            run: None,
             message: None,
             measures: Vec::new(),
             energy: Map::new(),
@@ -55,14 +88,41 @@ impl Summary {
         }
     }
 
-    /// Write `summary.json` to `dir`: beside, then renamed, so that nobody reads half of it.
+    /// Take in what a solver reports at the end. Of its warnings those of the verdict become the verdict.
+    pub fn take(&mut self, statistics: &Statistics) {
+        for measure in &statistics.measures {
+            self.add(measure.clone());
+        }
+        for warning in &statistics.warnings {
+            match warning.strip_prefix(VERDICT) {
+                Some(sentence) => self.verdict.push(sentence.into()),
+                None => self.warnings.push(warning.clone()),
+            }
+        }
+    }
+
+    /// Add a measure. Of a name that is there already the larger magnitude stays: it is the same
+    /// quantity, seen by two parts of a program.
+    pub fn add(&mut self, measure: Measure) {
+        let (name, _) = split_member(&measure.name);
+        match self.measures.iter_mut().find(|m| split_member(&m.name).0 == name) {
+            Some(there) if measure.value.abs() > there.value.abs() => *there = measure,
+            Some(_) => {}
+            None => self.measures.push(measure),
+        }
+    }
+
+    /// The value of a measure; `None` if it is absent.
+    pub fn measure(&self, name: &str) -> Option<f64> {
+        self.measures.iter().find(|m| split_member(&m.name).0 == name).map(|m| m.value)
+    }
+
+    /// Write `summary.json` to `dir`: as a whole or not at all.
     ///
     /// A number that is not finite is left out, and a warning names it.
     pub fn write(&self, dir: &Path) -> io::Result<()> {
         let text = serde_json::to_string_pretty(&self.finite()).map_err(io::Error::from)?;
-        let beside = dir.join(format!("{SUMMARY}.tmp"));
-        std::fs::write(&beside, text + "\n")?;
-        std::fs::rename(&beside, dir.join(SUMMARY))
+        files::write(&dir.join(SUMMARY), (text + "\n").as_bytes())
     }
 
     /// Read `summary.json` of `dir`.
@@ -94,49 +154,6 @@ impl Summary {
         out.warnings.append(&mut lost);
         out
     }
-
-    /// The short table for the screen.
-    pub fn table(&self) -> String {
-        let mut text = String::new();
-        let width = self.measures.iter().map(|m| m.name.len()).max().unwrap_or(0).max(12);
-        let status = match self.status {
-            Status::Done => "done",
-            Status::Failed => "failed",
-            Status::Interrupted => "interrupted",
-        };
-        let _ = writeln!(text, "{:width$}  {status}", "status");
-        let numbers: Vec<String> = self.measures.iter().map(|m| short_in(&m.unit, m.value)).collect();
-        let number_width = numbers.iter().map(String::len).max().unwrap_or(0);
-        for (m, number) in self.measures.iter().zip(&numbers) {
-            let unit = if m.unit == "1" { "" } else { &m.unit };
-            let time = m.time.map_or(String::new(), |t| format!("at {} s", short(t)));
-            let line = format!("{:width$}  {number:>number_width$} {unit:<4} {time}", m.name);
-            let _ = writeln!(text, "{}", line.trim_end());
-        }
-        for (name, section) in [("energy", &self.energy), ("coupling", &self.coupling), ("cost", &self.cost)]
-        {
-            let parts: Vec<String> = section
-                .iter()
-                .filter_map(|(key, value)| match value {
-                    Value::Number(n) => Some(format!("{key} {}", short(n.as_f64()?))),
-                    Value::String(s) => Some(format!("{key} {s}")),
-                    _ => None,
-                })
-                .collect();
-            if !parts.is_empty() {
-                let _ = writeln!(text, "{name:width$}  {}", parts.join(", "));
-            }
-        }
-        for warning in &self.warnings {
-            let _ = writeln!(text, "warning: {warning}");
-        }
-        text
-    }
-
-    /// Print the short table on stdout.
-    pub fn print_table(&self) {
-        super::screen::tell(&self.table());
-    }
 }
 
 /// Six significant digits, for a reader.
@@ -148,11 +165,24 @@ pub fn short(value: f64) -> String {
     if (1e-4..1e7).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
-/// The same; of metres to the millimetre where that is more: coordinates of a survey are large.
-fn short_in(unit: &str, value: f64) -> String {
-    // From here on six digits are coarser than a millimetre.
-    let large = value.is_finite() && value.abs() >= 999.999_5;
-    if unit == "m" && large { ((value * 1000.0).round() / 1000.0).to_string() } else { short(value) }
+/// Three significant digits, for a reader.
+pub fn three(value: f64) -> String {
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    short(rounded)
+}
+
+/// Counts of work done and skipped, over all solvers, and their peak memory: what `cost` shows beside each process.
+pub fn totals(cost: &mut Map<String, Value>, solvers: &[&Statistics]) {
+    for solver in solvers {
+        for (name, count) in solver.counts.iter().filter(|(name, _)| !name.starts_with("allocations")) {
+            let so_far = cost.get(name).and_then(Value::as_u64).unwrap_or(0);
+            cost.insert(name.clone(), (so_far + count).into());
+        }
+    }
+    let memory = solvers.iter().map(|solver| solver.peak_memory).max().unwrap_or(0);
+    if memory > 0 {
+        cost.insert("peak_memory_bytes".into(), memory.into());
+    }
 }
 
 /// A float that is not finite has become null: drop it and say so.
@@ -174,6 +204,7 @@ fn drop_null(name: &str, map: &mut Map<String, Value>, lost: &mut Vec<String>) {
 }
 
 mod measures {
+    use super::{MEMBER, split_member};
     use crate::message::Measure;
     use serde::de::{MapAccess, Visitor};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -184,15 +215,17 @@ mod measures {
         value: f64,
         unit: String,
         #[serde(default, skip_serializing_if = "Option::is_none")]
+        member: Option<String>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
         time_s: Option<f64>,
     }
 
     pub fn serialize<S: Serializer>(measures: &[Measure], to: S) -> Result<S::Ok, S::Error> {
-        to.collect_map(
-            measures
-                .iter()
-                .map(|m| (&m.name, Entry { value: m.value, unit: m.unit.clone(), time_s: m.time })),
-        )
+        to.collect_map(measures.iter().map(|m| {
+            let (name, member) = split_member(&m.name);
+            let member = member.map(String::from);
+            (name, Entry { value: m.value, unit: m.unit.clone(), member, time_s: m.time })
+        }))
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Measure>, D::Error> {
@@ -207,6 +240,7 @@ mod measures {
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
                 let mut out = Vec::new();
                 while let Some((name, entry)) = map.next_entry::<String, Entry>()? {
+                    let name = entry.member.map_or(name.clone(), |member| format!("{name}{MEMBER}{member}"));
                     out.push(Measure { name, value: entry.value, unit: entry.unit, time: entry.time_s });
                 }
                 Ok(out)
@@ -250,15 +284,34 @@ mod tests {
     }
 
     #[test]
-    fn the_table_is_short_and_names_value_unit_and_time() {
-        let mut summary = Summary::new(Status::Interrupted);
-        summary.measures = vec![measure("max_deflection", 0.351_234_567, Some(0.5))];
-        summary.cost.insert("wall_s".into(), 0.25.into());
-        summary.measures.push(measure("rest_x", 2_600_120.263_49, None));
-        let expected = "status          interrupted\n\
-                        max_deflection     0.351235 m    at 0.5 s\n\
-                        rest_x          2600120.263 m\n\
-                        cost            wall_s 0.25\n";
-        assert_eq!(summary.table(), expected);
+    fn sentences_of_the_verdict_are_lifted_out_of_the_warnings() {
+        let mut summary = Summary::new(Status::Done);
+        let warnings = vec!["verdict: rock: stopped by the net".into(), "mind the gap".into()];
+        summary.take(&Statistics { warnings, ..Statistics::default() });
+        assert_eq!(summary.verdict, ["rock: stopped by the net"]);
+        assert_eq!(summary.warnings, ["mind the gap"]);
+    }
+
+    #[test]
+    fn the_member_of_a_group_stands_beside_the_value_and_reads_back() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let mut summary = Summary::new(Status::Done);
+        summary.add(measure("posts_tension_min @ post 3", -482e3, Some(0.5)));
+        summary.write(dir.path()).expect("written");
+        let text = std::fs::read_to_string(dir.path().join(SUMMARY)).expect("a file");
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(json["measures"]["posts_tension_min"]["member"], "post 3");
+        let read = Summary::read(dir.path()).expect("read");
+        assert_eq!(read, summary);
+        assert_eq!(read.measure("posts_tension_min"), Some(-482e3));
+    }
+
+    #[test]
+    fn a_measure_that_two_parts_report_stands_once_with_its_larger_value() {
+        let mut summary = Summary::new(Status::Done);
+        for value in [0.2, 0.4, 0.3] {
+            summary.add(measure("max_penetration", value, Some(value)));
+        }
+        assert_eq!(summary.measures, [measure("max_penetration", 0.4, Some(0.4))]);
     }
 }

@@ -1,7 +1,7 @@
 //! ESRI ASCII grid: `ncols`, `nrows`, `xllcorner` or `xllcenter`, `yll..`, `cellsize` (or `dx`, `dy`),
 //! `NODATA_value`, then the heights row by row from the north. A height stands in the middle of its cell.
 
-use super::{MOST_CELLS, Words, number, shown};
+use super::{MOST_CELLS, Words, comma, number, shown};
 use crate::ground::relief::Raster;
 use interface_defs::toolkit::input_error::InputError;
 
@@ -52,7 +52,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
         let Some(z) = number(word) else {
             let (row, column) = (heights.len() / columns + 1, heights.len() % columns + 1);
             let what = format!("`{}` is no height (row {row}, column {column})", shown(word));
-            return Err(InputError::in_file(format!("{file}:{}", words.line), what));
+            return Err(comma(word, InputError::in_file(format!("{file}:{}", words.line), what)));
         };
         heights.push(if z == nodata { f64::NAN } else { z });
     }
@@ -99,14 +99,14 @@ fn header(words: &mut Words, file: &str) -> Result<Header, InputError> {
         if name == "nodata_value" && word.eq_ignore_ascii_case(b"nan") {
             return Err(fault("`nan` as mark of cells without height cannot be read; write a number".into()));
         }
-        let value =
-            number(word).ok_or_else(|| fault(format!("`{}` is no number for `{name}`", shown(word))))?;
+        let value = number(word)
+            .ok_or_else(|| comma(word, fault(format!("`{}` is no number for `{name}`", shown(word)))))?;
         let count = || {
             let whole = value >= 1.0 && value.fract() == 0.0 && value <= 1e9;
             if whole {
                 Ok(value as usize)
             } else {
-                Err(fault(format!("{name} = {value}: a whole number above 0 is due")))
+                Err(fault(format!("{name} = {value}: it must be a whole number above 0")))
             }
         };
         let size = || {

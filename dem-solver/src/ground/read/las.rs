@@ -3,7 +3,7 @@
 //!
 //! Source of the layout: ASPRS LAS 1.4-R15, tables 3 to 6.
 
-use super::laz;
+use super::{crs, laz};
 use interface_defs::toolkit::input_error::InputError;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,6 +20,7 @@ const MOST_TAKEN: usize = 100_000_000;
 /// Read the bytes of `file`: points of these classes, all if there is none.
 pub fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
     check(&bytes, file)?;
+    crs::refused(file, coordinates(&bytes))?;
     // The crate is not proof against every lie in a compressed file.
     let read = catch_unwind(AssertUnwindSafe(|| points(bytes, classes)));
     let (points, seen) = match read {
@@ -33,7 +34,7 @@ pub fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>,
         }
     };
     if points.len() > MOST_TAKEN {
-        return Err(InputError::in_file(file, format!("more than {MOST_TAKEN} points of the ground"))
+        return Err(InputError::in_file(file, format!("more than {MOST_TAKEN} points of the terrain"))
             .try_instead("thin them out, or cut the area out that is needed"));
     }
     if points.is_empty() {
@@ -109,6 +110,39 @@ fn check(bytes: &[u8], file: &str) -> Result<(), InputError> {
         laz::check(bytes, header as usize, records, start, count, each).or_else(fault)?;
     }
     Ok(())
+}
+
+/// Records that tell the coordinates: geo keys with their text, and well-known text.
+const GEO_KEYS: u64 = 34_735;
+const GEO_TEXT: u64 = 34_737;
+const WELL_KNOWN_TEXT: u64 = 2112;
+
+/// Judge what the variable length records say of the coordinates; their sizes have been checked in sum alone.
+fn coordinates(bytes: &[u8]) -> Result<(), (String, String)> {
+    let whole = |at: usize, size: usize| laz::whole(bytes, at, size);
+    let (mut at, mut keys, mut text) = (whole(94, 2) as usize, Vec::new(), String::new());
+    for _ in 0..whole(100, 4) {
+        if at + RECORD > bytes.len() {
+            break;
+        }
+        let (number, length) = (whole(at + 18, 2), whole(at + 20, 2) as usize);
+        let owner = &bytes[at + 2..at + 18];
+        at += RECORD;
+        let Some(data) = bytes.get(at..at + length) else { break };
+        at += length;
+        if !owner.starts_with(b"LASF_Projection") {
+            continue;
+        }
+        match number {
+            GEO_KEYS => keys = data.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect(),
+            GEO_TEXT => text = String::from_utf8_lossy(data).into_owned(),
+            WELL_KNOWN_TEXT => {
+                crs::well_known_text(String::from_utf8_lossy(data).trim_end_matches('\0'))?;
+            }
+            _ => {}
+        }
+    }
+    crs::geo_keys(&keys, &text)
 }
 
 /// Walk over the records behind the points: each tells the length of its data.

@@ -3,6 +3,8 @@
 //! compared it with the file's size.
 
 pub mod asc;
+pub mod crs;
+mod heights;
 pub mod las;
 mod laz;
 pub mod mesh;
@@ -12,6 +14,7 @@ pub mod xyz;
 use super::relief::Raster;
 use crate::settings::TerrainSettings;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::input_file;
 use nalgebra::Vector3;
 use std::path::Path;
 
@@ -36,16 +39,38 @@ pub enum Content {
 /// Read a terrain file; its extension says what it is.
 pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, InputError> {
     let file = path.display().to_string();
-    match extension(path).as_str() {
-        "asc" => asc::read(&bytes(path)?, &file).map(Content::Raster),
-        "tif" | "tiff" => tif::read(&bytes(path)?, &file).map(Content::Raster),
+    let mark = settings.nodata_value;
+    let content = match extension(path).as_str() {
+        "asc" => asc::read(&bytes(path)?, &file).map(|raster| Content::Raster(without(raster, mark))),
+        "tif" | "tiff" => {
+            tif::read(&bytes(path)?, &file).map(|raster| Content::Raster(without(raster, mark)))
+        }
         "xyz" | "txt" | "csv" => xyz::read(&bytes(path)?, &file).map(Content::Points),
         "las" | "laz" => las::read(bytes(path)?, &settings.classes, &file).map(Content::Points),
         "stl" => mesh::stl(&bytes(path)?).map_err(|e| e.in_file(path)),
         "obj" => mesh::obj(&bytes(path)?).map_err(|e| e.in_file(path)),
-        other => Err(InputError::in_file(file, format!("`.{other}` is no terrain that can be read"))
-            .try_instead("known are .asc, .tif, .xyz, .las, .laz, .stl, .obj")),
+        other => {
+            Err(InputError::in_file(file.as_str(), format!("`.{other}` is no terrain that can be read"))
+                .try_instead("known are .asc, .tif, .xyz, .las, .laz, .stl, .obj"))
+        }
+    }?;
+    crs::beside(path)?;
+    match &content {
+        Content::Raster(raster) => heights::of_raster(raster, &file)?,
+        Content::Points(points) => heights::of_points(points, &file)?,
+        Content::Triangles { .. } => {}
     }
+    Ok(content)
+}
+
+/// The raster without the cells whose height is `mark`.
+fn without(mut raster: Raster, mark: Option<f64>) -> Raster {
+    if let Some(mark) = mark {
+        // A height of single precision meets what is written in single precision.
+        let is_mark = |z: f64| z == mark || z as f32 == mark as f32;
+        raster.heights.iter_mut().filter(|z| is_mark(**z)).for_each(|z| *z = f64::NAN);
+    }
+    raster
 }
 
 /// Extension in lower case.
@@ -62,17 +87,12 @@ pub(crate) const MOST_CELLS: usize = 250_000_000;
 /// The whole file.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, InputError> {
     let file = path.display().to_string();
-    match std::fs::metadata(path) {
-        Ok(data) if data.is_dir() => return Err(InputError::in_file(file, "this is a directory")),
-        Ok(data) if data.len() > LARGEST => {
-            return Err(InputError::in_file(file, format!("{} bytes: up to {LARGEST} are read", data.len())));
-        }
-        _ => {}
+    let length = input_file::regular(path)?.len();
+    if length > LARGEST {
+        return Err(InputError::in_file(file, format!("{length} bytes: up to {LARGEST} are read")));
     }
-    let bytes = std::fs::read(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => InputError::in_file(file.as_str(), "there is no such file"),
-        _ => InputError::in_file(file.as_str(), format!("cannot be read: {e}")),
-    })?;
+    let bytes = std::fs::read(path)
+        .map_err(|e| InputError::in_file(file.as_str(), format!("the file cannot be read: {e}")))?;
     if bytes.is_empty() {
         return Err(InputError::in_file(file, "the file is empty"));
     }
@@ -119,6 +139,24 @@ impl<'a> Words<'a> {
 /// A finite number, whose decimal separator is a point.
 pub(crate) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse::<f64>().ok().filter(|v| v.is_finite())
+}
+
+/// The error with a hint, if `word` is a number with a decimal comma.
+pub(crate) fn comma(word: &[u8], error: InputError) -> InputError {
+    if !has_comma(word) {
+        return error;
+    }
+    let text = String::from_utf8_lossy(word).replace(',', ".");
+    error.try_instead(format!("a decimal comma? a number is written with a point: {text}"))
+}
+
+/// True for a number with a decimal comma.
+pub(crate) fn has_comma(word: &[u8]) -> bool {
+    let Some(at) = word.iter().position(|b| *b == b',') else { return false };
+    let digit = |i: Option<usize>| i.and_then(|i| word.get(i)).is_some_and(u8::is_ascii_digit);
+    let mut point = word.to_vec();
+    point[at] = b'.';
+    digit(at.checked_sub(1)) && digit(Some(at + 1)) && number(&point).is_some()
 }
 
 /// A word as an error shows it: readable and short.

@@ -4,7 +4,7 @@
 //!
 //! Source: OGC GeoTIFF 1.1, 7.1 and B.6; the mark of pixels without height is GDAL's.
 
-use super::MOST_CELLS;
+use super::{MOST_CELLS, crs};
 use crate::ground::relief::Raster;
 use interface_defs::toolkit::input_error::InputError;
 use std::io::Cursor;
@@ -17,6 +17,9 @@ use tiff::{TiffError, TiffResult};
 const LARGEST_SHRINK: usize = 1100;
 /// Value of the tag for the kind of compression where there is none.
 const NOT_PACKED: u16 = 1;
+/// Tag in which GDAL writes scale, offset and unit of heights, and the bit of an image that is a mask.
+const GDAL_METADATA: u16 = 42_112;
+const MASK: u32 = 4;
 /// Geo key of what a pixel is, and its value for a point.
 const RASTER_TYPE: u16 = 1025;
 const PIXEL_IS_POINT: u16 = 2;
@@ -33,9 +36,15 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     let [columns, rows] = counts;
     if values.len() != columns * rows {
         return Err(fault(format!(
-            "{} values for {columns} x {rows} pixels; one band of heights is due",
+            "{} values for {columns} x {rows} pixels; one band of heights is required",
             values.len()
         )));
+    }
+    crs::refused(file, crs::geo_keys(&parts.keys, &parts.text))?;
+    crs::refused(file, crs::unit_of_heights(&parts.unit))?;
+    if parts.mask {
+        return Err(fault("it has a mask of pixels without height, which is not read".into())
+            .try_instead("write them as a height: gdalwarp -dstnodata -9999 IN OUT"));
     }
     let (place, spacing) = parts.place().map_err(fault)?;
     let half = if parts.point { 0.0 } else { 0.5 };
@@ -43,7 +52,8 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     let corner = [place[0] + half * dx, place[1] - half * dy - dy * (rows - 1) as f64];
     // The mark is text: a height of single precision meets it in single precision.
     let missing = |v: f64| !v.is_finite() || parts.nodata.is_some_and(|n| v == n || v as f32 == n as f32);
-    let heights = values.into_iter().map(|v| if missing(v) { f64::NAN } else { v }).collect();
+    let (times, plus) = parts.heights().map_err(fault)?;
+    let heights = values.into_iter().map(|v| if missing(v) { f64::NAN } else { v * times + plus }).collect();
     Ok(Raster { corner, spacing, counts, heights })
 }
 
@@ -54,9 +64,58 @@ struct Parts {
     matrix: Vec<f64>,
     nodata: Option<f64>,
     point: bool,
+    keys: Vec<u16>,
+    text: String,
+    /// By which pixels become heights, as GDAL writes it: times this, plus that; and their unit.
+    times: Option<f64>,
+    plus: Option<f64>,
+    unit: String,
+    mask: bool,
 }
 
 impl Parts {
+    /// By what a pixel is multiplied, and what is added, to give its height.
+    fn heights(&self) -> Result<(f64, f64), String> {
+        let (times, plus) = (self.times.unwrap_or(1.0), self.plus.unwrap_or(0.0));
+        // The third numbers of scale and tie point do the same; 0 and 1 say nothing.
+        let third = self.scale.get(2).copied().filter(|s| *s != 0.0 && *s != 1.0);
+        let upright = match self.matrix[..] {
+            [_, _, _, _, _, _, _, _, a, b, c, d, ..] => {
+                a == 0.0 && b == 0.0 && (c == 0.0 || c == 1.0) && d == 0.0
+            }
+            _ => true,
+        };
+        match third {
+            _ if !(times.is_finite() && plus.is_finite() && times != 0.0) => {
+                Err(format!("heights times {times} plus {plus} cannot be read"))
+            }
+            _ if !upright => Err("its transformation turns or scales heights, which cannot be read".into()),
+            Some(third) if self.times.is_none() => {
+                let [from, to] = [2, 5].map(|i| self.tie.get(i).copied().unwrap_or(0.0));
+                Ok((third, to - from * third + plus))
+            }
+            _ => Ok((times, plus)),
+        }
+    }
+
+    /// Take over what GDAL has written of the first band.
+    fn read_metadata(&mut self, text: &str) {
+        for item in text.split("<Item ").skip(1) {
+            let (head, rest) = item.split_once('>').unwrap_or((item, ""));
+            let value = rest.split('<').next().unwrap_or("").trim();
+            let role = head.split("role=\"").nth(1).and_then(|r| r.split('"').next()).unwrap_or("");
+            if !head.contains("sample=\"0\"") {
+                continue;
+            }
+            match role {
+                "scale" => self.times = value.parse().ok(),
+                "offset" => self.plus = value.parse().ok(),
+                "unittype" => self.unit = value.into(),
+                _ => {}
+            }
+        }
+    }
+
     /// x and y of the outer corner (or middle) of the first pixel, and the size of pixels.
     fn place(&self) -> Result<([f64; 2], [f64; 2]), String> {
         let (place, spacing) = match (self.scale.as_slice(), self.tie.as_slice(), self.matrix.as_slice()) {
@@ -114,7 +173,16 @@ fn decode(bytes: &[u8]) -> TiffResult<(Parts, [usize; 2], Vec<f64>)> {
         let keys = value.into_u16_vec()?;
         parts.point =
             keys.chunks_exact(4).skip(1).any(|k| k[0] == RASTER_TYPE && k[1] == 0 && k[3] == PIXEL_IS_POINT);
+        parts.keys = keys;
     }
+    // What cannot be read as text says nothing of units.
+    let mut text = |tag: Tag| {
+        let value = decoder.find_tag(tag).ok().flatten();
+        value.and_then(|v| v.into_string().ok()).unwrap_or_default()
+    };
+    parts.text = text(Tag::GeoAsciiParamsTag);
+    let metadata = text(Tag::Unknown(GDAL_METADATA));
+    parts.read_metadata(&metadata);
     let values = match decoder.read_image()? {
         DecodingResult::U8(v) => widen(v),
         DecodingResult::U16(v) => widen(v),
@@ -126,6 +194,14 @@ fn decode(bytes: &[u8]) -> TiffResult<(Parts, [usize; 2], Vec<f64>)> {
         DecodingResult::F64(v) => v,
         _ => return Err(TiffError::FormatError(tiff::TiffFormatError::InvalidDimensions(columns, rows))),
     };
+    while decoder.more_images() {
+        // Another image that cannot be read is not the heights.
+        if decoder.next_image().is_err() {
+            break;
+        }
+        let kind = decoder.find_tag(Tag::NewSubfileType).ok().flatten();
+        parts.mask |= kind.and_then(|k| k.into_u32().ok()).is_some_and(|k| k & MASK != 0);
+    }
     Ok((parts, [columns as usize, rows as usize], values))
 }
 

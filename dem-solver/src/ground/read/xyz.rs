@@ -1,7 +1,7 @@
 //! XYZ text: three numbers per line, separated by blanks, commas or semicolons; further columns are not
 //! looked at. Lines that are empty or begin with `#` are passed over, and so is one line of column names.
 
-use super::{number, shown};
+use super::{comma, has_comma, number, shown};
 use interface_defs::toolkit::input_error::InputError;
 
 /// Read the bytes of `file`.
@@ -19,6 +19,14 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
                 continue;
             }
             Some(_) => {}
+        }
+        // Blanks or semicolons between numbers that have commas inside: each comma would cut one in two.
+        let outer = |b: &u8| b.is_ascii_whitespace() || *b == b';';
+        let fields: Vec<&[u8]> = text.split(outer).filter(|w| !w.is_empty()).take(3).collect();
+        if let (3, Some(word)) = (fields.len(), fields.iter().find(|w| has_comma(w))) {
+            let what =
+                format!("`{}` is two numbers to this reader, which separates by commas too", shown(word));
+            return Err(comma(word, InputError::in_file(format!("{file}:{line}"), what)));
         }
         let mut point = [0.0; 3];
         for (value, name) in point.iter_mut().zip(["x", "y", "z"]) {

@@ -74,15 +74,18 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Input
     }
 }
 
+/// Most cells or rings of a generated net.
+const MOST_CELLS: usize = 4_000_000;
+
 fn check_counts(scene: &Scene, name: &str, counts: [usize; 2]) -> Result<(), InputError> {
-    // Numbers of nodes and elements have 32 bits.
-    let many = counts[0].saturating_mul(counts[1]) > 100_000_000;
+    // Some kilobytes each while it is computed.
+    let many = counts[0].saturating_mul(counts[1]) > MOST_CELLS;
     if !counts.contains(&0) && !many {
         return Ok(());
     }
-    let words = if many { "too many" } else { "none" };
+    let words = if many { format!("too many, at most {MOST_CELLS} are made") } else { "none".into() };
     let what = format!("a net of {} x {} {name} is {words}", counts[0], counts[1]);
-    Err(scene.invalid(&format!("structure.generator.{name}"), what))
+    Err(scene.invalid(&format!("structure.generator.{name}"), what).try_instead(format!("{name} = [20, 20]")))
 }
 
 fn check_place(scene: &Scene, origin: Option<[f64; 3]>, center: Option<[f64; 3]>) -> Result<(), InputError> {

@@ -1,0 +1,93 @@
+//! What speaks against a run: bounds that it passed, and the likely cause.
+
+use crate::coupling::Counts;
+use crate::energy::Balance;
+use crate::settings::{Coupling as Settings, Scheme};
+use interface_defs::toolkit::limits::{Evidence, Limits, percent};
+
+/// What the cause of an error is read from.
+pub struct Causes<'a> {
+    /// How the run is coupled.
+    pub settings: &'a Settings,
+    /// What was done.
+    pub counts: &'a Counts,
+    /// Energy and work.
+    pub balance: &'a Balance,
+    /// Whether both solvers report all energies.
+    pub has_balance: bool,
+}
+
+impl Causes<'_> {
+    /// For the judgement at the end.
+    pub fn evidence(&self) -> Evidence {
+        Evidence {
+            energy: self.of_energy(),
+            residual: self.balance.residual_share(self.has_balance),
+            interface: self.of_interface(),
+        }
+    }
+
+    /// Why energy came from nowhere or is lost, by the place where most of it did, and what to try.
+    fn of_energy(&self) -> String {
+        let [dem, fem, interface] = self.balance.origins();
+        let (dem_size, fem_size, interface_size) = (dem.abs(), fem.abs(), interface.abs());
+        let cause = if interface_size >= dem_size.max(fem_size) {
+            format!("{interface:.3e} J of it arose between the solvers: {}", self.of_interface())
+        } else if dem_size > fem_size {
+            format!(
+                "{dem:.3e} J of it arose in the contact solver's own steps: shorten the steps ([dem] time_step, or more \
+                 steps_per_contact); energy that is lost where wires cross is kept by [[contact]] hierarchy = \"continuous\""
+            )
+        } else {
+            format!("{fem:.3e} J of it arose in the structure's own steps: shorten [fem] time_step")
+        };
+        if self.balance.touched_at_start {
+            return format!(
+                "a rock touches the net from the start: does it start inside of it? If not: {cause}"
+            );
+        }
+        cause
+    }
+
+    fn of_interface(&self) -> String {
+        let window = self.settings.time_window;
+        match self.settings.scheme {
+            Scheme::Weak => format!(
+                "the weak window of {window:e} s is too long for this contact stiffness and friction (`rockfall check` \
+                 gives the longest one); shorten coupling.time_window, or set coupling.scheme = \"strong\""
+            ),
+            Scheme::Strong if self.counts.unconverged > 0 => format!(
+                "{} of {} windows were accepted although they had not converged; raise coupling.max_iterations, or set \
+                 coupling.on_no_convergence = \"halve\"",
+                self.counts.unconverged, self.counts.windows
+            ),
+            Scheme::Strong => format!(
+                "lower coupling.tolerance ({:e}) and absolute_tolerance ({:e} m), or shorten coupling.time_window ({window:e} \
+                 s)",
+                self.settings.tolerance, self.settings.absolute_tolerance
+            ),
+        }
+    }
+
+    /// The energy error by now, if it is beyond its bound: said with a failure that it may explain.
+    pub fn beyond(&self, limits: &Limits) -> Option<String> {
+        let error = self.has_balance.then(|| self.balance.system.error()).flatten()?;
+        (error > limits.energy_error)
+            .then(|| format!("by then the energy error was {}, and {}", percent(error), self.of_energy()))
+    }
+
+    /// The message of a run that is ended because its energy has exploded by `time` [s].
+    pub fn diverged(&self, time: f64, limits: &Limits) -> String {
+        let imbalance = self.balance.imbalance;
+        let reference = self.balance.system.reference().unwrap_or(0.0);
+        let what = if imbalance < 0.0 { "are lost" } else { "have come from nowhere" };
+        format!(
+            "the computation has diverged: at t = {time:.6} s {:.3e} J {what}, {} of the {reference:.3e} J at impact \
+             (limits.energy_error = {}, and ten times that ends a run); {}",
+            imbalance.abs(),
+            percent(imbalance.abs() / reference),
+            percent(limits.energy_error),
+            self.of_energy()
+        )
+    }
+}

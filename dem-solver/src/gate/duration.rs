@@ -1,0 +1,65 @@
+//! Whether the simulated time fits the scene: long enough for a rock to come down, not longer than anyone waits.
+
+use super::start;
+use super::units::short;
+use crate::ground::Ground;
+use crate::ground::look::Parabola;
+use crate::solver::Model;
+use nalgebra::Vector3;
+
+/// Steps of which something is said: some ten hours of one rock.
+const STEPS: f64 = 1e10;
+/// Pieces in which the flight of a rock is looked at.
+const PIECES: usize = 400;
+
+/// What the user should know of `end_time`.
+pub fn check(model: &Model) -> Vec<String> {
+    let (settings, step) = (&model.settings, model.steps.step);
+    let mut warnings = Vec::new();
+    let steps = settings.end_time / step;
+    if steps > STEPS {
+        warnings.push(format!(
+            "end_time = {} s is {} steps of {} s; times are in seconds",
+            short(settings.end_time),
+            short(steps),
+            short(step)
+        ));
+    }
+    if let Some(ground) = &model.ground {
+        for at in 0..model.rocks.len() {
+            warnings.extend(flight(model, ground, at));
+        }
+    }
+    warnings
+}
+
+/// What is said of a rock that is still in its first flight at the end.
+fn flight(model: &Model, ground: &Ground, at: usize) -> Option<String> {
+    let (settings, rock) = (&model.settings, &model.rocks[at]);
+    let start = rock.start(&settings.rocks[at], settings.gravity);
+    let flight = Parabola {
+        position: start.position - ground.origin,
+        velocity: Vector3::from(settings.rocks[at].velocity),
+        gravity: settings.gravity,
+    };
+    // Clear of the terrain over the whole time, with its furthest point in all directions.
+    let clear = |time: f64| {
+        let place = flight.at(time);
+        !ground.is_near(&place, rock.reach) && ground.height(&place, &settings.down()).is_none_or(|h| h > 0.0)
+    };
+    let ends = (0..=PIECES).all(|piece| clear(settings.end_time * piece as f64 / PIECES as f64));
+    let height = start::height(ground, settings, at)?;
+    let fall =
+        height - rock.depth(&crate::rock::Motion { position: Vector3::zeros(), ..start }, &settings.down());
+    let g = settings.gravity.norm();
+    (ends && g > 0.0 && fall > 0.0).then(|| {
+        let speed = flight.velocity.dot(&settings.down());
+        format!(
+            "rock `{}` is still in its first flight at end_time = {} s; a fall of {} m takes {} s",
+            rock.name,
+            short(settings.end_time),
+            short(fall),
+            short(crate::ground::look::arrival(fall, speed, g))
+        )
+    })
+}

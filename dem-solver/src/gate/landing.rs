@@ -1,0 +1,156 @@
+//! How deep the spheres of a rock will overlap when it lands on terrain.
+//!
+//! All of its energy at the first touch is stored in the contacts of the spheres that a plane presses at once, in the
+//! worst of many turns: on a corner few small spheres carry what on a face many share. Dashpots and spin leave less.
+
+use super::start;
+use super::units::short;
+use crate::contact::normal::Normal;
+use crate::ground::Ground;
+use crate::rock::Rock;
+use crate::solver::Model;
+use nalgebra::Vector3;
+
+/// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
+pub const LIMIT: f64 = 0.5;
+/// Turns that are tried.
+const TURNS: usize = 60;
+/// Halvings.
+const HALVINGS: usize = 40;
+
+/// What the user should know of the first landing of each rock.
+pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
+    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
+    let mut warnings = Vec::new();
+    for (at, rock) in model.rocks.iter().enumerate() {
+        let settings = &model.settings;
+        let Some(height) = start::height(ground, settings, at) else { continue };
+        let mut motion = rock.start(&settings.rocks[at], settings.gravity);
+        motion.position = Vector3::zeros();
+        // Its lowest point falls no further than to the terrain below the centre.
+        let fall = (height - rock.depth(&motion, &settings.down())).max(0.0);
+        let speed = (motion.velocity.norm_squared() + 2.0 * settings.gravity.norm() * fall).sqrt();
+        let energy = 0.5 * rock.mass * speed * speed;
+        // Of the terrain where no zone lies; a zone may never be touched.
+        let Some(law) = model.ground_rows.get(at).and_then(|row| row.first()) else { continue };
+        let normal = &laws[*law as usize].normal;
+        let deepest = worst(rock, normal, energy);
+        if deepest <= LIMIT {
+            continue;
+        }
+        let times = stiffer(rock, normal, energy);
+        let cure = match settings.contacts[*law as usize].young {
+            Some(young) => format!("young = {} Pa", short(young * times)),
+            None => format!("a stiffness {} times as large", short(times)),
+        };
+        warnings.push(format!(
+            "rock `{}` lands on the terrain with up to {} m/s: its spheres (smallest radius {} m) are expected to overlap by up \
+             to {} of their radius, above {LIMIT}; {cure} keeps it below, or fewer and larger spheres",
+            rock.name,
+            short(speed),
+            short(rock.smallest_radius),
+            if deepest.is_finite() { short(deepest) } else { "more than twice".into() },
+        ));
+    }
+    warnings
+}
+
+/// How many times as stiff the contact must be for the limit to hold.
+fn stiffer(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
+    // What a contact stores is in proportion to its stiffness.
+    let (mut low, mut high): (f64, f64) = (1.0, 2.0);
+    while worst(rock, normal, energy / high) > LIMIT && high < 1e12 {
+        low = high;
+        high *= 2.0;
+    }
+    for _ in 0..8 {
+        let middle = f64::sqrt(low * high);
+        if worst(rock, normal, energy / middle) > LIMIT { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// Deepest overlap over its radius of any sphere of a rock that is pressed on a plane with `energy` [J], in the worst of
+/// the turns; infinite beyond twice the largest radius.
+pub fn worst(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
+    (0..TURNS).map(|turn| pressed(rock, normal, energy, &direction(turn))).fold(0.0, f64::max)
+}
+
+/// Points spread evenly over a sphere.
+fn direction(number: usize) -> Vector3<f64> {
+    let z = 1.0 - (2 * number + 1) as f64 / TURNS as f64;
+    let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt()) * number as f64;
+    let across = (1.0 - z * z).sqrt();
+    Vector3::new(across * turn.cos(), across * turn.sin(), z)
+}
+
+fn pressed(rock: &Rock, normal: &Normal, energy: f64, down: &Vector3<f64>) -> f64 {
+    // How far each sphere stays behind the first, up to where none can be reached.
+    let most = 2.0 * rock.largest_radius;
+    let depth = |s: &crate::rock::Sphere| s.centre.dot(down) + s.radius;
+    let first = rock.spheres.iter().map(depth).fold(f64::NEG_INFINITY, f64::max);
+    let near: Vec<(f64, f64)> = rock
+        .spheres
+        .iter()
+        .map(|s| (first - depth(s), s.radius))
+        .filter(|(behind, _)| *behind < most)
+        .collect();
+    let stored = |way: f64| {
+        let of = |(behind, radius): &(f64, f64)| normal.load(*radius, (way - behind).max(0.0)).energy;
+        near.iter().map(of).sum::<f64>()
+    };
+    if stored(most) < energy {
+        return f64::INFINITY;
+    }
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if stored(middle) < energy { low = middle } else { high = middle }
+    }
+    near.iter().map(|(behind, radius)| (high - behind) / radius).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::{Cluster, RockSettings, Shape};
+    use interface_defs::toolkit::scene::Scene;
+
+    fn rock(shape: Shape, spheres: u32, mass: f64) -> Rock {
+        let text = "position = [0.0, 0.0, 0.0]\nmass = 1.0\nshape = { type = \"sphere\", radius = 1.0 }";
+        let mut settings: RockSettings = toml::from_str(text).expect("a rock");
+        settings.mass = Some(mass);
+        settings.shape = shape;
+        settings.cluster = Some(Cluster::of(spheres));
+        let scene = Scene::from_text("test.toml", "").expect("a scene");
+        Rock::new(0, &settings, &scene).unwrap_or_else(|e| panic!("{e}")).0
+    }
+
+    /// One sphere: the closed form of Hertz.
+    #[test]
+    fn a_single_sphere_overlaps_as_the_closed_form_says() {
+        let ball = rock(Shape::Sphere { radius: 0.2 }, 1, 80.0);
+        for law in [Normal::Hertz(2e8), Normal::Linear(3e6)] {
+            let exact = law.deepest(0.2, 80.0, 5.0) / 0.2;
+            assert!((worst(&ball, &law, 0.5 * 80.0 * 25.0) / exact - 1.0).abs() < 1e-9);
+        }
+    }
+
+    /// Three spheres at equal depth share the energy; the worst turn of a cube is on a corner or near it, where one sphere is first.
+    #[test]
+    fn a_cube_overlaps_less_on_its_face_than_at_worst_and_never_more_than_one_sphere_alone() {
+        let cube = rock(Shape::Box { size: [0.4; 3] }, 64, 170.0);
+        let law = Normal::Hertz(2e8);
+        let energy = 0.5 * 170.0 * 9.0;
+        let face = pressed(&cube, &law, energy, &Vector3::z());
+        let shared = law.deepest(0.05, 170.0 / 16.0, 3.0) / 0.05;
+        assert!((face / shared - 1.0).abs() < 1e-9, "{face} {shared}");
+        let alone = law.deepest(0.05, 170.0, 3.0) / 0.05;
+        let most = worst(&cube, &law, energy);
+        assert!(most > 1.5 * face && most < alone, "{face} {most} {alone}");
+        let times = stiffer(&cube, &law, energy);
+        let Normal::Hertz(modulus) = law else { unreachable!() };
+        let kept = worst(&cube, &Normal::Hertz(modulus * times), energy);
+        assert!(kept <= LIMIT && (most <= LIMIT || kept > 0.9 * LIMIT), "{kept}");
+    }
+}

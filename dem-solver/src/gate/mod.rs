@@ -1,0 +1,46 @@
+//! What can be known of a scene before it starts: an error where no one can mean it, a warning where someone might.
+//!
+//! - [`gravity`]: none, not downward, in another unit
+//! - [`units`]: density, size, stiffness, friction, speed and turn of the rocks; the number of steps
+//! - [`clusters`]: a file of spheres that is of another body
+//! - [`start`]: the surface of a rock in the terrain, in the net or in another rock
+//! - [`landing`]: the overlap that a landing on terrain will give
+//! - [`duration`]: whether the simulated time fits
+
+pub mod clusters;
+pub mod duration;
+pub mod gravity;
+pub mod landing;
+pub mod start;
+pub mod units;
+
+use crate::rock::Rock;
+use crate::settings::Settings;
+use crate::solver::Model;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+
+/// What is wrong with gravity and with the units and the spheres of the rocks; else what the user should know of them.
+pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Vec<String>, InputError> {
+    let mut warnings = gravity::check(settings.gravity, settings.terrain.is_some(), scene)?;
+    for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate() {
+        warnings.extend(units::of_rock(at, rock, table, scene)?);
+        warnings.extend(clusters::check(at, rock, table, scene)?);
+    }
+    for (number, contact) in settings.contacts.iter().enumerate() {
+        warnings.extend(units::of_contact(number, contact, scene)?);
+    }
+    Ok(warnings)
+}
+
+/// The same for rocks that start in the terrain, and for how they come down on it.
+pub fn of_model(model: &Model, scene: &Scene) -> Result<Vec<String>, InputError> {
+    let mut warnings = duration::check(model);
+    if let Some(ground) = &model.ground {
+        for at in 0..model.rocks.len() {
+            start::on_terrain(model, ground, at, scene)?;
+        }
+        warnings.extend(landing::check(model, ground));
+    }
+    Ok(warnings)
+}

@@ -1,0 +1,264 @@
+//! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
+
+use super::units::short;
+use crate::contact::Law;
+use crate::ground::Ground;
+use crate::rock::{Motion, Rock};
+use crate::search::tree::SphereTree;
+use crate::settings::Settings;
+use crate::solver::Model;
+use crate::wall::closest::{on_face, on_line};
+use crate::wall::{Element, Kind, Wall};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+
+/// Overlap over the sphere's radius that counts as a touch: what rounded coordinates leave.
+const TOUCH: f64 = 3e-3;
+/// The same over the overlap under the rock's own weight on this one sphere: at rest it may be as deep.
+const RESTING: f64 = 1.5;
+/// Halvings with which the free position is found.
+const HALVINGS: usize = 12;
+
+/// The deepest overlap of a rock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Deepest {
+    /// Overlap [m].
+    overlap: f64,
+    /// Number of the sphere.
+    sphere: u32,
+    /// Number of the element, if it is one of the net.
+    element: u32,
+}
+
+/// Rock number `at` in the motion in which it starts, in local coordinates.
+struct Start<'a> {
+    rock: &'a Rock,
+    tree: &'a SphereTree,
+    motion: Motion,
+}
+
+impl<'a> Start<'a> {
+    fn of(model: &'a Model, at: usize) -> Self {
+        let rock = &model.rocks[at];
+        let mut motion = rock.start(&model.settings.rocks[at], model.settings.gravity);
+        motion.position -= model.origin;
+        Self { rock, tree: &model.trees[at], motion }
+    }
+
+    /// Overlap up to which the sphere only touches: `weight` [N] rests on it.
+    fn touches(&self, sphere: u32, laws: &[&Law], weight: f64) -> f64 {
+        let radius = self.rock.spheres[sphere as usize].radius;
+        let resting = laws.iter().map(|law| resting(law, radius, weight)).fold(0.0, f64::max);
+        (TOUCH * radius).max(RESTING * resting)
+    }
+
+    /// How far along `way` (a unit vector) the rock must be moved until `overlap` is nothing [m].
+    fn until_free(&self, way: &Vector3<f64>, overlap: impl Fn(&Motion) -> Option<Deepest>) -> f64 {
+        let moved = |by: f64| Motion { position: self.motion.position + way * by, ..self.motion };
+        let inside = |by: f64| overlap(&moved(by)).is_some_and(|d| d.overlap > 0.0);
+        let mut high = 0.1 * self.rock.smallest_radius;
+        while inside(high) && high < 1e9 {
+            high *= 2.0;
+        }
+        let mut low = 0.0;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if inside(middle) { low = middle } else { high = middle }
+        }
+        high
+    }
+}
+
+/// Overlap at which a law carries `force` [N] [m], by halving; 0 without force.
+fn resting(law: &Law, radius: f64, force: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 2.0 * radius);
+    if law.normal.load(radius, high).force < force {
+        return high;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if law.normal.load(radius, middle).force < force { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// `position` moved by `by` along `way`, rounded to whole millimetres the same way.
+fn freed(position: [f64; 3], way: &Vector3<f64>, by: f64) -> String {
+    let places: Vec<String> = (0..3)
+        .map(|axis| {
+            let to = position[axis] + way[axis] * by;
+            let millimetres = 1e3 * to;
+            match way[axis] {
+                w if w > 1e-9 => format!("{:?}", millimetres.ceil() / 1e3),
+                w if w < -1e-9 => format!("{:?}", millimetres.floor() / 1e3),
+                _ => format!("{:?}", position[axis]),
+            }
+        })
+        .collect();
+    format!("free is position = [{}]", places.join(", "))
+}
+
+/// Height [m] of a rock's centre of mass over the terrain at the start; `None` where there is none below it.
+pub fn height(ground: &Ground, settings: &Settings, at: usize) -> Option<f64> {
+    ground.height(&(Vector3::from(settings.rocks[at].position) - ground.origin), &settings.down())
+}
+
+/// Refuse rock number `at` if it starts beside all of the terrain, below it, or with its surface in it.
+pub fn on_terrain(model: &Model, ground: &Ground, at: usize, scene: &Scene) -> Result<(), InputError> {
+    let (settings, start) = (&model.settings, Start::of(model, at));
+    let table = &settings.rocks[at];
+    let down = settings.down();
+    let name = &start.rock.name;
+    let refuse = |what: String, cure: String| {
+        Err(scene.invalid(&format!("rock.{at}.position"), what).try_instead(cure))
+    };
+    let free = || {
+        let by = start.until_free(&-down, |motion| in_terrain(&start, ground, motion, &down));
+        freed(table.position, &-down, by)
+    };
+    let place = Vector3::from(table.position);
+    let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
+    match height(ground, settings, at) {
+        Some(height) if height < 0.0 => {
+            return refuse(format!("rock `{name}` starts {:.2} m below the terrain", -height), free());
+        }
+        None if beside(&place, &low, &high, &down) => {
+            return refuse(
+                format!(
+                    "rock `{name}` starts beside the terrain, at ({}, {}, {})",
+                    place.x, place.y, place.z
+                ),
+                format!(
+                    "the terrain lies from ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1})",
+                    low.x, low.y, low.z, high.x, high.y, high.z
+                ),
+            );
+        }
+        _ => {}
+    }
+    let Some(deepest) = in_terrain(&start, ground, &start.motion, &down) else { return Ok(()) };
+    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
+    let row: Vec<&Law> =
+        model.ground_rows.get(at).into_iter().flatten().map(|n| &laws[*n as usize]).collect();
+    let weight = start.rock.mass * settings.gravity.norm();
+    if deepest.overlap <= start.touches(deepest.sphere, &row, weight) {
+        return Ok(());
+    }
+    let sphere = &start.rock.spheres[deepest.sphere as usize];
+    refuse(
+        format!(
+            "rock `{name}` starts in the terrain: its surface reaches {} m into it (sphere {} of radius {} m)",
+            short(deepest.overlap),
+            deepest.sphere,
+            short(sphere.radius)
+        ),
+        free(),
+    )
+}
+
+/// Whether a line along `down` through a point misses the box between two corners, judged across the axis that `down`
+/// follows most.
+fn beside(point: &Vector3<f64>, low: &Vector3<f64>, high: &Vector3<f64>, down: &Vector3<f64>) -> bool {
+    let upright = down.iamax();
+    (0..3).any(|axis| axis != upright && !(low[axis]..=high[axis]).contains(&point[axis]))
+}
+
+/// The sphere that reaches deepest into the terrain, if any does.
+fn in_terrain(start: &Start, ground: &Ground, motion: &Motion, down: &Vector3<f64>) -> Option<Deepest> {
+    let below = |point: &Vector3<f64>| ground.height(point, down).filter(|h| *h < 0.0);
+    if below(&motion.position).is_none() && !ground.is_near(&motion.position, start.rock.reach) {
+        return None;
+    }
+    let mut deepest: Option<Deepest> = None;
+    for (number, sphere) in (0..).zip(&start.rock.spheres) {
+        let centre = motion.position + motion.orientation * sphere.centre;
+        let sunk = below(&centre);
+        let mut nearest = sunk.map_or(sphere.radius, |height| -height);
+        ground.about(&centre, nearest, |t| {
+            let [a, b, c] = &ground.corners(t);
+            nearest = nearest.min(on_face(&centre, [a, b, c]).to_point.norm());
+        });
+        let overlap = sphere.radius - if sunk.is_some() { -nearest } else { nearest };
+        if overlap > deepest.map_or(0.0, |d| d.overlap) {
+            deepest = Some(Deepest { overlap, sphere: number, element: 0 });
+        }
+    }
+    deepest
+}
+
+/// Refuse rocks that start with their surface in the net, which is `wall`.
+pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<(), InputError> {
+    let settings = &model.settings;
+    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
+    for at in 0..model.rocks.len() {
+        let start = Start::of(model, at);
+        let Some(deepest) = in_elements(&start, wall, &start.motion) else { continue };
+        let weight = start.rock.mass * settings.gravity.norm();
+        let all: Vec<&Law> = laws.iter().collect();
+        if deepest.overlap <= start.touches(deepest.sphere, &all, weight) {
+            continue;
+        }
+        let table = &settings.rocks[at];
+        // Back where it comes from; a rock at rest comes from above.
+        let way = -start.motion.velocity.try_normalize(1e-9).unwrap_or_else(|| settings.down());
+        let by = start.until_free(&way, |motion| in_elements(&start, wall, motion));
+        let element = &wall.elements[deepest.element as usize];
+        let [a, b, c] = element.nodes;
+        let what = match element.kind {
+            Kind::Line => format!("the line between nodes {a} and {b}"),
+            Kind::Face => format!("the face of nodes {a}, {b} and {c}"),
+            Kind::Point => format!("node {a}"),
+        };
+        let [x, y, z] = (wall.nodes[a as usize] + model.origin).into();
+        return Err(scene
+            .invalid(
+                &format!("rock.{at}.position"),
+                format!(
+                    "rock `{}` starts inside the net: its sphere {} of radius {} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) \
+                     by {} m",
+                    start.rock.name,
+                    deepest.sphere,
+                    short(start.rock.spheres[deepest.sphere as usize].radius),
+                    short(deepest.overlap)
+                ),
+            )
+            .try_instead(freed(table.position, &way, by)));
+    }
+    Ok(())
+}
+
+/// The deepest overlap of a rock's spheres with the elements of a net, if there is any.
+fn in_elements(start: &Start, wall: &Wall, motion: &Motion) -> Option<Deepest> {
+    let mut deepest: Option<Deepest> = None;
+    for (number, element) in (0..).zip(&wall.elements) {
+        let nodes = element.nodes.map(|n| wall.nodes[n as usize]);
+        let reach = start.rock.reach + element.radius;
+        if distance(element, &motion.position, &nodes) > reach {
+            continue;
+        }
+        let own = nodes.map(|n| motion.orientation.inverse_transform_vector(&(n - motion.position)));
+        let low = own[0].inf(&own[1]).inf(&own[2]).add_scalar(-element.radius);
+        let high = own[0].sup(&own[1]).sup(&own[2]).add_scalar(element.radius);
+        start.tree.near(&low, &high, |k| {
+            let sphere = &start.rock.spheres[k as usize];
+            let overlap = sphere.radius + element.radius - distance(element, &sphere.centre, &own);
+            if overlap > deepest.map_or(0.0, |d| d.overlap) {
+                deepest = Some(Deepest { overlap, sphere: k, element: number });
+            }
+        });
+    }
+    deepest
+}
+
+/// Distance of an element from a point [m].
+fn distance(element: &Element, point: &Vector3<f64>, [a, b, c]: &[Vector3<f64>; 3]) -> f64 {
+    match element.kind {
+        Kind::Point => (a - point).norm(),
+        Kind::Line => {
+            let edge = b - a;
+            on_line(point, a, &edge, crate::search::near::inverse_square(&edge)).to_point.norm()
+        }
+        Kind::Face => on_face(point, [a, b, c]).to_point.norm(),
+    }
+}

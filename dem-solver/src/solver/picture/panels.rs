@@ -1,0 +1,193 @@
+//! Along the trajectories: a section of the terrain, jump height, speed, kinetic energy.
+
+use super::{
+    Area, Drawn, FEW, FINE, INK, LEFT, Line, Point, RIGHT, SECTIONS, WIDTH, colour, font, number, px,
+    spacing, thinned,
+};
+use plotters::prelude::*;
+
+/// Height of a plain panel on the page [px].
+pub const PANEL: i32 = 150;
+/// Room above a plot for its heading, and below for its axis [px].
+const ABOVE: i32 = 26;
+const BELOW: i32 = 24;
+const BELOW_LAST: i32 = 42;
+/// Lowest and highest section [px].
+const SECTION: [f64; 2] = [150.0, 440.0];
+const TERRAIN: RGBColor = RGBColor(222, 209, 188);
+const SURFACE: RGBColor = RGBColor(101, 67, 33);
+
+/// What is drawn over the distance along the trajectories.
+pub struct Panels<'a> {
+    lines: &'a [&'a Line],
+    /// Numbers of the trajectories with a section, the longest first.
+    sections: Vec<usize>,
+    far: f64,
+    /// Lowest and highest point of the sections [m].
+    levels: [f64; 2],
+    /// Height of the section's plot [px], and how much steeper it is drawn than it is.
+    plot: f64,
+    exaggeration: f64,
+}
+
+impl<'a> Panels<'a> {
+    /// Of these trajectories.
+    pub fn new(lines: &'a [&'a Line]) -> Self {
+        let mut sections: Vec<usize> = (0..lines.len()).collect();
+        // Many sections in one picture say nothing: then that of the longest trajectory alone.
+        sections.sort_by(|a, b| lines[*b].length().total_cmp(&lines[*a].length()));
+        sections.truncate(if lines.len() > SECTIONS { 1 } else { SECTIONS });
+        let far = lines.iter().map(|l| l.length()).fold(0.0, f64::max).max(1e-3);
+        let heights = || {
+            let points = sections.iter().flat_map(|n| &lines[*n].points);
+            points.flat_map(|p| [Some(p.place[2]), p.ground]).flatten()
+        };
+        let (low, high) =
+            (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+        let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
+        let room = 0.06 * (high - low) + 0.01 * far;
+        let levels = [low - room, high + room];
+        let per_pixel = far / f64::from(WIDTH - LEFT - RIGHT);
+        let even = (levels[1] - levels[0]) / per_pixel;
+        let plot = even.clamp(SECTION[0], SECTION[1]);
+        Self { lines, sections, far, levels, plot, exaggeration: plot / even }
+    }
+
+    /// Room that the section takes on the page [px].
+    pub fn section_height(&self) -> i32 {
+        self.plot.round() as i32 + ABOVE + BELOW
+    }
+
+    fn metres_per_pixel(&self) -> f64 {
+        self.far / f64::from(WIDTH - LEFT - RIGHT)
+    }
+
+    /// The terrain under the trajectory, and the trajectory over it.
+    pub fn section(&self, area: &Area) -> Drawn {
+        let scale = match self.exaggeration {
+            e if (e - 1.0).abs() < 0.005 => "vertical and horizontal scale are equal".to_owned(),
+            e => format!("vertical scale {} times the horizontal", significant(e)),
+        };
+        let whose = match (self.sections.len(), self.lines.len()) {
+            (1, 1) => String::new(),
+            (1, _) => format!(" of {}, the longest", self.lines[self.sections[0]].name),
+            _ => "s".into(),
+        };
+        let heading = format!("Terrain section along the trajectory{whose} ({scale})");
+        let heading = heading.replace("trajectorys", "trajectories");
+        let mut chart = self.chart(area, &heading, "elevation [m]", self.levels, BELOW)?;
+        let per_pixel = [self.metres_per_pixel(), (self.levels[1] - self.levels[0]) / self.plot];
+        let surface = |line: &Line| {
+            let points = line.points.iter().zip(&line.along);
+            thinned(points.filter_map(|(p, x)| Some((*x, p.ground?))), per_pixel, 0.5)
+        };
+        let first = surface(self.lines[self.sections[0]]);
+        chart.draw_series(AreaSeries::new(first, self.levels[0], TERRAIN.filled()))?;
+        for (place, number) in self.sections.iter().enumerate() {
+            let line = self.lines[*number];
+            let tint = if place == 0 { SURFACE } else { colour(*number) };
+            let style = tint.mix(if place == 0 { 1.0 } else { 0.5 }).stroke_width(px(1.0) as u32);
+            chart.plotting_area().draw(&PathElement::new(surface(line), style))?;
+        }
+        for number in &self.sections {
+            let line = self.lines[*number];
+            let heights = line.points.iter().zip(&line.along).map(|(p, x)| (*x, p.place[2]));
+            let style = colour(*number).stroke_width(px(1.6) as u32);
+            chart.plotting_area().draw(&PathElement::new(thinned(heights, per_pixel, 0.5), style))?;
+            for k in line.landings() {
+                let at = (line.along[k], line.points[k].place[2]);
+                chart.plotting_area().draw(&Circle::new(at, px(2.4), colour(*number).filled()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Jump height.
+    pub fn jumps(&self, area: &Area) -> Drawn {
+        self.panel(area, "Jump height of the rock's lowest point", "[m]", BELOW, |p| {
+            p.jump.map(|j| j.max(0.0))
+        })
+    }
+
+    /// Speed.
+    pub fn speeds(&self, area: &Area) -> Drawn {
+        self.panel(area, "Speed", "[m/s]", BELOW, |p| Some(p.speed))
+    }
+
+    /// Kinetic energy.
+    pub fn energies(&self, area: &Area) -> Drawn {
+        self.panel(area, "Kinetic energy, rotation included", "[kJ]", BELOW_LAST, |p| Some(p.energy / 1000.0))
+    }
+
+    fn panel(
+        &self,
+        area: &Area,
+        heading: &str,
+        unit: &str,
+        below: i32,
+        value: impl Fn(&Point) -> Option<f64>,
+    ) -> Drawn {
+        let highest =
+            self.lines.iter().flat_map(|l| &l.points).filter_map(&value).fold(0.0, f64::max).max(1e-6);
+        let heading = format!("{heading} (largest {} {})", significant(highest), &unit[1..unit.len() - 1]);
+        let levels = [0.0, 1.08 * highest];
+        let mut chart = self.chart(area, &heading, unit, levels, below)?;
+        let plot = f64::from(PANEL - ABOVE - below);
+        let per_pixel = [self.metres_per_pixel(), levels[1] / plot];
+        let width = if self.lines.len() > FEW { 0.8 } else { 1.5 };
+        for (number, line) in self.lines.iter().enumerate() {
+            let points = line.points.iter().zip(&line.along);
+            let values = points.filter_map(|(p, x)| Some((*x, value(p)?)));
+            let curve = thinned(values, per_pixel, spacing(self.lines.len()));
+            let style = colour(number).stroke_width(px(width) as u32);
+            chart.draw_series(std::iter::once(PathElement::new(curve, style)))?;
+        }
+        Ok(())
+    }
+
+    /// Axes, grid and heading of a plot over the distance.
+    fn chart<'b, 'c>(
+        &self,
+        area: &'b Area<'c>,
+        heading: &str,
+        unit: &str,
+        levels: [f64; 2],
+        below: i32,
+    ) -> Result<Chart<'b, 'c>, DrawingAreaErrorKind<std::io::Error>> {
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(ABOVE * FINE)
+            .margin_right(RIGHT * FINE)
+            .x_label_area_size(below * FINE)
+            .y_label_area_size(LEFT * FINE)
+            .build_cartesian_2d(0.0..self.far, levels[0]..levels[1])?;
+        let mut mesh = chart.configure_mesh();
+        mesh.light_line_style(TRANSPARENT)
+            .bold_line_style(INK.mix(0.13).stroke_width(px(0.7) as u32))
+            .axis_style(INK.stroke_width(px(1.0) as u32))
+            .label_style(font(12.0))
+            .x_labels(11)
+            .y_labels(5)
+            .x_label_formatter(&number)
+            .y_label_formatter(&number)
+            .y_desc(unit)
+            .axis_desc_style(font(13.0));
+        if below == BELOW_LAST {
+            mesh.x_desc("horizontal distance along the trajectory [m]");
+        }
+        mesh.draw()?;
+        area.draw(&Text::new(heading.to_owned(), (px(f64::from(LEFT)), px(7.0)), font(13.0)))?;
+        Ok(chart)
+    }
+}
+
+/// Three digits.
+fn significant(value: f64) -> String {
+    let digits = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
+    format!("{value:.digits$}")
+}
+
+type Chart<'a, 'b> = ChartContext<
+    'a,
+    SVGBackend<'b>,
+    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
+>;

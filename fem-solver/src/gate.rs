@@ -1,0 +1,437 @@
+//! What can be known of a structure before it is computed: numbers in other units than SI, sections that do not fit their
+//! elements, strengths below what acts from the start. An error where no one can mean it, else a warning.
+
+use crate::config::Config;
+use crate::config::part::{CablePart, PartConfig};
+use crate::config::structure::CableEntry;
+use crate::model::Model;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+/// Longest structure that a mesh or generator may make [m], and that from which on it is asked whether metres are meant.
+const LONGEST: [f64; 2] = [2000.0, 500.0];
+/// Nodes closer than this, relative to the extent, are at one place.
+const SAME_PLACE: f64 = 1e-9;
+
+/// Judge `model`. What someone might mean goes into its warnings.
+pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), InputError> {
+    let mut warnings = Vec::new();
+    judge_extent(scene, config, model, &mut warnings)?;
+    for section in sections(config, model) {
+        let mut judge = Judge { scene, section: &section, warnings: &mut warnings };
+        judge.material()?;
+        judge.shape()?;
+        judge.strength()?;
+    }
+    judge_devices(scene, config, model, &mut warnings)?;
+    judge_supports(scene, config, model, &mut warnings)?;
+    judge_gravity(scene, config, &mut warnings);
+    warnings.extend(twins(model));
+    model.warnings.extend(warnings);
+    Ok(())
+}
+
+/// Material and section of a part, as stated, and its longest line.
+#[derive(Default)]
+struct Section {
+    key: String,
+    young: Option<f64>,
+    density: Option<f64>,
+    area: Option<f64>,
+    inertia: Option<[f64; 2]>,
+    radius: Option<f64>,
+    prestress: Option<f64>,
+    rupture_force: Option<f64>,
+    rupture_strain: Option<f64>,
+    longest: f64,
+}
+
+/// The sections of a scene: that of all cables, then one for each part that has lines.
+fn sections(config: &Config, model: &Model) -> Vec<Section> {
+    let table = &config.structure;
+    let span = |line: &[usize; 2]| (model.nodes[line[1]] - model.nodes[line[0]]).norm();
+    // What every cable states for itself nothing uses of the common table.
+    let bare =
+        |p: &PartConfig, states: fn(&CablePart) -> bool| matches!(p, PartConfig::Cable(p) if !states(p));
+    let parted: usize = model.parts[..model.part_count].iter().map(|p| p.cables.len()).sum();
+    let others = model.cables.len() > parted + table.cables.len();
+    let used = |in_entry: fn(&CableEntry) -> bool, in_part: fn(&CablePart) -> bool| {
+        others || table.cables.iter().any(|c| !in_entry(c)) || table.parts.iter().any(|p| bare(p, in_part))
+    };
+    let all = model.lines().map(|(line, _)| span(&line)).fold(0.0, f64::max);
+    let mut sections = Vec::new();
+    if let Some(common) = &table.cable {
+        sections.push(Section {
+            key: "structure.cable".into(),
+            young: Some(common.young).filter(|_| used(|c| c.young.is_some(), |p| p.young.is_some())),
+            density: Some(common.density).filter(|_| used(|c| c.density.is_some(), |p| p.density.is_some())),
+            area: Some(common.area).filter(|_| used(|c| c.area.is_some(), |p| p.area.is_some())),
+            radius: Some(common.radius),
+            prestress: Some(common.prestress),
+            longest: all,
+            ..Section::default()
+        });
+    }
+    for (i, (config, part)) in table.parts.iter().zip(&model.parts).enumerate() {
+        let cables = part.cables.iter().map(|c| span(&model.cables[*c].nodes));
+        let others = part.elements.iter().flat_map(|e| model.elements[*e].lines()).map(|l| span(&l));
+        let longest = cables.chain(others).fold(0.0, f64::max);
+        let own = Section { key: format!("structure.parts.{i}"), longest, ..Section::default() };
+        let common = table.cable.as_ref();
+        sections.extend(match config {
+            PartConfig::Cable(p) => Some(Section {
+                young: p.young,
+                density: p.density,
+                area: p.area.or(common.map(|c| c.area)),
+                radius: p.radius.or(common.map(|c| c.radius)),
+                prestress: p.prestress.or(common.map(|c| c.prestress)),
+                rupture_force: p.rupture_force,
+                rupture_strain: p.rupture_strain,
+                ..own
+            }),
+            PartConfig::SlidingCable(p) => Some(Section {
+                young: Some(p.young),
+                density: Some(p.density),
+                area: Some(p.area),
+                radius: p.radius,
+                prestress: Some(p.prestress),
+                rupture_force: p.rupture_force,
+                rupture_strain: p.rupture_strain,
+                ..own
+            }),
+            PartConfig::Beam(p) => Some(Section {
+                young: Some(p.young),
+                density: Some(p.density),
+                area: Some(p.area),
+                inertia: Some(p.inertia),
+                radius: p.radius,
+                rupture_force: p.rupture_force,
+                ..own
+            }),
+            PartConfig::Brake(p) => Some(Section { radius: p.radius, ..own }),
+            PartConfig::Ring(p) => Some(Section { radius: p.radius, ..own }),
+            PartConfig::Membrane(p) => {
+                Some(Section { young: p.young.first().copied(), density: Some(p.density), ..own })
+            }
+            PartConfig::Shell(p) => Some(Section { young: Some(p.young), density: Some(p.density), ..own }),
+            PartConfig::None(_) => None,
+        });
+    }
+    sections
+}
+
+/// Judges one section.
+struct Judge<'a> {
+    scene: &'a Scene,
+    section: &'a Section,
+    warnings: &'a mut Vec<String>,
+}
+
+impl Judge<'_> {
+    fn error(&self, name: &str, what: String, cure: &str) -> InputError {
+        self.scene.invalid(&format!("{}.{name}", self.section.key), what).try_instead(cure)
+    }
+
+    fn warn(&mut self, name: &str, what: String) {
+        self.warnings.push(format!("{}.{name}: {what}", self.section.key));
+    }
+
+    /// Modulus and density.
+    fn material(&mut self) -> Result<(), InputError> {
+        if let Some(young) = self.section.young {
+            if young < 1e3 {
+                let what = format!("young is {young} Pa: no solid is that soft");
+                return Err(self.error(
+                    "young",
+                    what,
+                    "pascals: 210 GPa of steel is 2.1e11, a wire rope has 1e11",
+                ));
+            }
+            if (5e4..=3e5).contains(&young) {
+                self.warn(
+                    "young",
+                    format!(
+                        "{young} Pa is softer than rubber; in MPa it would be a metal's: write {:e}",
+                        1e6 * young
+                    ),
+                );
+            }
+            if young > 2e12 {
+                self.warn(
+                    "young",
+                    format!("{young:e} Pa is stiffer than diamond (1.2e12); steel has 2.1e11"),
+                );
+            }
+        }
+        let Some(density) = self.section.density.filter(|d| *d > 0.0) else { return Ok(()) };
+        let steel = "kilograms per cubic metre: steel has 7850 (7.85 g/cm3, 7.85e-9 t/mm3)";
+        if !(0.01..=1e6).contains(&density) {
+            let than = if density < 1.0 { "lighter than air" } else { "heavier than anything" };
+            return Err(self.error("density", format!("density is {density} kg/m3: {than}"), steel));
+        }
+        if density < 30.0 {
+            self.warn("density", format!("{density} kg/m3 is that of a foam; {steel}"));
+        }
+        if density > 3e4 {
+            self.warn(
+                "density",
+                format!("{density} kg/m3 is heavier than any metal (osmium has 22600); {steel}"),
+            );
+        }
+        Ok(())
+    }
+
+    /// Area, moments of inertia and radius, against each other and the length of the elements.
+    fn shape(&mut self) -> Result<(), InputError> {
+        let longest = self.section.longest;
+        if longest == 0.0 {
+            return Ok(());
+        }
+        let radius = self.section.radius.unwrap_or(0.0);
+        if radius > longest {
+            let what = format!("radius is {radius} m, and the longest element of it has {longest:.4} m");
+            return Err(self.error("radius", what, "metres: 8 mm is 0.008"));
+        }
+        if radius > 0.2 * longest {
+            self.warn(
+                "radius",
+                format!("{radius} m beside elements of {longest:.4} m at most; 8 mm is 0.008"),
+            );
+        }
+        let Some(area) = self.section.area else { return Ok(()) };
+        let (width, beam) = (2.0 * (area / PI).sqrt(), self.section.inertia.is_some());
+        let what = format!(
+            "area is {area} m2, a rod {width:.3} m thick, and the longest element of it has {longest:.4} m"
+        );
+        if width > if beam { 5.0 * longest } else { longest } {
+            return Err(self.error("area", what, "square metres: 240 mm2 is 2.4e-4"));
+        }
+        if width > if beam { longest } else { 0.1 * longest.max(1.0) } {
+            self.warn("area", format!("{what}; 240 mm2 is 2.4e-4"));
+        }
+        if radius > 0.0 && !beam && (area > 1.2 * PI * radius * radius || PI * radius * radius > 50.0 * area)
+        {
+            self.warn(
+                "radius",
+                format!(
+                    "a contact sees {radius} m, and the section of {area} m2 alone has {:.2e} m",
+                    0.5 * width
+                ),
+            );
+        }
+        for inertia in self.section.inertia.unwrap_or_default() {
+            let gyration = (inertia / area).sqrt();
+            let what = format!(
+                "inertia is {inertia} m4 with an area of {area} m2: a radius of gyration of {gyration:.2e} m, of a beam \
+                 of {longest:.4} m"
+            );
+            if gyration > longest {
+                return Err(self.error(
+                    "inertia",
+                    what,
+                    "metres to the fourth: 2490 cm4 (HE 160 B) is 2.49e-5",
+                ));
+            }
+            if beam && (gyration > 0.2 * longest || gyration < 0.01 * width) {
+                self.warn("inertia", format!("{what}; 2490 cm4 (HE 160 B) is 2.49e-5"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Strength, against prestress and what a section of its size carries.
+    fn strength(&mut self) -> Result<(), InputError> {
+        if let Some(strain) = self.section.rupture_strain.filter(|s| *s > 1.0) {
+            self.warn("rupture_strain", format!("{strain} is a strain, no percentage: 5 % is 0.05"));
+        }
+        let (Some(force), Some(area)) = (self.section.rupture_force, self.section.area) else {
+            return Ok(());
+        };
+        let prestress = self.section.prestress.unwrap_or(0.0);
+        if prestress * area > force {
+            let what = format!(
+                "rupture_force is {force} N, and the prestress alone is {:.4e} N ({prestress:e} Pa on {area} m2)",
+                prestress * area
+            );
+            return Err(self.error("rupture_force", what, "newtons: 300 kN is 3e5; or less prestress"));
+        }
+        let strength = force / area;
+        if !(5e6..=1e10).contains(&strength) {
+            let than = if strength < 5e6 { "weaker than wood" } else { "stronger than any wire" };
+            self.warn(
+                "rupture_force",
+                format!("{force} N on {area} m2 is a strength of {strength:.1e} Pa, {than}; 300 kN is 3e5"),
+            );
+        }
+        Ok(())
+    }
+}
+
+fn judge_extent(
+    scene: &Scene,
+    config: &Config,
+    model: &Model,
+    warnings: &mut Vec<String>,
+) -> Result<(), InputError> {
+    let table = &config.structure;
+    if model.nodes.is_empty() {
+        let what = "no element of the mesh becomes anything: the structure is empty";
+        return Err(scene.invalid("structure.mesh", what).try_instead(
+            "save the lines of the mesh too (in Gmsh: physical groups for curves), and write parts or [structure.cable]",
+        ));
+    }
+    let extent = model.extent();
+    let what = format!("the structure has an extent of {extent:.4} m");
+    let (key, cure) = if table.mesh.is_some() {
+        ("structure.mesh", "coordinates count in metres: save the mesh in metres, or scale it by 0.001")
+    } else {
+        ("structure.generator", "lengths count in metres: 150 mm is 0.15")
+    };
+    if extent > LONGEST[0] && (table.mesh.is_some() || table.generator.is_some()) {
+        return Err(scene.invalid(key, format!("{what}, more than {} m", LONGEST[0])).try_instead(cure));
+    }
+    if extent > LONGEST[1] {
+        warnings.push(format!("{what}: are its coordinates millimetres? They count in metres"));
+    }
+    if model.nodes.len() > 1 && extent < 0.01 {
+        warnings.push(format!("{what}: its coordinates count in metres"));
+    }
+    Ok(())
+}
+
+/// Brakes, rings, membranes and shells against the structure that they are in.
+fn judge_devices(
+    scene: &Scene,
+    config: &Config,
+    model: &Model,
+    warnings: &mut Vec<String>,
+) -> Result<(), InputError> {
+    let extent = model.extent();
+    let too_long = |key: String, name: &str, value: f64, of: &str, limit: f64| {
+        let what = format!("{name} is {value} m, and {of} {limit:.4} m");
+        scene.invalid(&format!("{key}.{name}"), what).try_instead("metres: 300 mm is 0.3")
+    };
+    for (i, (part, built)) in config.structure.parts.iter().zip(&model.parts).enumerate() {
+        let key = format!("structure.parts.{i}");
+        let size = built.elements.iter().map(|e| {
+            let nodes = model.elements[*e].nodes();
+            nodes.iter().map(|n| (model.nodes[*n] - model.nodes[nodes[0]]).norm()).fold(0.0, f64::max)
+        });
+        let size = size.fold(0.0, f64::max);
+        match part {
+            PartConfig::Brake(p) => {
+                let travel = p.curve.last().map_or(0.0, |row| row[0]);
+                for (name, value) in [("stroke", p.stroke.unwrap_or(0.0)), ("curve", travel)] {
+                    if value > 10.0 * extent {
+                        return Err(too_long(
+                            key,
+                            name,
+                            value,
+                            "the whole structure has an extent of",
+                            extent,
+                        ));
+                    }
+                }
+                let most = p.curve.iter().map(|row| row[1]).fold(0.0, f64::max);
+                if most > 0.0 && most < 1e3 {
+                    warnings.push(format!(
+                        "{key}.curve: the brake gives way under {most} N at most; 120 kN is 1.2e5"
+                    ));
+                }
+                if let (Some(force), Some(first)) = (p.rupture_force, p.curve.first())
+                    && force <= first[1]
+                {
+                    warnings.push(format!(
+                        "{key}.rupture_force: the brake breaks under {force} N, before it gives way under {} N",
+                        first[1]
+                    ));
+                }
+            }
+            PartConfig::Ring(p) if size > 0.0 && p.diameter > 20.0 * size => {
+                return Err(too_long(key, "diameter", p.diameter, "its nodes lie within", size));
+            }
+            PartConfig::Ring(p) if size > 0.0 && !(0.5..=2.0).contains(&(p.diameter / size)) => {
+                warnings
+                    .push(format!("{key}.diameter: {} m, and its nodes lie {size:.4} m apart", p.diameter));
+            }
+            PartConfig::Membrane(p) if size > 0.0 && p.thickness > size => {
+                return Err(too_long(key, "thickness", p.thickness, "its triangles have sides of", size));
+            }
+            PartConfig::Shell(p) if size > 0.0 && p.thickness > size => {
+                return Err(too_long(key, "thickness", p.thickness, "its triangles have sides of", size));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Supports that hold nothing, and structures that nothing holds.
+fn judge_supports(
+    scene: &Scene,
+    config: &Config,
+    model: &Model,
+    warnings: &mut Vec<String>,
+) -> Result<(), InputError> {
+    let mut used = vec![false; model.node_count()];
+    model.cables.iter().flat_map(|c| c.nodes).for_each(|n| used[n] = true);
+    model.elements.iter().flat_map(|e| e.nodes()).for_each(|n| used[*n] = true);
+    model.point_masses.iter().for_each(|m| used[m.node] = true);
+    model.springs.iter().for_each(|s| used[s.node] = true);
+    for (i, entry) in config.structure.supports.iter().enumerate() {
+        let key = format!("structure.supports.{i}");
+        let nodes = model.place(scene, &key, entry.place())?;
+        if nodes.iter().all(|n| !used[*n]) {
+            warnings.push(format!("{key} holds nothing: no element ends at its {} nodes", nodes.len()));
+        }
+    }
+    if !model.held.contains(&true) && model.springs.is_empty() && model.down.is_some() {
+        warnings.push(
+            "nothing holds the structure: it falls; supports = [{ group = \"name of a group\" }]".into(),
+        );
+    }
+    Ok(())
+}
+
+/// Whether there is weight; where there are rocks, who computes them judges gravity.
+fn judge_gravity(scene: &Scene, config: &Config, warnings: &mut Vec<String>) {
+    if scene.has("rock") || !config.structure.dead_load {
+        return;
+    }
+    let size = config.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    if size == 0.0 && !scene.has("gravity") && config.structure.loads.is_empty() {
+        warnings.push(
+            "there is no gravity: the structure has no weight; gravity = [0.0, 0.0, -9.81], or structure.dead_load = false"
+                .into(),
+        );
+    }
+    if size > 50.0 {
+        warnings.push(format!("gravity is {size} m/s2, on earth it is 9.81"));
+    }
+}
+
+/// Nodes at one place: a mesh whose parts were not joined falls apart there.
+fn twins(model: &Model) -> Option<String> {
+    let step = (SAME_PLACE * model.extent()).max(f64::MIN_POSITIVE);
+    let mut seen: HashMap<[i64; 3], usize> = HashMap::with_capacity(model.node_count());
+    let mut pairs = Vec::new();
+    for (node, p) in model.nodes.iter().enumerate() {
+        let place = [p.x, p.y, p.z].map(|c| (c / step).round() as i64);
+        match seen.get(&place) {
+            Some(first) => pairs.push((*first, node)),
+            None => {
+                seen.insert(place, node);
+            }
+        }
+    }
+    let (a, b) = *pairs.first()?;
+    Some(format!(
+        "{} nodes stand where another one does, first node {} and node {}: elements that end there are not connected; join \
+         them (in Gmsh: Coherence)",
+        pairs.len(),
+        model.node_name(a),
+        model.node_name(b)
+    ))
+}

@@ -1,0 +1,294 @@
+//! What a scene gauge watches: one number, a mean or sum over nodes, or smallest and largest of the members of a group.
+
+use crate::assembly::Assembly;
+use crate::config::structure::Where;
+use crate::config::{GaugeConfig, Quantity};
+use crate::model::Model;
+use crate::newton::spring_dofs;
+use crate::state::State;
+use interface_defs::message::Gauge;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+
+/// What one scene gauge watches.
+#[derive(Debug, Clone)]
+pub enum Probe {
+    /// Displacement since t = 0, mean over some nodes.
+    Displacement(Vec<usize>),
+    /// Velocity, mean over some nodes.
+    Velocity(Vec<usize>),
+    /// Force of the supports.
+    Force(Vec<Foot>),
+    /// Axial force or elongation.
+    Lines(Lines),
+    /// Height between two groups.
+    Height(Height),
+}
+
+impl Probe {
+    /// The probe of the gauge with the key `key`.
+    pub fn of(scene: &Scene, key: &str, model: &Model, gauge: &GaugeConfig) -> Result<Self, InputError> {
+        let place = Where { nodes: None, group: gauge.group.as_deref(), at: gauge.at };
+        let nodes = model.place(scene, key, place)?;
+        if nodes.is_empty() {
+            return Err(scene.invalid(key, "the group of this gauge has no nodes"));
+        }
+        let name = &gauge.name;
+        Ok(match gauge.quantity {
+            Quantity::Displacement => Self::Displacement(nodes),
+            Quantity::Velocity => Self::Velocity(nodes),
+            Quantity::Force => {
+                let feet = Foot::of(model, &nodes);
+                if feet.is_empty() {
+                    let what = format!("no node of the gauge `{name}` is held: there is no support force");
+                    return Err(scene.invalid(key, what));
+                }
+                Self::Force(feet)
+            }
+            Quantity::Height => Self::Height(Height::of(scene, key, model, nodes, gauge)?),
+            Quantity::Tension | Quantity::Elongation => {
+                let lines = Lines::of(model, &nodes, gauge);
+                if lines.count == 0 {
+                    let what = format!("there is no cable at the gauge `{name}`");
+                    return Err(scene.invalid(key, what));
+                }
+                Self::Lines(lines)
+            }
+        })
+    }
+
+    /// Members of which smallest and largest are told; 0 where there is one value, a sum or a mean.
+    pub fn members(&self) -> usize {
+        let count = match self {
+            Self::Force(feet) => feet.len(),
+            Self::Lines(lines) => lines.count,
+            Self::Displacement(_) | Self::Velocity(_) | Self::Height(_) => 0,
+        };
+        if count > 1 { count } else { 0 }
+    }
+
+    /// Numbers that it records: three components, one value, then smallest and largest of its members.
+    pub fn slots(&self) -> usize {
+        let own = match self {
+            Self::Displacement(_) | Self::Velocity(_) | Self::Force(_) => 3,
+            Self::Height(_) => 1,
+            Self::Lines(_) => usize::from(self.members() == 0),
+        };
+        own + if self.members() > 0 { 2 } else { 0 }
+    }
+
+    /// Name of what its members are compared by.
+    pub fn quantity(&self) -> (&'static str, &'static str) {
+        match self {
+            Self::Force(_) => ("force", "N"),
+            Self::Lines(lines) if lines.elongation => ("elongation", "m"),
+            _ => ("tension", "N"),
+        }
+    }
+
+    /// The gauges that tell it, each with the number that it shows. Old names follow the new ones.
+    pub fn declared(&self, name: &str) -> Vec<(Gauge, usize)> {
+        let followed = |name: String, unit: &str| Gauge { extremes: true, ..Gauge::new(name, unit) };
+        let vector = |letter: char, unit: &'static str, over: &str| {
+            let axes = [(0, 'x'), (1, 'y'), (2, 'z')];
+            let plain = axes.map(|(c, axis)| (followed(format!("{name}_{letter}{axis}"), unit), c));
+            let new = axes.map(|(c, axis)| (followed(format!("{name}_{letter}{axis}_{over}"), unit), c));
+            if over.is_empty() { plain.into() } else { [new, plain].concat() }
+        };
+        let mean = |nodes: &[usize]| if nodes.len() > 1 { "mean" } else { "" };
+        let (quantity, unit) = self.quantity();
+        match self {
+            Self::Displacement(nodes) => vector('u', "m", mean(nodes)),
+            Self::Velocity(nodes) => vector('v', "m/s", mean(nodes)),
+            Self::Height(_) => vec![(followed(format!("{name}_height"), "m"), 0)],
+            Self::Force(feet) if feet.len() == 1 => vector('f', "N", ""),
+            Self::Lines(_) if self.members() == 0 => {
+                vec![(followed(format!("{name}_{quantity}"), unit), 0)]
+            }
+            Self::Force(_) | Self::Lines(_) => {
+                let first = if matches!(self, Self::Force(_)) { 3 } else { 0 };
+                // The extremes of these are told with the member that they belong to, as measures of the solver.
+                let of_members =
+                    |end: &str, slot| (Gauge::new(format!("{name}_{quantity}_{end}"), unit), slot);
+                let mut all = if first > 0 { vector('f', unit, "sum") } else { Vec::new() };
+                all.extend([of_members("min", first), of_members("max", first + 1)]);
+                if first == 0 {
+                    all.push((Gauge::new(format!("{name}_{quantity}"), unit), 1));
+                }
+                all
+            }
+        }
+    }
+
+    /// A member in words.
+    pub fn member_name(&self, model: &Model, member: usize) -> String {
+        match self {
+            Self::Force(feet) => format!("node {}", model.node_name(feet[member].node)),
+            Self::Lines(lines) => lines.name(model, member),
+            _ => String::new(),
+        }
+    }
+}
+
+/// A node that supports hold, and their springs.
+#[derive(Debug, Clone)]
+pub struct Foot {
+    node: usize,
+    held: [bool; 3],
+    springs: [f64; 3],
+}
+
+impl Foot {
+    /// Those of `nodes` that are held.
+    fn of(model: &Model, nodes: &[usize]) -> Vec<Self> {
+        let n = model.node_count();
+        let springs = spring_dofs(model);
+        let mut nodes = nodes.to_vec();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let feet = nodes.into_iter().map(|node| Self {
+            node,
+            held: [0, 1, 2].map(|c| model.held[model.dof(node, c)]),
+            springs: [0, 1, 2]
+                .map(|c| springs.iter().filter(|(dof, _)| *dof == c * n + node).map(|(_, k)| k).sum()),
+        });
+        feet.filter(|f| f.held.contains(&true) || f.springs.iter().any(|k| *k > 0.0)).collect()
+    }
+
+    /// Force of its supports on the structure [N], where `force` is that of load and elements.
+    pub fn reaction(&self, nodes: usize, force: &[f64], u: &[f64]) -> [f64; 3] {
+        [0, 1, 2].map(|c: usize| {
+            let dof = c * nodes + self.node;
+            let held = if self.held[c] { force[dof] } else { 0.0 };
+            -(held + self.springs[c] * u[dof])
+        })
+    }
+}
+
+/// A group above another.
+#[derive(Debug, Clone)]
+pub struct Height {
+    nodes: Vec<usize>,
+    above: Vec<usize>,
+    up: Vector3<f64>,
+}
+
+impl Height {
+    fn of(
+        scene: &Scene,
+        key: &str,
+        model: &Model,
+        nodes: Vec<usize>,
+        gauge: &GaugeConfig,
+    ) -> Result<Self, InputError> {
+        let Some(below) = gauge.above.as_deref() else {
+            return Err(scene
+                .invalid(
+                    key,
+                    format!("the gauge `{}` does not say above what its height is taken", gauge.name),
+                )
+                .try_instead("add above = \"name of a group\""));
+        };
+        let place = Where { nodes: None, group: Some(below), at: None };
+        let above = model.place(scene, &format!("{key}.above"), place)?;
+        match model.down {
+            Some(down) => Ok(Self { nodes, above, up: -down }),
+            None => Err(scene.invalid(key, "a height counts against gravity, and there is none")),
+        }
+    }
+
+    /// The height [m] at `state`.
+    pub fn value(&self, model: &Model, state: &State) -> f64 {
+        let height =
+            |node: &usize| self.up.dot(&(model.nodes[*node] + model.vector(&state.displacement, *node)));
+        let lowest = self.nodes.iter().map(height).fold(f64::INFINITY, f64::min);
+        lowest - self.above.iter().map(height).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// Elements whose axial force, or elongation, is recorded. A member is a line of an element (a segment of a rope, a side
+/// of a ring); of an elongation, a whole element.
+#[derive(Debug, Clone)]
+pub struct Lines {
+    cables: Vec<usize>,
+    elements: Vec<usize>,
+    elongation: bool,
+    count: usize,
+}
+
+impl Lines {
+    fn of(model: &Model, nodes: &[usize], gauge: &GaugeConfig) -> Self {
+        let (cables, elements) = Self::elements(model, nodes, gauge);
+        let elongation = gauge.quantity == Quantity::Elongation;
+        let lines = |e: &usize| if elongation { 1 } else { model.elements[*e].force_count() };
+        let count = cables.len() + elements.iter().map(lines).sum::<usize>();
+        Self { cables, elements, elongation, count }
+    }
+
+    /// The cables and the other elements that have lines.
+    fn elements(model: &Model, nodes: &[usize], gauge: &GaugeConfig) -> (Vec<usize>, Vec<usize>) {
+        let has_lines = |e: &usize| model.elements[*e].line_count() > 0;
+        if let Some(part) = model.parts.iter().find(|p| Some(&p.name) == gauge.group.as_ref()) {
+            return (part.cables.clone(), part.elements.iter().copied().filter(has_lines).collect());
+        }
+        let mut inside = vec![false; model.node_count()];
+        nodes.iter().for_each(|n| inside[*n] = true);
+        let single = gauge.at.is_some();
+        let belongs = |own: &[usize]| {
+            if single { own.iter().any(|n| inside[*n]) } else { own.iter().all(|n| inside[*n]) }
+        };
+        let cables = (0..model.cables.len()).filter(|c| belongs(&model.cables[*c].nodes)).collect();
+        let elements = (0..model.elements.len()).filter(has_lines);
+        (cables, elements.filter(|e| belongs(model.elements[*e].nodes())).collect())
+    }
+
+    /// Show `take` the value of each member, in order.
+    pub fn scan(
+        &self,
+        model: &Model,
+        state: &State,
+        assembly: &mut Assembly,
+        forces: &mut [f64],
+        mut take: impl FnMut(f64),
+    ) {
+        let u = &state.displacement;
+        for cable in self.cables.iter().map(|c| &model.cables[*c]) {
+            let w = model.relative(u, cable);
+            take(if self.elongation {
+                (cable.span + w).norm() - cable.span.norm()
+            } else {
+                cable.tension(&w)
+            });
+        }
+        for i in &self.elements {
+            let element = &model.elements[*i];
+            let history = assembly.history(*i, &state.history);
+            let own = assembly.gather(*i, u);
+            if self.elongation {
+                take(element.elongation(own));
+                continue;
+            }
+            let forces = &mut forces[..element.line_count()];
+            element.line_forces(own, history, forces);
+            // What is broken carries nothing.
+            let forces = &forces[..element.force_count()];
+            forces.iter().for_each(|f| take(if f.is_nan() { 0.0 } else { *f }));
+        }
+    }
+
+    fn name(&self, model: &Model, member: usize) -> String {
+        if let Some(cable) = self.cables.get(member) {
+            return model.cable_name(*cable);
+        }
+        let mut left = member - self.cables.len();
+        for element in &self.elements {
+            let lines = if self.elongation { 1 } else { model.elements[*element].force_count() };
+            if left < lines {
+                return model.member_name(*element, (lines > 1).then_some(left));
+            }
+            left -= lines;
+        }
+        String::new()
+    }
+}

@@ -1,0 +1,273 @@
+//! Mistakes of a user: an error where no one can mean it, a warning where someone might, each with numbers and the cure.
+
+use crate::common::scene;
+use fem_solver::FemSolver;
+use fem_solver::check::check;
+use interface_defs::toolkit::program::Options;
+
+/// A barrier of one field with everything in it.
+const BARRIER: &str = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+supports = [{ group = "feet", rotations = "z" }, { group = "anchors" }]
+[structure.generator]
+type = "barrier"
+fields = 1
+cells = [10, 4]
+[structure.cable]
+young = 1e11
+area = 1.6e-4
+density = 7850.0
+prestress = 5e7
+radius = 0.01
+[[structure.parts]]
+name = "net"
+element = "cable"
+area = 2.5e-5
+prestress = 2e6
+radius = 0.004
+rupture_force = 2.5e4
+[[structure.parts]]
+name = "posts"
+element = "beam"
+young = 2.1e11
+area = 5.4e-3
+inertia = [2.5e-5, 9.2e-6]
+density = 7850.0
+radius = 0.08
+[[structure.parts]]
+name = "top_rope"
+element = "sliding_cable"
+young = 1e11
+area = 1.6e-4
+density = 7850.0
+prestress = 5e7
+radius = 0.01
+rupture_force = 2e5
+[[structure.parts]]
+name = "bottom_rope"
+element = "sliding_cable"
+young = 1e11
+area = 1.6e-4
+density = 7850.0
+prestress = 5e7
+radius = 0.01
+[[structure.parts]]
+name = "rope_brakes"
+element = "brake"
+stiffness = 5e6
+curve = [[0.02, 5e4], [0.8, 6e4]]
+stroke = 0.8
+mass = 10.0
+[[structure.parts]]
+name = "upslope_brakes"
+element = "brake"
+stiffness = 5e6
+curve = [[0.02, 5e4], [0.8, 6e4]]
+mass = 10.0
+[[gauge]]
+name = "posts"
+group = "posts"
+quantity = "tension"
+"#;
+
+fn changed(from: &str, to: &str) -> String {
+    assert!(BARRIER.contains(from), "{from}");
+    BARRIER.replacen(from, to, 1)
+}
+
+/// The message with which a scene is refused before anything is computed.
+fn refused(text: &str) -> String {
+    match FemSolver::new(&scene(text), &Options::default()) {
+        Err(error) => error.to_string(),
+        Ok(_) => panic!("must be refused: {text}"),
+    }
+}
+
+/// Warnings of a scene, before anything is computed.
+fn warned(text: &str) -> String {
+    let solver = FemSolver::new(&scene(text), &Options::default()).unwrap_or_else(|e| panic!("{e}"));
+    solver.model().warnings.join("\n")
+}
+
+#[test]
+fn a_barrier_as_it_should_be_brings_no_warning() {
+    assert_eq!(warned(BARRIER), "");
+}
+
+#[test]
+fn what_no_one_can_mean_is_refused_with_its_numbers_and_a_cure() {
+    for (from, to, words, cure) in [
+        ("young = 1e11", "young = 100.0", "young is 100 Pa", "1e11"),
+        ("young = 2.1e11", "young = 210.0", "young is 210 Pa", "2.1e11"),
+        ("density = 7850.0", "density = 7.85e-9", "lighter than air", "7850"),
+        ("density = 7850.0", "density = 7.85e12", "heavier than anything", "7850"),
+        ("area = 1.6e-4", "area = 160.0", "a rod 14.273 m thick", "2.4e-4"),
+        ("area = 2.5e-5", "area = 25.0", "a rod 5.642 m thick", "2.4e-4"),
+        ("area = 5.4e-3", "area = 5400.0", "a rod 82.919 m thick", "2.4e-4"),
+        (
+            "inertia = [2.5e-5, 9.2e-6]",
+            "inertia = [2.5e7, 9.2e6]",
+            "a radius of gyration of 6.80e4 m",
+            "2.49e-5",
+        ),
+        ("radius = 0.004", "radius = 4.0", "radius is 4 m, and the longest element of it has 1", "0.008"),
+        ("radius = 0.08", "radius = 80.0", "radius is 80 m", "0.008"),
+        ("rupture_force = 2e5", "rupture_force = 7.9e3", "the prestress alone is 8.0000e3 N", "3e5"),
+        ("stroke = 0.8", "stroke = 800.0", "stroke is 800 m", "0.3"),
+        ("curve = [[0.02, 5e4], [0.8, 6e4]]", "curve = [[20.0, 5e4], [800.0, 6e4]]", "curve is 800 m", "0.3"),
+        ("fields = 1", "fields = 1\nspacing = 10000.0", "an extent of", "metres"),
+        ("cells = [10, 4]", "cells = [1000000, 4000]", "too many", "[20, 20]"),
+        ("cells = [10, 4]", "cells = [0, 4]", "is none", "[20, 20]"),
+        ("cells = [10, 4]", "cells = [10, 4]\nheight = -4.0", "must lie above 0", "height"),
+        ("cells = [10, 4]", "cells = [10, 4]\nheigth = 4.0", "heigth", "height"),
+        ("group = \"feet\"", "group = \"feets\"", "no group `feets`", "did you mean `feet`?"),
+        ("group = \"posts\"", "group = \"post\"", "no group `post`", "did you mean `posts`?"),
+        (
+            "name = \"top_rope\"",
+            "name = \"toprope\"",
+            "no group of elements `toprope`",
+            "did you mean `top_rope`?",
+        ),
+        ("group = \"posts\"", "at = [0.0, 3.0, 0.0]", "the nearest, node", "m away"),
+        (
+            "[[gauge]]",
+            "[[gauge]]\nname = \"posts\"\ngroup = \"posts\"\nquantity = \"tension\"\n[[gauge]]",
+            "a name of its own",
+            "posts",
+        ),
+    ] {
+        let message = refused(&changed(from, to));
+        assert!(message.starts_with("test.toml:"), "{to}: {message}");
+        assert!(message.contains(words) && message.contains(cure), "{to}: {message}");
+    }
+}
+
+#[test]
+fn what_someone_might_mean_is_a_warning_with_its_numbers() {
+    for (from, to, words) in [
+        ("young = 1e11", "young = 1e5", "in MPa it would be a metal's: write 1e11"),
+        ("young = 2.1e11", "young = 2.1e14", "stiffer than diamond"),
+        ("density = 7850.0", "density = 7.85", "7.85 kg/m3 is that of a foam"),
+        ("density = 7850.0", "density = 78500.0", "heavier than any metal"),
+        ("area = 1.6e-4", "area = 1.6", "a rod 1.427 m thick"),
+        ("radius = 0.004", "radius = 0.4", "radius: 0.4 m beside elements of"),
+        ("radius = 0.004", "radius = 0.001", "the section of 0.000025 m2 alone has 2.82e-3 m"),
+        ("inertia = [2.5e-5, 9.2e-6]", "inertia = [2.5e-2, 9.2e-3]", "a radius of gyration of"),
+        ("rupture_force = 2.5e4", "rupture_force = 60.0", "a strength of 2.4e6 Pa, weaker than wood"),
+        ("rupture_force = 2.5e4", "rupture_force = 2.5e4\nrupture_strain = 5.0", "5 % is 0.05"),
+        (
+            "curve = [[0.02, 5e4], [0.8, 6e4]]",
+            "curve = [[0.02, 50.0], [0.8, 60.0]]",
+            "gives way under 60 N at most",
+        ),
+        (
+            "mass = 10.0",
+            "mass = 10.0\nrupture_force = 4e4",
+            "breaks under 40000 N, before it gives way under 50000 N",
+        ),
+        ("gravity = [0.0, 0.0, -9.81]", "", "there is no gravity"),
+        ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, -9810.0]", "9810 m/s2"),
+        ("fields = 1", "fields = 60", "are its coordinates millimetres?"),
+        (
+            "supports = [{ group = \"feet\", rotations = \"z\" }, { group = \"anchors\" }]",
+            "form_finding = \"none\"",
+            "nothing holds the structure",
+        ),
+    ] {
+        let said = warned(&changed(from, to));
+        assert!(said.contains(words), "{to}: {said}");
+    }
+}
+
+/// A square of wires from Gmsh, with coordinates times `scale` and an end of the last wire on a node of its own if `apart`.
+fn mesh(scale: f64, apart: bool) -> String {
+    let p = |x: f64, y: f64| format!("{} {} 0", scale * x, scale * y);
+    let last = if apart { 5 } else { 1 };
+    format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n1 1 \"net\"\n$EndPhysicalNames\n$Nodes\n5\n1 {}\n2 {}\n3 {}\n\
+         4 {}\n5 {}\n$EndNodes\n$Elements\n4\n1 1 2 1 1 1 2\n2 1 2 1 1 2 3\n3 1 2 1 1 3 4\n4 1 2 1 1 4 {last}\n$EndElements\n",
+        p(0.0, 0.0),
+        p(1.0, 0.0),
+        p(1.0, 1.0),
+        p(0.0, 1.0),
+        p(0.0, 0.0)
+    )
+}
+
+#[test]
+fn meshes_in_millimetres_open_meshes_and_what_is_no_mesh_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = |file: &str| {
+        format!(
+            "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n[structure]\nmesh = {:?}\nsupports = [{{ group = \"net\" }}]\n[[structure.parts]]\nname \
+             = \"net\"\nelement = \"cable\"\nyoung = 1e11\narea = 1e-5\ndensity = 7850.0\n",
+            dir.path().join(file)
+        )
+    };
+    let write = |name: &str, content: &str| std::fs::write(dir.path().join(name), content).unwrap();
+    write("metres.msh", &mesh(1.0, false));
+    // The fifth node belongs to no element and is left out.
+    assert!(warned(&text("metres.msh")).contains("1 nodes of the mesh belong to no element"));
+    write("millimetres.msh", &mesh(2000.0, false));
+    let message = refused(&text("millimetres.msh"));
+    assert!(message.contains("extent of 2828.4271 m") && message.contains("scale it by 0.001"), "{message}");
+    write("apart.msh", &mesh(1.0, true));
+    let said = warned(&text("apart.msh"));
+    assert!(
+        said.contains("1 nodes stand where another one does, first node 1 at (0, 0, 0) and node 5"),
+        "{said}"
+    );
+    write("empty.msh", "");
+    assert!(refused(&text("empty.msh")).contains("the file is empty"));
+    assert!(refused(&text("none.msh")).contains("there is no mesh file"));
+    std::fs::create_dir(dir.path().join("folder.msh")).unwrap();
+    assert!(refused(&text("folder.msh")).contains("this is no file"));
+    let nodes = mesh(1.0, false);
+    write("nodes.msh", &format!("{}$Elements\n0\n$EndElements\n", nodes.split("$Elements").next().unwrap()));
+    let message = refused(text("nodes.msh").split("supports").next().unwrap());
+    assert!(message.contains("the structure is empty"), "{message}");
+}
+
+#[test]
+fn a_check_says_the_same_words() {
+    let text = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
+supports = [{ nodes = [0, 2] }]
+[[structure.parts]]
+name = "rope"
+element = "cable"
+cells = [[0, 1, 2]]
+young = 1e9
+area = 1e-4
+density = 7850.0
+rupture_strain = 5.0
+"#;
+    let said = warned(text);
+    assert!(said.contains("5 is a strain, no percentage"), "{said}");
+    let report = check(&scene(text)).unwrap_or_else(|e| panic!("{e}"));
+    assert!(report.warnings.contains(&said), "{said}: {:?}", report.warnings);
+}
+
+#[test]
+fn supports_that_hold_nothing_are_named() {
+    // The corners of the grid stand at no wire where the net is of one row of free cells only: a group of bare nodes.
+    let text = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+generator = { type = "rectangular_net", cells = [3, 3], spacing = 0.5, boundary_cables = false }
+supports = [{ group = "corners" }]
+cable = { young = 1e11, area = 1e-5, density = 7850.0 }
+"#;
+    assert!(
+        warned(text).contains("structure.supports.0 holds nothing: no element ends at its 4 nodes"),
+        "{}",
+        warned(text)
+    );
+    assert_eq!(warned(&text.replace("\"corners\"", "\"edges\"")), "");
+}

@@ -1,0 +1,53 @@
+//! Input files: what stands at a path is a file, or an error says what else it is, or which name may be meant.
+
+use super::explain::nearest;
+use super::input_error::InputError;
+use std::fs::Metadata;
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// What is known of the regular file at `path`; whoever opened a pipe in its place would wait for ever.
+pub fn regular(path: &Path) -> Result<Metadata, InputError> {
+    let refuse = |what: String| InputError::in_file(path.display().to_string(), what);
+    let data = std::fs::metadata(path).map_err(|e| match e.kind() {
+        ErrorKind::NotFound => refuse("there is no such file".into()).try_if(near(path)),
+        _ => refuse(format!("the file cannot be read: {e}")),
+    })?;
+    if data.is_dir() {
+        return Err(refuse("this is a directory".into()));
+    }
+    if !data.is_file() {
+        return Err(refuse("this is no file: a device, a pipe or a socket".into()));
+    }
+    Ok(data)
+}
+
+/// The name in the same directory that is nearest to that of `path`.
+fn near(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy().into_owned();
+    let dir = path.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = std::fs::read_dir(dir) else {
+        return Some(format!("there is no directory {} either", dir.display()));
+    };
+    let mut names: Vec<_> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    names.sort_unstable();
+    nearest(&name, &names).map(|near| format!("did you mean {near}, which lies there?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_file_is_named_and_what_is_missing_gets_the_nearest_name() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let of = |name: &str| regular(&dir.path().join(name)).map(|_| ()).map_err(|e| e.to_string());
+        std::fs::write(dir.path().join("slope.asc"), "x").expect("written");
+        assert_eq!(of("slope.asc"), Ok(()));
+        assert!(of("slop.asc").expect_err("missing").ends_with("did you mean slope.asc, which lies there?"));
+        assert!(of("other.tif").expect_err("missing").ends_with("there is no such file"));
+        assert!(of("no/slope.asc").expect_err("missing").contains("there is no directory"));
+        assert!(of("").expect_err("itself").ends_with("this is a directory"));
+        assert!(regular(Path::new("/dev/null")).expect_err("a device").to_string().contains("a device"));
+    }
+}

@@ -1,0 +1,221 @@
+//! The table `[limits]`: bounds of trust. A run that passes one is `unreliable`, never `done`.
+
+use super::input_error::InputError;
+use super::scene::Scene;
+use super::summary::{Status, Summary, split_member};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Bounds beyond which a run is not to be trusted.
+///
+/// A scene that shows a failing scheme on purpose raises them and says why.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// Largest imbalance of the whole system's energy, relative to the kinetic energy at impact. Ten times
+    /// this bound ends the run at once.
+    pub energy_error: f64,
+    /// Deepest overlap of a sphere, relative to its radius: beyond it the contact law does not hold.
+    pub penetration: f64,
+    /// Largest accepted interface residual, as energy: the work of the contact force over the displacement on
+    /// which the two solvers disagree, summed over the windows without regard to sign, relative to the
+    /// energy to which `energy_error` relates. It shows noise at the interface, and windows that were accepted
+    /// although they had not converged.
+    pub residual: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { energy_error: 0.1, penetration: 0.5, residual: 0.5 }
+    }
+}
+
+/// So many times the bound of energy ends a run at once.
+const FATAL: f64 = 10.0;
+
+/// Energy error above which a run is done with a warning.
+const NOTICE: f64 = 0.01;
+
+impl Limits {
+    /// From the scene; the whole table may be absent.
+    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+        let limits: Self = scene.read("limits")?.unwrap_or_default();
+        for (key, bound) in [
+            ("energy_error", limits.energy_error),
+            ("penetration", limits.penetration),
+            ("residual", limits.residual),
+        ] {
+            if bound <= 0.0 {
+                let what = format!("a bound of {bound} would be passed by every run, it must lie above 0");
+                let default = "leave the key out for the default, or raise the bound to accept more";
+                return Err(scene.invalid(&format!("limits.{key}"), what).try_instead(default));
+            }
+        }
+        Ok(limits)
+    }
+
+    /// Energy error beyond which a run ends at once.
+    pub fn fatal_energy_error(&self) -> f64 {
+        FATAL * self.energy_error
+    }
+
+    /// Judge a run that has ended: each bound that it passed becomes a sentence of its message (of its
+    /// warnings, where it has not come to its end).
+    pub fn judge(&self, summary: &mut Summary, evidence: &Evidence) {
+        let mut passed = Vec::new();
+        for measure in &summary.measures {
+            let (name, _) = split_member(&measure.name);
+            let at = measure.time.map_or(String::new(), |t| format!(" at {t:.6} s"));
+            let value = measure.value;
+            if name == ENERGY_ERROR && value > self.energy_error {
+                let what = format!(
+                    "energy_error is {}{at}, above limits.energy_error = {}",
+                    percent(value),
+                    percent(self.energy_error)
+                );
+                passed.push((what, evidence.energy.as_str()));
+            } else if name == ENERGY_ERROR && value > NOTICE {
+                summary.warnings.push(format!("energy_error is {}{at}: {}", percent(value), evidence.energy));
+            }
+            if ["max_penetration", "overlap_over_radius"].iter().any(|n| name.contains(n))
+                && measure.unit == "1"
+                && value > self.penetration
+            {
+                let what = format!(
+                    "{name} is {value:.3} radii{at}, above limits.penetration = {}",
+                    self.penetration
+                );
+                passed.push((what, TOO_SOFT));
+            }
+        }
+        if let Some(share) = evidence.residual.filter(|share| *share > self.residual) {
+            let what = format!(
+                "the solvers disagree about interface work of {} of the energy at impact, above limits.residual = {}",
+                percent(share),
+                percent(self.residual)
+            );
+            // Where the energy shows it too, its cause stands there already.
+            let cure = if passed.iter().any(|(what, _)| what.starts_with(ENERGY_ERROR)) {
+                ""
+            } else {
+                &evidence.interface
+            };
+            passed.push((what, cure));
+        }
+        if passed.is_empty() {
+            return;
+        }
+        if summary.status == Status::Done {
+            let sentence = |(what, cure): &(String, &str)| {
+                if cure.is_empty() { what.clone() } else { format!("{what}: {cure}") }
+            };
+            let sentences: Vec<String> = passed.iter().map(sentence).collect();
+            summary.status = Status::Unreliable;
+            summary.message = Some(format!("unreliable: {}", sentences.join("; ")));
+        } else {
+            // Its message has the cause.
+            summary.warnings.extend(passed.into_iter().map(|(what, _)| what));
+        }
+    }
+}
+
+/// What to try against too deep an overlap.
+const TOO_SOFT: &str =
+    "the contact is too soft for this speed; raise contact.young (or stiffness), or cluster.smallest_radius";
+
+/// Name of the measure to which [`Limits::energy_error`] applies.
+pub const ENERGY_ERROR: &str = "energy_error";
+
+/// What is known of a run beside its measures.
+#[derive(Debug, Clone, Default)]
+pub struct Evidence {
+    /// What to try against an energy error, by its likely cause.
+    pub energy: String,
+    /// The number that [`Limits::residual`] bounds; `None` where there is no interface.
+    pub residual: Option<f64>,
+    /// What to try against it.
+    pub interface: String,
+}
+
+/// What to try against an energy error of a solver that runs alone.
+pub(super) fn cure(role: &str) -> &'static str {
+    match role {
+        "dem" => {
+            "shorten the steps ([dem] time_step, or more steps_per_contact); energy that is lost at edges of a mesh is \
+             kept by [[contact]] hierarchy = \"continuous\""
+        }
+        _ => "shorten [fem] time_step, or choose an integrator that keeps the energy",
+    }
+}
+
+/// A share, for a reader.
+pub fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent >= 1e6 { format!("{percent:.1e} %") } else { format!("{} %", super::summary::three(percent)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::Measure;
+
+    fn limits(text: &str) -> Result<Limits, String> {
+        let scene = Scene::from_text("s.toml", text).map_err(|e| e.to_string())?;
+        Limits::of(&scene).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn an_absent_table_gives_the_defaults_and_a_key_changes_one_bound() {
+        assert_eq!(limits(""), Ok(Limits { energy_error: 0.1, penetration: 0.5, residual: 0.5 }));
+        let raised = limits("[limits]\nenergy_error = 20\n").expect("valid");
+        assert_eq!(raised, Limits { energy_error: 20.0, ..Limits::default() });
+    }
+
+    #[test]
+    fn unknown_keys_and_bounds_that_every_run_passes_are_refused() {
+        let unknown = limits("[limits]\nenergy = 1.0\n").expect_err("no such bound");
+        assert!(unknown.starts_with("s.toml:2:1: unknown key `energy`"), "{unknown}");
+        for key in ["energy_error", "penetration", "residual"] {
+            let zero = limits(&format!("[limits]\n{key} = 0.0\n")).expect_err("no bound");
+            assert!(zero.starts_with(&format!("s.toml:2:{}: a bound of 0", key.len() + 4)), "{zero}");
+        }
+    }
+
+    fn judged(status: Status, energy_error: f64, penetration: f64, residual: f64) -> Summary {
+        let mut summary = Summary::new(status);
+        let measure =
+            |name: &str, value| Measure { name: name.into(), value, unit: "1".into(), time: Some(0.25) };
+        summary.measures =
+            vec![measure("energy_error", energy_error), measure("block_max_penetration", penetration)];
+        let evidence =
+            Evidence { energy: "try A".into(), residual: Some(residual), interface: "try B".into() };
+        Limits::default().judge(&mut summary, &evidence);
+        summary
+    }
+
+    #[test]
+    fn a_run_within_its_bounds_stays_done_and_each_bound_that_is_passed_is_named() {
+        assert_eq!(judged(Status::Done, 0.1, 0.5, 0.5).status, Status::Done);
+        for (summary, says) in [
+            (
+                judged(Status::Done, 0.12, 0.1, 0.1),
+                "energy_error is 12 % at 0.250000 s, above limits.energy_error = 10 %: try A",
+            ),
+            (
+                judged(Status::Done, 0.0, 0.75, 0.1),
+                "block_max_penetration is 0.750 radii at 0.250000 s, above limits.penetration = 0.5",
+            ),
+            (
+                judged(Status::Done, 0.0, 0.0, 0.8),
+                "80 % of the energy at impact, above limits.residual = 50 %: try B",
+            ),
+        ] {
+            assert_eq!(summary.status, Status::Unreliable);
+            let message = summary.message.expect("says why");
+            assert!(message.contains(says), "{message}");
+        }
+        let failed = judged(Status::Failed, 5.0, 0.0, 0.0);
+        assert_eq!((failed.status, failed.message), (Status::Failed, None));
+        assert!(failed.warnings[0].contains("energy_error is 500 %"), "{:?}", failed.warnings);
+    }
+}

@@ -1,0 +1,315 @@
+//! The reference of all keys of a scene and of all results, as Markdown: `rockfall schema --reference`.
+//!
+//! Every word of it comes from the schema, that is from the doc comments of what the programs read.
+
+use interface_defs::toolkit::scene::KEYS;
+use interface_defs::toolkit::schema::{Entry, Share};
+use serde_json::{Map, Value};
+use std::fmt::Write as _;
+
+const HEAD: &str = "\
+# Reference
+
+All keys of a scene, and all numbers in the result files. This page is made by `rockfall schema --reference` from the
+doc comments of the programs; do not edit it.
+
+A scene is one TOML file in SI units; paths in it are relative to the scene file. A table that is absent builds nothing
+and starts nothing. `[name]` is a table, `[[name]]` a table that may stand several times. For completion and checks in an
+editor (Even Better TOML, taplo): `rockfall schema > rockfall.schema.json`, and `#:schema rockfall.schema.json` as the
+first line of the scene.
+";
+
+/// The whole page.
+pub fn text(share: &Share) -> String {
+    let mut page = Page { share, text: HEAD.into() };
+    let known: Vec<&str> = KEYS.into_iter().filter(|key| share.properties.contains_key(*key)).collect();
+    let plain = |key: &&str| page.share.properties.get(*key).is_some_and(|s| Kind::of(s, share).is_plain());
+    let (values, tables): (Vec<&str>, Vec<&str>) = known.into_iter().partition(plain);
+    let top: Map<String, Value> =
+        values.iter().map(|key| ((*key).to_owned(), share.properties[*key].clone())).collect();
+    let _ = write!(page.text, "\n## Top level\n\n");
+    page.keys(&top, &["end_time".into()], None);
+    for key in tables {
+        page.section(key, &share.properties[key], 2);
+    }
+    page.results();
+    page.text
+}
+
+/// What a value is.
+enum Kind<'a> {
+    /// A number, a text, a list of such.
+    Plain(String),
+    /// One of some names, each with its meaning.
+    Names(Vec<(&'a str, &'a str)>),
+    /// A table, or a list of tables.
+    Table { of: &'a Value, many: bool },
+    /// A table of which one key says what else it holds; or a list of such.
+    Tagged { variants: &'a [Value], many: bool },
+}
+
+impl<'a> Kind<'a> {
+    fn of(schema: &'a Value, share: &'a Share) -> Self {
+        let schema = resolved(schema, share);
+        if let Some(variants) = schema.get("oneOf").and_then(Value::as_array) {
+            let name = |v: &'a Value| Some((v.get("const")?.as_str()?, description(v)));
+            return match variants.iter().map(name).collect() {
+                Some(names) => Self::Names(names),
+                None => Self::Tagged { variants, many: false },
+            };
+        }
+        match schema.get("type").and_then(Value::as_str) {
+            Some("array") => match schema.get("items").map(|items| Self::of(items, share)) {
+                Some(Self::Table { of, .. }) => Self::Table { of, many: true },
+                Some(Self::Tagged { variants, .. }) => Self::Tagged { variants, many: true },
+                _ => Self::Plain(plain(schema)),
+            },
+            Some("object") if schema.get("properties").is_some() => Self::Table { of: schema, many: false },
+            _ => Self::Plain(plain(schema)),
+        }
+    }
+
+    fn is_plain(&self) -> bool {
+        matches!(self, Self::Plain(_) | Self::Names(_))
+    }
+
+    /// In the column of types.
+    fn name(&self) -> String {
+        match self {
+            Self::Plain(name) => name.clone(),
+            Self::Names(_) => "name".into(),
+            Self::Table { many: false, .. } | Self::Tagged { many: false, .. } => "table, below".into(),
+            Self::Table { many: true, .. } | Self::Tagged { many: true, .. } => {
+                "list of tables, below".into()
+            }
+        }
+    }
+}
+
+/// A value without parts of its own, in words.
+fn plain(schema: &Value) -> String {
+    let number = |key: &str| schema.get(key).and_then(Value::as_u64);
+    match schema.get("type").and_then(Value::as_str) {
+        Some("number") => "number".into(),
+        Some("integer") => "integer".into(),
+        Some("boolean") => "true or false".into(),
+        Some("string") => "text".into(),
+        Some("object") => "table".into(),
+        Some("array") => {
+            let items = schema.get("items").map_or_else(|| "anything".into(), plain);
+            let plural = match &items[..] {
+                "text" => "texts".into(),
+                "number" | "integer" => format!("{items}s"),
+                other => format!("[{other}]"),
+            };
+            match (number("minItems"), number("maxItems")) {
+                (Some(least), Some(most)) if least == most => format!("{least} {plural}"),
+                _ => format!("list of {plural}"),
+            }
+        }
+        _ => "anything".into(),
+    }
+}
+
+/// What a reference refers to.
+fn resolved<'a>(schema: &'a Value, share: &'a Share) -> &'a Value {
+    let one = schema.get("allOf").and_then(|all| all.get(0)).unwrap_or(schema);
+    let name = one.get("$ref").and_then(Value::as_str).and_then(|r| r.strip_prefix("#/definitions/"));
+    name.and_then(|name| share.definitions.get(name)).unwrap_or(one)
+}
+
+fn description(schema: &Value) -> &str {
+    schema.get("description").and_then(Value::as_str).unwrap_or("")
+}
+
+struct Page<'a> {
+    share: &'a Share,
+    text: String,
+}
+
+impl<'a> Page<'a> {
+    /// A table of a scene, and the tables in it.
+    fn section(&mut self, path: &str, schema: &'a Value, level: usize) {
+        let kind = Kind::of(schema, self.share);
+        let many = matches!(kind, Kind::Table { many: true, .. } | Kind::Tagged { many: true, .. });
+        let title = if many { format!("[[{path}]]") } else { format!("[{path}]") };
+        let _ = write!(self.text, "\n{} `{title}`\n\n", "#".repeat(level));
+        let own = description(schema);
+        match kind {
+            Kind::Table { of, .. } => {
+                self.paragraph(if own.is_empty() { description(of) } else { own });
+                self.table(path, of, level, None);
+            }
+            Kind::Tagged { variants, .. } => {
+                let items = schema.get("items").unwrap_or(schema);
+                self.paragraph(if own.is_empty() { description(resolved(items, self.share)) } else { own });
+                for variant in variants {
+                    self.variant(path, variant, level + 1);
+                }
+            }
+            Kind::Plain(_) | Kind::Names(_) => self.paragraph(own),
+        }
+    }
+
+    /// One choice of a tagged table.
+    fn variant(&mut self, path: &str, variant: &'a Value, level: usize) {
+        let properties = variant.get("properties").and_then(Value::as_object);
+        let tag = properties.and_then(|all| {
+            all.iter().find_map(|(key, schema)| Some((key.as_str(), schema.get("const")?.as_str()?)))
+        });
+        let Some((key, name)) = tag else { return };
+        let _ = write!(self.text, "\n{} `{path}` with `{key} = \"{name}\"`\n\n", "#".repeat(level));
+        self.paragraph(description(variant));
+        self.table(path, variant, level, Some(key));
+    }
+
+    fn table(&mut self, path: &str, schema: &'a Value, level: usize, tag: Option<&str>) {
+        let Some(properties) = schema.get("properties").and_then(Value::as_object) else { return };
+        let required: Vec<Value> =
+            schema.get("required").and_then(Value::as_array).cloned().unwrap_or_default();
+        self.keys(properties, &required, tag);
+        for (key, inner) in properties {
+            if Some(key.as_str()) != tag && !Kind::of(inner, self.share).is_plain() {
+                self.section(&format!("{path}.{key}"), inner, level + 1);
+            }
+        }
+    }
+
+    /// The rows of a table, what is required first.
+    fn keys(&mut self, properties: &Map<String, Value>, required: &[Value], tag: Option<&str>) {
+        let needed = |key: &str| required.iter().any(|r| r == key);
+        let mut rows: Vec<_> = properties.iter().filter(|(key, _)| Some(key.as_str()) != tag).collect();
+        rows.sort_by_key(|(key, _)| !needed(key));
+        if rows.is_empty() {
+            return;
+        }
+        let _ = writeln!(self.text, "| key | type | unit | default | meaning |\n|---|---|---|---|---|");
+        for (key, schema) in rows {
+            let kind = Kind::of(schema, self.share);
+            let own = description(schema);
+            let (text, unit) = without_unit(if own.is_empty() && !kind.is_plain() {
+                description(resolved(schema, self.share))
+            } else {
+                own
+            });
+            let (mut text, told) = without_default(&text);
+            let default = match (needed(key), told, schema.get("default")) {
+                (true, ..) => "**required**".into(),
+                (false, Some(told), _) => told,
+                (false, None, Some(value)) => format!("`{}`", toml_text(value)),
+                (false, None, None) => String::new(),
+            };
+            if let Kind::Names(names) = &kind {
+                for (name, meaning) in names {
+                    let _ = write!(text, "<br>`{name}`: {meaning}");
+                }
+            }
+            let _ = writeln!(
+                self.text,
+                "| `{key}` | {} | {unit} | {} | {} |",
+                kind.name(),
+                cell(&default),
+                cell(&text)
+            );
+        }
+    }
+
+    fn paragraph(&mut self, text: &str) {
+        if !text.is_empty() {
+            let _ = writeln!(self.text, "{text}\n");
+        }
+    }
+
+    fn results(&mut self) {
+        let mut files: Vec<&str> = Vec::new();
+        for entry in &self.share.results {
+            if !files.contains(&entry.file.as_ref()) {
+                files.push(&entry.file);
+            }
+        }
+        let _ = write!(self.text, "\n## Results\n");
+        for file in files {
+            let of_file: Vec<&Entry> = self.share.results.iter().filter(|e| e.file == file).collect();
+            let what = match file {
+                "summary.json" => {
+                    "Measures, each with `value`, `unit` and, where it has one, `time_s`. With several rocks those of a \
+                     rock begin with `<rock>_`. What is absent has its reason in `warnings`.\n\n"
+                }
+                _ => "",
+            };
+            let _ = write!(self.text, "\n### `{file}`\n\n{what}| name | unit | meaning |\n|---|---|---|\n");
+            for entry in of_file {
+                let name = entry.full_name();
+                let name = if name.is_empty() { name } else { format!("`{name}`") };
+                let _ = writeln!(self.text, "| {name} | {} | {} |", entry.unit, cell(&entry.meaning));
+            }
+        }
+    }
+}
+
+/// Text in one cell of a table.
+fn cell(text: &str) -> String {
+    text.replace("\n\n", "<br>").replace('\n', " ").replace('|', "\\|")
+}
+
+/// A text without the first unit that stands in it in brackets, and that unit.
+fn without_unit(text: &str) -> (String, String) {
+    let is_unit = |inner: &str| {
+        !inner.is_empty() && inner.chars().all(|c| "mskgNPadrJ/1234, -".contains(c)) && inner != "2"
+    };
+    for (at, _) in text.match_indices('[') {
+        let inner = text[at + 1..].split(']').next().unwrap_or_default();
+        if !text[..at].ends_with('`') && is_unit(inner) {
+            let head = text[..at].trim_end();
+            return (format!("{head}{}", &text[at + inner.len() + 2..]), inner.into());
+        }
+    }
+    (text.into(), String::new())
+}
+
+/// A text without the sentence that begins with `Default`, and that sentence without the word.
+fn without_default(text: &str) -> (String, Option<String>) {
+    const WORD: &str = "Default";
+    let starts = |at: usize| at == 0 || text[..at].ends_with(' ') || text[..at].ends_with('\n');
+    let Some((at, _)) = text.match_indices(WORD).find(|(at, _)| starts(*at)) else {
+        return (text.into(), None);
+    };
+    let rest = &text[at + WORD.len()..];
+    let end = rest.match_indices(". ").next().map_or(rest.trim_end_matches('.').len(), |(end, _)| end);
+    let default = rest[..end].trim_start_matches(':').trim().to_owned();
+    let tail = rest[end..].trim_start_matches('.').trim_start();
+    let head = text[..at].trim_end();
+    (format!("{head}{}{tail}", if tail.is_empty() || head.is_empty() { "" } else { " " }), Some(default))
+}
+
+/// A value as a scene writes it.
+fn toml_text(value: &Value) -> String {
+    match value {
+        Value::Array(items) => format!("[{}]", items.iter().map(toml_text).collect::<Vec<_>>().join(", ")),
+        Value::Object(map) => {
+            let entries: Vec<String> = map.iter().map(|(k, v)| format!("{k} = {}", toml_text(v))).collect();
+            format!("{{ {} }}", entries.join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unit_and_default_move_from_the_text_into_their_columns() {
+        let (text, unit) = without_unit("Speed [m/s] of `[2]`. Default 0.01. More.");
+        assert_eq!((&text[..], &unit[..]), ("Speed of `[2]`. Default 0.01. More.", "m/s"));
+        assert_eq!(without_default(&text), ("Speed of `[2]`. More.".into(), Some("0.01".into())));
+        assert_eq!(without_default("By default none."), ("By default none.".into(), None));
+        assert_eq!(without_default("Mass. Default: none"), ("Mass.".into(), Some("none".into())));
+    }
+
+    #[test]
+    fn values_are_written_as_in_a_scene() {
+        let value = serde_json::json!({ "type": "aitken", "initial": 0.5, "list": [1, 2.0] });
+        assert_eq!(toml_text(&value), "{ initial = 0.5, list = [1, 2.0], type = \"aitken\" }");
+    }
+}

@@ -1,0 +1,41 @@
+//! The schema of a whole scene: what each program says of its tables, put together.
+
+use crate::command_line::beside;
+use crate::plan::Processes;
+use crate::stop::Stop;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::schema::{Share, Tables};
+use std::process::{Command, Stdio};
+
+/// Programs with tables of their own.
+const PROGRAMS: [&str; 3] = ["dem-solver", "fem-solver", "coupler"];
+
+/// Ask every program of this project for its share.
+pub fn share() -> Result<Share, Stop> {
+    let mut all = Tables::common().key::<Processes>("processes").share();
+    for program in PROGRAMS {
+        all.merge(ask(program)?).map_err(|name| {
+            Stop::failed(format!("{program} and another program say different things of `{name}`"))
+        })?;
+    }
+    Ok(all)
+}
+
+fn ask(program: &str) -> Result<Share, Stop> {
+    let file = beside(program)
+        .map_err(|what| InputError::new(what).try_instead("build all programs with cargo build --release"))?;
+    let output = Command::new(&file)
+        .arg("schema")
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|e| InputError::new(format!("{} cannot be started: {e}", file.display())))?;
+    Share::from_json(&String::from_utf8_lossy(&output.stdout)).map_err(|e| {
+        let said = String::from_utf8_lossy(&output.stderr);
+        Stop::failed(format!("{program} schema: {e}; are all programs of one version? It said: {said}"))
+    })
+}
+
+/// As JSON text.
+pub fn text(share: &Share) -> String {
+    serde_json::to_string_pretty(&share.document()).expect("maps of text are valid JSON") + "\n"
+}

@@ -1,0 +1,218 @@
+//! The schema for editors and the reference: what the programs read and write is what they say.
+
+use interface_defs::toolkit::schema::Share;
+use serde_json::Value;
+use std::process::Command;
+use tests::{Bench, Ended, program, repository, scene};
+
+fn printed(arguments: &[&str]) -> String {
+    let output = Command::new(program("rockfall")).arg("schema").args(arguments).output().expect("it runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+fn schema() -> Value {
+    serde_json::from_str(&printed(&[])).expect("JSON")
+}
+
+/// What of `value` does not fit `schema`, for as much of draft 7 as the schema uses; any other word is a failure.
+fn faults(value: &Value, schema: &Value, root: &Value, at: &str, found: &mut Vec<String>) {
+    if schema == &Value::Bool(true) {
+        return;
+    }
+    let one = |schema: &Value, at: &str| {
+        let mut own = Vec::new();
+        faults(value, schema, root, at, &mut own);
+        own
+    };
+    for (word, rule) in schema.as_object().expect("a schema") {
+        let mut refuse = |what: String| found.push(format!("{at}: {what}"));
+        match word.as_str() {
+            "description" | "default" | "title" | "$schema" | "definitions" => {}
+            "type" if rule == "number" && value.is_number() => {}
+            "type" if rule == kind(value) => {}
+            "type" => refuse(format!("{value} is no {rule}")),
+            "const" if rule != value => refuse(format!("{value} is not {rule}")),
+            "const" => {}
+            "minimum" if value.as_f64() < rule.as_f64() => refuse(format!("{value} is below {rule}")),
+            "maximum" if value.as_f64() > rule.as_f64() => refuse(format!("{value} is above {rule}")),
+            "minimum" | "maximum" => {}
+            "minItems" if value.as_array().map(Vec::len) < rule.as_u64().map(|n| n as usize) => {
+                refuse(format!("{value} is short"))
+            }
+            "maxItems"
+                if value.as_array().is_some_and(|v| v.len() as u64 > rule.as_u64().expect("a count")) =>
+            {
+                refuse(format!("{value} is long"));
+            }
+            "minItems" | "maxItems" => {}
+            "items" => {
+                for (i, item) in value.as_array().into_iter().flatten().enumerate() {
+                    faults(item, rule, root, &format!("{at}.{i}"), found);
+                }
+            }
+            "required" => {
+                for key in rule.as_array().expect("keys").iter().filter_map(Value::as_str) {
+                    if value.is_object() && value.get(key).is_none() {
+                        refuse(format!("`{key}` is missing"));
+                    }
+                }
+            }
+            "properties" => {
+                for (key, inner) in value.as_object().into_iter().flatten() {
+                    if let Some(own) = rule.get(key) {
+                        faults(inner, own, root, &format!("{at}.{key}"), found);
+                    }
+                }
+            }
+            "additionalProperties" if rule == &Value::Bool(false) => {
+                let known = schema.get("properties");
+                for key in value.as_object().into_iter().flatten().map(|(key, _)| key) {
+                    if known.and_then(|k| k.get(key)).is_none() {
+                        refuse(format!("unknown key `{key}`"));
+                    }
+                }
+            }
+            "additionalProperties" => {}
+            "$ref" => {
+                let name =
+                    rule.as_str().and_then(|r| r.strip_prefix("#/definitions/")).expect("a definition");
+                faults(value, &root["definitions"][name], root, at, found);
+            }
+            "allOf" => rule.as_array().expect("schemas").iter().for_each(|s| found.extend(one(s, at))),
+            "oneOf" | "anyOf" => {
+                let tried: Vec<_> = rule.as_array().expect("schemas").iter().map(|s| one(s, at)).collect();
+                let fitting = tried.iter().filter(|t| t.is_empty()).count();
+                if fitting == 0 || (word == "oneOf" && fitting > 1) {
+                    refuse(format!("{fitting} of {} choices fit: {tried:?}", tried.len()));
+                }
+            }
+            other => refuse(format!("the schema says `{other}`, which this test does not know")),
+        }
+    }
+}
+
+fn kind(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "boolean",
+        Value::Number(n) if n.is_f64() => "number",
+        Value::Number(_) => "integer",
+        Value::String(_) => "string",
+        Value::Array(_) => "array",
+        Value::Object(_) => "object",
+    }
+}
+
+fn unfit(scene: &str, schema: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    faults(&document(scene), schema, schema, "scene", &mut found);
+    found
+}
+
+fn document(text: &str) -> Value {
+    serde_json::to_value(text.parse::<toml::Table>().expect("TOML")).expect("JSON")
+}
+
+#[test]
+fn every_scene_that_comes_with_the_project_fits_the_schema() {
+    let schema = schema();
+    let files = std::fs::read_dir(repository().join("launch/scenes")).expect("scenes");
+    let mut count = 0;
+    for path in files.map(|f| f.expect("a file").path()) {
+        if path.extension().is_some_and(|e| e == "toml") {
+            let text = std::fs::read_to_string(&path).expect("readable");
+            let found = unfit(&text, &schema);
+            assert!(found.is_empty(), "{}: {found:#?}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 10, "{count} scenes");
+}
+
+#[test]
+fn what_a_program_refuses_at_sight_the_schema_refuses_too() {
+    let schema = schema();
+    let text = std::fs::read_to_string(scene("barrier-impact")).expect("readable");
+    assert!(unfit(&text, &schema).is_empty());
+    for (from, to) in [
+        ("[coupling]", "[couplng]"),
+        ("position =", "postion ="),
+        ("scheme = \"weak\"", "scheme = \"week\""),
+        ("end_time =", "title ="),
+        ("law = \"hertz_mindlin\"", "law = 3"),
+        ("element = \"brake\"", "element = \"break\""),
+        ("stiffness =", "stifness ="),
+        ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, -9, 81]"),
+    ] {
+        assert!(text.contains(from), "{from} is in the scene");
+        assert!(!unfit(&text.replacen(from, to, 1), &schema).is_empty(), "{to} must be refused");
+    }
+}
+
+#[test]
+fn the_reference_in_docs_is_the_one_that_the_programs_print() {
+    let file = repository().join("docs/reference.md");
+    let kept = std::fs::read_to_string(&file).unwrap_or_default();
+    let now = printed(&["--reference"]);
+    let first = kept.lines().zip(now.lines()).find(|(a, b)| a != b);
+    assert!(
+        kept == now,
+        "{} is out of date, first at {first:#?}; renew it with\n  target/release/rockfall schema --reference > \
+         docs/reference.md",
+        file.display()
+    );
+}
+
+/// Every column and measure of `ended` that no entry describes.
+fn undescribed(ended: &Ended, results: &Share) -> Vec<String> {
+    let described =
+        |file: &str, name: &str| results.results.iter().any(|e| e.file == file && e.describes(name));
+    let mut missing = Vec::new();
+    for file in ["history.csv", "trajectory.csv", "iterations.csv"] {
+        let Ok(text) = std::fs::read_to_string(ended.out.join(file)) else { continue };
+        let header = text.lines().next().expect("a header").to_owned();
+        let names =
+            header.split(',').filter(|name| !described(file, name)).map(|name| format!("{file}: {name}"));
+        missing.extend(names);
+    }
+    let summary = ended.summary();
+    for (name, measure) in summary["measures"].as_object().expect("measures") {
+        let unit = measure["unit"].as_str().expect("a unit");
+        // Of several rocks each measure begins with the name of its rock.
+        let own = name.strip_prefix("rock_").or(name.strip_prefix("second_")).unwrap_or(name);
+        let fits = |e: &&interface_defs::toolkit::schema::Entry| {
+            e.file == "summary.json"
+                && (e.describes(name) || e.describes(own))
+                && (e.unit.is_empty() || e.unit == unit)
+        };
+        if !results.results.iter().any(|e| fits(&e)) {
+            missing.push(format!("summary.json: {name} [{unit}]"));
+        }
+    }
+    missing
+}
+
+#[test]
+fn every_column_and_measure_stands_in_the_reference_with_its_unit() {
+    let mut all = Share::default();
+    for name in ["dem-solver", "fem-solver", "coupler"] {
+        let output = Command::new(program(name)).arg("schema").output().expect("it runs");
+        all.merge(Share::from_json(&String::from_utf8_lossy(&output.stdout)).expect("a share"))
+            .expect("agrees");
+    }
+    let bench = Bench::new();
+    let runs: [(&str, &[&str]); 6] = [
+        ("free-fall", &[]),
+        ("slope-cube", &["--set", "end_time=1.5"]),
+        ("settling-box", &["--set", "end_time=1e-3", "--set", "spheres.0.count=50"]),
+        ("sphere-on-plate-spring", &["--set", "output.iterations=true"]),
+        ("cable-net", &["--set", "end_time=0.02"]),
+        ("barrier-cables", &["--set", "end_time=2e-3"]),
+    ];
+    for (name, sets) in runs {
+        let ended = bench.done(&scene(name), name, sets);
+        let missing = undescribed(&ended, &all);
+        assert!(missing.is_empty(), "{name}: without an entry in the program's reference.rs: {missing:#?}");
+    }
+}
