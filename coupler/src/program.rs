@@ -2,6 +2,7 @@
 
 use crate::coupling::{Coupling, CouplingError};
 use crate::records::{Records, describe};
+use crate::schedule::Schedule;
 use crate::settings::{self, Processes, Scheme, WaitSetting};
 use clap::{Parser, Subcommand};
 use interface_defs::ipc::remote::{Host, HostOptions, Remote};
@@ -288,25 +289,27 @@ fn describe_cost(
 
 /// What the coupler would do with a scene.
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
-    let settings = settings::Coupling::of(scene)?;
+    let settings = settings::Coupling::open(scene)?;
     let processes = Processes::of(scene)?;
     let output = Output::of(scene)?;
     let end_time = scene.end_time()?;
-    let windows = crate::schedule::Schedule::new(settings.time_window, end_time, settings.shortest_window())
-        .full_windows();
     let mut report = CheckReport::default();
-    let scheme = match settings.scheme {
-        Scheme::Weak => "weak: one pass per window",
-        Scheme::Strong => "strong: until both agree",
-    };
-    report.builds.push(format!("coupling {scheme}, {windows} windows of {} s", settings.time_window));
-    let numbers = [
-        ("time_window_s", settings.time_window),
-        ("windows", windows as f64),
-        ("min_window_s", settings.shortest_window()),
-        ("seconds_per_exchange", typical_exchange(processes.wait)),
-    ];
-    report.numbers.extend(numbers.map(|(name, value)| (name.to_string(), value)));
+    let mut report_number = |name: &str, value: f64| report.numbers.insert(name.to_string(), value);
+    report_number("seconds_per_exchange", typical_exchange(processes.wait));
+    if settings.time_window.is_nan() {
+        report.builds.push("coupling: the window is open".into());
+    } else {
+        let shortest = settings.shortest_window();
+        let windows = Schedule::new(settings.time_window, end_time, shortest).full_windows();
+        report_number("time_window_s", settings.time_window);
+        report_number("windows", windows as f64);
+        report_number("min_window_s", shortest);
+        let scheme = match settings.scheme {
+            Scheme::Weak => "weak: one pass per window",
+            Scheme::Strong => "strong: until both agree",
+        };
+        report.builds.push(format!("coupling {scheme}, {windows} windows of {} s", settings.time_window));
+    }
     let table = |value: Result<toml::Table, toml::ser::Error>| {
         value.map_err(|e| scene.invalid("coupling", format!("cannot be written out: {e}")))
     };

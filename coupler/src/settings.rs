@@ -34,10 +34,15 @@ pub enum OnNoConvergence {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Coupling {
-    /// Weak or strong.
+    /// Weak or strong. Default: `rockfall` chooses.
+    #[serde(default = "open_scheme")]
     pub scheme: Scheme,
-    /// Length of a window [s].
+    /// Length of a window [s]. Default: `rockfall` computes it.
+    #[serde(default = "open_window", skip_serializing_if = "is_open")]
     pub time_window: f64,
+    /// Longest window [s] in which weak coupling is stable, as `rockfall` estimates it; for messages.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longest_weak_window: Option<f64>,
     /// Largest residual, relative to the window's increment. A window is accepted when displacement and velocity each
     /// pass this or the absolute tolerance.
     #[serde(default = "default_tolerance")]
@@ -72,6 +77,15 @@ pub struct Coupling {
     pub scene: Option<String>,
 }
 
+fn open_scheme() -> Scheme {
+    Scheme::Weak
+}
+fn open_window() -> f64 {
+    f64::NAN
+}
+fn is_open(window: &f64) -> bool {
+    window.is_nan()
+}
 fn default_tolerance() -> f64 {
     1e-4
 }
@@ -97,6 +111,7 @@ impl Coupling {
         Self {
             scheme,
             time_window,
+            longest_weak_window: None,
             tolerance: default_tolerance(),
             absolute_tolerance: default_absolute_tolerance(),
             max_iterations: default_max_iterations(),
@@ -110,14 +125,29 @@ impl Coupling {
         }
     }
 
-    /// From a scene, checked.
+    /// From a scene that names scheme and window, checked.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
-        let mut coupling: Self = scene.read("coupling")?.ok_or_else(|| {
-            scene.invalid(
-                "coupling",
-                "the scene has rocks and a structure: add [coupling] with scheme and time_window",
-            )
-        })?;
+        let document = scene.document()?;
+        for key in ["scheme", "time_window"] {
+            if document.get("coupling").and_then(|table| table.get(key)).is_none() {
+                return Err(scene
+                    .invalid("coupling", format!("coupling.{key} is not named: the coupler alone cannot choose it"))
+                    .try_instead(
+                        "start the scene with `rockfall run`, which chooses it; or let `rockfall check SCENE --resolved \
+                         FILE` write it out, and give FILE to all programs",
+                    ));
+            }
+        }
+        let coupling = Self::open(scene)?;
+        if is_open(&coupling.time_window) {
+            return Err(scene.invalid("coupling.time_window", "time_window must be positive, it is nan"));
+        }
+        Ok(coupling)
+    }
+
+    /// The same, where scheme and window may be left to `rockfall`: the window is not a number then.
+    pub fn open(scene: &Scene) -> Result<Self, InputError> {
+        let mut coupling = scene.read("coupling")?.unwrap_or_else(|| Self::new(open_scheme(), open_window()));
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
         coupling.scene = Some(scene.fingerprint());
         Ok(coupling)
@@ -131,7 +161,9 @@ impl Coupling {
                 Err((key.to_string(), format!("{key} must be positive, it is {value}{unit}")))
             }
         };
-        positive("time_window", self.time_window, " s")?;
+        if !is_open(&self.time_window) {
+            positive("time_window", self.time_window, " s")?;
+        }
         positive("max_iterations", self.max_iterations.into(), "")?;
         positive("samples", self.samples.into(), "")?;
         for (key, value) in [("tolerance", self.tolerance), ("absolute_tolerance", self.absolute_tolerance)] {

@@ -1,9 +1,8 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
 use crate::gate::start;
-use crate::settings::{
-    ContactSettings, DemSettings, EffectiveMass, RockSettings, Settings, Shape, TerrainSettings,
-};
+use crate::net_contact;
+use crate::settings::{ContactSettings, DemSettings, RockSettings, Settings, Shape, TerrainSettings};
 use crate::solver::DemSolver;
 use interface_defs::InterfaceMesh;
 use interface_defs::toolkit::check::CheckReport;
@@ -107,24 +106,14 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
     let numbers = [
         ("critical_step_s", steps.critical),
         ("time_step_s", steps.step),
-        ("contact_stiffness_n_per_m", steps.stiffness),
+        ("contact_duration_s", steps.contact),
+        ("longest_step_s", steps.longest),
         ("seconds_per_step", seconds),
         ("spheres", spheres as f64),
         ("mass_kg", mass),
     ];
     report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
-    let dashpots = || model.laws.iter().flat_map(|laws| &laws.walls).filter_map(|law| law.damping.as_ref());
-    if let Some(most) = dashpots().map(|d| d.ratio).reduce(f64::max) {
-        report.numbers.insert("dashpot_ratio".into(), most);
-        if dashpots().any(|d| d.mass == EffectiveMass::Rock) {
-            let heaviest = model.rocks.iter().map(|rock| rock.mass).fold(0.0, f64::max);
-            report.numbers.insert("dashpot_mass_kg".into(), heaviest);
-        }
-    }
-    let frictions = model.laws.iter().flat_map(|laws| &laws.walls).filter_map(|law| law.tangential.as_ref());
-    if let Some(most) = frictions.map(|t| t.stiffness_ratio).reduce(f64::max) {
-        report.numbers.insert("tangential_ratio".into(), most);
-    }
+    report.numbers.extend(net_contact::numbers(model));
     report.resolved = resolved(&model.settings);
     Ok(report)
 }

@@ -27,6 +27,9 @@ pub const DEEP: f64 = 0.5;
 /// Spheres of one face that a sphere of another may lie between.
 const BETWEEN: f64 = 4.0;
 
+/// Steps in the shortest contact, on a fixed wall, that are enough where a net yields: there the window resolves it.
+const COARSE_STEPS_PER_CONTACT: f64 = 20.0;
+
 /// Step of a scene without contact: no force limits it, and the rows are as fine [s].
 const STEP_WITHOUT_CONTACT: f64 = 1e-3;
 
@@ -50,6 +53,8 @@ pub struct Steps {
     pub stiffness: f64,
     /// Speed of the landing that is assumed [m/s].
     pub speed: f64,
+    /// Longest step that resolves the contact, the rocks' turning and their way, whatever the scene names [s].
+    pub longest: f64,
 }
 
 impl Steps {
@@ -67,6 +72,7 @@ impl Steps {
             contact: f64::INFINITY,
             stiffness: 0.0,
             speed: 0.0,
+            longest: STEP_WITHOUT_CONTACT,
         };
         let mut speeds = Vec::with_capacity(rocks.len());
         let mut stride = f64::INFINITY;
@@ -94,6 +100,8 @@ impl Steps {
             }
         }
         steps.limit_between(settings, rocks, laws, &speeds, on_wall);
+        let coarse = steps.contact / COARSE_STEPS_PER_CONTACT;
+        steps.longest = coarse.min(DemSettings::CRITICAL_SHARE * steps.critical).min(steps.step).min(stride);
         let dem = &settings.dem;
         if let Some(step) = dem.time_step {
             steps.step = step;

@@ -25,6 +25,7 @@ pub mod critical;
 pub mod gate;
 pub mod granular;
 pub mod ground;
+pub mod net_contact;
 pub mod reference;
 pub mod rock;
 pub mod search;

@@ -49,7 +49,7 @@ const fn measure(name: &'static str, unit: &'static str, meaning: &'static str) 
 }
 
 const MEASURES: &[Entry] = &[
-    measure("impact_speed", "m/s", "speed of the rock's centre of mass at first contact"),
+    measure("impact_speed", "m/s", "speed of the rock's centre of mass at first contact with the net"),
     measure("impact_time", "s", "time of the impact; `time_of_impact` is its old name"),
     measure("time_of_impact", "s", "old name of `impact_time`, for one version"),
     measure("impact_velocity_{x,y,z}", "m/s", "velocity of the centre of mass at the impact"),
@@ -87,9 +87,13 @@ const MEASURES: &[Entry] = &[
         "1",
         "the same of two rocks in contact, over the radius of the smaller sphere",
     ),
-    measure("run_out", "m", "terrain: horizontal distance from start to rest"),
+    measure("{runout_distance,run_out}", "m", "terrain: horizontal distance from start to rest"),
     measure("rest_{x,y,z}", "m", "terrain: where the rock's centre came to rest"),
-    measure("way_out", "m", "terrain: horizontal distance from the start to where the rock left the terrain"),
+    measure(
+        "{exit_distance,way_out}",
+        "m",
+        "terrain: horizontal distance from the start to where the rock left the terrain",
+    ),
     measure(
         "max_jump_height",
         "m",
@@ -98,7 +102,11 @@ const MEASURES: &[Entry] = &[
     measure("max_speed", "m/s", "terrain: largest speed of the rock's centre"),
     measure("max_kinetic_energy", "J", "terrain: largest kinetic energy, rotation included"),
     measure("impacts", "1", "terrain: number of impacts, each a contact after a flight"),
-    measure("contact_share", "1", "terrain: time in contact over the time to the end of the trajectory"),
+    measure(
+        "{contact_time_fraction,contact_share}",
+        "1",
+        "terrain: time in contact over the time to the end of the trajectory",
+    ),
     measure(
         "deepest_overlap_over_radius",
         "1",

@@ -6,6 +6,7 @@ use crate::model::Model;
 use crate::solver::FemSolver;
 use crate::start::{NoStart, Start};
 use interface_defs::field::FieldSpec;
+use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::Plan;
 use interface_defs::solver::{Solver, Window};
 use interface_defs::toolkit::check::CheckReport;
@@ -43,6 +44,12 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         (model.cables.len() + model.elements.len() + model.springs.len() + model.point_masses.len()) as f64,
     );
     tell("least_interface_mass_kg", least);
+    if !interface.lines.is_empty() {
+        tell("interface_length_per_node_m", mesh_length(&interface) / interface.node_count() as f64);
+    }
+    if let Some(extent) = narrower_extent(&interface.coordinates) {
+        tell("interface_extent_m", extent);
+    }
     if let Some((stiffness, mass)) = typical_stiffness(model, &start.displacement, &start.history) {
         tell("interface_stiffness_n_per_m", stiffness);
         tell("interface_stiffness_mass_kg", mass);
@@ -60,6 +67,23 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let warnings = start.warnings.clone();
     numbers.insert("seconds_per_step".into(), seconds_per_step(&mut solver, scene, &config, start)?);
     Ok(CheckReport { builds, numbers, warnings, resolved, interface: Some(interface) })
+}
+
+/// Length of all lines of the interface mesh [m].
+fn mesh_length(mesh: &InterfaceMesh) -> f64 {
+    let at = |node: u32| nalgebra::Vector3::from_column_slice(&mesh.coordinates[3 * node as usize..][..3]);
+    mesh.lines.iter().map(|[a, b]| (at(*b) - at(*a)).norm()).sum()
+}
+
+/// The narrower side [m] of a net with nodes at `coordinates`: the second largest of its three extents. `None` if it has none.
+fn narrower_extent(coordinates: &[f64]) -> Option<f64> {
+    let mut extents = [0, 1, 2].map(|axis| {
+        let along = coordinates.iter().skip(axis).step_by(3);
+        let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+        high - low
+    });
+    extents.sort_by(f64::total_cmp);
+    (extents[1] > 0.0 && extents[1].is_finite()).then_some(extents[1])
 }
 
 fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> Vec<String> {

@@ -2,20 +2,24 @@
 //! them, and says how it went.
 //!
 //! It knows which table of a scene belongs to which program, and not what is in it: [`plan`] decides
-//! by presence, [`validate`] asks the programs themselves, [`record`] writes down what will run,
-//! [`schema`] and [`reference`] say what a scene may hold, [`supervise`] starts and watches, [`verdict`] makes one message of how it ended, [`estimate`]
-//! reckons steps and cost for `rockfall check`.
+//! by presence, [`validate`] asks the programs themselves, [`choice`] fills in scheme, window and steps that are open
+//! ([`numbers`], [`stability`]), [`record`] writes down what will run,
+//! [`schema`] and [`reference`] say what a scene may hold, [`supervise`] starts and watches, [`verdict`] makes one message
+//! of how it ended, [`estimate`] estimates steps and cost for `rockfall check`.
 
+mod choice;
 mod cli;
 mod command_line;
 mod estimate;
 mod events;
+mod numbers;
 mod plan;
 mod progress;
 mod record;
 mod reference;
 mod run;
 mod schema;
+mod stability;
 mod stop;
 mod supervise;
 mod validate;

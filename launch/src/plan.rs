@@ -152,13 +152,6 @@ impl Plan {
                 .try_instead("add [[rock]], [structure] or both"));
             }
         };
-        if parts.len() > 1 && !scene.has("coupling") {
-            return Err(scene
-                .invalid("coupling", "the scene has a rock and a structure, and [coupling] is missing")
-                .try_instead(
-                    "add [coupling] with scheme = \"weak\" or \"strong\" and time_window in seconds",
-                ));
-        }
         unused(scene, &processes)?;
         let members = parts.iter().map(|part| member(*part, &processes, scene)).collect::<Result<_, _>>()?;
         Ok(Self { members, processes })
@@ -304,15 +297,6 @@ mod tests {
             let told = parts(&used).err().unwrap_or_default();
             assert!(!told.contains("nothing will use"), "{told}");
         }
-    }
-
-    #[test]
-    fn two_solvers_need_a_coupling() {
-        let error = parts("[[rock]]\n[processes]\ndem = \"sh\"\nfem = \"sh\"").expect_err("missing");
-        assert!(
-            error.starts_with("s.toml: the scene has a rock and a structure, and [coupling] is missing"),
-            "{error}"
-        );
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! `rockfall run`.
 
+use crate::choice;
 use crate::estimate;
 use crate::events::Events;
 use crate::plan::{Member, Part, Plan};
@@ -42,7 +43,11 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
     let scene = Scene::load(&request.scene, &request.sets)?;
     let plan = Plan::of(&scene)?;
-    let reports = validate(&plan, &request.scene, &request.sets, &events)?;
+    let mut reports = validate(&plan, &request.scene, &request.sets, &events)?;
+    for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene())
+    {
+        tracing::info!("chosen, the scene is open: {}", choice.text());
+    }
     let warnings = estimate::warnings(&reports, scene.end_time()?);
     for warning in warnings.iter().filter(|_| !request.quiet) {
         tracing::warn!("{warning}");

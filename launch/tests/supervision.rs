@@ -148,7 +148,6 @@ fn bad_input_starts_nothing_and_leaves_nothing() {
         ("end_time = 1\n", "the scene has neither a rock nor a structure"),
         ("end_time = 1\nprocesses.dem = \"./dam\"\n", "s.toml:2:17: there is no program ./dam"),
         ("processes.dem = \"./dem\"\n", "the key `end_time` is missing"),
-        ("end_time = 1\n[[rock]]\n[structure]\n", "[coupling] is missing"),
         ("end_time = \n", "s.toml:1:"),
     ] {
         bench.scene(scene);

@@ -1,6 +1,8 @@
 //! What the tests of the programs together share: where the programs are, a directory of one's own,
 //! what a run left behind.
 
+pub mod in_process;
+
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};

@@ -1,0 +1,210 @@
+//! Scheme, window and steps of a coupled scene that leaves them open.
+//!
+//! Weak coupling where its longest window is about as long as the steps of the structure, which it then costs nothing to
+//! exchange at; else strong coupling, whose windows are limited by what they resolve. Measured on the drop test, the cable
+//! net and the barrier: `tests/tests/defaults.rs`.
+
+use crate::numbers::Numbers;
+use crate::plan::{Part, Plan};
+use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::summary::short;
+use toml::{Table, Value};
+
+/// Share of the longest weak window that is taken.
+const SAFETY: f64 = 0.95;
+/// Longest weak window, and longest part of a strong one [s]: a tenth of the millisecond over which reactions are averaged.
+const RESOLVED: f64 = 1e-4;
+/// Parts of a strong window.
+const PARTS: u32 = 2;
+/// Shortest weak window that is cheaper than strong coupling: [s], and over the structure's step.
+const WORTH: (f64, f64) = (4e-5, 0.5);
+
+/// A value that the scene leaves open, and that was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// Table and key.
+    pub key: (&'static str, &'static str),
+    /// The value.
+    pub value: Value,
+}
+
+impl Chosen {
+    /// Whether a scene would name it; what is for messages alone is none of its choices.
+    pub fn is_of_scene(&self) -> bool {
+        self.key.1 != "longest_weak_window"
+    }
+
+    /// As a person reads it.
+    pub fn text(&self) -> String {
+        let value = match &self.value {
+            Value::Float(number) => short(*number),
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        format!("{}.{} = {value}", self.key.0, self.key.1)
+    }
+}
+
+/// Choose what `scene` leaves open, and write it into the reports of the programs. Nothing if it is not coupled.
+pub fn complete(
+    scene: &Scene,
+    plan: &Plan,
+    reports: &mut [(Part, CheckReport)],
+) -> Result<Vec<Chosen>, InputError> {
+    if !plan.is_coupled() || plan.members.iter().any(|member| member.part == Part::Coupler && member.foreign)
+    {
+        return Ok(Vec::new());
+    }
+    let numbers = Numbers::of(reports, scene.end_time()?);
+    let open = Open::of(&scene.document()?);
+    let mut chosen = Vec::new();
+    if open.scheme || open.window {
+        chosen = coupling(scene, open, &numbers)?;
+    }
+    let weak = numbers.weak_with(&chosen);
+    if weak && let Some(limit) = numbers.limit {
+        chosen.push(Chosen {
+            key: ("coupling", "longest_weak_window"),
+            value: two_digits(limit.window).into(),
+        });
+    }
+    if open.scheme || open.window {
+        steps(open, &numbers, &mut chosen);
+    }
+    for choice in &chosen {
+        enter(choice, reports);
+    }
+    Ok(chosen)
+}
+
+/// What a scene leaves open.
+#[derive(Debug, Clone, Copy)]
+struct Open {
+    scheme: bool,
+    window: bool,
+    samples: bool,
+    dem: bool,
+    fem: bool,
+}
+
+impl Open {
+    fn of(document: &Table) -> Self {
+        let names = |table: &str, key: &str| document.get(table).is_some_and(|t| t.get(key).is_some());
+        Self {
+            scheme: !names("coupling", "scheme"),
+            window: !names("coupling", "time_window"),
+            samples: !names("coupling", "samples"),
+            // Terrain and other rocks are touched in steps that the contact solver knows best.
+            dem: !names("dem", "time_step")
+                && !names("dem", "steps_per_contact")
+                && !document.contains_key("terrain"),
+            fem: !names("fem", "time_step"),
+        }
+    }
+}
+
+/// Scheme, window and samples.
+fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>, InputError> {
+    let own = numbers.net.step.filter(|step| step.is_finite());
+    let named = numbers.window.filter(|_| !open.window);
+    let longest = numbers.limit.map(|limit| limit.window);
+    let unknown = || {
+        let what = "scheme and time_window are open, and cannot be computed: a solver does not report the numbers of its \
+                    contact or of its structure";
+        scene
+            .invalid("coupling", what)
+            .try_instead("add [coupling] with scheme = \"weak\" or \"strong\" and time_window in seconds")
+    };
+    let weak = if !open.scheme {
+        numbers.weak
+    } else {
+        let longest = longest.ok_or_else(unknown)?;
+        match named {
+            Some(window) => window <= longest,
+            None => SAFETY * longest >= own.map_or(WORTH.0, |step| WORTH.0.min(WORTH.1 * step)),
+        }
+    };
+    let mut chosen = Vec::new();
+    if open.scheme {
+        let value = if weak { "weak" } else { "strong" };
+        chosen.push(Chosen { key: ("coupling", "scheme"), value: value.into() });
+    }
+    let mut samples = numbers.samples;
+    if !weak && open.samples && open.window {
+        samples = PARTS;
+        chosen.push(Chosen { key: ("coupling", "samples"), value: i64::from(samples).into() });
+    }
+    if open.window {
+        let value = if weak {
+            of_whole_steps((SAFETY * longest.ok_or_else(unknown)?).min(RESOLVED), own)
+        } else {
+            f64::from(samples) * of_whole_steps(RESOLVED, own)
+        };
+        chosen.push(Chosen { key: ("coupling", "time_window"), value: two_digits(value).into() });
+    }
+    Ok(chosen)
+}
+
+/// The solvers' own steps, which divide each part of the window.
+fn steps(open: Open, numbers: &Numbers, chosen: &mut Vec<Chosen>) {
+    let find = |name: &str| chosen.iter().find(|c| c.key == ("coupling", name)).map(|c| &c.value);
+    let window = find("time_window").and_then(Value::as_float).or(numbers.window);
+    let samples = find("samples").and_then(Value::as_integer).unwrap_or(numbers.samples.into());
+    let Some(window) = window else { return };
+    let part = window / samples as f64;
+    let divide = |longest: f64| part / (part / longest * (1.0 - 1e-9)).ceil().max(1.0);
+    if let (true, Some(longest)) = (open.dem, numbers.contact.longest) {
+        chosen.push(Chosen { key: ("dem", "time_step"), value: divide(longest).into() });
+    }
+    if let (true, Some(own)) = (open.fem, numbers.net.step.filter(|step| step.is_finite())) {
+        chosen.push(Chosen { key: ("fem", "time_step"), value: divide(own).into() });
+    }
+}
+
+/// The longest that is not above `most` [s] and is a whole number of steps of `own` [s], where one fits in.
+fn of_whole_steps(most: f64, own: Option<f64>) -> f64 {
+    match own {
+        Some(own) if own <= most => (most / own).floor() * own,
+        _ => most,
+    }
+}
+
+/// `value`, its first two digits.
+fn two_digits(value: f64) -> f64 {
+    let power = value.log10().floor() as i32 - 1;
+    // Read from text, so that the number is the one that a person would write.
+    format!("{}e{power}", (value / 10.0_f64.powi(power) * (1.0 + 1e-9)).floor()).parse().unwrap_or(value)
+}
+
+impl Numbers {
+    /// Whether the coupling is weak, with what was chosen.
+    fn weak_with(&self, chosen: &[Chosen]) -> bool {
+        let scheme = chosen.iter().find(|c| c.key == ("coupling", "scheme"));
+        scheme.map_or(self.weak, |c| c.value.as_str() == Some("weak"))
+    }
+}
+
+/// Write a choice into the report of the program whose table it is in.
+fn enter(choice: &Chosen, reports: &mut [(Part, CheckReport)]) {
+    let (table, key) = choice.key;
+    let part = match table {
+        "coupling" => Part::Coupler,
+        "dem" => Part::Dem,
+        _ => Part::Fem,
+    };
+    let Some((_, report)) = reports.iter_mut().find(|(p, _)| *p == part) else { return };
+    let entry = report.resolved.entry(table).or_insert_with(|| Table::new().into());
+    if let Some(entry) = entry.as_table_mut() {
+        entry.insert(key.into(), choice.value.clone());
+        if choice.key == ("dem", "time_step") {
+            entry.remove("steps_per_contact");
+            entry.remove("critical_share");
+        }
+    }
+    if let Some(value) = choice.value.as_float() {
+        let name = format!("{key}_s");
+        report.numbers.insert(name, value);
+    }
+}

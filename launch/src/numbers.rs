@@ -1,0 +1,205 @@
+//! What the programs report of themselves to `check`, brought together.
+
+use crate::plan::Part;
+use crate::stability::{Contact, Friction, Integrator, Limit, Node, Scheme, longest_window};
+use interface_defs::Window;
+use interface_defs::toolkit::check::CheckReport;
+use toml::Value;
+
+/// A net gives way by at least this share of its narrower side while it brakes a rock.
+const YIELD: f64 = 0.1;
+
+/// Numbers of the programs. Absent where there is no such program, or it does not report.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Numbers {
+    /// End of the run [s].
+    pub end_time: f64,
+    /// The structure's solver.
+    pub net: Side,
+    /// The contact solver.
+    pub contact: Side,
+    /// Highest frequency of the net [rad/s].
+    pub frequency: Option<f64>,
+    /// Smallest mass of a node [kg].
+    pub node_mass: Option<f64>,
+    /// Largest stiffness of one contact with the structure [N/m].
+    pub stiffness: Option<f64>,
+    /// Longest weak window.
+    pub limit: Option<Limit>,
+    /// Length of a window [s].
+    pub window: Option<f64>,
+    /// Their number.
+    pub windows: Option<f64>,
+    /// Seconds of an exchange.
+    pub seconds_per_exchange: Option<f64>,
+    /// Parts of a window.
+    pub samples: u32,
+    /// Whether the coupling is weak.
+    pub weak: bool,
+}
+
+/// A solver.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Side {
+    /// Critical step [s].
+    pub critical: Option<f64>,
+    /// Its own step [s].
+    pub step: Option<f64>,
+    /// The longest step that is accurate [s].
+    pub longest: Option<f64>,
+    /// Seconds of a step.
+    pub seconds: Option<f64>,
+}
+
+impl Side {
+    /// Own steps in a window of `length` [s]; `None` if it does not report its step.
+    pub fn steps(&self, length: f64) -> Option<f64> {
+        Some(Window { number: 1, iteration: 1, start: 0.0, length }.steps(self.step?) as f64)
+    }
+}
+
+/// The reports, by part and name.
+struct Reports<'a>(&'a [(Part, CheckReport)]);
+
+impl Reports<'_> {
+    fn number(&self, part: Part, name: &str) -> Option<f64> {
+        self.0.iter().find(|(p, _)| *p == part).and_then(|(_, r)| r.numbers.get(name)).copied()
+    }
+
+    fn value(&self, part: Part, table: &str, key: &str) -> Option<&Value> {
+        let (_, report) = self.0.iter().find(|(p, _)| *p == part)?;
+        report.resolved.get(table)?.get(key)
+    }
+
+    fn integer(&self, key: &str) -> Option<u32> {
+        self.value(Part::Coupler, "coupling", key)?.as_integer().and_then(|n| n.try_into().ok())
+    }
+
+    fn side(&self, part: Part) -> Side {
+        Side {
+            critical: self.number(part, "critical_step_s"),
+            step: self.number(part, "time_step_s"),
+            longest: self.number(part, "longest_step_s"),
+            seconds: self.number(part, "seconds_per_step"),
+        }
+    }
+
+    /// How the structure is advanced; `None` for statics, and if it does not say.
+    fn integrator(&self) -> Option<Integrator> {
+        let number = |key: &str| self.value(Part::Fem, "fem", key).and_then(Value::as_float);
+        let family = |alpha_m: f64, alpha_f: f64| Integrator::Implicit {
+            alpha_m,
+            alpha_f,
+            beta: 0.25 * (1.0 - alpha_m + alpha_f).powi(2),
+            gamma: 0.5 - alpha_m + alpha_f,
+        };
+        match self.value(Part::Fem, "fem", "integrator")?.as_str()? {
+            "central_difference" => Some(Integrator::Explicit),
+            "generalized_alpha" => {
+                let r = number("rho_inf")?;
+                Some(family((2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)))
+            }
+            "bossak" => Some(family(number("alpha")?, 0.0)),
+            "newmark" => Some(Integrator::Implicit {
+                alpha_m: 0.0,
+                alpha_f: 0.0,
+                beta: number("beta")?,
+                gamma: number("gamma")?,
+            }),
+            _ => None,
+        }
+    }
+
+    fn node(&self) -> Option<Node> {
+        let of = |name| self.number(Part::Fem, name);
+        let held = of("interface_stiffness_mass_kg").zip(of("interface_stiffness_n_per_m"));
+        Some(Node { mass: of("least_interface_mass_kg")?, held })
+    }
+
+    /// The contact with the structure: at its stiffest as in a flat landing on something rigid, and as it is while the net
+    /// brakes the rock. That is a force `2 E / s` for a rock of energy E that comes to rest within s, shared by the spheres
+    /// of a face, or the blow on a single node, whichever is stiffer.
+    fn contact(&self, node: Node) -> Option<Contact> {
+        let of = |name| self.number(Part::Dem, name);
+        let peak = of("contact_stiffness_n_per_m").filter(|k| *k > 0.0)?;
+        let exponent = of("contact_exponent").unwrap_or(0.0);
+        let braking = || {
+            let extent = self.number(Part::Fem, "interface_extent_m")?;
+            let force = 2.0 * of("landing_energy_j")? / (YIELD * extent) / of("facing_spheres")?;
+            let share = (force / of("contact_force_n")?).min(1.0);
+            let blow = of("landing_energy_j")? * node.mass / of("mass_kg")?;
+            let of_blow = (blow / of("contact_energy_j")?).min(1.0);
+            let soft = share.powf(exponent);
+            let blown = of_blow.powf(exponent / (1.0 + 2.0 * exponent));
+            // Small spheres share the wires of a node; those count whose lowest parts lie on a wire.
+            let (pitch, patch) =
+                (of("sphere_pitch_m")?, of("contact_patch_m")? * share.powf(0.5 * (1.0 - exponent)));
+            let along = self.number(Part::Fem, "interface_length_per_node_m").unwrap_or(0.0) / pitch;
+            let together = ((2.0 * patch / pitch).min(1.0) * along).max(1.0);
+            Some((soft.max(blown) * peak, force, together * soft * peak))
+        };
+        let (sustained, force, shared) =
+            braking().map_or((peak, None, peak), |(k, force, shared)| (k, Some(force), shared));
+        let friction = of("tangential_ratio").map(|stiffness_ratio| {
+            let reserve = || {
+                let slipping = of("friction")? * force?;
+                let stored =
+                    of("facing_spheres")? * slipping * slipping / (2.0 * stiffness_ratio * sustained);
+                Some(of("landing_energy_j")? / stored)
+            };
+            Friction { stiffness_ratio, reserve: reserve().unwrap_or(0.0) }
+        });
+        Some(Contact {
+            kink: exponent == 0.0,
+            peak: peak.max(shared),
+            sustained,
+            ratio: of("dashpot_ratio").unwrap_or(0.0),
+            dashpot_mass: of("dashpot_mass_kg"),
+            friction,
+        })
+    }
+
+    fn limit(&self) -> Option<Limit> {
+        let node = self.node()?;
+        let scheme = Scheme {
+            predictor: self.integer("predictor").unwrap_or(1),
+            samples: self.integer("samples").unwrap_or(1),
+            integrator: self.integrator()?,
+            step: self.number(Part::Fem, "time_step_s").unwrap_or(f64::INFINITY),
+        };
+        Some(longest_window(node, &self.contact(node)?, &scheme))
+    }
+}
+
+impl Numbers {
+    /// From the reports of the programs of a run to `end_time` [s].
+    pub fn of(reports: &[(Part, CheckReport)], end_time: f64) -> Self {
+        let reports = Reports(reports);
+        let window = reports.number(Part::Coupler, "time_window_s");
+        Self {
+            end_time,
+            net: reports.side(Part::Fem),
+            contact: reports.side(Part::Dem),
+            frequency: reports.number(Part::Fem, "highest_frequency_rad_per_s"),
+            node_mass: reports.number(Part::Fem, "least_interface_mass_kg"),
+            stiffness: reports.number(Part::Dem, "contact_stiffness_n_per_m"),
+            limit: reports.limit(),
+            window,
+            windows: reports
+                .number(Part::Coupler, "windows")
+                .or_else(|| Some((end_time / window? * (1.0 - 1e-9)).ceil().max(1.0))),
+            seconds_per_exchange: reports.number(Part::Coupler, "seconds_per_exchange"),
+            samples: reports.integer("samples").unwrap_or(1),
+            weak: reports.value(Part::Coupler, "coupling", "scheme").and_then(Value::as_str) == Some("weak"),
+        }
+    }
+
+    /// Critical step of net and contact together [s], `2 / sqrt(w^2 + k / m)`: a stiff contact on the
+    /// lightest node of the net, the rock being heavy against it.
+    ///
+    /// Source: two-mass contact model with both sides explicit, rock mass to infinity.
+    pub fn together(&self) -> Option<f64> {
+        let (k, m, w) = (self.stiffness?, self.node_mass?, self.frequency?);
+        Some(2.0 / (w * w + k / m).sqrt())
+    }
+}
