@@ -100,18 +100,17 @@ fn main() {
     });
     let named: Vec<String> = arguments.collect();
     let solids = if named.is_empty() { SOLIDS.map(String::from).to_vec() } else { named };
-    println!("| solid | size [m] | asked | made | stated [mm] | sampled [mm] | bound [mm] | volume [%] | s | |");
+    println!(
+        "| solid | size [m] | asked | made | stated [mm] | sampled [mm] | bound [mm] | volume [%] | s | |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for name in &solids {
         let surface = solids::solid(name);
         let bound = Bound::of(&surface, None);
         for asked in &numbers {
             let start = cpu_seconds();
-            let made = make(
-                &surface,
-                &Wish { spheres: *asked, fit: Fit::Volume, smallest_radius: 0.0 },
-                |_| (),
-            );
+            let made =
+                make(&surface, &Wish { spheres: *asked, fit: Fit::Volume, smallest_radius: 0.0 }, |_| ());
             let found = Accuracy::of(&surface, &made);
             let seconds = cpu_seconds() - start;
             println!(

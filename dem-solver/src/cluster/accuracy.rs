@@ -242,7 +242,8 @@ impl Probe<'_> {
             found.push((distance, m));
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let walk = |(_, m): &(f64, &Measured)| self.uphill(m.2, m.3, step, |p, inward| self.shortest(p, inward));
+        let walk =
+            |(_, m): &(f64, &Measured)| self.uphill(m.2, m.3, step, |p, inward| self.shortest(p, inward));
         found.iter().take(WALKERS).map(walk).fold(largest, f64::max)
     }
 

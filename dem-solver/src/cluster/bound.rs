@@ -48,7 +48,8 @@ impl Bound {
         if let Some(largest) = asked {
             return Self { largest, source: Source::Asked };
         }
-        let (size, thickness) = (SHARE * surface.size(), THICKNESS * largest(surface, &SurfaceTree::new(surface)).radius);
+        let (size, thickness) =
+            (SHARE * surface.size(), THICKNESS * largest(surface, &SurfaceTree::new(surface)).radius);
         if thickness < size {
             Self { largest: thickness, source: Source::Thickness }
         } else {
@@ -60,7 +61,9 @@ impl Bound {
         let from = match self.source {
             Source::Asked => "asked for".to_owned(),
             Source::Size => format!("{:.0} % of the diagonal of the box around the solid", 100.0 * SHARE),
-            Source::Thickness => format!("{THICKNESS} times the radius of the largest ball that fits into the solid"),
+            Source::Thickness => {
+                format!("{THICKNESS} times the radius of the largest ball that fits into the solid")
+            }
         };
         format!("{:.3e} m ({from})", self.largest)
     }

@@ -91,8 +91,11 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
             (*close_holes, *piece) = (arguments.close_holes, arguments.piece);
         }
         _ if arguments.close_holes || arguments.piece.is_some() => {
-            return Err(InputError::in_file(&arguments.shape, "a built-in shape has neither holes nor pieces")
-                .try_instead("leave --close-holes and --piece out"));
+            return Err(InputError::in_file(
+                &arguments.shape,
+                "a built-in shape has neither holes nor pieces",
+            )
+            .try_instead("leave --close-holes and --piece out"));
         }
         _ => {}
     }
@@ -116,7 +119,10 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     let asked = arguments.spheres as usize;
     let fewer = (spheres.len() < asked).then(|| match arguments.method.as_str() {
         "medial" => {
-            format!("of {asked} spheres {} cover the shape down to the chords of its triangles", spheres.len())
+            format!(
+                "of {asked} spheres {} cover the shape down to the chords of its triangles",
+                spheres.len()
+            )
         }
         _ => format!("{} of {asked} spheres fill the box evenly", spheres.len()),
     });

@@ -197,7 +197,9 @@ mod tests {
                 spheres.iter().map(|s| (s.centre - p).norm() - s.radius).fold(f64::INFINITY, f64::min)
             };
             let mut largest = 0.0_f64;
-            for (axis, i, j) in (0..3).flat_map(|k| (0..=80).flat_map(move |i| (0..=80).map(move |j| (k, i, j)))) {
+            for (axis, i, j) in
+                (0..3).flat_map(|k| (0..=80).flat_map(move |i| (0..=80).map(move |j| (k, i, j))))
+            {
                 let mut p = Vector3::from(size) * 0.5;
                 p[(axis + 1) % 3] *= f64::from(i) / 40.0 - 1.0;
                 p[(axis + 2) % 3] *= f64::from(j) / 40.0 - 1.0;

@@ -49,8 +49,8 @@ pub struct RockSettings {
 #[serde(deny_unknown_fields)]
 pub struct Cluster {
     /// Most spheres, 1 to 50 000. A box takes the largest number that fills it as a lattice (a
-    /// cube: a cube number); other methods take exactly so many, or fewer on round shapes. Default: 64 for a box, 1
-    /// for a sphere, else 500.
+    /// cube: a cube number); other methods take exactly so many, or fewer on round shapes.
+    /// Default: 64 for a box, 1 for a sphere, else 500.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spheres: Option<u32>,
     /// How to place them. Default: `lattice` for a box, else `medial`.
@@ -63,9 +63,9 @@ pub struct Cluster {
     /// their centre early; what only smaller ones could reach stays uncovered. Default 0: as the error asks for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_radius: Option<f64>,
-    /// Largest distance of the spheres' surface from the true one [m]: a scene that passes it is refused. Default with
-    /// `medial`: 15 % of the diagonal of the shape's box, and no more than 0.9 times the radius of the largest ball in it;
-    /// a lattice always keeps that, but for single spheres.
+    /// Largest distance of the spheres' surface from the true one [m]: a scene that passes it is refused.
+    /// A lattice keeps the default but for single spheres.
+    /// Default: the smaller one of 15 % of the diagonal of the shape's box and 0.9 radii of the largest ball in it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub largest_error: Option<f64>,
     /// In place of all these: spheres from a file, `x y z r` text or Kratos `.clu`, in the shape's own axes;

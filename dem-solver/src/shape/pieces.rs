@@ -59,7 +59,10 @@ impl fmt::Display for Pieces {
         if self.0.len() > NAMED {
             write!(f, " and {} more;", self.0.len() - NAMED)?;
         }
-        write!(f, " name one (`--piece 1`, in a scene `shape.piece = 1`), or join them where the file comes from")
+        write!(
+            f,
+            " name one (`--piece 1`, in a scene `shape.piece = 1`), or join them where the file comes from"
+        )
     }
 }
 

@@ -1,8 +1,8 @@
 //! A closed surface: corners joined, triangles turned the same way, flaws named with their place.
 
+use super::holes;
 use super::integrals::Body;
 use super::pieces::{self, Pieces};
-use super::holes;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -459,14 +459,18 @@ mod tests {
         let apart: Vec<_> = all.iter().map(|t| t.map(|p| 2.0 * p + Vector3::repeat(9.0))).collect();
         let two = refused(&[all.clone(), apart.clone()].concat());
         assert!(two.starts_with("the surface is 2 separate pieces: a rock is one."), "{two}");
-        for piece in ["Piece 1: 12 triangles from number 1, 1.000e0 m3", "Piece 2: 12 triangles from number 13, 8.000e0 m3"] {
+        for piece in [
+            "Piece 1: 12 triangles from number 1, 1.000e0 m3",
+            "Piece 2: 12 triangles from number 13, 8.000e0 m3",
+        ] {
             assert!(two.contains(piece), "{two}");
         }
         // A smaller one inside that faces inwards is a hollow.
         let hollow: Vec<_> = all.iter().map(|[a, b, c]| [a * 0.5, c * 0.5, b * 0.5]).collect();
         assert!(refused(&[all.clone(), hollow].concat()).contains("-1.250e-1 m3 (a hollow"));
         let (points, triangles) = joined(&[all.clone(), apart].concat());
-        let one = |piece| Surface::mended(points.clone(), triangles.clone(), &Mend { close_holes: false, piece });
+        let one =
+            |piece| Surface::mended(points.clone(), triangles.clone(), &Mend { close_holes: false, piece });
         let volumes = [1, 2].map(|k| Body::of(&one(Some(k)).expect("one").0).volume);
         assert!((volumes[0] - 1.0).abs() < 1e-12 && (volumes[1] - 8.0).abs() < 1e-12, "{volumes:?}");
         assert_eq!(one(Some(3)), Err(Flaw::NoPiece(3, 2)));

@@ -80,7 +80,8 @@ impl Outside {
     fn is_next_to(&self, p: &Vector3<f64>) -> bool {
         let at = [0, 1, 2].map(|k| ((p[k] - self.lowest[k]) / self.cell).floor() as i64);
         (0..27).any(|n| {
-            number([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1]).is_some_and(|k| self.reached[k])
+            number([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1])
+                .is_some_and(|k| self.reached[k])
         })
     }
 }
@@ -122,7 +123,13 @@ fn sampled(surface: &Surface, spheres: &[Sphere]) -> (f64, f64, f64) {
                 let p = a + (b - a) * (i as f64 / rows as f64) + (c - a) * (j as f64 / rows as f64);
                 let gap = to_spheres(&p, spheres);
                 let to_skin = || skin.iter().map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min);
-                there = there.max(if gap >= 0.0 { gap } else if -gap > there { to_skin() } else { 0.0 });
+                there = there.max(if gap >= 0.0 {
+                    gap
+                } else if -gap > there {
+                    to_skin()
+                } else {
+                    0.0
+                });
             }
         }
     }
@@ -202,6 +209,15 @@ fn thin_and_limbed_solids_are_covered_evenly_by_few_spheres() {
     }
 }
 
+/// In the hollow of a pipe there is room for a ball that is ten times as large as its wall is thick.
+#[test]
+fn the_bound_of_a_thin_solid_is_that_of_the_largest_ball_inside_of_it() {
+    for (name, thick) in [("pipe", 0.03), ("bowl", 0.06), ("box:2,1,0.01", 0.01), ("ring", 0.2)] {
+        let found = Bound::of(&solid(name), None).largest / 0.45;
+        assert!((0.9 * thick..1.01 * thick).contains(&found), "{name}: {found}");
+    }
+}
+
 /// 300 spheres on limbs were worse than 50.
 #[test]
 fn more_spheres_are_better_on_limbs_too() {
@@ -257,7 +273,8 @@ fn a_cluster_beyond_the_bound_is_refused_with_a_number_of_spheres_that_keeps_it(
 #[test]
 fn a_scene_whose_spheres_do_not_stand_for_its_rock_is_refused_at_their_number() {
     let refused = |rock: &str| {
-        let text = format!("end_time = 1.0\n[[rock]]\nposition = [0.0, 0.0, 1.0]\ndensity = 2600.0\n{rock}\n");
+        let text =
+            format!("end_time = 1.0\n[[rock]]\nposition = [0.0, 0.0, 1.0]\ndensity = 2600.0\n{rock}\n");
         let scene = Scene::from_text("test.toml", &text).expect("a scene");
         DemSolver::new(&scene, &Options::default()).err().map(|e| e.to_string())
     };
@@ -267,7 +284,8 @@ fn a_scene_whose_spheres_do_not_stand_for_its_rock_is_refused_at_their_number() 
     let few = refused(&format!("{plate}cluster = {{ spheres = 8 }}")).expect("refused");
     assert!(few.contains("a lattice in a box") && few.contains("8 were asked for"), "{few}");
     let cube = "shape = { type = \"box\", size = [0.4, 0.4, 0.4] }\n";
-    let sharp = refused(&format!("{cube}cluster = {{ spheres = 64, largest_error = 0.01 }}")).expect("refused");
+    let sharp =
+        refused(&format!("{cube}cluster = {{ spheres = 64, largest_error = 0.01 }}")).expect("refused");
     assert!(sharp.contains("beyond cluster.largest_error"), "{sharp}");
     assert_eq!(refused(&format!("{cube}cluster = {{ spheres = 64, largest_error = 0.06 }}")), None);
 }
@@ -295,7 +313,8 @@ fn files_with_several_bodies_and_with_holes_are_refused_with_a_cure_that_works()
             text += &format!("v {:?} {:?} {:?}\n", scale * p.x + shift, scale * p.y, scale * p.z);
         }
         for t in &block.triangles[leave..] {
-            text += &format!("f {} {} {}\n", t[0] as usize + first, t[1] as usize + first, t[2] as usize + first);
+            text +=
+                &format!("f {} {} {}\n", t[0] as usize + first, t[1] as usize + first, t[2] as usize + first);
         }
         text
     };
@@ -304,7 +323,10 @@ fn files_with_several_bodies_and_with_holes_are_refused_with_a_cure_that_works()
     std::fs::write(&two, obj("large", 1.0, 0.0, 0, 1) + &small).expect("written");
     std::fs::write(&open, obj("scan", 1.0, 0.0, 1, 1)).expect("written");
     let (code, text) = run(&[&two, "-n", "20", "-o", &out]);
-    assert!(code == 2 && text.contains("`large`") && text.contains("Piece 2 `small`: 320 triangles"), "{text}");
+    assert!(
+        code == 2 && text.contains("`large`") && text.contains("Piece 2 `small`: 320 triangles"),
+        "{text}"
+    );
     let (code, text) = run(&[&two, "-n", "20", "--piece", "2", "-o", &out]);
     let volume = dem_solver::shape::Body::of(&block).volume / 8.0;
     assert!(code == 0 && text.contains(&format!("volume {volume:.6e}")[..14]), "{text}");
