@@ -71,7 +71,7 @@ impl Bound {
     /// Why `spheres` with this error do not stand for the solid, if they do not.
     pub fn passed(&self, spheres: &[Sphere], accuracy: &Accuracy, fit: Fit) -> Option<String> {
         let error = accuracy.largest();
-        if !(error <= self.largest) {
+        if error.is_nan() || error > self.largest {
             return Some(format!(
                 "{} spheres lie up to {error:.3e} m from the surface, beyond the bound of {}",
                 spheres.len(),
@@ -85,7 +85,7 @@ impl Bound {
                 spheres.len()
             ));
         }
-        (fit == Fit::Volume && !(accuracy.volume.abs() <= VOLUME)).then(|| {
+        (fit == Fit::Volume && (accuracy.volume.is_nan() || accuracy.volume.abs() > VOLUME)).then(|| {
             format!(
                 "the volume of {} spheres is {:+.1} % off: {:.0} % are allowed",
                 spheres.len(),

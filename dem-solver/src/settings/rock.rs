@@ -204,7 +204,7 @@ fn check_shape(
                 .try_instead("write cluster.method = \"medial\""));
         }
     }
-    if let Some(error) = cluster.largest_error.filter(|e| !(*e > 0.0)) {
+    if let Some(error) = cluster.largest_error.filter(|e| e.is_nan() || *e <= 0.0) {
         let what = format!("an error of {error} m: it must lie above 0");
         return Err(scene.invalid(&key("cluster.largest_error"), what));
     }
