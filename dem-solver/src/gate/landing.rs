@@ -46,7 +46,8 @@ pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
             Some(young) => Some(format!("young = {} Pa", short(young))),
             None => Some(format!("a stiffness {} times as large", short(times))),
         };
-        let radius = larger(rock, deepest).map(|r| format!("cluster.smallest_radius = {} m (about)", short(r)));
+        let radius =
+            larger(rock, deepest).map(|r| format!("cluster.smallest_radius = {} m (about)", short(r)));
         let cures: Vec<String> = [radius, stiffness].into_iter().flatten().collect();
         let cure = match cures.join(" or ") {
             none if none.is_empty() => "larger spheres keep".into(),
@@ -166,7 +167,11 @@ mod tests {
         let before = worst(&fine, &law, energy);
         assert!(before > LIMIT, "{before}");
         let radius = larger(&fine, before).expect("a radius");
-        let after = worst(&with(shape, Cluster { smallest_radius: Some(radius), ..Cluster::of(300) }, 1900.0), &law, energy);
+        let after = worst(
+            &with(shape, Cluster { smallest_radius: Some(radius), ..Cluster::of(300) }, 1900.0),
+            &law,
+            energy,
+        );
         assert!(after <= LIMIT, "{before} {after} with {radius} m");
     }
 

@@ -41,8 +41,7 @@ pub fn write(
     let lines: Vec<Line> = (model.rocks.iter().zip(trajectories).zip(bodies))
         .map(|((rock, rows), body)| {
             let most = &body.path;
-            let peaks =
-                Peaks { jump: most.highest.0, speed: most.fastest.0, energy: most.most_energy.0 };
+            let peaks = Peaks { jump: most.highest.0, speed: most.fastest.0, energy: most.most_energy.0 };
             Line { peaks, ..Line::new(rock.name.clone(), rows.iter().map(point).collect()) }
         })
         .collect();
