@@ -283,8 +283,8 @@ fn head_on(young: f64, speed: f64) -> String {
         format!(
             "[[spheres]]\nname = \"{name}\"\ncount = 1\nradius = [0.1, 0.1]\ndensity = 2500.0\nvelocity = [{v:?}, 0.0, 0.0]\n\
              lowest = [{:?}, -0.1, -0.1]\nhighest = [{:?}, 0.1, 0.1]\n",
-            at - 0.1,
-            at + 0.1
+            at - 0.1 - 1e-9,
+            at + 0.1 + 1e-9
         )
     };
     format!(
