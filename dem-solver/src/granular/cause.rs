@@ -21,7 +21,8 @@ pub fn of(model: &Model, state: &State, h: f64) -> String {
     let fastest = state.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
     // Two that meet head on are assumed there.
     let possible = 0.5 * steps.speed;
-    if !(fastest <= GAINED * possible) {
+    let lost = state.velocity.iter().any(|v| !v.norm().is_finite());
+    if lost || fastest > GAINED * possible {
         return format!(
             "a sphere moves with {fastest:.4e} m/s, start and gravity give {possible:.4} m/s: contact forces have made energy; \
              shorten dem.time_step ({h:.3e} s)"
