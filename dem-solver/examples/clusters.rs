@@ -68,7 +68,7 @@ fn main() {
         }
         if let Shape::Box { size } = shape {
             for along in [4_u32, 10, 27] {
-                line("  as a lattice", Lattice::nearest(size, along.pow(3)).spheres(), 0.0);
+                line("  as a lattice", Lattice::within(size, along.pow(3)).expect("fits").spheres(), 0.0);
             }
         }
     }

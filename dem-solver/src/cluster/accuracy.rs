@@ -3,9 +3,13 @@
 //! From every sample of the true surface a ray runs along the normal to the surface of the cluster:
 //! inwards where the sample lies outside of all spheres, outwards where it lies inside of one.
 //!
-//! - surface to spheres: the distance of the sample to the nearest sphere (outside), or to the end of the ray
-//! - spheres to surface: the distance of the end of the ray to the true surface; besides, for each sphere,
-//!   how far it reaches out of the solid (exact where nothing else is nearer: radius plus signed depth of the centre)
+//! - surface to spheres: the distance of the sample to the nearest sphere (outside), or to the end of a ray (inside
+//!   of a sphere): the shorter one of the ray along the normal and that from the sphere's centre, and for
+//!   the largest ones the shortest of all directions ([`Probe::shortest`]) - along the normal of a rough
+//!   surface a ray may run through spheres for long
+//! - spheres to surface: the distance of the end of the normal's ray to the true surface; besides, for each sphere,
+//!   how far it reaches out of the solid (exact where nothing else is nearer: radius plus signed depth of the
+//!   centre), and the distance of points of it that are seen from the surface
 //!
 //! Means are weighted with the area of the samples; the largest ones are improved by walking uphill.
 
@@ -21,6 +25,10 @@ use std::fmt;
 const MOST_SAMPLES: usize = 150_000;
 /// Samples from which the largest errors are sought.
 const WALKERS: usize = 24;
+
+/// Most points on all spheres, and on one.
+const POINTS: usize = 60_000;
+const MOST_POINTS: usize = 200;
 
 /// Columns along each side with which the volume is compared: few where many spheres fill them.
 const COLUMNS: usize = 256;
@@ -79,7 +87,7 @@ impl Accuracy {
         let (middles, areas) = middles(surface, &mut sizes, error);
         let (mut there, mut back) = (Spread::default(), Spread::default());
         let total: f64 = areas.iter().sum();
-        let mut measured: Vec<(f64, f64, Vector3<f64>, Vector3<f64>)> = Vec::new();
+        let mut measured: Vec<Measured> = Vec::new();
         for (k, area) in areas.iter().enumerate() {
             let (a, b) = scene.at(&middles.points[k], &middles.inward[k]);
             there.mean += a * area / total;
@@ -91,16 +99,15 @@ impl Accuracy {
             measured.push((a, b, *p, *inward));
         }
         let step = (total / measured.len() as f64).sqrt();
-        for way in 0..2 {
-            let value = |m: &(f64, f64, Vector3<f64>, Vector3<f64>)| if way == 0 { m.0 } else { m.1 };
-            measured.sort_by(|a, b| value(b).total_cmp(&value(a)));
-            let largest = measured
-                .iter()
-                .take(WALKERS)
-                .map(|m| scene.uphill(m.2, m.3, step, |ab| if way == 0 { ab.0 } else { ab.1 }))
-                .fold(0.0, f64::max);
-            if way == 0 { there.max = largest } else { back.max = largest.max(outside) }
-        }
+        measured.sort_by(|a, b| b.0.total_cmp(&a.0));
+        there.max = scene.furthest(&measured, step);
+        measured.sort_by(|a, b| b.1.total_cmp(&a.1));
+        back.max = measured
+            .iter()
+            .take(WALKERS)
+            .map(|m| scene.uphill(m.2, m.3, step, |point, inward| scene.at(point, inward).1))
+            .fold(outside, f64::max);
+        back.max = scene.seen_from_spheres(spheres, back.max);
         let columns = if spheres.len() > MANY_SPHERES { FEW_COLUMNS } else { COLUMNS };
         let volume = super::volume::excess(surface, spheres, columns);
         Self { surface_to_spheres: there, spheres_to_surface: back, outside, volume }
@@ -140,6 +147,9 @@ fn middles(surface: &Surface, sizes: &mut Sizes, error: f64) -> (samples::Sample
     }
 }
 
+/// Distances both ways [m], place [m] and direction into the solid of a sample.
+type Measured = (f64, f64, Vector3<f64>, Vector3<f64>);
+
 struct Probe<'a> {
     tree: &'a SurfaceTree,
     index: SphereIndex,
@@ -149,7 +159,7 @@ struct Probe<'a> {
 impl Probe<'_> {
     /// Distance of the sample to the cluster's surface, and of that to the true surface where the ray ends.
     fn at(&self, sample: &Vector3<f64>, inward: &Vector3<f64>) -> (f64, f64) {
-        let (gap, mut sphere) = self.index.nearest(sample);
+        let (gap, sphere) = self.index.nearest(sample);
         let tight = 1e-9 * self.size;
         let depth = |p: &Vector3<f64>| self.tree.nearest(p, f64::INFINITY).map_or(0.0, |n| n.square.sqrt());
         let (mut t, mut distance) = (0.0, gap);
@@ -167,19 +177,111 @@ impl Probe<'_> {
             let back = if distance <= tight { depth(&end) } else { gap };
             return (gap, back);
         }
-        let spheres = &self.index;
+        let out = -inward;
+        let t = self.exit(sample, &out, sphere);
+        let arm = sample - self.index.sphere(sphere).centre;
+        let short = arm.try_normalize(tight).map_or(t, |along| self.exit(sample, &along, sphere));
+        (t.min(short), depth(&(sample + out * t)))
+    }
+
+    /// Length of the ray from `from`, which lies in `sphere`, along `along` until it leaves all spheres [m].
+    fn exit(&self, from: &Vector3<f64>, along: &Vector3<f64>, mut sphere: u32) -> f64 {
+        let tight = 1e-9 * self.size;
+        let mut t = 0.0;
         for _ in 0..80 {
-            let point = sample - inward * t;
-            let s = spheres.sphere(sphere);
-            let arm = point - s.centre;
-            let along = -arm.dot(inward);
-            t += -along + (along * along - arm.norm_squared() + s.radius * s.radius).max(0.0).sqrt();
-            (distance, sphere) = spheres.nearest(&(sample - inward * t));
+            let s = self.index.sphere(sphere);
+            let arm = from + along * t - s.centre;
+            let away = arm.dot(along);
+            t += -away + (away * away - arm.norm_squared() + s.radius * s.radius).max(0.0).sqrt();
+            let (distance, next) = self.index.nearest(&(from + along * t));
             if distance >= -tight {
                 break;
             }
+            sphere = next;
         }
-        (t, depth(&(sample - inward * t)))
+        t
+    }
+
+    /// Distance of a sample to the cluster's surface [m]: to the nearest sphere outside of all, else along the shortest
+    /// ray out of them that turning by smaller and smaller angles finds.
+    fn shortest(&self, sample: &Vector3<f64>, inward: &Vector3<f64>) -> f64 {
+        let (gap, sphere) = self.index.nearest(sample);
+        if gap >= 0.0 {
+            return gap;
+        }
+        let mut best = (self.exit(sample, &-inward, sphere), -inward);
+        let arm = sample - self.index.sphere(sphere).centre;
+        let starts = (0..6).map(|k| Vector3::ith(k / 2, if k % 2 == 0 { 1.0 } else { -1.0 }));
+        for along in arm.try_normalize(1e-9 * self.size).into_iter().chain(starts) {
+            let t = self.exit(sample, &along, sphere);
+            if t < best.0 {
+                best = (t, along);
+            }
+        }
+        let mut turn = 0.6;
+        // No point of the cluster's surface is nearer than that of the sphere in which the sample lies deepest.
+        while turn > 1e-4 && best.0 > -gap * (1.0 + 1e-6) {
+            let found = around(&best.1, turn).map(|along| (self.exit(sample, &along, sphere), along));
+            let least = found.into_iter().fold(best, |a, b| if b.0 < a.0 { b } else { a });
+            if least.0 < best.0 { best = least } else { turn *= 0.5 }
+        }
+        best.0
+    }
+
+    /// The largest distance from the true surface to that of the cluster; samples begin with the largest estimates.
+    fn furthest(&self, measured: &[Measured], step: f64) -> f64 {
+        let mut found: Vec<(f64, &Measured)> = Vec::new();
+        let mut largest = 0.0_f64;
+        for m in measured {
+            // All further estimates are smaller, and none is less than the true distance.
+            if m.0 <= largest {
+                break;
+            }
+            let distance = self.shortest(&m.2, &m.3);
+            largest = largest.max(distance);
+            found.push((distance, m));
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let walk =
+            |(_, m): &(f64, &Measured)| self.uphill(m.2, m.3, step, |p, inward| self.shortest(p, inward));
+        found.iter().take(WALKERS).map(walk).fold(largest, f64::max)
+    }
+
+    /// The largest distance to the true surface of points of spheres that lie in no other and are seen from the
+    /// nearest point of that surface; at least `least` [m]. What is closed in between spheres does not count.
+    fn seen_from_spheres(&self, spheres: &[Sphere], least: f64) -> f64 {
+        let many = (POINTS / spheres.len()).clamp(6, MOST_POINTS);
+        let tight = 1e-9 * self.size;
+        let mut largest = least;
+        for sphere in spheres {
+            for k in 0..many {
+                let point = sphere.centre + spiral(k, many) * sphere.radius;
+                if self.index.nearest(&point).0 < -tight {
+                    continue;
+                }
+                // Points that are near enough do not count.
+                if self.tree.nearest(&point, largest).is_some() {
+                    continue;
+                }
+                let Some(near) = self.tree.nearest(&point, f64::INFINITY) else { continue };
+                let (way, length) = (near.point - point, near.square.sqrt());
+                let mut t = 1e-3 * length;
+                let free = loop {
+                    let gap = self.index.nearest(&(point + way * (t / length))).0;
+                    if gap < -tight {
+                        break false;
+                    }
+                    t += gap.max(1e-3 * length);
+                    if t >= length {
+                        break true;
+                    }
+                };
+                if free {
+                    largest = length;
+                }
+            }
+        }
+        largest
     }
 
     /// The largest value that is found by small steps along the surface from a sample.
@@ -188,9 +290,9 @@ impl Probe<'_> {
         mut point: Vector3<f64>,
         mut inward: Vector3<f64>,
         mut step: f64,
-        value: impl Fn((f64, f64)) -> f64,
+        value: impl Fn(&Vector3<f64>, &Vector3<f64>) -> f64,
     ) -> f64 {
-        let mut best = value(self.at(&point, &inward));
+        let mut best = value(&point, &inward);
         for _ in 0..30 {
             let side = inward.cross(&Vector3::ith(inward.iamin(), 1.0)).normalize();
             let other = inward.cross(&side);
@@ -202,7 +304,7 @@ impl Probe<'_> {
                     continue;
                 };
                 let normal = -self.tree.normal(&near).normalize();
-                let found = value(self.at(&near.point, &normal));
+                let found = value(&near.point, &normal);
                 if found > best {
                     (best, point, inward, moved) = (found, near.point, normal, true);
                 }
@@ -216,4 +318,22 @@ impl Probe<'_> {
         }
         best
     }
+}
+
+/// Eight directions at the angle `turn` [rad] from `along`.
+fn around(along: &Vector3<f64>, turn: f64) -> [Vector3<f64>; 8] {
+    let side = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
+    let other = along.cross(&side);
+    std::array::from_fn(|k| {
+        let angle = k as f64 * std::f64::consts::FRAC_PI_4;
+        along * turn.cos() + (side * angle.cos() + other * angle.sin()) * turn.sin()
+    })
+}
+
+/// Direction number `k` of `many` that are spread evenly over the sphere: a spiral with the golden angle.
+fn spiral(k: usize, many: usize) -> Vector3<f64> {
+    let z = 1.0 - (2 * k + 1) as f64 / many as f64;
+    let angle = k as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let r = (1.0 - z * z).sqrt();
+    Vector3::new(r * angle.cos(), r * angle.sin(), z)
 }

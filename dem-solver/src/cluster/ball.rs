@@ -17,6 +17,9 @@ const MOST_SHRINKINGS: usize = 20;
 /// of 20 480 triangles.
 const FINEST: f64 = 2e-4;
 
+/// Share of the size above which a depth is told from rounding.
+const SURE: f64 = 1e-7;
+
 /// A surface and its size, in which balls are grown.
 pub struct Balls<'a> {
     tree: &'a SurfaceTree,
@@ -26,6 +29,8 @@ pub struct Balls<'a> {
     tolerance: f64,
     /// The same as a share of its radius.
     share: f64,
+    /// Whether every ball is known to lie in the solid, not beyond a thin part of it.
+    careful: bool,
 }
 
 impl<'a> Balls<'a> {
@@ -34,12 +39,18 @@ impl<'a> Balls<'a> {
     /// In the middle of a round solid very many triangles are nearest but for a small difference: a
     /// tolerance of a small share of the error that a cover leaves spares looking at all of them.
     pub fn new(tree: &'a SurfaceTree, size: f64, tolerance: f64) -> Self {
-        Self { tree, size, tolerance, share: 0.0 }
+        Self { tree, size, tolerance, share: 0.0, careful: true }
     }
 
     /// The same balls to a tenth of their radius, where only their size matters.
     pub fn roughly(&self) -> Self {
         Self { share: 0.1, ..*self }
+    }
+
+    /// The same balls, but where the solid is thinner than the tolerance they may lie beyond it. Clusters of thick
+    /// solids have always been made of these, and stay as they are.
+    pub fn trusting(self) -> Self {
+        Self { careful: false, ..self }
     }
 
     /// The surface.
@@ -54,6 +65,10 @@ impl<'a> Balls<'a> {
             let centre = at + inward * radius;
             let tolerance = self.tolerance.max(self.share * radius);
             let Some(near) = self.tree.nearly_nearest(&centre, radius - tolerance, tolerance) else {
+                if self.leaves(at, inward, tolerance) {
+                    radius = 0.5 * tolerance;
+                    continue;
+                }
                 return Sphere { centre, radius: radius - tolerance };
             };
             let chord = near.point - at;
@@ -67,6 +82,12 @@ impl<'a> Balls<'a> {
         let centre = at + inward * radius;
         let free = self.tree.nearest(&centre, radius).map_or(radius, |n| n.square.sqrt());
         Sphere { centre, radius: free }
+    }
+
+    /// Whether the solid is thinner at `at` than `tolerance` [m]. A ball beyond it, outside of the solid, contains
+    /// none of its surface but for the tolerance either.
+    fn leaves(&self, at: &Vector3<f64>, inward: &Vector3<f64>, tolerance: f64) -> bool {
+        self.careful && tolerance > SURE * self.size && self.tree.signed(&(at + inward * tolerance)).0 >= 0.0
     }
 
     /// Radius of the ball that touches at `at` and at the plane in which `near` lies, if it touches that
@@ -173,6 +194,18 @@ mod tests {
         assert!((at(0.0, 0.0).radius - 1.0).abs() < 1e-12, "up to the opposite face");
         assert!((at(0.7, 0.1).radius - 0.3).abs() < 1e-12, "as far from the edge");
         assert!((at(0.7, -0.9).radius - 0.1).abs() < 1e-12);
+    }
+
+    /// Beyond a plate that is thinner than the tolerance a ball of half its length was found, outside of it.
+    #[test]
+    fn a_ball_in_a_plate_is_no_larger_than_it_is_thick() {
+        let size = Vector3::new(2.0, 1.0, 0.01);
+        let tree = SurfaceTree::new(&builtin::cuboid(size));
+        let at = Vector3::new(0.3, 0.1, 0.005);
+        let none = Balls::new(&tree, size.norm(), 0.1).touching(&at, &-Vector3::z());
+        assert!(none.radius <= 0.0, "the tolerance is larger than the plate is thick: {none:?}");
+        let ball = Balls::new(&tree, size.norm(), 1e-6).roughly().touching(&at, &-Vector3::z());
+        assert!((0.004..=0.005).contains(&ball.radius) && tree.signed(&ball.centre).0 < -0.004, "{ball:?}");
     }
 
     /// At a right-angled edge a ball of radius r leaves r (sqrt 2 - 1), at a corner r (sqrt 3 - 1).

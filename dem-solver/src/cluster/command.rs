@@ -1,8 +1,8 @@
 //! `dem-solver cluster`: a shape to a file of spheres, with its error.
 
-use super::{Accuracy, Fit, MOST_SPHERES, Wish, files, make};
+use super::{Accuracy, Bound, Fit, MOST_SPHERES, Wish, files};
 use crate::rock::Sphere;
-use crate::rock::cluster::Lattice;
+use crate::rock::cluster::lattice;
 use crate::rock::solid::Solid;
 use crate::settings::rock::Method;
 use crate::shape::spec::NAMES;
@@ -17,6 +17,9 @@ use nalgebra::Vector3;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
+/// How the number of spheres and the largest error are written.
+const NAMED: [&str; 2] = ["--spheres", "--largest-error"];
+
 /// The subcommand.
 pub const COMMAND: Extra = Extra { command, run };
 
@@ -25,7 +28,7 @@ struct Arguments {
     /// Closed surface (.stl, .obj), or a built-in shape, as in box:1.2,0.8,0.6; all of them below
     #[arg(value_name = "SHAPE")]
     shape: String,
-    /// Number of spheres, 1 to 50000. A round shape may take fewer: a sphere is one
+    /// Most spheres, 1 to 50000. A round shape may take fewer: a sphere is one
     #[arg(long, short = 'n', value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SPHERES)))]
     spheres: u32,
     /// File to write: `x y z r` per line [m], in the shape's own axes
@@ -34,7 +37,13 @@ struct Arguments {
     /// Metres per unit of a surface file
     #[arg(long, value_name = "M", default_value_t = 1.0)]
     scale: f64,
-    /// `medial`: by the error; `lattice`: equal spheres in rows (boxes; the nearest number that fills it)
+    /// Close small holes of a surface file, as scans have them; their number and area are printed
+    #[arg(long)]
+    close_holes: bool,
+    /// Of several closed surfaces in a file take this one, counted from 1
+    #[arg(long, value_name = "K")]
+    piece: Option<u32>,
+    /// `medial`: by the error; `lattice`: equal spheres in rows (boxes; the largest number that fills it)
     #[arg(long, value_name = "HOW", default_value = "medial", value_parser = ["medial", "lattice"])]
     method: String,
     /// `volume`: as much outside of the solid as lacks inside; `largest`: as far outside as inside, the
@@ -44,6 +53,10 @@ struct Arguments {
     /// Least radius [m]: small spheres make edges sharp, and are soft; what only smaller ones reach stays uncovered
     #[arg(long, value_name = "M", default_value_t = 0.0)]
     smallest_radius: f64,
+    /// Largest distance of the two surfaces [m]: a cluster beyond it is refused. Default: 15 % of the diagonal of the
+    /// shape's box, and no more than 0.9 times the radius of the largest ball that fits into it
+    #[arg(long, value_name = "M")]
+    largest_error: Option<f64>,
     /// Write the spheres (points with a radius) as a VTU file too
     #[arg(long, value_name = "FILE")]
     vtu: Option<PathBuf>,
@@ -72,15 +85,31 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
             ));
         }
     }
-    let shape = Shape::parse(&arguments.shape, arguments.scale)?;
+    let mut shape = Shape::parse(&arguments.shape, arguments.scale)?;
+    match &mut shape {
+        Shape::Mesh { close_holes, piece, .. } => {
+            (*close_holes, *piece) = (arguments.close_holes, arguments.piece);
+        }
+        _ if arguments.close_holes || arguments.piece.is_some() => {
+            return Err(InputError::in_file(
+                &arguments.shape,
+                "a built-in shape has neither holes nor pieces",
+            )
+            .try_instead("leave --close-holes and --piece out"));
+        }
+        _ => {}
+    }
     // Known before minutes are spent.
     for file in arguments.vtu.iter().chain([&arguments.output]) {
         check_directory(file)?;
     }
     let (solid, notes) = Solid::new(&shape)?;
     let (surface, _) = shape.surface(false)?;
-    let spheres = spheres(&shape, &surface, &arguments)?;
-    let accuracy = Accuracy::of(&surface, &spheres);
+    if let Some(largest) = arguments.largest_error.filter(|e| !(*e > 0.0 && e.is_finite())) {
+        let what = format!("{largest} m: a finite number above 0 is required");
+        return Err(InputError::in_file("--largest-error", what));
+    }
+    let (spheres, accuracy) = spheres(&shape, &surface, &arguments)?;
     let header = header(&shape, &solid, &spheres, &accuracy, &arguments);
     write(&arguments.output, files::text(&header, &spheres).as_bytes())?;
     if let Some(file) = &arguments.vtu {
@@ -88,8 +117,14 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     }
     let mut text = header.join("\n") + "\n";
     let asked = arguments.spheres as usize;
-    let fewer = (arguments.method == "medial" && spheres.len() < asked).then(|| {
-        format!("of {asked} spheres {} cover the shape down to the chords of its triangles", spheres.len())
+    let fewer = (spheres.len() < asked).then(|| match arguments.method.as_str() {
+        "medial" => {
+            format!(
+                "of {asked} spheres {} cover the shape down to the chords of its triangles",
+                spheres.len()
+            )
+        }
+        _ => format!("{} of {asked} spheres fill the box evenly", spheres.len()),
     });
     for note in notes.into_iter().chain(fewer) {
         text += &format!("note: {note}\n");
@@ -98,17 +133,27 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     Ok(Exit::Done)
 }
 
-fn spheres(shape: &Shape, surface: &Surface, arguments: &Arguments) -> Result<Vec<Sphere>, InputError> {
+fn spheres(
+    shape: &Shape,
+    surface: &Surface,
+    arguments: &Arguments,
+) -> Result<(Vec<Sphere>, Accuracy), InputError> {
+    let measured = |spheres: Vec<Sphere>| {
+        let accuracy = Accuracy::of(surface, &spheres);
+        (spheres, accuracy)
+    };
     let method = if arguments.method == "lattice" { Method::Lattice } else { Method::Medial };
     match (shape, method) {
-        (Shape::Box { size }, Method::Lattice) => Ok(Lattice::nearest(*size, arguments.spheres).spheres()),
+        (Shape::Box { size }, Method::Lattice) => {
+            lattice(*size, arguments.spheres, arguments.largest_error, NAMED).map(|l| measured(l.spheres()))
+        }
         (_, Method::Lattice) => {
             Err(InputError::in_file("--method lattice", "a lattice fills a box, not this shape")
                 .try_instead("leave --method out"))
         }
         // All others would lie inside of it.
         (Shape::Sphere { radius }, Method::Medial) => {
-            Ok(vec![Sphere { centre: Vector3::zeros(), radius: *radius }])
+            Ok(measured(vec![Sphere { centre: Vector3::zeros(), radius: *radius }]))
         }
         (_, Method::Medial) => {
             let fit = match arguments.fit.as_str() {
@@ -118,7 +163,7 @@ fn spheres(shape: &Shape, surface: &Surface, arguments: &Arguments) -> Result<Ve
             };
             let wish = Wish { spheres: arguments.spheres, fit, smallest_radius: arguments.smallest_radius };
             let watched = std::io::stderr().is_terminal();
-            let spheres = make(surface, &wish, |done| {
+            let made = Bound::of(surface, arguments.largest_error).make(surface, &wish, NAMED, |done| {
                 if watched {
                     let _ = write!(std::io::stderr(), "\rmaking the cluster: {:3.0} %", 100.0 * done);
                 }
@@ -126,7 +171,7 @@ fn spheres(shape: &Shape, surface: &Surface, arguments: &Arguments) -> Result<Ve
             if watched {
                 let _ = writeln!(std::io::stderr());
             }
-            Ok(spheres)
+            made
         }
     }
 }

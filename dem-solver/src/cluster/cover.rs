@@ -37,12 +37,33 @@ pub struct Cover {
     pub enough: Option<usize>,
 }
 
+/// What a cover is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wanted {
+    /// Every sample is to lie within this distance [m].
+    pub error: f64,
+    /// Number of balls.
+    pub count: usize,
+    /// No ball is smaller [m], but for the first.
+    pub least: f64,
+    /// Whether balls that overlap no other are moved until they do.
+    pub joined: bool,
+}
+
+/// A ball is about the largest if it has this share of its radius.
+const ABOUT: f64 = 0.7;
+
 /// Exactly `count` balls (fewer only where nothing is left to cover, [`Balls::finest`]): first until every sample lies
-/// within `error` [m], then on where the gap is largest. No ball is smaller than `least` [m], but for the first.
-pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: f64) -> Cover {
+/// within the error, then on where the gap is largest. `middle` is the first ball where samples may be too few
+/// to find the largest: all may stand at corners, where no ball is large. Without it balls smaller than the tolerance, with
+/// a radius below 0, are not left out: such a cover is no good, but one for fewer balls may lead to a good one.
+pub fn cover(balls: &Balls, samples: &Samples, middle: Option<&Sphere>, wanted: &Wanted) -> Cover {
+    let Wanted { error, count, least, joined } = *wanted;
     let mut gaps = Gaps::new(samples);
     let mut chosen: Vec<Sphere> = Vec::with_capacity(count);
-    if let Some(first) = largest(balls, samples) {
+    let about = middle.map_or(f64::NEG_INFINITY, |ball| ABOUT * ball.radius);
+    let first = largest(balls, samples).filter(|ball| ball.radius > about).or(middle.copied());
+    if let Some(first) = first {
         gaps.add(&first);
         chosen.push(first);
     }
@@ -64,6 +85,7 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
             // It must help by more than rounding, or the same sample would come again for ever.
             Some(ball)
                 if ball.radius >= least
+                    && (middle.is_none() || ball.radius > 0.0)
                     && left < gap * if ball.radius <= 2.0 * least { 0.8 } else { 0.999 } =>
             {
                 gaps.add(&ball);
@@ -81,7 +103,7 @@ pub fn cover(balls: &Balls, samples: &Samples, error: f64, count: usize, least: 
             }
         }
     }
-    if connect(balls, samples, &mut chosen, &made_for, least) > 0 {
+    if joined && connect(balls, samples, &mut chosen, &made_for, least) > 0 {
         gaps = Gaps::new(samples);
         chosen.iter().for_each(|ball| gaps.add(ball));
         helpless.iter().for_each(|sample| gaps.give_up(*sample));
@@ -144,7 +166,7 @@ fn connect(balls: &Balls, samples: &Samples, chosen: &mut [Sphere], made_for: &[
 }
 
 /// About the largest of the balls that touch at some of the samples.
-fn largest(balls: &Balls, samples: &Samples) -> Option<Sphere> {
+pub fn largest(balls: &Balls, samples: &Samples) -> Option<Sphere> {
     let rough = balls.roughly();
     let step = (samples.points.len() / 500).max(1);
     let mut best: Option<Sphere> = None;
@@ -153,6 +175,7 @@ fn largest(balls: &Balls, samples: &Samples) -> Option<Sphere> {
         let inside = samples.points[k] + samples.inward[k] * best.map_or(1e-6, |b| 0.01 * b.radius);
         if let Some(ball) = rough.around(&inside)
             && best.is_none_or(|b| ball.radius > b.radius * (1.0 + 1e-9))
+            && balls.tree().signed(&ball.centre).0 < 0.0
         {
             best = Some(ball);
         }

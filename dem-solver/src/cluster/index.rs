@@ -16,8 +16,9 @@ struct Node {
 /// A tree over the centres of spheres.
 pub struct SphereIndex {
     nodes: Vec<Node>,
-    /// The spheres, leaf by leaf.
+    /// The spheres, leaf by leaf, and the place of each in the cluster.
     spheres: Vec<Sphere>,
+    places: Vec<u32>,
 }
 
 impl SphereIndex {
@@ -27,7 +28,7 @@ impl SphereIndex {
         let mut nodes = Vec::new();
         build(&mut nodes, &mut order, 0, spheres);
         let sorted = order.iter().map(|i| spheres[*i as usize]).collect();
-        Self { nodes, spheres: sorted }
+        Self { nodes, spheres: sorted, places: order }
     }
 
     /// Smallest distance of `from` to a sphere's surface, negative inside of one (then that of the sphere in
@@ -68,6 +69,11 @@ impl SphereIndex {
     /// A sphere by the number that [`nearest`](Self::nearest) gives.
     pub fn sphere(&self, number: u32) -> &Sphere {
         &self.spheres[number as usize]
+    }
+
+    /// Its place in the list of which the index was made.
+    pub fn place(&self, number: u32) -> usize {
+        self.places[number as usize] as usize
     }
 
     fn bound(&self, node: u32, from: &Vector3<f64>) -> f64 {

@@ -5,12 +5,14 @@
 //! - [`gaps`]: how far each of them lies outside of all balls so far
 //! - [`cover`]: balls, until nothing lies further outside than a given error
 //! - [`make`]: the error that a number of spheres reaches, and the spheres
+//! - [`bound`]: whether that error is small enough, and what to try if it is not
 //! - [`index`], [`accuracy`], [`volume`]: the error of any cluster, measured
 //! - [`files`]: `x y z r` text and Kratos `.clu`
 //! - [`command`]: `dem-solver cluster`
 
 pub mod accuracy;
 pub mod ball;
+pub mod bound;
 pub mod command;
 pub mod cover;
 pub mod files;
@@ -21,6 +23,7 @@ pub mod samples;
 pub mod volume;
 
 pub use accuracy::Accuracy;
+pub use bound::Bound;
 pub use make::{Fit, Wish, make};
 
 /// Most spheres of a cluster.

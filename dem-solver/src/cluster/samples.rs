@@ -34,6 +34,11 @@ impl<'a> Sizes<'a> {
         Self { balls: Balls::new(tree, size, 1e-7 * size).roughly(), known: HashMap::new() }
     }
 
+    /// The same sizes, but beyond thin parts of the solid too ([`Balls::trusting`]).
+    pub fn trusting(self) -> Self {
+        Self { balls: self.balls.trusting(), ..self }
+    }
+
     fn radius(&mut self, at: &Vector3<f64>, inward: &Vector3<f64>) -> f64 {
         *self.known.entry(key(at)).or_insert_with(|| self.balls.touching(at, inward).radius)
     }

@@ -10,9 +10,10 @@ pub mod outermost;
 pub mod rotation;
 pub mod solid;
 
-use crate::cluster::{Accuracy, MOST_SPHERES, Wish, files, make};
+use crate::cluster::{Accuracy, Bound, MOST_SPHERES, Wish, files};
 use crate::settings::rock::Method;
 use crate::settings::{Cluster, RockSettings, Shape};
+use crate::shape::Surface;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
@@ -60,6 +61,8 @@ pub struct Rock {
     pub largest_radius: f64,
     /// The true solid.
     pub solid: Solid,
+    /// The error of the spheres, where making them took measuring it.
+    accuracy: Option<Accuracy>,
 }
 
 impl Rock {
@@ -74,15 +77,17 @@ impl Rock {
             .mass
             .unwrap_or_else(|| settings.density.expect("mass or density, checked") * solid.volume());
         let cluster = settings.cluster.clone().unwrap_or_default();
-        let Spheres { mut spheres, origin, outermost, facing, notice } =
+        let Spheres { mut spheres, origin, outermost, facing, notice, accuracy } =
             match (&settings.shape, &cluster.file) {
                 (_, Some(file)) => Spheres::read(file).map_err(|e| refuse("cluster.file", e))?,
                 (Shape::Sphere { radius }, None) => Spheres::single(*radius),
                 (Shape::Box { size }, None) if cluster.method != Some(Method::Medial) => {
-                    Spheres::lattice(*size, cluster.spheres.unwrap_or(64))
+                    Spheres::lattice(*size, &cluster).map_err(|e| refuse("cluster.spheres", e))?
                 }
                 (shape, None) => {
-                    Spheres::medial(shape, &cluster, &settings.name).map_err(|e| refuse("shape", e))?
+                    let (surface, _) = shape.surface(false).map_err(|e| refuse("shape", e))?;
+                    Spheres::medial(&surface, &cluster, &settings.name)
+                        .map_err(|e| refuse("cluster.spheres", e))?
                 }
             };
         notices.extend(notice);
@@ -103,6 +108,7 @@ impl Rock {
             smallest_radius: f64::INFINITY,
             largest_radius: 0.0,
             solid,
+            accuracy,
             spheres,
         };
         for sphere in &rock.spheres {
@@ -133,6 +139,9 @@ impl Rock {
 
     /// The error of its spheres against its true surface.
     pub fn accuracy(&self, settings: &RockSettings) -> Result<Accuracy, InputError> {
+        if let Some(known) = self.accuracy {
+            return Ok(known);
+        }
         let (mut surface, _) = settings.shape.surface(false)?;
         surface.points.iter_mut().for_each(|p| *p = self.solid.own(p));
         Ok(Accuracy::of(&surface, &self.spheres))
@@ -203,7 +212,11 @@ struct Spheres {
     outermost: Option<Vec<u32>>,
     facing: Option<f64>,
     notice: Option<String>,
+    accuracy: Option<Accuracy>,
 }
+
+/// How a scene writes the number of spheres and the largest error.
+const NAMED: [&str; 2] = ["cluster.spheres =", "cluster.largest_error ="];
 
 impl Spheres {
     fn single(radius: f64) -> Self {
@@ -213,26 +226,29 @@ impl Spheres {
             outermost: Some(vec![0]),
             facing: Some(1.0),
             notice: None,
+            accuracy: None,
         }
     }
 
-    fn lattice(size: [f64; 3], asked: u32) -> Self {
-        let lattice = cluster::Lattice::nearest(size, asked);
+    fn lattice(size: [f64; 3], cluster: &Cluster) -> Result<Self, InputError> {
+        let asked = cluster.spheres.unwrap_or(64);
+        let lattice = cluster::lattice(size, asked, cluster.largest_error, NAMED)?;
         let took = lattice.total();
         let [nx, ny, nz] = lattice.counts;
         let [x, y, z] = lattice.counts.map(f64::from);
         let notice = (took != u64::from(asked))
             .then(|| format!("{asked} spheres do not fill the box evenly; took {nx} x {ny} x {nz} = {took}"));
-        Self {
+        Ok(Self {
             spheres: lattice.spheres(),
             origin: format!("{nx} x {ny} x {nz}"),
             outermost: Some(cluster::outermost(lattice.counts)),
             facing: Some((x * y).max(y * z).max(x * z)),
             notice,
-        }
+            accuracy: None,
+        })
     }
 
-    fn medial(shape: &Shape, cluster: &Cluster, name: &str) -> Result<Self, InputError> {
+    fn medial(surface: &Surface, cluster: &Cluster, name: &str) -> Result<Self, InputError> {
         let wish = Wish {
             spheres: cluster.spheres.unwrap_or(1).clamp(1, MOST_SPHERES),
             fit: cluster.fit.unwrap_or_default(),
@@ -240,12 +256,13 @@ impl Spheres {
         };
         tracing::info!("rock `{name}`: making a cluster of {} spheres", wish.spheres);
         let mut told = 0.0;
-        let spheres = make(&shape.surface(false)?.0, &wish, |done| {
+        let bound = Bound::of(surface, cluster.largest_error);
+        let (spheres, accuracy) = bound.make(surface, &wish, NAMED, |done| {
             if done >= told + 0.25 {
                 told = done;
                 tracing::info!("rock `{name}`: cluster {:.0} % done", 100.0 * done);
             }
-        });
+        })?;
         let notice = (spheres.len() < wish.spheres as usize).then(|| {
             format!(
                 "{} spheres cover the shape down to the chords of its triangles; {} were asked for",
@@ -253,7 +270,8 @@ impl Spheres {
                 wish.spheres
             )
         });
-        Ok(Self { spheres, origin: "medial".into(), outermost: None, facing: None, notice })
+        let accuracy = Some(accuracy);
+        Ok(Self { spheres, origin: "medial".into(), outermost: None, facing: None, notice, accuracy })
     }
 
     fn read(file: &std::path::Path) -> Result<Self, InputError> {
@@ -264,7 +282,8 @@ impl Spheres {
                 "its spheres are {groups} groups that do not overlap: a thin wire falls through between them"
             )
         });
-        Ok(Self { spheres, origin: format!("of {}", file.display()), outermost: None, facing: None, notice })
+        let origin = format!("of {}", file.display());
+        Ok(Self { spheres, origin, outermost: None, facing: None, notice, accuracy: None })
     }
 }
 
@@ -361,7 +380,7 @@ mod tests {
 
     #[test]
     fn spin_and_energy_follow_from_the_angular_momentum() {
-        let mut settings = cube(1);
+        let mut settings = cube(15);
         settings.shape = Shape::Box { size: [0.2, 0.4, 0.6] };
         settings.orientation = [0.9, 0.1, 0.3, -0.2];
         settings.angular_velocity = [1.0, -2.0, 3.0];

@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn the_spheres_of_a_lattice_that_face_a_plane_are_those_of_its_largest_side() {
-        let lattice = Lattice::nearest([0.2, 0.4, 0.6], 500);
+        let lattice = Lattice::within([0.2, 0.4, 0.6], 500).expect("fits");
         let [_, y, z] = lattice.counts.map(f64::from);
         let surface = builtin::cuboid(Vector3::new(0.2, 0.4, 0.6));
         assert_eq!(facing(&lattice.spheres(), &(surface.points, surface.triangles)), y * z);

@@ -48,8 +48,9 @@ pub struct RockSettings {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cluster {
-    /// Number of spheres, 1 to 50 000. A box takes the nearest number that fills it as a lattice (a
-    /// cube: a cube number); other methods take exactly so many. Default: 64 for a box, 1 for a sphere, else 500.
+    /// Most spheres, 1 to 50 000. A box takes the largest number that fills it as a lattice (a
+    /// cube: a cube number); other methods take exactly so many, or fewer on round shapes.
+    /// Default: 64 for a box, 1 for a sphere, else 500.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spheres: Option<u32>,
     /// How to place them. Default: `lattice` for a box, else `medial`.
@@ -62,6 +63,11 @@ pub struct Cluster {
     /// their centre early; what only smaller ones could reach stays uncovered. Default 0: as the error asks for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_radius: Option<f64>,
+    /// Largest distance of the spheres' surface from the true one [m]: a scene that passes it is refused.
+    /// A lattice keeps the default but for single spheres.
+    /// Default: the smaller one of 15 % of the diagonal of the shape's box and 0.9 radii of the largest ball in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub largest_error: Option<f64>,
     /// In place of all these: spheres from a file, `x y z r` text or Kratos `.clu`, in the shape's own axes;
     /// relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -169,6 +175,7 @@ fn check_shape(
             ("method", cluster.method.is_some()),
             ("fit", cluster.fit.is_some()),
             ("smallest_radius", cluster.smallest_radius.is_some()),
+            ("largest_error", cluster.largest_error.is_some()),
         ];
         return match rest.iter().find(|(_, there)| *there) {
             Some((name, _)) => Err(scene
@@ -198,6 +205,10 @@ fn check_shape(
                 .invalid(&key(&format!("cluster.{name}")), format!("`{name}` belongs to the method `medial`"))
                 .try_instead("write cluster.method = \"medial\""));
         }
+    }
+    if let Some(error) = cluster.largest_error.filter(|e| e.is_nan() || *e <= 0.0) {
+        let what = format!("an error of {error} m: it must lie above 0");
+        return Err(scene.invalid(&key("cluster.largest_error"), what));
     }
     match cluster.smallest_radius {
         Some(r) if r < 0.0 => Err(scene

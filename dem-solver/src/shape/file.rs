@@ -1,7 +1,7 @@
 //! Surface files: which reader, limits, and errors with file and line.
 
 use super::Surface;
-use super::surface::{Flaw, MOST_TRIANGLES};
+use super::surface::{Flaw, MOST_TRIANGLES, Mend, joined};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::input_file;
 use nalgebra::Vector3;
@@ -49,22 +49,34 @@ impl From<Flaw> for ReadError {
     }
 }
 
-/// The closed surface in an STL or OBJ file, lengths times `scale`; the second part says what was mended.
-pub fn read_surface(path: &Path, scale: f64) -> Result<(Surface, Vec<String>), InputError> {
+/// The closed surface in an STL or OBJ file, lengths times `scale`, mended as asked for; the second part says what was
+/// mended.
+pub fn read_surface(path: &Path, scale: f64, mend: &Mend) -> Result<(Surface, Vec<String>), InputError> {
     let bytes = read_bytes(path)?;
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let read = match extension.as_deref() {
         Some("stl") => super::stl::read(&bytes, MOST_TRIANGLES).and_then(|mut soup| {
             soup.corners.as_flattened_mut().iter_mut().for_each(|p| *p *= scale);
-            Ok(Surface::from_soup(&soup.corners)?)
+            let (points, triangles) = joined(&soup.corners);
+            let names = || if soup.binary { Vec::new() } else { super::stl::names(&bytes) };
+            Ok(Surface::mended(points, triangles, mend).map_err(|flaw| named(flaw, names))?)
         }),
         Some("obj") => super::obj::read(&bytes, MOST_TRIANGLES).and_then(|(mut points, triangles)| {
             points.iter_mut().for_each(|p| *p *= scale);
-            Ok(Surface::from_indexed(points, triangles)?)
+            let names = || super::obj::names(&bytes);
+            Ok(Surface::mended(points, triangles, mend).map_err(|flaw| named(flaw, names))?)
         }),
         _ => Err(ReadError::new("a surface is read from .stl or .obj")),
     };
     read.map_err(|e| e.in_file(path))
+}
+
+/// Pieces with the names that the file has for them.
+fn named(mut flaw: Flaw, names: impl Fn() -> Vec<(usize, String)>) -> Flaw {
+    if let Flaw::Pieces(pieces) = &mut flaw {
+        pieces.name(&names());
+    }
+    flaw
 }
 
 /// The bytes of a file of reasonable size.

@@ -2,6 +2,7 @@
 //!
 //! - [`surface`]: welded, consistently oriented, checked; what a flaw looks like and where it is
 //! - [`crossing`]: whether a surface runs through itself
+//! - [`holes`], [`pieces`]: small holes closed when asked for, one of several surfaces
 //! - [`integrals`]: exact volume, centre and inertia
 //! - [`tree`]: the nearest point of a surface, on which side of it a point lies
 //! - [`builtin`], [`hull`]: shapes that need no file
@@ -11,9 +12,11 @@
 pub mod builtin;
 pub mod crossing;
 pub mod file;
+pub mod holes;
 pub mod hull;
 pub mod integrals;
 pub mod obj;
+pub mod pieces;
 pub mod spec;
 pub mod stl;
 pub mod surface;

@@ -82,6 +82,20 @@ pub fn read(bytes: &[u8], most: usize) -> Result<Indexed, ReadError> {
     Ok((points, triangles))
 }
 
+/// Names of objects and groups in a file that has been read, with the number of triangles before each.
+pub fn names(bytes: &[u8]) -> Vec<(usize, String)> {
+    let (mut before, mut names) = (0, Vec::new());
+    for (_, line) in lines(bytes).filter_map(Result::ok) {
+        let mut words = line.split('#').next().unwrap_or_default().split_ascii_whitespace();
+        match words.next() {
+            Some("f") => before += words.count().saturating_sub(2),
+            Some("o" | "g") => names.extend(words.next().map(|name| (before, shown(name)))),
+            _ => {}
+        }
+    }
+    names
+}
+
 /// The number of a corner, from 0; a negative one counts back from the last corner so far.
 fn corner(word: &str, so_far: usize, line: usize) -> Result<i64, ReadError> {
     let number = word.split('/').next().unwrap_or_default();

@@ -1,6 +1,7 @@
 //! One shape, as a scene (`shape = { type = "box", ... }`) or a command line (`box:0.2,0.4,0.6`) names it.
 
 use super::file::read_surface;
+use super::surface::Mend;
 use super::{Surface, builtin, hull};
 use interface_defs::toolkit::input_error::InputError;
 use nalgebra::Vector3;
@@ -68,6 +69,12 @@ pub enum Shape {
         /// Metres per unit of the file. Default 1.
         #[serde(default = "one")]
         scale: f64,
+        /// Close small holes, as scans have them: up to a tenth of the size wide. Default false.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        close_holes: bool,
+        /// Of several closed surfaces in the file take this one, counted from 1.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        piece: Option<u32>,
     },
 }
 
@@ -103,7 +110,7 @@ impl Shape {
         };
         let Some((name, values)) = text.split_once(':').filter(|_| !std::path::Path::new(text).exists())
         else {
-            let shape = Self::Mesh { file: text.into(), scale };
+            let shape = Self::Mesh { file: text.into(), scale, close_holes: false, piece: None };
             return shape.check().map_err(|(_, what)| refuse(what)).map(|()| shape);
         };
         let values: Vec<f64> = values
@@ -181,7 +188,9 @@ impl Shape {
                 let points: Vec<Vector3<f64>> = points.iter().map(|p| (*p).into()).collect();
                 hull::convex(&points).map_err(InputError::new)?
             }
-            Self::Mesh { file, scale } => return read_surface(file, *scale),
+            Self::Mesh { file, scale, close_holes, piece } => {
+                return read_surface(file, *scale, &Mend { close_holes: *close_holes, piece: *piece });
+            }
         };
         Ok((surface, Vec::new()))
     }
@@ -202,7 +211,7 @@ impl Shape {
                 format!("random convex polyhedron (seed {seed}, {points} points) in {a} x {b} x {c} m")
             }
             Self::ConvexHull { points } => format!("convex hull of {} points", points.len()),
-            Self::Mesh { file, scale } => format!("surface of {} (scale {scale})", file.display()),
+            Self::Mesh { file, scale, .. } => format!("surface of {} (scale {scale})", file.display()),
         }
     }
 }

@@ -45,6 +45,20 @@ fn claimed(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(field.try_into().ok()?) as usize)
 }
 
+/// Names of solids in a text file that has been read, with the number of triangles before each.
+pub fn names(bytes: &[u8]) -> Vec<(usize, String)> {
+    let (mut before, mut names) = (0, Vec::new());
+    for (_, line) in lines(bytes).filter_map(Result::ok) {
+        let mut words = line.split_ascii_whitespace();
+        match words.next().map(str::to_lowercase).as_deref() {
+            Some("endfacet") => before += 1,
+            Some("solid") => names.extend(words.next().map(|name| (before, shown(name)))),
+            _ => {}
+        }
+    }
+    names
+}
+
 fn binary(bytes: &[u8], count: usize, most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
     too_many(count, most)?;
     let mut corners = Vec::with_capacity(count);

@@ -1,6 +1,8 @@
 //! A closed surface: corners joined, triangles turned the same way, flaws named with their place.
 
+use super::holes;
 use super::integrals::Body;
+use super::pieces::{self, Pieces};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -25,6 +27,15 @@ pub struct Surface {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// What is done to triangles that are no closed surface, when it is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Mend {
+    /// Close small holes.
+    pub close_holes: bool,
+    /// Of several closed surfaces take this one, counted from 1 in the order of their first triangles.
+    pub piece: Option<u32>,
+}
+
 /// Why triangles are not the surface of a solid. Triangles are counted from 1, in the file's order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Flaw {
@@ -43,7 +54,20 @@ pub enum Flaw {
     /// Triangles that cannot be turned the same way.
     OneSided(usize),
     /// Several closed surfaces.
-    Pieces(usize),
+    Pieces(Pieces),
+    /// A piece that was asked for, of so many.
+    NoPiece(u32, usize),
+    /// A hole that is not small.
+    Hole {
+        /// Edges around it.
+        edges: usize,
+        /// One of its corners [m].
+        at: Vector3<f64>,
+        /// How wide it is [m].
+        widest: f64,
+        /// How wide a hole may be [m].
+        most: f64,
+    },
     /// All triangles face inwards: the volume [m3] is negative.
     Inverted(f64),
     /// Two triangles that run through each other, near a point.
@@ -64,7 +88,8 @@ impl fmt::Display for Flaw {
             }
             Self::Open(t, [a, b], n) => write!(
                 f,
-                "the surface is open: {n} edges have a triangle on one side only, the first from {} to {}, of triangle {t}",
+                "the surface is open: {n} edges have a triangle on one side only, the first from {} to {}, of triangle {t}; \
+                 small holes are closed with `--close-holes`, in a scene with `shape.close_holes = true`",
                 at(a),
                 at(b)
             ),
@@ -78,7 +103,17 @@ impl fmt::Display for Flaw {
                 f,
                 "the triangles cannot be turned the same way (a surface with one side): the contradiction is at triangle {t}"
             ),
-            Self::Pieces(n) => write!(f, "the surface is {n} separate pieces: a rock is one"),
+            Self::Pieces(pieces) => pieces.fmt(f),
+            Self::NoPiece(asked, count) => {
+                write!(f, "there is no piece {asked}: the surface has {count}, counted from 1")
+            }
+            Self::Hole { edges, at: place, widest, most } => write!(
+                f,
+                "the hole with {edges} edges near {} is {widest:.3e} m wide: holes of up to {most:.3e} m, {:.0} % of the \
+                 size, are closed; close it where the file comes from",
+                at(place),
+                100.0 * holes::WIDEST
+            ),
             Self::Inverted(v) => write!(
                 f,
                 "the surface is inside out: its triangles face inwards (volume {v:.6e} m3); reverse the order of their corners"
@@ -103,6 +138,15 @@ impl Surface {
         points: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
     ) -> Result<(Self, Vec<String>), Flaw> {
+        Self::mended(points, triangles, &Mend::default())
+    }
+
+    /// The same, with what `mend` asks for done to them.
+    pub fn mended(
+        points: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+        mend: &Mend,
+    ) -> Result<(Self, Vec<String>), Flaw> {
         if triangles.len() > MOST_TRIANGLES {
             return Err(Flaw::TooMany(triangles.len()));
         }
@@ -115,12 +159,21 @@ impl Surface {
         }
         let mut notes = Vec::new();
         let mut loose = Self { points, triangles };
-        let mut numbers: Vec<usize> = (1..=loose.triangles.len()).collect();
+        let triangles_of_file = loose.triangles.len();
+        let mut numbers: Vec<usize> = (1..=triangles_of_file).collect();
         if loose.edges(&numbers).is_err() {
             let joined = loose.weld(&mut numbers);
             if joined > 0 {
                 notes.push(format!("{joined} corners were joined with their neighbours"));
             }
+        }
+        if let Some(piece) = mend.piece {
+            loose.keep(piece, &mut numbers)?;
+        }
+        if mend.close_holes {
+            notes.extend(holes::close(&mut loose)?);
+            let more = loose.triangles.len() - numbers.len();
+            numbers.extend((0..more).map(|k| triangles_of_file + 1 + k));
         }
         if loose.triangles.len() < 4 {
             return Err(Flaw::TooFew(loose.triangles.len()));
@@ -171,6 +224,19 @@ impl Surface {
     pub fn size(&self) -> f64 {
         let (lowest, highest) = self.bounds();
         (highest - lowest).norm()
+    }
+
+    /// Keep one of its pieces.
+    fn keep(&mut self, piece: u32, numbers: &mut Vec<usize>) -> Result<(), Flaw> {
+        let (of, count) = pieces::of_triangles(self);
+        if piece == 0 || piece as usize > count {
+            return Err(Flaw::NoPiece(piece, count));
+        }
+        let mut own = of.iter().map(|k| *k + 1 == piece as usize);
+        self.triangles.retain(|_| own.next() == Some(true));
+        let mut own = of.iter().map(|k| *k + 1 == piece as usize);
+        numbers.retain(|_| own.next() == Some(true));
+        Ok(())
     }
 
     fn is_flat(&self, triangle: usize) -> bool {
@@ -285,7 +351,7 @@ impl Surface {
             }
         }
         if pieces > 1 {
-            return Err(Flaw::Pieces(pieces));
+            return Err(Flaw::Pieces(pieces::describe(self, numbers)));
         }
         let turned = state.iter().filter(|s| **s == 2).count();
         let minority = if turned * 2 > count { 1 } else { 2 };
@@ -390,11 +456,24 @@ mod tests {
         let mut nan = all.clone();
         nan[6][1].y = f64::NAN;
         assert_eq!(refused(&nan), "triangle 7 has a coordinate that is not a finite number");
-        let apart: Vec<_> = all.iter().map(|t| t.map(|p| p + Vector3::repeat(9.0))).collect();
-        assert_eq!(
-            refused(&[all.clone(), apart].concat()),
-            "the surface is 2 separate pieces: a rock is one"
-        );
+        let apart: Vec<_> = all.iter().map(|t| t.map(|p| 2.0 * p + Vector3::repeat(9.0))).collect();
+        let two = refused(&[all.clone(), apart.clone()].concat());
+        assert!(two.starts_with("the surface is 2 separate pieces: a rock is one."), "{two}");
+        for piece in [
+            "Piece 1: 12 triangles from number 1, 1.000e0 m3",
+            "Piece 2: 12 triangles from number 13, 8.000e0 m3",
+        ] {
+            assert!(two.contains(piece), "{two}");
+        }
+        // A smaller one inside that faces inwards is a hollow.
+        let hollow: Vec<_> = all.iter().map(|[a, b, c]| [a * 0.5, c * 0.5, b * 0.5]).collect();
+        assert!(refused(&[all.clone(), hollow].concat()).contains("-1.250e-1 m3 (a hollow"));
+        let (points, triangles) = joined(&[all.clone(), apart].concat());
+        let one =
+            |piece| Surface::mended(points.clone(), triangles.clone(), &Mend { close_holes: false, piece });
+        let volumes = [1, 2].map(|k| Body::of(&one(Some(k)).expect("one").0).volume);
+        assert!((volumes[0] - 1.0).abs() < 1e-12 && (volumes[1] - 8.0).abs() < 1e-12, "{volumes:?}");
+        assert_eq!(one(Some(3)), Err(Flaw::NoPiece(3, 2)));
         assert!(refused(&[]).contains("0 triangles"));
     }
 

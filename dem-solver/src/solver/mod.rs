@@ -461,8 +461,9 @@ impl DemSolver {
         let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out) else { return };
         let ways = trajectory::ways(&self.model, ground, &trajectory.rows);
         let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_ways(&ways));
+        let (path, bodies) = (out.join(picture::PICTURE), &self.committed.bodies);
         for (name, written) in [
-            (picture::PICTURE, picture::write(&out.join(picture::PICTURE), &self.model, ground, &ways)),
+            (picture::PICTURE, picture::write(&path, &self.model, ground, &ways, bodies)),
             (fields::WAYS, fields),
         ] {
             if let Err(e) = written {

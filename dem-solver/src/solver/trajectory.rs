@@ -34,6 +34,11 @@ const COLUMNS: [&str; 17] = [
     "impacts",
 ];
 
+/// Places of the energies in a row.
+const TRANSLATION: usize = 11;
+const ROTATION: usize = 12;
+const POTENTIAL: usize = 13;
+
 /// One row, in the order of the columns: rocks are numbered from 0, potential energy counts from the
 /// rock's start, the jump height is empty where there is no ground, contact is 1 or 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,7 +81,7 @@ impl Row {
     }
 
     /// At a share (0 to 1) of the time to the row `to`, by the cubic that has place and velocity of both: exact in free
-    /// flight. Spin and energies are those of this row.
+    /// flight, as are the energies. The spin is that of this row.
     fn towards(&self, to: &Self, share: f64) -> Self {
         let (s, length) = (share, to.time() - self.time());
         let mut row = *self;
@@ -89,6 +94,15 @@ impl Row {
             row.0[x] = a + s * (va + s * (q + s * c));
             row.0[v] = (va + s * (2.0 * q + 3.0 * s * c)) / length;
         }
+        // The faster of the two rows gives the mass with the fewest digits lost.
+        let faster = if self.speed() > to.speed() { self } else { to };
+        let mixed = |of: &dyn Fn(&Self) -> f64| of(self) + s * (of(to) - of(self));
+        if faster.speed() > 0.0 {
+            row.0[TRANSLATION] = faster.0[TRANSLATION] * (row.speed() / faster.speed()).powi(2);
+        }
+        row.0[ROTATION] = mixed(&|r| r.0[ROTATION]);
+        // What a flight loses of the one energy it gains of the other.
+        row.0[POTENTIAL] = mixed(&|r| r.kinetic_energy() + r.0[POTENTIAL]) - row.kinetic_energy();
         row
     }
 
@@ -114,7 +128,7 @@ impl Row {
 
     /// Kinetic energy, rotation included [J].
     pub fn kinetic_energy(&self) -> f64 {
-        self.0[11] + self.0[12]
+        self.0[TRANSLATION] + self.0[ROTATION]
     }
 
     /// Whether it touched.
@@ -206,14 +220,17 @@ mod tests {
         let at = |t: f64| {
             let mut row = [0.0; COLUMNS.len()];
             row[0] = 3.0 + t;
-            row[2..5].copy_from_slice(&[2.0 * t, -t, 5.0 * t - 4.905 * t * t]);
+            let height = 5.0 * t - 4.905 * t * t;
+            row[2..5].copy_from_slice(&[2.0 * t, -t, height]);
             row[5..8].copy_from_slice(&[2.0, -1.0, 5.0 - 9.81 * t]);
+            // Of 3 kg; it spins with 4 J.
+            row[11..14].copy_from_slice(&[1.5 * (5.0 + (5.0 - 9.81 * t).powi(2)), 4.0, 29.43 * height]);
             Row(row)
         };
         for share in [0.0, 0.3, 0.5, 1.0] {
             let (found, due) = (at(0.0).towards(&at(0.8), share), at(0.8 * share));
             assert!(
-                found.0.iter().zip(&due.0).all(|(a, b)| (a - b).abs() < 1e-14 * 20.0),
+                found.0.iter().zip(&due.0).all(|(a, b)| (a - b).abs() < 1e-14 * b.abs().max(20.0)),
                 "{found:?} {due:?}"
             );
         }

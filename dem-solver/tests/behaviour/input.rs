@@ -97,7 +97,7 @@ fn a_step_above_the_critical_one_is_taken_where_the_scene_allows_it() {
 fn the_resolved_tables_read_back_to_the_same_check() {
     let text = format!(
         "end_time = 1.0\ngravity = [0.0, 0.0, 0.0]\n{}{CONTACT}",
-        cube(60, "position = [0, 0, 1]\nangular_velocity = [0.1, 0, 0]")
+        cube(70, "position = [0, 0, 1]\nangular_velocity = [0.1, 0, 0]")
     );
     let first = check(&scene(&text)).expect("checked");
     let again = format!("end_time = 1.0\n{}", first.resolved);

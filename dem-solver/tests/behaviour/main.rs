@@ -3,6 +3,7 @@
 mod bench;
 mod borders;
 mod clusters;
+mod covers;
 mod energy;
 mod extremes;
 mod gate;
@@ -17,6 +18,7 @@ mod repeat;
 mod rocks;
 mod rolling;
 mod shapes;
+mod solids;
 mod verdicts;
 mod wires;
 

@@ -7,6 +7,7 @@ mod plan;
 mod shade;
 
 use super::Model;
+use super::state::Body;
 use super::trajectory::Row;
 use crate::ground::Ground;
 use nalgebra::Vector3;
@@ -16,8 +17,14 @@ use std::path::Path;
 
 pub use interface_defs::toolkit::run_dir::PICTURE;
 
-/// Draw the trajectories, rows by rock, into the file `path`.
-pub fn write(path: &Path, model: &Model, ground: &Ground, trajectories: &[Vec<Row>]) -> io::Result<()> {
+/// Draw the trajectories, rows and bodies by rock, into the file `path`.
+pub fn write(
+    path: &Path,
+    model: &Model,
+    ground: &Ground,
+    trajectories: &[Vec<Row>],
+    bodies: &[Body],
+) -> io::Result<()> {
     let down = model.settings.down();
     let point = |row: &Row| {
         let place = row.position();
@@ -31,8 +38,12 @@ pub fn write(path: &Path, model: &Model, ground: &Ground, trajectories: &[Vec<Ro
             touches: row.touches(),
         }
     };
-    let lines: Vec<Line> = (model.rocks.iter().zip(trajectories))
-        .map(|(rock, rows)| Line::new(rock.name.clone(), rows.iter().map(point).collect()))
+    let lines: Vec<Line> = (model.rocks.iter().zip(trajectories).zip(bodies))
+        .map(|((rock, rows), body)| {
+            let most = &body.path;
+            let peaks = Peaks { jump: most.highest.0, speed: most.fastest.0, energy: most.most_energy.0 };
+            Line { peaks, ..Line::new(rock.name.clone(), rows.iter().map(point).collect()) }
+        })
         .collect();
     let top = ground.highest.z + 1.0;
     let height = |x: f64, y: f64| {
@@ -70,6 +81,19 @@ pub struct Line {
     pub points: Vec<Point>,
     /// Horizontal distance along it at each point [m].
     pub along: Vec<f64>,
+    /// Largest values at any step; zero where only the points are known.
+    pub peaks: Peaks,
+}
+
+/// Largest values of one trajectory, as the summary has them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Peaks {
+    /// Jump height [m].
+    pub jump: f64,
+    /// Speed [m/s].
+    pub speed: f64,
+    /// Kinetic energy, rotation included [J].
+    pub energy: f64,
 }
 
 impl Line {
@@ -85,7 +109,7 @@ impl Line {
                 far
             })
             .collect();
-        Self { name, points, along }
+        Self { name, points, along, peaks: Peaks::default() }
     }
 
     /// Length of its projection on the plan [m].
@@ -111,8 +135,10 @@ pub struct Terrain<'a> {
 const FINE: i32 = 4;
 /// Width of the page [px].
 const WIDTH: i32 = 1000;
-/// Room left of the plots, for the numbers of the axes, and right of them [px].
-const LEFT: i32 = 78;
+/// Room left of the plots, for titles and numbers of the axes, and right of them [px].
+const LEFT: i32 = 86;
+/// Free edge left of the titles of the axes [px].
+const EDGE: i32 = 10;
 const RIGHT: i32 = 22;
 /// Trajectories that are drawn along their length with a section of their own.
 const SECTIONS: usize = 3;
@@ -314,6 +340,15 @@ mod tests {
         }
         assert!(text.contains("data:image/png;base64,"), "shading");
         assert!(text.starts_with("<svg width=\"1000\"") && text.trim_end().ends_with("</svg>"));
+    }
+
+    #[test]
+    fn the_headings_give_the_largest_values_of_every_step_not_of_the_rows_alone() {
+        let peaks = Peaks { jump: 2.0, speed: 12.34, energy: 250e3 };
+        let text = drawn(&[Line { peaks, ..bounces("block", 10.0) }]);
+        for word in ["largest 2.00 m", "largest 12.3 m/s", "largest 250 kJ"] {
+            assert!(text.contains(word), "no `{word}`");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Along the trajectories: a section of the terrain, jump height, speed, kinetic energy.
 
 use super::{
-    Area, Drawn, FEW, FINE, INK, LEFT, Line, Point, RIGHT, SECTIONS, WIDTH, colour, font, number, px,
+    Area, Drawn, EDGE, FEW, FINE, INK, LEFT, Line, Point, RIGHT, SECTIONS, WIDTH, colour, font, number, px,
     spacing, thinned,
 };
 use plotters::prelude::*;
@@ -104,31 +104,32 @@ impl<'a> Panels<'a> {
 
     /// Jump height.
     pub fn jumps(&self, area: &Area) -> Drawn {
-        self.panel(area, "Jump height of the rock's lowest point", "[m]", BELOW, |p| {
-            p.jump.map(|j| j.max(0.0))
-        })
+        let heading = "Jump height of the rock's lowest point";
+        self.panel(area, (heading, "[m]"), BELOW, |l| l.peaks.jump, |p| p.jump.map(|j| j.max(0.0)))
     }
 
     /// Speed.
     pub fn speeds(&self, area: &Area) -> Drawn {
-        self.panel(area, "Speed", "[m/s]", BELOW, |p| Some(p.speed))
+        self.panel(area, ("Speed", "[m/s]"), BELOW, |l| l.peaks.speed, |p| Some(p.speed))
     }
 
     /// Kinetic energy.
     pub fn energies(&self, area: &Area) -> Drawn {
-        self.panel(area, "Kinetic energy, rotation included", "[kJ]", BELOW_LAST, |p| Some(p.energy / 1000.0))
+        let heading = ("Kinetic energy, rotation included", "[kJ]");
+        self.panel(area, heading, BELOW_LAST, |l| l.peaks.energy / 1000.0, |p| Some(p.energy / 1000.0))
     }
 
     fn panel(
         &self,
         area: &Area,
-        heading: &str,
-        unit: &str,
+        (heading, unit): (&str, &str),
         below: i32,
+        peak: impl Fn(&Line) -> f64,
         value: impl Fn(&Point) -> Option<f64>,
     ) -> Drawn {
-        let highest =
-            self.lines.iter().flat_map(|l| &l.points).filter_map(&value).fold(0.0, f64::max).max(1e-6);
+        // A peak may lie between two points; the heading gives the number of the summary.
+        let points = self.lines.iter().flat_map(|l| &l.points).filter_map(&value);
+        let highest = points.chain(self.lines.iter().map(|l| peak(l))).fold(1e-6, f64::max);
         let heading = format!("{heading} (largest {} {})", significant(highest), &unit[1..unit.len() - 1]);
         let levels = [0.0, 1.08 * highest];
         let mut chart = self.chart(area, &heading, unit, levels, below)?;
@@ -157,8 +158,9 @@ impl<'a> Panels<'a> {
         let mut chart = ChartBuilder::on(area)
             .margin_top(ABOVE * FINE)
             .margin_right(RIGHT * FINE)
+            .margin_left(EDGE * FINE)
             .x_label_area_size(below * FINE)
-            .y_label_area_size(LEFT * FINE)
+            .y_label_area_size((LEFT - EDGE) * FINE)
             .build_cartesian_2d(0.0..self.far, levels[0]..levels[1])?;
         let mut mesh = chart.configure_mesh();
         mesh.light_line_style(TRANSPARENT)

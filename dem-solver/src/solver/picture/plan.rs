@@ -2,7 +2,7 @@
 
 use super::shade::Grid;
 use super::{
-    Area, Drawn, FEW, FINE, INK, LEFT, Line, RIGHT, Terrain, WIDTH, colour, contours, font, number, px,
+    Area, Drawn, EDGE, FEW, FINE, INK, LEFT, Line, RIGHT, Terrain, WIDTH, colour, contours, font, number, px,
     round_step, spacing, thinned,
 };
 use plotters::prelude::*;
@@ -84,8 +84,9 @@ impl Plan {
         let mut chart = ChartBuilder::on(area)
             .margin_top(ABOVE * FINE)
             .margin_right(right * FINE)
+            .margin_left((self.left() - LEFT + EDGE) * FINE)
             .x_label_area_size(BELOW * FINE)
-            .y_label_area_size(self.left() * FINE)
+            .y_label_area_size((LEFT - EDGE) * FINE)
             .build_cartesian_2d(self.lowest[0]..self.highest[0], self.lowest[1]..self.highest[1])?;
         chart
             .configure_mesh()

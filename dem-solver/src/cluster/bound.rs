@@ -1,0 +1,171 @@
+//! Whether a cluster stands for its solid: bounds of its error, and how many spheres would keep them.
+
+use super::make::{Fit, Wish, largest, make};
+use super::{Accuracy, MOST_SPHERES, files};
+use crate::rock::Sphere;
+use crate::shape::Surface;
+use crate::shape::tree::SurfaceTree;
+use interface_defs::toolkit::input_error::InputError;
+
+/// Largest error as a share of the size (diagonal of the box around the solid) where nothing else is asked for: a cube
+/// of eight spheres has it.
+pub const SHARE: f64 = 0.15;
+
+/// The same as a share of the radius of the largest ball in the solid: what lies between the balls of a plate is a
+/// hole at the whole of it.
+pub const THICKNESS: f64 = 0.9;
+
+/// Largest error of the volume with [`Fit::Volume`].
+pub const VOLUME: f64 = 0.05;
+
+/// Most spheres of a try that finds out how many it takes.
+const MOST_TRIED: u32 = 4000;
+
+/// Bounds of a cluster's error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// Largest distance of the two surfaces [m].
+    pub largest: f64,
+    /// Where it comes from, for messages.
+    pub source: Source,
+}
+
+/// Where a bound comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// It was asked for.
+    Asked,
+    /// [`SHARE`] of the size.
+    Size,
+    /// [`THICKNESS`] of the radius of the largest ball in the solid.
+    Thickness,
+}
+
+impl Bound {
+    /// The bound that was asked for [m], else the smaller one of [`SHARE`] of the size and [`THICKNESS`] of the
+    /// radius of the largest ball in the solid.
+    pub fn of(surface: &Surface, asked: Option<f64>) -> Self {
+        if let Some(largest) = asked {
+            return Self { largest, source: Source::Asked };
+        }
+        let (size, thickness) =
+            (SHARE * surface.size(), THICKNESS * largest(surface, &SurfaceTree::new(surface)).radius);
+        if thickness < size {
+            Self { largest: thickness, source: Source::Thickness }
+        } else {
+            Self { largest: size, source: Source::Size }
+        }
+    }
+
+    fn describe(&self) -> String {
+        let from = match self.source {
+            Source::Asked => "asked for".to_owned(),
+            Source::Size => format!("{:.0} % of the diagonal of the box around the solid", 100.0 * SHARE),
+            Source::Thickness => {
+                format!("{THICKNESS} times the radius of the largest ball that fits into the solid")
+            }
+        };
+        format!("{:.3e} m ({from})", self.largest)
+    }
+
+    /// Why `spheres` with this error do not stand for the solid, if they do not.
+    pub fn passed(&self, spheres: &[Sphere], accuracy: &Accuracy, fit: Fit) -> Option<String> {
+        let error = accuracy.largest();
+        if error.is_nan() || error > self.largest {
+            return Some(format!(
+                "{} spheres lie up to {error:.3e} m from the surface, beyond the bound of {}",
+                spheres.len(),
+                self.describe()
+            ));
+        }
+        let groups = files::groups(spheres);
+        if groups > 1 {
+            return Some(format!(
+                "{} spheres fall into {groups} groups that do not overlap: a thin wire passes between them",
+                spheres.len()
+            ));
+        }
+        (fit == Fit::Volume && (accuracy.volume.is_nan() || accuracy.volume.abs() > VOLUME)).then(|| {
+            format!(
+                "the volume of {} spheres is {:+.1} % off: {:.0} % are allowed",
+                spheres.len(),
+                100.0 * accuracy.volume,
+                100.0 * VOLUME
+            )
+        })
+    }
+
+    /// The cluster of a wish with its error, or why it is refused. `names` are how the number of spheres and the largest
+    /// error are written: `--spheres` and `--largest-error`, or keys of a scene.
+    pub fn make(
+        &self,
+        surface: &Surface,
+        wish: &Wish,
+        names: [&str; 2],
+        progress: impl FnMut(f64),
+    ) -> Result<(Vec<Sphere>, Accuracy), InputError> {
+        let spheres = make(surface, wish, progress);
+        let accuracy = Accuracy::of(surface, &spheres);
+        match self.passed(&spheres, &accuracy, wish.fit) {
+            None => Ok((spheres, accuracy)),
+            Some(why) => Err(InputError::new(why).try_instead(self.cure(surface, wish, &accuracy, names))),
+        }
+    }
+
+    /// What to do about a wish whose cluster has passed the bound with this error: a number of spheres that was tried
+    /// and keeps it, where trying takes seconds, else an estimate.
+    fn cure(&self, surface: &Surface, wish: &Wish, accuracy: &Accuracy, names: [&str; 2]) -> String {
+        let [spheres, largest] = names;
+        let accept = format!("`{largest} {:.2e}` accepts it", 1.01 * accuracy.largest());
+        let accept = if self.source == Source::Asked || accuracy.largest() > 0.5 * surface.size() {
+            String::new()
+        } else {
+            format!("; {accept}")
+        };
+        match self.enough(surface, wish, accuracy) {
+            Enough::Tried(n, error) => format!("`{spheres} {n}` leaves {error:.2e} m{accept}"),
+            Enough::About(n) => format!("about {n} spheres are required (`{spheres} {n}`){accept}"),
+            Enough::None => {
+                format!("more than {MOST_SPHERES} spheres are required, or another fit: `largest`{accept}")
+            }
+        }
+    }
+
+    fn enough(&self, surface: &Surface, wish: &Wish, accuracy: &Accuracy) -> Enough {
+        let (mut count, mut error) = (f64::from(wish.spheres), accuracy.largest());
+        for _ in 0..4 {
+            // Evenly spread balls leave an error of order -1/2 in a thin solid, better ones elsewhere.
+            let ratio = (error / self.largest).clamp(1.1, 1e6);
+            count = (count * ratio.powf(1.7)).max(count + 2.0).ceil();
+            if count > f64::from(MOST_SPHERES) {
+                return Enough::None;
+            }
+            let n = rounded(count as u32);
+            if n > MOST_TRIED {
+                return Enough::About(n);
+            }
+            let spheres = make(surface, &Wish { spheres: n, ..*wish }, |_| ());
+            let found = Accuracy::of(surface, &spheres);
+            if self.passed(&spheres, &found, wish.fit).is_none() {
+                return Enough::Tried(n, found.largest());
+            }
+            (count, error) = (f64::from(n), found.largest());
+        }
+        Enough::About(rounded(2 * count as u32))
+    }
+}
+
+enum Enough {
+    /// So many were tried, with this error [m].
+    Tried(u32, f64),
+    /// An estimate.
+    About(u32),
+    /// More than are possible.
+    None,
+}
+
+/// Two digits, upwards.
+fn rounded(n: u32) -> u32 {
+    let unit = 10_u32.pow(n.max(1).ilog10().saturating_sub(1));
+    n.div_ceil(unit) * unit
+}
