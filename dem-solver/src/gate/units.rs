@@ -11,7 +11,7 @@ const ANY_SOLID: [f64; 2] = [100.0, 25_000.0];
 const OF_ROCK: &str = "rock has 2000 to 3000 kg/m3";
 /// Longest edge of a rock of which nothing is said, and of one that is refused [m].
 const LARGE: f64 = 20.0;
-const LARGEST: f64 = 100.0;
+const LARGEST: f64 = 30.0;
 /// Longest edge below which something is said [m].
 const SMALL: f64 = 2e-3;
 /// Least modulus [Pa]: a rubber has 1e6, a gel 1e3. There is no largest one: who wants no overlap writes what no solid has.
@@ -55,6 +55,15 @@ pub fn of_rock(
     let density = rock.mass / volume;
     if let Some((what, cure)) = table.density.and_then(of_no_solid) {
         return refuse("density", what, cure);
+    }
+    if density < ANY_SOLID[0] && (DENSITY[0]..=DENSITY[1]).contains(&(1e3 * density)) {
+        let what = format!(
+            "a mass of {} kg in {} m3 ({edges}), a density of {} kg/m3, as in tonnes",
+            short(rock.mass),
+            short(volume),
+            short(density)
+        );
+        return refuse("mass", what, format!("in kg that is mass = {:?}", 1e3 * rock.mass));
     }
     if !(DENSITY[0]..=DENSITY[1]).contains(&density) {
         warnings.push(format!(
