@@ -40,7 +40,8 @@ pub struct Coupling {
     /// Length of a window [s]. Default: `rockfall` computes it.
     #[serde(default = "open_window", skip_serializing_if = "is_open")]
     pub time_window: f64,
-    /// Longest window [s] in which weak coupling is stable, as `rockfall` estimates it; for messages.
+    /// Longest window [s] in which weak coupling is stable and resolves the reaction, as `rockfall` estimates it; see
+    /// `limits.weak_window`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longest_weak_window: Option<f64>,
     /// Largest residual, relative to the window's increment. A window is accepted when displacement and velocity each
