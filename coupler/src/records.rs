@@ -242,13 +242,17 @@ pub fn describe(
 /// Time over which `max_reaction_1ms` is a mean [s].
 const MEAN: f64 = 1e-3;
 
-/// A mean over 1 ms says nothing where the force between rock and net is constant over longer times: it is left out.
+/// Least number of parts of that time: with fewer of them the mean, and the net that moves in a straight line through
+/// each, were found up to 1.7 % wrong without anything else that shows it (`tests/examples/limits.rs`).
+const PARTS: f64 = 4.0;
+
+/// A mean over 1 ms is left out where the force between rock and net is constant over longer parts of it.
 fn drop_unresolved(summary: &mut Summary, sample: f64) {
     let name = "max_reaction_1ms";
-    if sample > MEAN * (1.0 + 1e-9) && summary.measure(name).is_some() {
+    if sample > MEAN / PARTS * (1.0 + 1e-9) && summary.measure(name).is_some() {
         summary.measures.retain(|m| m.name != name);
         summary.warnings.push(format!(
-            "{name} is absent: the contact force is known as means over {sample:e} s, longer than 1 ms; shorten \
+            "{name} is absent: the contact force is known as means over {sample:e} s, longer than a quarter of 1 ms; shorten \
              coupling.time_window, or raise coupling.samples"
         ));
     }
@@ -341,9 +345,9 @@ mod tests {
     use interface_defs::toolkit::summary::Status;
 
     #[test]
-    fn a_mean_over_a_millisecond_is_left_out_where_windows_are_longer() {
+    fn a_mean_over_a_millisecond_is_left_out_where_less_than_four_parts_lie_in_it() {
         let measure = |name: &str| Measure { name: name.into(), value: 1.0, unit: "N".into(), time: None };
-        for (sample, kept) in [(1e-3, 2), (1.1e-3, 1)] {
+        for (sample, kept) in [(2.5e-4, 2), (2.6e-4, 1)] {
             let mut summary = Summary::new(Status::Done);
             summary.measures = vec![measure("max_reaction"), measure("max_reaction_1ms")];
             drop_unresolved(&mut summary, sample);

@@ -40,7 +40,8 @@ pub struct Coupling {
     /// Length of a window [s]. Default: `rockfall` computes it.
     #[serde(default = "open_window", skip_serializing_if = "is_open")]
     pub time_window: f64,
-    /// Longest window [s] in which weak coupling is stable, as `rockfall` estimates it; for messages.
+    /// Longest window [s] in which weak coupling is stable and resolves the reaction, as `rockfall` estimates it; see
+    /// `limits.weak_window`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longest_weak_window: Option<f64>,
     /// Largest residual, relative to the window's increment. A window is accepted when displacement and velocity each
@@ -169,6 +170,15 @@ impl Coupling {
         for (key, value) in [("tolerance", self.tolerance), ("absolute_tolerance", self.absolute_tolerance)] {
             if value.is_nan() || value < 0.0 {
                 return Err((key.into(), format!("{key} must not be negative, it is {value}")));
+            }
+            if value >= 1.0 {
+                let of = if key == "tolerance" { "times the window's increment" } else { "m" };
+                let usual =
+                    if key == "tolerance" { default_tolerance() } else { default_absolute_tolerance() };
+                let what = format!(
+                    "{key} must lie below 1: {value} {of} accepts whatever the first iteration gives; {usual:e} is usual"
+                );
+                return Err((key.into(), what));
             }
         }
         if self.samples > 64 {

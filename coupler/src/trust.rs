@@ -23,6 +23,12 @@ impl Causes<'_> {
         Evidence {
             energy: self.of_energy(),
             residual: self.balance.residual_share(self.has_balance),
+            weak_window: match self.settings.scheme {
+                Scheme::Weak => {
+                    self.settings.longest_weak_window.map(|longest| (self.settings.time_window, longest))
+                }
+                Scheme::Strong => None,
+            },
             interface: self.of_interface(),
         }
     }

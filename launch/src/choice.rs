@@ -67,7 +67,8 @@ pub fn complete(
     if weak && let Some(limit) = numbers.limit {
         chosen.push(Chosen {
             key: ("coupling", "longest_weak_window"),
-            value: two_digits(limit.window).into(),
+            // As it is printed, so that who names the printed window is within it.
+            value: short(limit.window).parse().unwrap_or(limit.window).into(),
         });
     }
     if open.scheme || open.window {

@@ -362,7 +362,11 @@ fn nohup_is_respected() {
     // Without it the closed terminal ends the run.
     let bench = Bench::new();
     bench.script("dem", FOREVER).scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
-    let child = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
+    // The tests themselves may have been started with SIGHUP ignored, which a child inherits.
+    let mut command = Command::new("env");
+    command.args(["--default-signal=HUP", env!("CARGO_BIN_EXE_rockfall"), "run", "s.toml", "--out", "out"]);
+    command.current_dir(bench.dir.path()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().expect("started");
     let dem = bench.pid("dem");
     kill_process(Pid::from_child(&child), Signal::HUP).expect("sent");
     assert_eq!(ended(child), (Some(1), "error: interrupted\n".into()));

@@ -5,8 +5,7 @@
 //! or 1 ms reaction and end with the status `done`.
 
 use std::process::Command;
-use tests::in_process::computed;
-use tests::{Bench, program, scene};
+use tests::{Bench, Ended, program, scene};
 
 /// A scene, what makes it short, its measure of deflection, and its steps when converged [s].
 struct Setup {
@@ -21,7 +20,7 @@ const SETUPS: [Setup; 3] = [
         name: "walenstadt-exp1",
         common: &[
             "end_time=0.2",
-            "rock.0.position=[0.0, 0.0, 0.155]",
+            "rock.0.position=[0.0, 0.0, 0.156]",
             "rock.0.velocity=[0.0, 0.0, -6.26418391]",
             "output.fields=10.0",
         ],
@@ -30,7 +29,13 @@ const SETUPS: [Setup; 3] = [
     },
     Setup {
         name: "cable-net",
-        common: &["contact.0.effective_mass=local"],
+        // The scene raises its bounds to show a scheme that fails; here they are what they are by default.
+        common: &[
+            "contact.0.effective_mass=local",
+            "limits.energy_error=0.1",
+            "limits.residual=0.5",
+            "limits.weak_window=1.0",
+        ],
         deflection: "centre_uz_min",
         fine: 1e-5,
     },
@@ -99,6 +104,17 @@ fn promised(name: &str, sets: &[String]) -> Option<f64> {
     line.split_whitespace().next()?.parse().ok()
 }
 
+/// Run to the end that it takes.
+fn run(bench: &Bench, name: &str, sets: &[String]) -> Ended {
+    let words: Vec<&str> = sets.iter().flat_map(|set| ["--set", set.as_str()]).collect();
+    bench.run(&scene(name), "out", &words)
+}
+
+/// A measure; NaN where it is absent.
+fn measure(summary: &serde_json::Value, name: &str) -> f64 {
+    summary["measures"][name]["value"].as_f64().unwrap_or(f64::NAN)
+}
+
 fn off(value: f64, exact: f64) -> f64 {
     (value / exact - 1.0).abs()
 }
@@ -116,20 +132,20 @@ fn main() {
         let exact = match references.iter().find(|(k, _)| *k == key) {
             Some((_, exact)) => *exact,
             None => {
-                let fine = setup.fine;
                 let own = ["coupling.time_window", "dem.time_step", "fem.time_step"]
-                    .map(|k| format!("{k}={fine:e}"));
+                    .map(|k| format!("{k}={:e}", setup.fine));
                 let sets: Vec<_> =
                     common.iter().cloned().chain(["coupling.scheme=weak".into()]).chain(own).collect();
-                let run = computed(&scene(setup.name), &sets).expect("a scene");
-                let exact = [run.measure(setup.deflection), run.measure("max_reaction_1ms")];
+                let bench = Bench::new();
+                let summary = run(&bench, setup.name, &sets).summary();
+                let exact = [setup.deflection, "max_reaction_1ms"].map(|name| measure(&summary, name));
                 references.push((key, exact));
                 exact
             }
         };
         let sets: Vec<String> = common.into_iter().chain(numerics.iter().cloned()).collect();
         let Some(limit) = promised(setup.name, &sets) else {
-            println!("{n} {} no promise: {sets:?}", setup.name);
+            println!("{n} {} no longest window: {sets:?}", setup.name);
             continue;
         };
         // Strong windows are compared with what weak ones could be; thousands of Newton steps are spared.
@@ -139,27 +155,26 @@ fn main() {
         let bench = Bench::new();
         let own =
             [format!("coupling.time_window={window:e}"), format!("dem.time_step={:e}", window.min(1e-4))];
-        let own = own.into_iter().chain(["processes.wait=event".into()]);
-        let words: Vec<String> =
-            sets.iter().cloned().chain(own).flat_map(|set| ["--set".into(), set]).collect();
-        let ended =
-            bench.run(&scene(setup.name), "out", &words.iter().map(String::as_str).collect::<Vec<_>>());
+        let sets: Vec<_> = sets.into_iter().chain(own).collect();
+        let ended = run(&bench, setup.name, &sets);
         if !ended.out.join("summary.json").exists() {
             println!("{n} {} refused: {}", setup.name, ended.stderr.lines().next().unwrap_or_default());
             continue;
         }
         let summary = ended.summary();
         let status = summary["status"].as_str().unwrap_or("-").to_owned();
-        let measure = |name: &str| summary["measures"][name]["value"].as_f64().unwrap_or(f64::NAN);
-        let offs = [off(measure(setup.deflection), exact[0]), off(measure("max_reaction_1ms"), exact[1])];
-        let slips = status == "done" && !(offs[0] < 0.01 && offs[1] < 0.01);
+        let offs = [off(measure(&summary, setup.deflection), exact[0]), {
+            off(measure(&summary, "max_reaction_1ms"), exact[1])
+        }];
+        // What is absent, with its reason, is not wrong.
+        let slips = status == "done" && offs.iter().any(|off| *off > 0.01);
         slipped += usize::from(slips);
         println!(
             "{n} {} {factor} {window:.2e} {status} {:.2e} {:.2e} {:.2e} {}{} {}",
             setup.name,
             offs[0],
             offs[1],
-            measure("energy_error"),
+            measure(&summary, "energy_error"),
             if slips { "SLIPPED " } else { "" },
             physics.join(" "),
             numerics.join(" ")

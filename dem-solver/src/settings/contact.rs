@@ -265,10 +265,13 @@ impl ContactSettings {
                 .try_instead("restitution = 1 is a contact without a dashpot"));
             }
             (Some(e), None) if !(e > 0.0 && e <= 1.0) => {
-                return Err(invalid(
-                    "restitution",
-                    format!("a restitution of {e}: above 0 up to 1 is possible"),
-                ));
+                let what = format!("a restitution of {e}: above 0 up to 1 is possible");
+                let percent =
+                    (e > 1.0 && e <= 100.0).then(|| format!("; {e} % is restitution = {}", e / 100.0));
+                let cure = "it is the speed after an impact over that before it";
+                return Err(
+                    invalid("restitution", what).try_instead(cure.to_owned() + &percent.unwrap_or_default())
+                );
             }
             (None, Some(g)) if g < 0.0 => {
                 return Err(invalid(

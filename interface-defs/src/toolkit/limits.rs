@@ -2,7 +2,7 @@
 
 use super::input_error::InputError;
 use super::scene::Scene;
-use super::summary::{Status, Summary, split_member};
+use super::summary::{Status, Summary, short, split_member, three};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,11 +22,19 @@ pub struct Limits {
     /// energy to which `energy_error` relates. It shows noise at the interface, and windows that were accepted
     /// although they had not converged.
     pub residual: f64,
+    /// Longest window of weak coupling, relative to the longest one that `rockfall check` reports: up to that
+    /// one disturbances stay small and the reaction over 1 ms is resolved, beyond it the answer can be wrong
+    /// although energy is kept.
+    pub weak_window: f64,
+    /// Largest relative error of the deflection that the energy error of a coupled run lets expect: half of it,
+    /// as the deflection grows with the root of the energy at most. Default: a tenth of `energy_error`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deflection_error: Option<f64>,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { energy_error: 0.1, penetration: 0.5, residual: 0.5 }
+        Self { energy_error: 0.1, penetration: 0.5, residual: 0.5, weak_window: 1.0, deflection_error: None }
     }
 }
 
@@ -44,6 +52,8 @@ impl Limits {
             ("energy_error", limits.energy_error),
             ("penetration", limits.penetration),
             ("residual", limits.residual),
+            ("weak_window", limits.weak_window),
+            ("deflection_error", limits.deflection_bound()),
         ] {
             if bound <= 0.0 {
                 let what = format!("a bound of {bound} would be passed by every run, it must lie above 0");
@@ -59,6 +69,11 @@ impl Limits {
         FATAL * self.energy_error
     }
 
+    /// Error of the deflection beyond which a coupled run is not to be trusted.
+    fn deflection_bound(&self) -> f64 {
+        self.deflection_error.unwrap_or(0.1 * self.energy_error)
+    }
+
     /// Judge a run that has ended: each bound that it passed becomes a sentence of its message (of its
     /// warnings, where it has not come to its end).
     pub fn judge(&self, summary: &mut Summary, evidence: &Evidence) {
@@ -72,6 +87,18 @@ impl Limits {
                     "energy_error is {}{at}, above limits.energy_error = {}",
                     percent(value),
                     percent(self.energy_error)
+                );
+                passed.push((what, evidence.energy.as_str()));
+            } else if name == ENERGY_ERROR
+                && evidence.residual.is_some()
+                && 0.5 * value > self.deflection_bound()
+            {
+                let what = format!(
+                    "energy_error is {}{at}, which lets expect an error of the deflection of {}, above \
+                     limits.deflection_error = {}",
+                    percent(value),
+                    percent(0.5 * value),
+                    percent(self.deflection_bound())
                 );
                 passed.push((what, evidence.energy.as_str()));
             } else if name == ENERGY_ERROR && value > NOTICE {
@@ -102,6 +129,9 @@ impl Limits {
             };
             passed.push((what, cure));
         }
+        if let Some(what) = evidence.weak_window.and_then(|windows| self.of_weak_window(windows)) {
+            passed.push((what, SHORTEN));
+        }
         if passed.is_empty() {
             return;
         }
@@ -117,7 +147,29 @@ impl Limits {
             summary.warnings.extend(passed.into_iter().map(|(what, _)| what));
         }
     }
+
+    /// What is said of a weak window that is too long, if it is: its length and the longest [s].
+    fn of_weak_window(&self, (window, longest): (f64, f64)) -> Option<String> {
+        let share = window / longest;
+        (share > self.weak_window * (1.0 + ROUNDING)).then(|| {
+            format!(
+                "coupling.time_window = {} s is {} times the longest window of weak coupling, {} s, above \
+                 limits.weak_window = {}",
+                short(window),
+                three(share),
+                short(longest),
+                self.weak_window
+            )
+        })
+    }
 }
+
+/// Windows are compared as they are printed, with six digits.
+const ROUNDING: f64 = 1e-5;
+
+/// What to try against too long a weak window.
+const SHORTEN: &str = "beyond it nobody vouches for the reaction or the deflection, even where energy is kept; shorten \
+     coupling.time_window, or set coupling.scheme = \"strong\"";
 
 /// What to try against too deep an overlap.
 const TOO_SOFT: &str =
@@ -133,6 +185,8 @@ pub struct Evidence {
     pub energy: String,
     /// The number that [`Limits::residual`] bounds; `None` where there is no interface.
     pub residual: Option<f64>,
+    /// Window of weak coupling, and the longest one [s]; `None` where either is not known.
+    pub weak_window: Option<(f64, f64)>,
     /// What to try against it.
     pub interface: String,
 }
@@ -151,7 +205,7 @@ pub(super) fn cure(role: &str) -> &'static str {
 /// A share, for a reader.
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
-    if percent >= 1e6 { format!("{percent:.1e} %") } else { format!("{} %", super::summary::three(percent)) }
+    if percent >= 1e6 { format!("{percent:.1e} %") } else { format!("{} %", three(percent)) }
 }
 
 #[cfg(test)]
@@ -166,7 +220,14 @@ mod tests {
 
     #[test]
     fn an_absent_table_gives_the_defaults_and_a_key_changes_one_bound() {
-        assert_eq!(limits(""), Ok(Limits { energy_error: 0.1, penetration: 0.5, residual: 0.5 }));
+        let default = Limits {
+            energy_error: 0.1,
+            penetration: 0.5,
+            residual: 0.5,
+            weak_window: 1.0,
+            deflection_error: None,
+        };
+        assert_eq!(limits(""), Ok(default));
         let raised = limits("[limits]\nenergy_error = 20\n").expect("valid");
         assert_eq!(raised, Limits { energy_error: 20.0, ..Limits::default() });
     }
@@ -175,7 +236,7 @@ mod tests {
     fn unknown_keys_and_bounds_that_every_run_passes_are_refused() {
         let unknown = limits("[limits]\nenergy = 1.0\n").expect_err("no such bound");
         assert!(unknown.starts_with("s.toml:2:1: unknown key `energy`"), "{unknown}");
-        for key in ["energy_error", "penetration", "residual"] {
+        for key in ["energy_error", "penetration", "residual", "weak_window", "deflection_error"] {
             let zero = limits(&format!("[limits]\n{key} = 0.0\n")).expect_err("no bound");
             assert!(zero.starts_with(&format!("s.toml:2:{}: a bound of 0", key.len() + 4)), "{zero}");
         }
@@ -187,19 +248,28 @@ mod tests {
             |name: &str, value| Measure { name: name.into(), value, unit: "1".into(), time: Some(0.25) };
         summary.measures =
             vec![measure("energy_error", energy_error), measure("block_max_penetration", penetration)];
-        let evidence =
-            Evidence { energy: "try A".into(), residual: Some(residual), interface: "try B".into() };
+        let evidence = Evidence {
+            energy: "try A".into(),
+            residual: Some(residual),
+            weak_window: None,
+            interface: "try B".into(),
+        };
         Limits::default().judge(&mut summary, &evidence);
         summary
     }
 
     #[test]
     fn a_run_within_its_bounds_stays_done_and_each_bound_that_is_passed_is_named() {
-        assert_eq!(judged(Status::Done, 0.1, 0.5, 0.5).status, Status::Done);
+        assert_eq!(judged(Status::Done, 0.02, 0.5, 0.5).status, Status::Done);
         for (summary, says) in [
             (
                 judged(Status::Done, 0.12, 0.1, 0.1),
                 "energy_error is 12 % at 0.250000 s, above limits.energy_error = 10 %: try A",
+            ),
+            (
+                judged(Status::Done, 0.03, 0.1, 0.1),
+                "energy_error is 3 % at 0.250000 s, which lets expect an error of the deflection of 1.5 %, above \
+                 limits.deflection_error = 1 %: try A",
             ),
             (
                 judged(Status::Done, 0.0, 0.75, 0.1),
@@ -217,5 +287,23 @@ mod tests {
         let failed = judged(Status::Failed, 5.0, 0.0, 0.0);
         assert_eq!((failed.status, failed.message), (Status::Failed, None));
         assert!(failed.warnings[0].contains("energy_error is 500 %"), "{:?}", failed.warnings);
+    }
+
+    #[test]
+    fn a_weak_window_beyond_the_longest_is_unreliable_unless_the_bound_is_raised() {
+        let judged = |window: f64, limits: Limits| {
+            let mut summary = Summary::new(Status::Done);
+            let evidence = Evidence { weak_window: Some((window, 1.12375e-4)), ..Evidence::default() };
+            limits.judge(&mut summary, &evidence);
+            (summary.status, summary.message.unwrap_or_default())
+        };
+        // As it is printed it is within.
+        assert_eq!(judged(0.000112375, Limits::default()).0, Status::Done);
+        let (status, message) = judged(2e-4, Limits::default());
+        assert_eq!(status, Status::Unreliable);
+        let says = "coupling.time_window = 0.0002 s is 1.78 times the longest window of weak coupling, 0.000112375 s, \
+                    above limits.weak_window = 1: ";
+        assert!(message.contains(says), "{message}");
+        assert_eq!(judged(2e-4, Limits { weak_window: 2.0, ..Limits::default() }).0, Status::Done);
     }
 }
