@@ -164,11 +164,16 @@ pub(super) fn rename_partner(
             let key = format!("contact.{number}.{name}");
             if new.replace(value).is_some() {
                 return Err(scene
-                    .invalid(&key, format!("`{name}` is the old name of `{new_name}`, which the table has too"))
+                    .invalid(
+                        &key,
+                        format!("`{name}` is the old name of `{new_name}`, which the table has too"),
+                    )
                     .try_instead(format!("leave `{name}` out")));
             }
             note.get_or_insert_with(|| {
-                format!("{key} is the old name of {new_name} and will go with the next version: write {new_name}")
+                format!(
+                    "{key} is the old name of {new_name} and will go with the next version: write {new_name}"
+                )
             });
         }
     }
@@ -301,15 +306,18 @@ impl ContactSettings {
     /// The other side's modulus.
     fn check_sides(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
         match (self.partner_young, self.partner_poisson) {
-            (Some(_), _) if self.young.is_none() => {
-                Err(invalid("partner_young", "partner_young is the partner of `young`, which is missing".into()))
-            }
+            (Some(_), _) if self.young.is_none() => Err(invalid(
+                "partner_young",
+                "partner_young is the partner of `young`, which is missing".into(),
+            )),
             (Some(_), None) => Err(invalid(
                 "partner_poisson",
                 "Poisson's ratio of the partner is needed with `partner_young`".into(),
             )),
-            (None, Some(_)) => Err(invalid("partner_poisson", "partner_poisson without `partner_young`".into())
-                .try_instead("leave it out: the partner is rigid")),
+            (None, Some(_)) => {
+                Err(invalid("partner_poisson", "partner_poisson without `partner_young`".into())
+                    .try_instead("leave it out: the partner is rigid"))
+            }
             (_, Some(nu)) if !(0.0..=0.5).contains(&nu) => {
                 Err(invalid("partner_poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")))
             }
@@ -395,7 +403,9 @@ mod tests {
         };
         let (young, poisson, note) = renamed("wall_young = 3e7\nwall_poisson = 0.3").expect("accepted");
         assert_eq!((young, poisson), (Some(3e7), Some(0.3)));
-        assert!(note.is_some_and(|n| n.contains("contact.0.wall_young") && n.contains("write partner_young")));
+        assert!(
+            note.is_some_and(|n| n.contains("contact.0.wall_young") && n.contains("write partner_young"))
+        );
         let (young, _, note) = renamed("partner_young = 2e7\npartner_poisson = 0.3").expect("accepted");
         assert_eq!((young, note), (Some(2e7), None));
         let refused = renamed("partner_young = 2e7\nwall_young = 3e7\npartner_poisson = 0.3");
