@@ -171,6 +171,15 @@ impl Coupling {
             if value.is_nan() || value < 0.0 {
                 return Err((key.into(), format!("{key} must not be negative, it is {value}")));
             }
+            if value >= 1.0 {
+                let of = if key == "tolerance" { "times the window's increment" } else { "m" };
+                let usual =
+                    if key == "tolerance" { default_tolerance() } else { default_absolute_tolerance() };
+                let what = format!(
+                    "{key} must lie below 1: {value} {of} accepts whatever the first iteration gives; {usual:e} is usual"
+                );
+                return Err((key.into(), what));
+            }
         }
         if self.samples > 64 {
             return Err(("samples".into(), format!("samples must be 64 at most, it is {}", self.samples)));

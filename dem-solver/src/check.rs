@@ -39,13 +39,16 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
     if let Some(what) = solver.idle_selection().filter(|_| !fem && !scene.has("structure")) {
         return Err(scene.invalid("dem.contact_selection", what).try_instead("leave it out"));
     }
+    let mut near = Vec::new();
     if let Some(net) = net {
-        solver.check_net(net).map_err(|fault| InputError::new(fault.message))?;
+        near = solver.check_net(net).map_err(|fault| InputError::new(fault.message))?;
     }
     let model = solver.model();
     let steps = &model.steps;
-    let mut report =
-        CheckReport { warnings: [solver.notices(), solver.cautions()].concat(), ..CheckReport::default() };
+    let mut report = CheckReport {
+        warnings: [solver.notices(), solver.cautions(), &near].concat(),
+        ..CheckReport::default()
+    };
     let (mut seconds, mut spheres, mut mass) = (0.0, 0, 0.0);
     for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks) {
         report.builds.push(format!(

@@ -15,6 +15,9 @@ const LONGEST: [f64; 2] = [2000.0, 500.0];
 /// Nodes closer than this, relative to the extent, are at one place.
 const SAME_PLACE: f64 = 1e-9;
 
+/// Strain by a prestress of which no one could see anything.
+const SLACK: f64 = 1e-6;
+
 /// Judge `model`. What someone might mean goes into its warnings.
 pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), InputError> {
     let mut warnings = Vec::new();
@@ -158,6 +161,15 @@ impl Judge<'_> {
                     ),
                 );
             }
+            if young < 5e4 {
+                self.warn(
+                    "young",
+                    format!(
+                        "{young} Pa is softer than rubber, which has 1e6; in MPa it would be {:e} Pa",
+                        1e6 * young
+                    ),
+                );
+            }
             if young > 2e12 {
                 self.warn(
                     "young",
@@ -211,6 +223,15 @@ impl Judge<'_> {
         if width > if beam { longest } else { 0.1 * longest.max(1.0) } {
             self.warn("area", format!("{what}; 240 mm2 is 2.4e-4"));
         }
+        if radius > 0.0 && !beam && (1.9..=2.1).contains(&(radius / (0.5 * width))) {
+            self.warn(
+                "radius",
+                format!(
+                    "{radius} m is twice the radius of a rod of the section, {area} m2: is it the diameter? Then write {:?}",
+                    0.5 * radius
+                ),
+            );
+        }
         if radius > 0.0 && !beam && (area > 1.2 * PI * radius * radius || PI * radius * radius > 50.0 * area)
         {
             self.warn(
@@ -245,6 +266,19 @@ impl Judge<'_> {
     fn strength(&mut self) -> Result<(), InputError> {
         if let Some(strain) = self.section.rupture_strain.filter(|s| *s > 1.0) {
             self.warn("rupture_strain", format!("{strain} is a strain, no percentage: 5 % is 0.05"));
+        }
+        if let (Some(stress), Some(young)) = (self.section.prestress, self.section.young)
+            && stress != 0.0
+            && stress.abs() < SLACK * young
+        {
+            self.warn(
+                "prestress",
+                format!(
+                    "{stress} Pa strains it by {:.1e} only, which changes nothing; were it in MPa, it would be {:e} Pa",
+                    stress / young,
+                    1e6 * stress
+                ),
+            );
         }
         let (Some(force), Some(area)) = (self.section.rupture_force, self.section.area) else {
             return Ok(());

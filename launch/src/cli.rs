@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// Exit codes: 0 done; 1 the run failed or was interrupted, what was computed is on disk; 2 bad
 /// input, nothing was started; 3 computed to the end, but a bound of trust was passed (unreliable).
 #[derive(Parser)]
-#[command(name = "rockfall", version, about)]
+#[command(name = "rockfall", version)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -5,12 +5,14 @@
 //! - [`clusters`]: a file of spheres that is of another body
 //! - [`start`]: the surface of a rock in the terrain, in the net or in another rock
 //! - [`landing`]: the overlap that a landing on terrain will give
+//! - [`reach`]: a rock that flies past the net
 //! - [`duration`]: whether the simulated time fits
 
 pub mod clusters;
 pub mod duration;
 pub mod gravity;
 pub mod landing;
+pub mod reach;
 pub mod start;
 pub mod units;
 

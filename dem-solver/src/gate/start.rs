@@ -1,5 +1,6 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
+use super::reach;
 use super::units::short;
 use crate::contact::Law;
 use crate::ground::Ground;
@@ -187,8 +188,8 @@ fn in_terrain(start: &Start, ground: &Ground, motion: &Motion, down: &Vector3<f6
     deepest
 }
 
-/// Refuse rocks that start with their surface in the net, which is `wall`.
-pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<(), InputError> {
+/// Refuse rocks that start with their surface in the net, which is `wall`; what the user should know of others.
+pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, InputError> {
     let settings = &model.settings;
     let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
     for at in 0..model.rocks.len() {
@@ -225,7 +226,7 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<(), InputErro
             )
             .try_instead(freed(table.position, &way, by)));
     }
-    Ok(())
+    Ok(reach::check(model, wall))
 }
 
 /// The deepest overlap of a rock's spheres with the elements of a net, if there is any.

@@ -10,7 +10,7 @@ const DENSITY: [f64; 2] = [1_000.0, 4_000.0];
 const ANY_SOLID: [f64; 2] = [100.0, 25_000.0];
 /// Longest edge of a rock of which nothing is said, and of one that is refused [m].
 const LARGE: f64 = 20.0;
-const LARGEST: f64 = 100.0;
+const LARGEST: f64 = 30.0;
 /// Longest edge below which something is said [m].
 const SMALL: f64 = 2e-3;
 /// Least modulus [Pa]: a rubber has 1e6, a gel 1e3. There is no largest one: who wants no overlap writes what no solid has.
@@ -63,6 +63,15 @@ pub fn of_rock(
             let cure = likely
                 .map_or("rock has 2600 kg/m3".into(), |f| format!("in kg/m3 that is density = {:?}", f * d));
             return refuse("density", format!("a density of {} kg/m3{unit}", short(d)), cure);
+        }
+        _ if density < ANY_SOLID[0] && (DENSITY[0]..=DENSITY[1]).contains(&(1e3 * density)) => {
+            let what = format!(
+                "a mass of {} kg in {} m3 ({edges}), a density of {} kg/m3, as in tonnes",
+                short(rock.mass),
+                short(volume),
+                short(density)
+            );
+            return refuse("mass", what, format!("in kg that is mass = {:?}", 1e3 * rock.mass));
         }
         _ if !(DENSITY[0]..=DENSITY[1]).contains(&density) => warnings.push(format!(
             "rock `{}` has a density of {} kg/m3: {} kg in {} m3 ({edges}); rock has 2000 to 3000 kg/m3",
@@ -128,7 +137,7 @@ pub fn of_contact(
     contact: &ContactSettings,
     scene: &Scene,
 ) -> Result<Vec<String>, InputError> {
-    for (key, value) in [("young", contact.young), ("wall_young", contact.wall_young)] {
+    for (key, value) in [("young", contact.young), ("partner_young", contact.partner_young)] {
         if let Some(e) = value.filter(|e| *e < SOFTEST) {
             return Err(scene
                 .invalid(&format!("contact.{number}.{key}"), format!("a Young's modulus of {e:e} Pa"))

@@ -121,7 +121,9 @@ pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), 
         let name = rock.name.clone();
         if let Some(other) = rocks[..at].iter().position(|r| r.name == name) {
             let what = format!("two rocks are named `{name}`: number {} and {}", other + 1, at + 1);
-            return Err(scene.invalid(&format!("rock.{at}.name"), what));
+            return Err(scene
+                .invalid(&format!("rock.{at}.name"), what)
+                .try_instead(format!("a name of its own, as name = \"{name}_{}\"", at + 1)));
         }
     }
     Ok(())

@@ -225,7 +225,7 @@ impl DemSolver {
     }
 
     /// Refuse rocks that start with their surface in the net that the structure offers.
-    pub fn check_net(&self, mesh: &InterfaceMesh) -> Result<(), Fault> {
+    pub fn check_net(&self, mesh: &InterfaceMesh) -> Result<Vec<String>, Fault> {
         let net = Wall::new(mesh)?.from(&self.model.origin);
         Ok(gate::start::in_net(&self.model, &net, &self.scene)?)
     }
@@ -273,7 +273,7 @@ impl DemSolver {
             ));
         };
         if self.guarded {
-            gate::start::in_net(&self.model, &wall, &self.scene)?;
+            warnings.extend(gate::start::in_net(&self.model, &wall, &self.scene)?);
         }
         let selection = self.model.settings.dem.contact_selection;
         let (continuous, why) = selection.choose("net", || wall.unshared());

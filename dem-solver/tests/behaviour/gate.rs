@@ -287,3 +287,60 @@ fn a_landing_that_is_too_soft_and_a_time_that_is_too_short_are_told_with_the_num
     let short = of(5.2, "1e9", "0.9");
     assert!(short.len() == 1 && short[0].contains("a fall of 5 m takes 1.01 s"), "{short:?}");
 }
+
+/// Sign, axis or time of a rock's start: it never touches the net.
+#[test]
+fn a_rock_that_does_not_reach_the_net_is_warned_of_with_the_distance() {
+    let of = |z: f64, more: &str, head: &str| {
+        let text = format!("{head}{}{CONTACT}", cube(64, &format!("position = [0.0, 0.0, {z:?}]\n{more}")));
+        let scene = Scene::from_text("test.toml", &text).expect("a scene");
+        check_with(&scene, Some(&fixed_plane(1.0, 1))).unwrap_or_else(|e| panic!("{e}")).warnings
+    };
+    assert_eq!(of(2.0, "", HEAD), Vec::<String>::new());
+    assert_eq!(of(2.0, "velocity = [0.0, 0.0, -50.0]", HEAD), Vec::<String>::new(), "fast");
+    for (warnings, words) in [
+        (of(3.0, "", &HEAD.replace("-9.81", "9.81")), "moves away"),
+        (of(3.0, "velocity = [0.0, 0.0, 25.0]", HEAD), "moves away"),
+        (of(-3.0, "", HEAD), "moves away"),
+        (of(9.0, "", &HEAD.replace("end_time = 1.0", "end_time = 0.5")), "nearest at 0.5 s"),
+    ] {
+        let [warning] = &warnings[..] else { panic!("one warning: {warnings:?}") };
+        assert!(warning.contains("does not reach the net") && warning.contains(words), "{warning}");
+    }
+}
+
+/// Meshes of terrain: heights in millimetres, and z in the place of y.
+#[test]
+fn a_terrain_mesh_in_millimetres_or_on_its_side_is_named() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let of = |corners: [[f64; 3]; 4], place: &str| {
+        let mut text = String::new();
+        for [x, y, z] in corners {
+            text += &format!("v {x} {y} {z}\n");
+        }
+        std::fs::write(dir.path().join("t.obj"), text + "f 1 2 3\nf 1 3 4\n").expect("written");
+        let rock = sphere(0.2, 2500.0, &format!("position = {place}"));
+        said_in(dir.path(), &format!("{HEAD}{rock}[terrain]\nfile = \"t.obj\"\n{CONTACT}"))
+    };
+    let flat = [[-5.0, -5.0, 0.0], [5.0, -5.0, 0.0], [5.0, 5.0, 1.0], [-5.0, 5.0, 1.0]];
+    assert_eq!(of(flat, "[0.0, 0.0, 1.0]"), Ok(vec![]));
+    let high = flat.map(|[x, y, z]| [1e3 * x, 1e3 * y, 1e3 * (z + 100.0)]);
+    let message = of(high, "[0.0, 0.0, 1.0]").expect_err("100 km");
+    assert!(message.contains("t.obj: heights from 1e5 to 1.01e5 m"), "{message}");
+    // The same surface with y upward: 10 m2 from above, 100 m2 seen along y.
+    let upright = flat.map(|[x, y, z]| [x, z, -y]);
+    let warnings = of(upright, "[0.0, 0.5, 7.0]").expect("someone might");
+    assert!(
+        warnings.iter().any(|w| w.contains("seen along y") && w.contains("upward axis is y")),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn a_mass_in_tonnes_a_restitution_in_percent_and_a_size_in_centimetres_are_refused() {
+    let text = format!("{HEAD}{}{CONTACT}", ball(""));
+    // 4/3 pi 0.2^3 2500 = 83.78 kg.
+    refused(&text.replace("density = 2500.0", "mass = 0.0838"), &["2.501 kg/m3", "in tonnes", "mass = 83.8"]);
+    refused(&text.replace("restitution = 0.5", "restitution = 50"), &["50 % is restitution = 0.5"]);
+    refused(&text.replace("radius = 0.2", "radius = 20"), &["40 m x 40 m x 40 m", "metres"]);
+}

@@ -148,6 +148,10 @@ fn what_no_one_can_mean_is_refused_with_its_numbers_and_a_cure() {
 fn what_someone_might_mean_is_a_warning_with_its_numbers() {
     for (from, to, words) in [
         ("young = 1e11", "young = 1e5", "in MPa it would be a metal's: write 1e11"),
+        ("young = 1e11", "young = 8228.0", "in MPa it would be 8.228e9 Pa"),
+        ("prestress = 5e7", "prestress = 50.0", "were it in MPa, it would be 5e7 Pa"),
+        // A rod of 25 mm2 has a radius of sqrt(25 / pi) = 2.82 mm.
+        ("radius = 0.004", "radius = 0.00564", "is it the diameter? Then write 0.00282"),
         ("young = 2.1e11", "young = 2.1e14", "stiffer than diamond"),
         ("density = 7850.0", "density = 7.85", "7.85 kg/m3 is that of a foam"),
         ("density = 7850.0", "density = 78500.0", "heavier than any metal"),

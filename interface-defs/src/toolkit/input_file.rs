@@ -14,7 +14,7 @@ pub fn regular(path: &Path) -> Result<Metadata, InputError> {
         _ => refuse(format!("the file cannot be read: {e}")),
     })?;
     if data.is_dir() {
-        return Err(refuse("this is a directory".into()));
+        return Err(refuse("this is a directory".into()).try_instead("name the file in it"));
     }
     if !data.is_file() {
         return Err(refuse("this is no file: a device, a pipe or a socket".into()));
@@ -25,6 +25,9 @@ pub fn regular(path: &Path) -> Result<Metadata, InputError> {
 /// The name in the same directory that is nearest to that of `path`.
 fn near(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy().into_owned();
+    if cfg!(unix) && name.contains('\\') {
+        return Some(format!("write directories with /: {}", path.display().to_string().replace('\\', "/")));
+    }
     let dir = path.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Ok(entries) = std::fs::read_dir(dir) else {
         return Some(format!("there is no directory {} either", dir.display()));
@@ -46,8 +49,10 @@ mod tests {
         assert_eq!(of("slope.asc"), Ok(()));
         assert!(of("slop.asc").expect_err("missing").ends_with("did you mean slope.asc, which lies there?"));
         assert!(of("other.tif").expect_err("missing").ends_with("there is no such file"));
+        #[cfg(unix)]
+        assert!(of("data\\slope.asc").expect_err("missing").ends_with("data/slope.asc"));
         assert!(of("no/slope.asc").expect_err("missing").contains("there is no directory"));
-        assert!(of("").expect_err("itself").ends_with("this is a directory"));
+        assert!(of("").expect_err("itself").ends_with("this is a directory; name the file in it"));
         assert!(regular(Path::new("/dev/null")).expect_err("a device").to_string().contains("a device"));
     }
 }

@@ -38,5 +38,6 @@ pub mod schema;
 pub mod screen;
 mod solo;
 pub mod summary;
+mod syntax;
 mod table;
 pub mod vtu;

@@ -30,6 +30,10 @@ pub(crate) struct Table {
     iterations: bool,
 }
 
+/// Most rows and sets of field files of a run: beyond, a disk is full before the run ends.
+const ROWS: f64 = 1e8;
+const FILES: f64 = 1e5;
+
 impl Output {
     /// From the scene; the whole table may be absent.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
@@ -38,6 +42,21 @@ impl Output {
             if let Some(seconds) = interval.filter(|i| *i <= 0.0) {
                 let what = format!("an interval of {seconds} s is none, it must lie above 0");
                 return Err(scene.invalid(&format!("output.{key}"), what));
+            }
+        }
+        for (key, interval, most, of) in [
+            ("interval", table.interval, ROWS, "rows"),
+            ("fields", table.fields, FILES, "sets of field files"),
+        ] {
+            // A missing end_time is another's complaint.
+            let (Some(seconds), Ok(end_time)) = (interval, scene.end_time()) else { continue };
+            if end_time / seconds > most {
+                let what = format!(
+                    "an interval of {seconds:e} s makes {:.1e} {of} until end_time = {end_time} s, more than {most:e}",
+                    end_time / seconds
+                );
+                let cure = format!("times are in seconds: {key} = {}", end_time / 200.0);
+                return Err(scene.invalid(&format!("output.{key}"), what).try_instead(cure));
             }
         }
         let interval = match table.interval {

@@ -8,6 +8,7 @@ use super::explain::{decimal_comma, explain, pinpoint, suggestion, values};
 use super::input_error::{InputError, Spot};
 use super::input_file;
 use super::overrides::Override;
+use super::syntax;
 use crate::ipc::domain::fnv1a;
 use crate::message::capability;
 use serde::Deserialize;
@@ -59,11 +60,7 @@ impl Scene {
         input_file::regular(path)?;
         let bytes = std::fs::read(path)
             .map_err(|e| InputError::in_file(name.as_str(), format!("the scene cannot be read: {e}")))?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let at = e.utf8_error().valid_up_to();
-            InputError::in_file(name.as_str(), format!("byte {at} is not UTF-8 text"))
-        })?;
-        Self::new(path.to_owned(), text, sets)
+        Self::new(path.to_owned(), syntax::decode(path, bytes)?, sets)
     }
 
     /// A scene from text; `name` stands for its file.
@@ -156,7 +153,8 @@ impl Scene {
                 let span = pinpoint(&value, e.span.unwrap_or(value.span()), &e.message);
                 let (what, hint) = explain(&e.message);
                 let comma = decimal_comma(&value, &span, &e.message);
-                Err(self.error(span, what).try_if(hint).try_if(comma))
+                let form = misplaced(&what, key);
+                Err(self.error(span, what).try_if(hint).try_if(comma).try_if(form))
             }
         }
     }
@@ -207,7 +205,11 @@ impl Scene {
     /// nothing that borrows from itself.
     fn tree(&self) -> Result<DeTable<'_>, InputError> {
         let mut tree = DeTable::parse(&self.text)
-            .map_err(|e| self.error(e.span().unwrap_or(0..0), e.message()))?
+            .map_err(|e| {
+                let span = e.span().unwrap_or(0..0);
+                let hint = syntax::hint(&self.path, &self.text, span.start);
+                self.error(span, e.message()).try_if(hint)
+            })?
             .into_inner();
         for set in &self.overrides {
             set.apply(&mut tree)?;
@@ -226,6 +228,17 @@ impl Scene {
         };
         InputError::at(spot, message)
     }
+}
+
+/// What to try where `what` is wrong in the top-level `key` as its brackets or the place of a key are.
+fn misplaced(what: &str, key: &str) -> Option<String> {
+    if what == "wrong type: map, expected an array" {
+        return Some(format!("there may be several of them, so brackets are double: [[{key}]]"));
+    }
+    let name = what.strip_prefix("unknown key `")?.strip_suffix('`')?;
+    KEYS.contains(&name).then(|| {
+        format!("`{name}` belongs to the scene, not to `{key}`: it stands above the first [table]; or are these two scenes?")
+    })
 }
 
 /// Position of the value at a dotted key, or of the nearest table above it.

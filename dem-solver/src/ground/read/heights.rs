@@ -3,6 +3,8 @@
 use crate::ground::relief::Raster;
 use interface_defs::toolkit::input_error::InputError;
 
+/// Area seen from the side over that from above, of a terrain that is more likely to lie on its side: slopes of 63 degrees.
+const STEEP: f64 = 2.0;
 /// What is written where there is no height.
 const MARKS: [f64; 12] = [
     0.0, -1.0, -99.0, -999.0, -9999.0, -99_999.0, 9999.0, 99_999.0, -32_768.0, -32_767.0, 32_767.0, 65_535.0,
@@ -68,6 +70,33 @@ fn marks<I: Iterator<Item = f64>>(
             )));
         }
     }
+    on_earth([low, high], file)
+}
+
+/// The same of the corners of triangles, whose heights are along z.
+pub fn of_triangles(
+    nodes: &[nalgebra::Vector3<f64>],
+    triangles: &[[u32; 3]],
+    file: &str,
+) -> Result<Option<String>, InputError> {
+    on_earth(range(nodes.iter().map(|n| n.z)), file)?;
+    let mut sums = [0.0; 3];
+    for [a, b, c] in triangles.iter().map(|t| t.map(|n| nodes[n as usize])) {
+        let area = 0.5 * (b - a).cross(&(c - a));
+        (0..3).for_each(|axis| sums[axis] += area[axis].abs());
+    }
+    let [x, y, z] = sums;
+    Ok((y > STEEP * z || x > STEEP * z).then(|| {
+        let axis = if y > x { "y" } else { "x" };
+        format!(
+            "terrain: seen along {axis} it is {y_or_x:.4e} m2 large, seen from above only {z:.4e} m2: it stands upright; z is \
+             upward here, and a mesh whose upward axis is {axis} must be turned when it is exported",
+            y_or_x = x.max(y)
+        )
+    }))
+}
+
+fn on_earth([low, high]: [f64; 2], file: &str) -> Result<(), InputError> {
     if low < -FURTHEST || high > FURTHEST {
         let what = format!("heights from {low:e} to {high:e} m: nothing on Earth is as high or as deep");
         return Err(InputError::in_file(file, what).try_instead(

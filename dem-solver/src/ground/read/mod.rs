@@ -40,7 +40,7 @@ pub enum Content {
 pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, InputError> {
     let file = path.display().to_string();
     let mark = settings.nodata_value;
-    let content = match extension(path).as_str() {
+    let mut content = match extension(path).as_str() {
         "asc" => asc::read(&bytes(path)?, &file).map(|raster| Content::Raster(without(raster, mark))),
         "tif" | "tiff" => {
             tif::read(&bytes(path)?, &file).map(|raster| Content::Raster(without(raster, mark)))
@@ -50,15 +50,19 @@ pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, Input
         "stl" => mesh::stl(&bytes(path)?).map_err(|e| e.in_file(path)),
         "obj" => mesh::obj(&bytes(path)?).map_err(|e| e.in_file(path)),
         other => {
+            let mesh = matches!(other, "msh" | "inp" | "mdpa");
+            let more = if mesh { "; a mesh of a net is named with [structure] mesh = \"...\"" } else { "" };
             Err(InputError::in_file(file.as_str(), format!("`.{other}` is no terrain that can be read"))
-                .try_instead("known are .asc, .tif, .xyz, .las, .laz, .stl, .obj"))
+                .try_instead(format!("known are .asc, .tif, .xyz, .las, .laz, .stl, .obj{more}")))
         }
     }?;
     crs::beside(path)?;
-    match &content {
+    match &mut content {
         Content::Raster(raster) => heights::of_raster(raster, &file)?,
         Content::Points(points) => heights::of_points(points, &file)?,
-        Content::Triangles { .. } => {}
+        Content::Triangles { nodes, triangles, notices } => {
+            notices.extend(heights::of_triangles(nodes, triangles, &file)?);
+        }
     }
     Ok(content)
 }
