@@ -169,7 +169,7 @@ fn tables_of_the_other_engine_are_refused_by_both_names() {
     let rocks = scene(OtherRock, LAW);
     let balls = scene(Box, LAW);
     for (text, names) in [
-        (format!("{rocks}[box]\nlowest = [0, 0, 0]\nhighest = [1, 1, 1]\n"), ["[box]", "[[rock]]"]),
+        (format!("{rocks}[box]\nlowest = [0, 0, 0]\nhighest = [1, 1, 1]\n"), ["[box]", "[[spheres]]"]),
         (format!("{rocks}threads = 2\n"), ["`threads`", "[[rock]]"]),
         (format!("{balls}[terrain]\nfile = \"t.obj\"\n"), ["[terrain]", "[[spheres]]"]),
         (format!("{balls}rotation = \"midpoint\"\n"), ["`rotation`", "[[spheres]]"]),
