@@ -29,7 +29,7 @@ const RESULTS: &[Entry] = &[
         "work on the structure minus work of the contact forces on the interface mesh",
     ),
     history("iterations", "1", "coupling iterations of the window"),
-    history("residual", "m", "residual of the displacement at the accepted iteration"),
+    history("residual", "1", "residual of the displacement at the accepted iteration [m]"),
     Entry::new(
         "summary.json",
         "energy_error",

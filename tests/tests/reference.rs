@@ -139,11 +139,11 @@ fn what_a_program_refuses_at_sight_the_schema_refuses_too() {
         ("[coupling]", "[couplng]"),
         ("position =", "postion ="),
         ("scheme = \"weak\"", "scheme = \"week\""),
-        ("end_time =", "title ="),
-        ("law = \"hertz_mindlin\"", "law = 3"),
+        ("end_time =", "end_tme ="),
+        ("law = \"linear\"", "law = 3"),
         ("element = \"brake\"", "element = \"break\""),
         ("stiffness =", "stifness ="),
-        ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, -9, 81]"),
+        ("gravity = [0.0, 9.81, 0.0]", "gravity = [0.0, 9, 81, 0.0]"),
     ] {
         assert!(text.contains(from), "{from} is in the scene");
         assert!(!unfit(&text.replacen(from, to, 1), &schema).is_empty(), "{to} must be refused");

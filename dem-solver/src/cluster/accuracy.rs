@@ -5,7 +5,7 @@
 //!
 //! - surface to spheres: the distance of the sample to the nearest sphere (outside), or to the end of a ray (inside
 //!   of a sphere): the shorter one of the ray along the normal and that from the sphere's centre, and for
-//!   the largest ones the shortest of all directions ([`Probe::shortest`]) - along the normal of a rough
+//!   the largest ones the shortest of all directions (`Probe::shortest`) - along the normal of a rough
 //!   surface a ray may run through spheres for long
 //! - spheres to surface: the distance of the end of the normal's ray to the true surface; besides, for each sphere,
 //!   how far it reaches out of the solid (exact where nothing else is nearer: radius plus signed depth of the

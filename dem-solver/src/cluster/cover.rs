@@ -172,7 +172,8 @@ pub fn largest(balls: &Balls, samples: &Samples) -> Option<Sphere> {
     let mut best: Option<Sphere> = None;
     for k in (0..samples.points.len()).step_by(step) {
         // From a little below the surface: at edges and corners no ball touches.
-        let inside = samples.points[k] + samples.inward[k] * best.map_or(1e-6, |b| 0.01 * b.radius);
+        let inside =
+            samples.points[k] + samples.inward[k] * best.map_or(1e-6, |b| (0.01 * b.radius).max(1e-6));
         if let Some(ball) = rough.around(&inside)
             && best.is_none_or(|b| ball.radius > b.radius * (1.0 + 1e-9))
             && balls.tree().signed(&ball.centre).0 < 0.0

@@ -60,7 +60,7 @@ impl Law {
     pub fn new(settings: &ContactSettings, partner: Partner) -> Self {
         let sides = settings.young.map(|young| {
             let own = (young, settings.poisson.expect("checked: young needs it"));
-            let given = settings.wall_young.zip(settings.wall_poisson);
+            let given = settings.partner_young.zip(settings.partner_poisson);
             Elastic { own, other: given.or((partner == Partner::Rock).then_some(own)) }
         });
         let normal = Normal::new(settings, sides.as_ref());

@@ -157,7 +157,7 @@ pub fn of_contact(
     contact: &ContactSettings,
     scene: &Scene,
 ) -> Result<Vec<String>, InputError> {
-    for (key, value) in [("young", contact.young), ("wall_young", contact.wall_young)] {
+    for (key, value) in [("young", contact.young), ("partner_young", contact.partner_young)] {
         if let Some(e) = value.filter(|e| *e < SOFTEST) {
             return Err(scene
                 .invalid(&format!("contact.{number}.{key}"), format!("a Young's modulus of {e:e} Pa"))

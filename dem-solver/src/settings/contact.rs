@@ -26,10 +26,10 @@ pub struct ContactSettings {
     pub poisson: Option<f64>,
     /// Young's modulus of the other side [Pa]. Default: net and terrain are rigid, another rock is as `young`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub wall_young: Option<f64>,
-    /// Poisson's ratio of the other side. Needed with `wall_young`.
+    pub partner_young: Option<f64>,
+    /// Poisson's ratio of the other side. Needed with `partner_young`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub wall_poisson: Option<f64>,
+    pub partner_poisson: Option<f64>,
     /// `linear` only: normal stiffness of a contact [N/m].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
@@ -72,6 +72,12 @@ pub struct ContactSettings {
     /// `continuous` is enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hierarchy: Option<HierarchyName>,
+    /// Old name of `partner_young`, for one version [Pa].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_young: Option<f64>,
+    /// Old name of `partner_poisson`, for one version.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_poisson: Option<f64>,
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -142,6 +148,38 @@ pub(super) fn rename_hierarchy(
     )))
 }
 
+/// Move what tables say by the old names `wall_young` and `wall_poisson` to the new ones; a note for the user if one does.
+pub(super) fn rename_partner(
+    contacts: &mut [ContactSettings],
+    scene: &Scene,
+) -> Result<Option<String>, InputError> {
+    let mut note = None;
+    for (number, contact) in contacts.iter_mut().enumerate() {
+        let names = [
+            ("wall_young", "partner_young", &mut contact.wall_young, &mut contact.partner_young),
+            ("wall_poisson", "partner_poisson", &mut contact.wall_poisson, &mut contact.partner_poisson),
+        ];
+        for (name, new_name, old, new) in names {
+            let Some(value) = old.take() else { continue };
+            let key = format!("contact.{number}.{name}");
+            if new.replace(value).is_some() {
+                return Err(scene
+                    .invalid(
+                        &key,
+                        format!("`{name}` is the old name of `{new_name}`, which the table has too"),
+                    )
+                    .try_instead(format!("leave `{name}` out")));
+            }
+            note.get_or_insert_with(|| {
+                format!(
+                    "{key} is the old name of {new_name} and will go with the next version: write {new_name}"
+                )
+            });
+        }
+    }
+    Ok(note)
+}
+
 /// Normal law of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -195,7 +233,7 @@ impl ContactSettings {
         let above_zero = [
             ("young", self.young),
             ("stiffness", self.stiffness),
-            ("wall_young", self.wall_young),
+            ("partner_young", self.partner_young),
             ("stiffness_ratio", self.stiffness_ratio),
         ];
         for (key, value) in above_zero {
@@ -267,18 +305,21 @@ impl ContactSettings {
 
     /// The other side's modulus.
     fn check_sides(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
-        match (self.wall_young, self.wall_poisson) {
-            (Some(_), _) if self.young.is_none() => {
-                Err(invalid("wall_young", "wall_young is the partner of `young`, which is missing".into()))
-            }
-            (Some(_), None) => Err(invalid(
-                "wall_poisson",
-                "Poisson's ratio of the partner is needed with `wall_young`".into(),
+        match (self.partner_young, self.partner_poisson) {
+            (Some(_), _) if self.young.is_none() => Err(invalid(
+                "partner_young",
+                "partner_young is the partner of `young`, which is missing".into(),
             )),
-            (None, Some(_)) => Err(invalid("wall_poisson", "wall_poisson without `wall_young`".into())
-                .try_instead("leave it out: the partner is rigid")),
+            (Some(_), None) => Err(invalid(
+                "partner_poisson",
+                "Poisson's ratio of the partner is needed with `partner_young`".into(),
+            )),
+            (None, Some(_)) => {
+                Err(invalid("partner_poisson", "partner_poisson without `partner_young`".into())
+                    .try_instead("leave it out: the partner is rigid"))
+            }
             (_, Some(nu)) if !(0.0..=0.5).contains(&nu) => {
-                Err(invalid("wall_poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")))
+                Err(invalid("partner_poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")))
             }
             _ => Ok(()),
         }
@@ -344,4 +385,30 @@ pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) 
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn old_names_of_the_partner_are_read_with_a_note_and_refused_beside_the_new_ones() {
+        let law = "law = \"hertz_mindlin\"\nyoung = 1e9\npoisson = 0.2\nrestitution = 0.5\n";
+        let renamed = |more: &str| {
+            let text = format!("[[contact]]\n{law}{more}\n");
+            let scene = Scene::from_text("s.toml", &text).expect("a scene");
+            let mut contacts: Vec<ContactSettings> = scene.read("contact").expect("readable").expect("named");
+            let note = rename_partner(&mut contacts, &scene).map_err(|e| e.to_string())?;
+            Ok::<_, String>((contacts[0].partner_young, contacts[0].partner_poisson, note))
+        };
+        let (young, poisson, note) = renamed("wall_young = 3e7\nwall_poisson = 0.3").expect("accepted");
+        assert_eq!((young, poisson), (Some(3e7), Some(0.3)));
+        assert!(
+            note.is_some_and(|n| n.contains("contact.0.wall_young") && n.contains("write partner_young"))
+        );
+        let (young, _, note) = renamed("partner_young = 2e7\npartner_poisson = 0.3").expect("accepted");
+        assert_eq!((young, note), (Some(2e7), None));
+        let refused = renamed("partner_young = 2e7\nwall_young = 3e7\npartner_poisson = 0.3");
+        assert!(refused.is_err_and(|e| e.contains("s.toml:7") && e.contains("leave `wall_young` out")));
+    }
 }

@@ -37,7 +37,7 @@ pub fn of_contacts(contacts: &[ContactSettings]) -> Vec<String> {
     for (number, contact) in contacts.iter().enumerate() {
         let name = |what: &str| format!("contact number {}: a {what}", number + 1);
         let up_to = |highest: f64| [f64::NEG_INFINITY, highest];
-        let moduli = [("young", contact.young), ("wall_young", contact.wall_young)];
+        let moduli = [("young", contact.young), ("partner_young", contact.partner_young)];
         found.extend(moduli.into_iter().filter_map(|(key, value)| outside(&name(key), value?, "Pa", YOUNG)));
         let least = [RESTITUTION, f64::INFINITY];
         found.extend(contact.restitution.and_then(|e| outside(&name("restitution"), e, "", least)));

@@ -82,7 +82,10 @@ impl Settings {
                 .invalid("dem.threads", "`threads` beside [[rock]]: they share the work of [[spheres]] only")
                 .try_instead("leave it out"));
         }
-        let note = contact::rename_hierarchy(&mut contacts, &mut dem, scene)?;
+        let notes = [
+            contact::rename_hierarchy(&mut contacts, &mut dem, scene)?,
+            contact::rename_partner(&mut contacts, scene)?,
+        ];
         let terrain: Option<TerrainSettings> = scene.read("terrain")?;
         if let Some(terrain) = &terrain {
             terrain.check(scene)?;
@@ -98,7 +101,7 @@ impl Settings {
             end_time: scene.end_time()?,
             interval: output.interval,
             fields: output.fields,
-            notices: note.into_iter().collect(),
+            notices: notes.into_iter().flatten().collect(),
         })
     }
 
@@ -146,7 +149,8 @@ impl GranularSettings {
         }
         let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
         spheres::complete(&mut groups, walls.as_ref(), scene)?;
-        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
+        let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
+        contact::rename_partner(&mut contacts, scene)?;
         let mut known: Vec<String> = groups.iter().map(|g| g.material.clone()).collect();
         known.extend(walls.iter().map(|w| w.material.clone()));
         contact::check_all(&contacts, &known, scene)?;

@@ -30,7 +30,7 @@ const KEYS: [(&str, &str, &str, &[Touched]); 18] = [
     ("law", "law = \"hertz_mindlin\"", "law = \"linear\"", &[]),
     ("young", "young = 1e7", "young = 2e7", &[]),
     ("poisson", "poisson = 0.2", "poisson = 0.4", &[]),
-    ("wall_young", "", "wall_young = 3e7\nwall_poisson = 0.3", &[]),
+    ("partner_young", "", "partner_young = 3e7\npartner_poisson = 0.3", &[]),
     ("stiffness", "law = \"hertz_mindlin\"\nyoung = 1e7", "law = \"linear\"\nstiffness = 1e5", &[]),
     ("restitution", "restitution = 0.6", "restitution = 0.3", &[]),
     ("damping_ratio", "restitution = 0.6", "damping_ratio = 0.7", &[]),

@@ -118,7 +118,7 @@ mod tests {
     fn text_that_is_no_toml_is_named_with_place_and_cure() {
         for (text, place, cure) in [
             ("end_time = 1,5\n", "s.toml:1:13", "a decimal comma? a number is written with a point: 1.5"),
-            ("end_time = 1.5 s\n", "s.toml:1:16", "without its unit: 1.5"),
+            ("end_time = 1.5 s\n", "s.toml:1:12", "without its unit: 1.5"),
             ("gravity = [0, 0, \u{2212}9.81]\n", "s.toml:1:18", "a minus is written as the hyphen -"),
             ("title = \u{201c}a\u{201d}\n", "s.toml:1:9", "quotes are straight"),
             ("end_time\u{a0}= 1.0\n", "s.toml:1:9", "a space that is no plain one"),
