@@ -47,7 +47,7 @@ impl Case<'_> {
 
     /// Why spheres overlap too deep where the surface closes in with up to `speed` [m/s].
     pub fn too_deep(&self, now: &Motion, speed: f64) -> String {
-        if let Some(why) = self.inside().or_else(|| self.unstable()).or_else(|| self.gained(now, speed)) {
+        if let Some(why) = self.unstable().or_else(|| self.gained(now, speed)) {
             return why;
         }
         let own = now.velocity.norm();
@@ -164,6 +164,9 @@ impl Case<'_> {
             (normal, rock.mass, worst(rock, normal, energy), stiffer(rock, normal, energy))
         };
         if expected <= AIM {
+            if let Some(why) = self.inside() {
+                return why;
+            }
             return format!(
                 "a landing at {speed:.4} m/s alone overlaps by {expected:.2} radii at most: it is pressed further than its own \
                  energy does it, shorten coupling.time_window, or raise contact.young"
