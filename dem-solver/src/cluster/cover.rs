@@ -35,6 +35,8 @@ pub struct Cover {
     pub gap: f64,
     /// Balls after which no sample lay further outside than the error that was asked for.
     pub enough: Option<usize>,
+    /// That error [m].
+    pub error: f64,
 }
 
 /// What a cover is to be.
@@ -109,7 +111,7 @@ pub fn cover(balls: &Balls, samples: &Samples, middle: Option<&Sphere>, wanted: 
         helpless.iter().for_each(|sample| gaps.give_up(*sample));
     }
     let gap = gaps.largest().0.max(0.0);
-    Cover { balls: chosen, gap, enough }
+    Cover { balls: chosen, gap, enough, error }
 }
 
 /// Put balls that overlap no other (the last ones in pointed corners) further inside, until they do: between
