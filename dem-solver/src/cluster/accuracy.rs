@@ -369,6 +369,9 @@ pub struct Place {
     pub depth: f64,
 }
 
+/// Samples among which the worst places are sought.
+const ENOUGH: usize = 100_000;
+
 /// The places, at most `many`, where `spheres` leave the surface of `tree` furthest, as rays from samples outside of all
 /// spheres find them; none within its own depth of a worse one.
 pub fn worst(tree: &SurfaceTree, samples: &samples::Samples, spheres: &[Sphere], many: usize) -> Vec<Place> {
@@ -376,7 +379,8 @@ pub fn worst(tree: &SurfaceTree, samples: &samples::Samples, spheres: &[Sphere],
     let scene =
         Probe { tree, index: SphereIndex::new(spheres), size: (highest - lowest).norm(), effort: ROUGH };
     let mut found: Vec<Place> = Vec::new();
-    for (point, inward) in samples.points.iter().zip(&samples.inward) {
+    let step = (samples.points.len() / ENOUGH).max(1);
+    for (point, inward) in samples.points.iter().zip(&samples.inward).step_by(step) {
         if scene.index.nearest(point).0 > 0.0 {
             let (gap, back) = scene.at(point, inward);
             found.push(Place { point: *point, inward: *inward, depth: gap.max(back) });

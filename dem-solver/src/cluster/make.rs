@@ -19,7 +19,6 @@ use super::{samples, volume};
 use crate::rock::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
-use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
