@@ -11,7 +11,7 @@
 //!   how far it reaches out of the solid (exact where nothing else is nearer: radius plus signed depth of the
 //!   centre), and the distance of points of it that are seen from the surface
 //!
-//! Means are weighted with the area of the samples; the largest ones are improved by walking uphill.
+//! Means are weighted with the area of the samples; the largest ones are improved by small steps uphill.
 
 use super::index::SphereIndex;
 use super::pits::{Pit, Pits};
@@ -30,13 +30,13 @@ struct Effort {
     /// Points on all spheres.
     points: usize,
     /// Samples from which the largest errors are sought, and steps from each.
-    walkers: usize,
+    starts: usize,
     steps: usize,
 }
 
-const FULL: Effort = Effort { samples: 150_000, points: 200_000, walkers: 48, steps: 30 };
+const FULL: Effort = Effort { samples: 150_000, points: 200_000, starts: 48, steps: 30 };
 /// Where clusters are compared.
-const ROUGH: Effort = Effort { samples: 20_000, points: 25_000, walkers: 8, steps: 8 };
+const ROUGH: Effort = Effort { samples: 20_000, points: 25_000, starts: 8, steps: 8 };
 
 /// What share of the largest error samples must have for one that is larger to be sought beside them.
 const NEARLY: f64 = 0.7;
@@ -74,7 +74,7 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// Of `spheres` (at least one) that stand for the solid inside `surface`.
+    /// Of `spheres` (at least one) that approximate the solid inside `surface`.
     pub fn of(surface: &Surface, spheres: &[Sphere]) -> Self {
         Self::measured(surface, spheres, FULL)
     }
@@ -127,7 +127,7 @@ impl Accuracy {
         measured.sort_by(|a, b| b.0.total_cmp(&a.0));
         there.max = scene.furthest(&measured, step);
         measured.sort_by(|a, b| b.1.total_cmp(&a.1));
-        back.max = spread(&measured, effort.walkers, step)
+        back.max = spread(&measured, effort.starts, step)
             .into_iter()
             .map(|m| scene.uphill(m.2, m.3, step, |point, inward, _| scene.at(point, inward).1))
             .fold(outside, f64::max);
@@ -196,7 +196,7 @@ impl Probe<'_> {
         (t.min(short), depth(&(sample + out * t)))
     }
 
-    /// Where the ray from a sample outside of all spheres meets the first one.
+    /// Where the ray from a sample outside of all spheres enters the first one.
     fn end(&self, sample: &Vector3<f64>, inward: &Vector3<f64>) -> Option<Vector3<f64>> {
         let mut t = 0.0;
         // As far as no sphere can be, again and again.
@@ -278,11 +278,11 @@ impl Probe<'_> {
         // Besides those that could be the largest: between samples it may be elsewhere.
         let near = &measured[found.len()..];
         let near = &near[..near.partition_point(|m| m.0 > NEARLY * largest)];
-        for m in spread(near, self.effort.walkers, step) {
+        for m in spread(near, self.effort.starts, step) {
             found.push((self.shortest(&m.2, &m.3, 0.0), m.1, m.2, m.3));
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for m in spread(&found, self.effort.walkers, step) {
+        for m in spread(&found, self.effort.starts, step) {
             // A distance grows no faster than the sample moves.
             if m.0 + self.effort.steps as f64 * 1.5 * step > largest {
                 let climbed = self.uphill(m.2, m.3, step, |p, inward, least| self.shortest(p, inward, least));
@@ -404,7 +404,7 @@ fn bounds(points: &[Vector3<f64>]) -> (Vector3<f64>, Vector3<f64>) {
     points.iter().fold(none, |(low, high), p| (low.inf(p), high.sup(p)))
 }
 
-/// The first ones of a list that do not stand next to each other.
+/// The first ones of a list that do not lie next to each other.
 fn spread(list: &[Measured], many: usize, step: f64) -> Vec<&Measured> {
     let mut chosen: Vec<&Measured> = Vec::new();
     for m in list {

@@ -1,4 +1,4 @@
-//! Whether a cluster stands for its solid: bounds of its error, and how many spheres would keep them.
+//! Whether a cluster is a fair copy of its solid: bounds of its error, and how many spheres would keep them.
 
 use super::make::{Fit, Wish, largest, measured};
 use super::{Accuracy, MOST_SPHERES, files};
@@ -68,7 +68,7 @@ impl Bound {
         format!("{:.3e} m ({from})", self.largest)
     }
 
-    /// Why `spheres` with this error do not stand for the solid, if they do not.
+    /// Why `spheres` with this error are no fair copy of the solid, if they are none.
     pub fn passed(&self, spheres: &[Sphere], accuracy: &Accuracy, fit: Fit) -> Option<String> {
         let error = accuracy.largest();
         if error.is_nan() || error > self.largest {

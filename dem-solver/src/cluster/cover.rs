@@ -57,7 +57,7 @@ const ABOUT: f64 = 0.7;
 
 /// Exactly `count` balls (fewer only where nothing is left to cover, [`Balls::finest`]): first until every sample lies
 /// within the error, then on where the gap is largest. `middle` is the first ball where samples may be too few
-/// to find the largest: all may stand at corners, where no ball is large. Without it balls smaller than the tolerance, with
+/// to find the largest: all may lie at corners, where no ball is large. Without it balls smaller than the tolerance, with
 /// a radius below 0, are not left out: such a cover is no good, but one for fewer balls may lead to a good one.
 pub fn cover(balls: &Balls, samples: &Samples, middle: Option<&Sphere>, wanted: &Wanted) -> Cover {
     let Wanted { error, count, least, joined } = *wanted;

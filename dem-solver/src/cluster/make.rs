@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 
 /// Samples are closer than this share of what one ball covers.
 const DENSITY: f64 = 0.4;
-/// Columns along each side with which the volume is compared on the way.
+/// Columns along each side with which the volume is compared before the last measurement.
 const COLUMNS: usize = 96;
 /// With so many more balls the error goes down: as `n^-ORDER`. A guess to begin with; what is reached is measured.
 const ORDER: f64 = 0.8;

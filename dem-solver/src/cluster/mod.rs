@@ -1,4 +1,4 @@
-//! From a closed surface to overlapping spheres, and how well they stand for it.
+//! From a closed surface to overlapping spheres, and how well they approximate it.
 //!
 //! - [`ball`]: the largest ball in the solid that touches the surface at a point
 //! - [`samples`]: points of the surface, as dense as the balls there require

@@ -1,4 +1,4 @@
-//! The deepest places between the spheres of a cluster: where three of them meet, or two along a circle.
+//! The deepest places between the spheres of a cluster: where three of them intersect, or two along a circle.
 //!
 //! The distance to the solid's surface of a point that moves over a sphere grows until another sphere stops it, and then along
 //! the circle of both until a third one does. Points sampled on spheres find about where; the corner itself is computed.
@@ -26,7 +26,7 @@ pub struct Pit {
     pub sphere: u32,
 }
 
-/// A solid's surface and the spheres that stand for it.
+/// A solid's surface and the spheres that approximate it.
 pub struct Pits<'a> {
     /// The solid's surface.
     pub tree: &'a SurfaceTree,

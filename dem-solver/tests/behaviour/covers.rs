@@ -171,7 +171,7 @@ fn stated_errors_are_those_of_points_sampled_on_both_surfaces() {
     }
 }
 
-/// A groove of 1 cm around a ball: from its walls, along their normals, the way through the sphere is eight times as long.
+/// A groove of 1 cm around a ball: from its walls, along their normals, the distance through the sphere is eight times as long.
 #[test]
 fn a_ray_that_runs_on_through_a_sphere_is_not_its_distance() {
     let mut profile = vec![[0.0, -0.5]];
@@ -403,7 +403,7 @@ fn a_plate_is_no_reason_to_change_a_block() {
     assert!((4.25e-3..4.35e-3).contains(&error), "{error}");
 }
 
-/// Two bodies in a file are told apart by their names and volumes, one is taken when asked for, and holes are closed
+/// Two bodies in a file are distinguished by their names and volumes, one is taken when asked for, and holes are closed
 /// when asked for, in a scene too.
 #[test]
 fn files_with_several_bodies_and_with_holes_are_refused_with_a_cure_that_works() {

@@ -90,13 +90,13 @@ impl<'a> Sampler<'a> {
 
     /// Whether no sphere lies between a point of sphere `own` and another point.
     fn free(&self, from: &Vector3<f64>, to: &Vector3<f64>, own: usize) -> bool {
-        let way = to - from;
-        if way.dot(&(from - self.spheres[own].centre)) < 0.0 {
+        let line = to - from;
+        if line.dot(&(from - self.spheres[own].centre)) < 0.0 {
             return false;
         }
         self.spheres.iter().enumerate().filter(|(k, _)| *k != own).all(|(_, s)| {
-            let share = (way.dot(&(s.centre - from)) / way.norm_squared()).clamp(0.0, 1.0);
-            (from + way * share - s.centre).norm() >= s.radius
+            let share = (line.dot(&(s.centre - from)) / line.norm_squared()).clamp(0.0, 1.0);
+            (from + line * share - s.centre).norm() >= s.radius
         })
     }
 
@@ -104,9 +104,9 @@ impl<'a> Sampler<'a> {
         self.spheres.iter().map(|s| (p - s.centre).norm() - s.radius).fold(f64::INFINITY, f64::min)
     }
 
-    /// How far the first sphere that a ray from `p` meets lies from the solid's surface.
+    /// How far the first sphere that a ray from `p` enters lies from the solid's surface.
     fn pit(&self, p: &Vector3<f64>, inward: &Vector3<f64>) -> f64 {
-        let meets = |s: &Sphere| {
+        let enters = |s: &Sphere| {
             let arm = s.centre - p;
             let along = arm.dot(inward);
             let square = along * along - arm.norm_squared() + s.radius * s.radius;
@@ -117,7 +117,7 @@ impl<'a> Sampler<'a> {
                 (square > 0.0 && along > 0.0).then(|| along - square.sqrt())
             }
         };
-        let first = self.spheres.iter().filter_map(meets).fold(f64::INFINITY, f64::min);
+        let first = self.spheres.iter().filter_map(enters).fold(f64::INFINITY, f64::min);
         let end = p + inward * first;
         if first > 0.0 && first.is_finite() { (self.nearest(&end) - end).norm() } else { 0.0 }
     }
