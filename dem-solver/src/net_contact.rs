@@ -35,8 +35,9 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
         let law = &laws.walls[laws.number(&table.material, STRUCTURE)?];
         let (radius, contacts) = (rock.smallest_radius, rock.facing);
         let overlap = law.normal.deepest(radius, rock.mass / contacts, speed).min(DEEP * radius);
-        // The largest sphere is the stiffest at an overlap, and it counts for as many of the smallest.
-        let largest = rock.largest_outer_radius();
+        // The largest sphere is the stiffest at an overlap, and it counts for as many of the smallest. What limits a linear
+        // contact is its onset; the share of it that is allowed was measured with the smallest sphere.
+        let largest = if exponent(law) > 0.0 { rock.largest_outer_radius() } else { radius };
         let load = law.normal.load(largest, overlap);
         let alike = load.stiffness / law.normal.load(radius, overlap).stiffness;
         let contacts = (contacts / alike).max(1.0);

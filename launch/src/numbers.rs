@@ -116,30 +116,29 @@ impl Reports<'_> {
         Some(Node { mass: of("least_interface_mass_kg")?, held })
     }
 
-    /// The contact with the structure. While the net brakes the rock, the force is `2 E / s` for a rock of energy E that
-    /// comes to rest within s. At its stiffest a contact bears all of it, or the blow on a single node, whichever is
-    /// stiffer; never more than in a flat landing on something rigid. The sustained one bears its share of a face.
+    /// The contact with the structure: at its stiffest as in a flat landing on something rigid, and as it is while the net
+    /// brakes the rock. That is a force `2 E / s` for a rock of energy E that comes to rest within s, shared by the spheres
+    /// of a face, or the blow on a single node, whichever is stiffer.
     fn contact(&self, node: Node) -> Option<Contact> {
         let of = |name| self.number(Part::Dem, name);
-        let rigid = of("contact_stiffness_n_per_m").filter(|k| *k > 0.0)?;
+        let peak = of("contact_stiffness_n_per_m").filter(|k| *k > 0.0)?;
         let exponent = of("contact_exponent").unwrap_or(0.0);
         let braking = || {
             let extent = self.number(Part::Fem, "interface_extent_m")?;
-            let force = 2.0 * of("landing_energy_j")? / (YIELD * extent) / of("contact_force_n")?;
-            let share = (force / of("facing_spheres")?).min(1.0);
+            let force = 2.0 * of("landing_energy_j")? / (YIELD * extent) / of("facing_spheres")?;
+            let share = (force / of("contact_force_n")?).min(1.0);
             let blow = of("landing_energy_j")? * node.mass / of("mass_kg")?;
             let of_blow = (blow / of("contact_energy_j")?).min(1.0);
             let soft = share.powf(exponent);
             let blown = of_blow.powf(exponent / (1.0 + 2.0 * exponent));
-            let peak = force.min(1.0).powf(exponent).max(blown) * rigid;
             // Small spheres share the wires of a node; those count whose lowest parts lie on a wire.
             let (pitch, patch) =
                 (of("sphere_pitch_m")?, of("contact_patch_m")? * share.powf(0.5 * (1.0 - exponent)));
             let along = self.number(Part::Fem, "interface_length_per_node_m").unwrap_or(0.0) / pitch;
             let together = ((2.0 * patch / pitch).min(1.0) * along).max(1.0);
-            Some((peak, soft.max(blown) * rigid, (together * soft * rigid, together)))
+            Some((soft.max(blown) * peak, (together * soft * peak, together)))
         };
-        let (peak, sustained, shared) = braking().unwrap_or((rigid, rigid, (rigid, 1.0)));
+        let (sustained, shared) = braking().unwrap_or((peak, (peak, 1.0)));
         Some(Contact {
             kink: exponent == 0.0,
             peak,
