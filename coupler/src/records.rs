@@ -245,7 +245,7 @@ pub fn describe(
     }
     records.extremes().into_iter().for_each(|measure| summary.add(measure));
     drop_unresolved(summary, coupling.sample_length());
-    describe_energy(summary, coupling);
+    describe_energy(summary, coupling, records);
     describe_coupling(summary, coupling);
     coupling.limits.judge(summary, &coupling.causes().evidence());
 }
@@ -314,7 +314,7 @@ fn describe_coupling(summary: &mut Summary, coupling: &Coupling) {
     }
 }
 
-fn describe_energy(summary: &mut Summary, coupling: &Coupling) {
+fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records) {
     let balance = &coupling.balance;
     let [dem, fem, interface] = balance.origins();
     let energy = &mut summary.energy;
@@ -331,6 +331,9 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling) {
     .take(if coupling.has_balance { 7 } else { 3 })
     {
         energy.insert(name.into(), json!(joules));
+    }
+    if records.prepared_at().is_none() {
+        return;
     }
     if !coupling.has_balance {
         summary.warnings.push(
