@@ -182,7 +182,7 @@ impl Observer for Records {
                 tracked.largest = (gauge[2], time);
             }
         }
-        let defect = c.balance.structure_work - c.balance.wall_work;
+        let defect = c.balance.structure_work - c.balance.mesh_work;
         self.row.extend([c.balance.imbalance, defect, c.iterations.into(), c.residual.displacement]);
         let history = self.history.as_mut().expect("created when both were prepared");
         history.row(&self.row).map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY))?;
@@ -309,7 +309,9 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling) {
     let energy = &mut summary.energy;
     for (name, joules) in [
         ("interface_work_structure_J", balance.structure_work),
-        ("interface_work_wall_J", balance.wall_work),
+        ("interface_work_mesh_J", balance.mesh_work),
+        // Its old name, for one version.
+        ("interface_work_wall_J", balance.mesh_work),
         ("interface_defect_J", balance.defect),
         ("imbalance_contact_solver_J", dem),
         ("imbalance_structure_J", fem),
@@ -317,7 +319,7 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling) {
         ("imbalance_largest_J", balance.system.largest.0),
     ]
     .into_iter()
-    .take(if coupling.has_balance { 7 } else { 3 })
+    .take(if coupling.has_balance { 8 } else { 4 })
     {
         energy.insert(name.into(), json!(joules));
     }

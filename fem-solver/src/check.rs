@@ -89,14 +89,8 @@ fn narrower_extent(coordinates: &[f64]) -> Option<f64> {
 fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> Vec<String> {
     let mass: f64 = model.mass.iter().sum();
     let held = (0..model.node_count()).filter(|n| model.fully_held(*n)).count();
-    let mut lines = vec![format!(
-        "structure: {} nodes ({held} held), {} cables, {} other elements, {} springs, {} point masses, {mass:.4} kg",
-        model.node_count(),
-        model.cables.len(),
-        model.elements.len(),
-        model.springs.len(),
-        model.point_masses.len()
-    )];
+    let mut lines =
+        vec![format!("structure: {} nodes ({held} held), {}{mass:.4} kg", model.node_count(), counts(model))];
     let at_rest = if start.at_rest { "at rest in static equilibrium" } else { "still, not in equilibrium" };
     let hangs = sag.map_or(String::new(), |sag| format!(", its lowest node {sag:.6} m below the supports"));
     lines.push(format!(
@@ -110,6 +104,25 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
     };
     lines.push(format!("integrator: {}, {step}", config.fem.integrator.name()));
     lines
+}
+
+/// How many elements of each part there are, and springs and point masses where there are any.
+fn counts(model: &Model) -> String {
+    let parts = &model.parts[..model.part_count];
+    let mut text = String::new();
+    let mut add = |count: usize, what: String| {
+        if count > 0 {
+            text += &format!("{count} {what}, ");
+        }
+    };
+    let named: usize = parts.iter().map(|p| p.cables.len() + p.elements.len()).sum();
+    add((model.cables.len() + model.elements.len()).saturating_sub(named), "cables".into());
+    for part in parts {
+        add(part.cables.len() + part.elements.len(), format!("of `{}`", part.name));
+    }
+    add(model.springs.len(), "springs".into());
+    add(model.point_masses.len(), "point masses".into());
+    text
 }
 
 /// The tables with every default in place.

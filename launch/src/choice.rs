@@ -112,7 +112,7 @@ fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>,
     let named = numbers.window.filter(|_| !open.window);
     let longest = numbers.limit.map(|limit| limit.window);
     let unknown = || {
-        let what = "scheme and time_window are open, and cannot be computed: a solver does not report the numbers of its \
+        let what = "scheme and time_window are not given and cannot be computed: a solver does not report the numbers of its \
                     contact or of its structure";
         scene
             .invalid("coupling", what)
@@ -201,7 +201,7 @@ fn enter(choice: &Chosen, reports: &mut [(Part, CheckReport)]) {
         entry.insert(key.into(), choice.value.clone());
         if choice.key == ("dem", "time_step") {
             entry.remove("steps_per_contact");
-            entry.remove("critical_share");
+            entry.remove("time_step_scale");
         }
     }
     if let Some(value) = choice.value.as_float() {

@@ -190,6 +190,13 @@ fn undescribed(ended: &Ended, results: &Share) -> Vec<String> {
             missing.push(format!("summary.json: {name} [{unit}]"));
         }
     }
+    for part in ["energy", "coupling", "cost"] {
+        let file = format!("summary.json: {part}");
+        let of_solvers = ["dem", "fem", "coupler"].map(|name| &summary["cost"]["processes"][name]["counts"]);
+        let counts = of_solvers.into_iter().filter(|_| part == "cost").filter_map(|counts| counts.as_object());
+        let keys = summary[part].as_object().into_iter().chain(counts).flat_map(|table| table.keys());
+        missing.extend(keys.filter(|key| !described(&file, key)).map(|key| format!("{file}: {key}")));
+    }
     missing
 }
 

@@ -27,7 +27,7 @@ fn outside(what: &str, value: f64, unit: &str, [lowest, highest]: [f64; 2]) -> O
         _ => format!("from {lowest:e} to {highest:e}{unit}"),
     };
     (!(lowest..=highest).contains(&value)).then(|| {
-        format!("{what} of {value:e}{unit}: this solver is tested {range}; look at its answer twice")
+        format!("{what} of {value:e}{unit}: this solver is tested {range}; check its result")
     })
 }
 

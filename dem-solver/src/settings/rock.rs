@@ -132,7 +132,7 @@ pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), 
 fn check_mass(rock: &RockSettings, key: &dyn Fn(&str) -> String, scene: &Scene) -> Result<(), InputError> {
     match (rock.mass, rock.density) {
         (Some(_), Some(_)) => Err(scene
-            .invalid(&key("density"), "mass and density together say one thing twice")
+            .invalid(&key("density"), "mass and density together define one thing twice")
             .try_instead("keep one of them")),
         (None, None) => Err(scene
             .invalid(&key("mass"), format!("rock `{}` has neither mass nor density", rock.name))

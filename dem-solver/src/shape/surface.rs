@@ -95,7 +95,7 @@ impl fmt::Display for Flaw {
             ),
             Self::Branched(t, [a, b], n) => write!(
                 f,
-                "{n} triangles meet at the edge from {} to {}, one of them triangle {t}: there must be two",
+                "{n} triangles share the edge from {} to {}, one of them triangle {t}: there must be two",
                 at(a),
                 at(b)
             ),

@@ -156,6 +156,8 @@ impl Run {
             ("flight_steps", self.counts.flight_steps),
             ("contact_evaluations", self.counts.contact_evaluations),
             ("candidate_refreshes", searches),
+            ("neighbour_list_refreshes", near),
+            // Its old name, for one version.
             ("near_refreshes", near),
         ]
         .map(|(name, count)| (name.to_owned(), count))

@@ -56,7 +56,7 @@ fn each_fault_is_named_with_its_place_and_numbers() {
             "{ nodes = [0, 2] }",
             "{ at = [0.0, 9.0, 0.0] }",
             "test.toml:7:",
-            "no node of the structure stands at",
+            "no node of the structure lies at",
         ),
         ("{ nodes = [0, 2] }", "{ nodes = [0], group = \"x\" }", "test.toml:7:", "exactly one of"),
         (

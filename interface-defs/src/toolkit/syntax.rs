@@ -49,17 +49,17 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
     let code = line.split('#').next().unwrap_or(line);
     if let Some(c) = code.chars().find(|c| "\u{2212}\u{2013}\u{2014}".contains(*c)) {
         return Some(format!(
-            "a minus is written as the hyphen -; here stands `{c}`, as word processors put it"
+            "a minus is written as the hyphen -; here is `{c}`, as word processors put it"
         ));
     }
     if let Some(c) =
         code.chars().find(|c| "\u{201c}\u{201d}\u{201e}\u{2018}\u{2019}\u{ab}\u{bb}".contains(*c))
     {
-        return Some(format!("quotes are straight: \"; here stands `{c}`, as word processors put it"));
+        return Some(format!("quotes are straight: \"; here is `{c}`, as word processors put it"));
     }
     if code.chars().any(|c| !c.is_ascii() && c.is_whitespace()) {
         return Some(
-            "a space that is no plain one stands in this line, as web pages put it: write it again".into(),
+            "there is a special space in this line, as web pages have them: write it again".into(),
         );
     }
     if code.contains('\\') {
@@ -76,7 +76,7 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
     }
     let digits = value.trim_end_matches(|c: char| c.is_alphabetic() || "/%*".contains(c)).trim_end();
     if digits != value && digits.parse::<f64>().is_ok() {
-        return Some(format!("a number stands without its unit: {digits}"));
+        return Some(format!("a number is written without its unit: {digits}"));
     }
     None
 }
