@@ -48,12 +48,15 @@ fn section(program: &str, command: &Command, page: &mut Vec<u8>) -> io::Result<(
     if has_options {
         man.render_options_section(&mut part)?;
     }
-    man.render_extra_section(&mut part)?;
+    if command.get_after_help().is_some() {
+        man.render_extra_section(&mut part)?;
+    }
     let text = String::from_utf8_lossy(&part);
     for line in text.lines() {
         match line.strip_prefix(".SH ") {
             // The description follows the heading at once.
             Some("DESCRIPTION") => {}
+            Some("EXTRA") => writeln!(page, ".SS NOTES")?,
             Some(heading) => writeln!(page, ".SS {heading}")?,
             None => writeln!(page, "{line}")?,
         }
