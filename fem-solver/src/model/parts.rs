@@ -366,6 +366,7 @@ fn beam(
         nodes,
         span,
         axes: [first, along.cross(&first)],
+        area: part.area,
         axial: part.young * part.area,
         bending: part.inertia.map(|i| part.young * i),
         torsion: shear * torsion,

@@ -369,6 +369,6 @@ End SubModelPart
             assert!(message.contains(words), "{to}: {message}");
         }
         let deep = format!("Begin Nodes\n1 0 0 0\nEnd Nodes\n{}", "Begin SubModelPart a\n".repeat(10_000));
-        assert!(read(&deep).unwrap_err().contains("stand in each other"));
+        assert!(read(&deep).unwrap_err().contains("are nested"));
     }
 }

@@ -121,7 +121,7 @@ mod tests {
             ("end_time = 1.5 s\n", "s.toml:1:12", "without its unit: 1.5"),
             ("gravity = [0, 0, \u{2212}9.81]\n", "s.toml:1:18", "a minus is written as the hyphen -"),
             ("title = \u{201c}a\u{201d}\n", "s.toml:1:9", "quotes are straight"),
-            ("end_time\u{a0}= 1.0\n", "s.toml:1:9", "a space that is no plain one"),
+            ("end_time\u{a0}= 1.0\n", "s.toml:1:9", "a special space"),
             ("title = \"data\\slope.asc\"\n", "s.toml:1:15", "write paths with /"),
             ("{\"end_time\": 1}\n", "s.toml:1:1", "looks like JSON"),
             ("time_s,rock_x_m\n0,1\n", "s.toml:1:7", "looks like a table (CSV)"),
@@ -142,7 +142,7 @@ mod tests {
         let of = |text: &str| Scene::from_text("s.toml", text).and_then(|s| Output::of(&s)).map(|_| ());
         let message = of("[output]\nend_time = 1.0\n").expect_err("a key of the scene").to_string();
         assert!(
-            message.starts_with("s.toml:2:1") && message.contains("above the first [table]"),
+            message.starts_with("s.toml:2:1") && message.contains("before the first [table]"),
             "{message}"
         );
         let rock = Scene::from_text("s.toml", "[rock]\nmass = 1.0\n").expect("a scene");
