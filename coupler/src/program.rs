@@ -261,8 +261,11 @@ fn describe_cost(
     }
     let mut processes = serde_json::Map::new();
     // A run that ended before its second window has none to count.
-    let counts: serde_json::Map<_, _> =
-        records.allocations().map(|n| ("allocations_after_first_window".into(), json!(n))).into_iter().collect();
+    let counts: serde_json::Map<_, _> = records
+        .allocations()
+        .map(|n| ("allocations_after_first_window".into(), json!(n)))
+        .into_iter()
+        .collect();
     processes.insert(
         "coupler".into(),
         json!({

@@ -120,7 +120,10 @@ const fn count(name: &'static str, meaning: &'static str) -> Entry {
 }
 
 const COUNTS: &[Entry] = &[
-    count("sub_steps", "steps of the solvers, those of the contact solver times rocks; repeated windows included"),
+    count(
+        "sub_steps",
+        "steps of the solvers, those of the contact solver times rocks; repeated windows included",
+    ),
     count("flight_windows", "windows in which nothing was in reach, solved in closed form"),
     count("flight_steps", "steps of free flight in closed form"),
     count("contact_evaluations", "contact pairs evaluated, one for each step"),

@@ -87,7 +87,10 @@ const fn count(name: &'static str, meaning: &'static str) -> Entry {
 
 const COUNTS: &[Entry] = &[
     count("newton_iterations", "Newton iterations, those of form finding included"),
-    count("skipped_windows", "committed windows in which nothing loaded or moved the structure, which was not computed"),
+    count(
+        "skipped_windows",
+        "committed windows in which nothing loaded or moved the structure, which was not computed",
+    ),
     count("factorisations", "factorisations of the tangent matrix"),
     count("kept_factors", "factorisations saved, as the tangent had not changed"),
     count("refined_windows", "windows in which Newton failed and that were repeated with shorter steps"),

@@ -76,8 +76,12 @@ impl Start {
         model: &Model,
         on_progress: OnProgress,
     ) -> Result<Self, NoStart> {
-        on_progress(format!("{} nodes, {} elements: analysing", model.node_count(), model.cables.len() + model.elements.len()))
-            .map_err(NoStart::Stopped)?;
+        on_progress(format!(
+            "{} nodes, {} elements: analysing",
+            model.node_count(),
+            model.cables.len() + model.elements.len()
+        ))
+        .map_err(NoStart::Stopped)?;
         let mut newton = Newton::new(model);
         let (Form { displacement, history, smoothed }, form_finding) = match config.structure.form_finding {
             FormFinding::None => {

@@ -56,10 +56,12 @@ enum Command {
         resolved: Option<PathBuf>,
     },
     /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, and print its error
-    #[command(after_help = "SHAPE is a file or one of cube:EDGE, box:A,B,C (edges), sphere:RADIUS, ellipsoid:A,B,C (semi-axes), \
+    #[command(
+        after_help = "SHAPE is a file or one of cube:EDGE, box:A,B,C (edges), sphere:RADIUS, ellipsoid:A,B,C (semi-axes), \
         ead_block:EDGE, norm_rock_111:VOLUME, norm_rock_221:VOLUME, random_convex:A,B,C[,SEED[,POINTS]] (edges of its box); \
         lengths in m, volumes in m3.\nMass, centre and inertia of a rock always come from its shape, never from the spheres.\n\
-        In a scene: cluster = { spheres = N } makes the same cluster, cluster = { file = \"FILE\" } reads it.")]
+        In a scene: cluster = { spheres = N } makes the same cluster, cluster = { file = \"FILE\" } reads it."
+    )]
     Cluster(cluster::Arguments),
     /// Print the JSON schema of the scene file, for editors
     ///
@@ -218,7 +220,9 @@ mod tests {
         let page = std::fs::read_to_string(dir.path().join("rockfall.1")).expect("a page");
         assert!(page.contains("Exit codes"), "{page}");
         // Every option of every command.
-        for option in Cli::command().get_subcommands().flat_map(|c| c.get_arguments().cloned().collect::<Vec<_>>()) {
+        for option in
+            Cli::command().get_subcommands().flat_map(|c| c.get_arguments().cloned().collect::<Vec<_>>())
+        {
             let Some(name) = option.get_long() else { continue };
             let name = format!("\\-\\-{}", name.replace('-', "\\-"));
             assert!(page.contains(&name), "{name} is not in\n{page}");

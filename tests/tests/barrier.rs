@@ -82,7 +82,11 @@ fn a_barrier_with_weak_brakes_tears_and_says_where_and_when() {
     let said = warnings(&ended);
     let torn: Vec<&String> = said.iter().filter(|w| w.starts_with("rupture at t = 0.2")).collect();
     assert_eq!(torn.len(), 1, "{said:?}");
-    assert!(torn[0].contains("element 0 of bottom_rope, ") && torn[0].contains("broke under 3.0"), "{}", torn[0]);
+    assert!(
+        torn[0].contains("element 0 of bottom_rope, ") && torn[0].contains("broke under 3.0"),
+        "{}",
+        torn[0]
+    );
     // At the end stop, before it tears.
     assert!(ended.measure("rope_brakes_elongation_max") > 1.6);
     assert!(*ended.column("block_vy_m_per_s").last().expect("rows") > 5.0, "nothing stops the block");

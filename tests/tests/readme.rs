@@ -78,7 +78,8 @@ fn the_scenes_of_the_readme_run_on_files_of_ones_own() {
 
     // The rock of the first scene over the net of the second, which is at z = 0.
     let from = |word: &str| fall.find(word).expect("the table");
-    let rock = fall[from("[[rock]]")..from("[terrain]")].replace("2683010.0, 1247060.0, 1202.0", "2.1, 1.9, 1.0");
+    let rock =
+        fall[from("[[rock]]")..from("[terrain]")].replace("2683010.0, 1247060.0, 1202.0", "2.1, 1.9, 1.0");
     write(&dir, "both.toml", &format!("{net}\n{rock}\n{}", &fall[from("[[contact]]")..]));
     let ended = bench.run(&dir.join("both.toml"), "both", &[]);
     // A heavy rock on thin wires: whether it is trusted to the end is the run's own judgement.

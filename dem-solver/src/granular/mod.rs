@@ -307,7 +307,8 @@ impl Solver for GranularSolver {
         self.tell(&self.committed, &mut initial);
         let settings = &self.model.settings;
         let warnings =
-            [limits::of_contacts(&settings.contacts), self.cautions.clone(), settings.notices.clone()].concat();
+            [limits::of_contacts(&settings.contacts), self.cautions.clone(), settings.notices.clone()]
+                .concat();
         Ok(Ready { gauges, initial, warnings, ..Ready::default() })
     }
 

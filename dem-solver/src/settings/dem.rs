@@ -143,7 +143,8 @@ impl DemSettings {
                 .try_instead("keep one of time_step and time_step_scale"));
         }
         if let Some(scale) = self.time_step_scale.filter(|s| !(*s > 0.0 && *s <= 1.0)) {
-            let what = format!("a fraction of {scale} of the critical step: it must be above 0 and at most 1");
+            let what =
+                format!("a fraction of {scale} of the critical step: it must be above 0 and at most 1");
             return Err(scene.invalid("dem.time_step_scale", what));
         }
         if let Some(step) = self.time_step.filter(|s| *s <= 0.0) {

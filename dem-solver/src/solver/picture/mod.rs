@@ -335,8 +335,17 @@ mod tests {
         assert!((line.length() - 50.0).abs() < 1e-9);
         assert_eq!(line.landings().count(), 10);
         let text = drawn(&[line]);
-        let words =
-            ["x (east) [m]", "y (north) [m]", "2600020", "1200010", "10 m", "N", "elevation [m]", "1490", "contours every 1 m"];
+        let words = [
+            "x (east) [m]",
+            "y (north) [m]",
+            "2600020",
+            "1200010",
+            "10 m",
+            "N",
+            "elevation [m]",
+            "1490",
+            "contours every 1 m",
+        ];
         for word in words.into_iter().chain(["largest 2.00 m", "largest 11.0 m/s", "largest 198 kJ", "[kJ]"])
         {
             assert!(text.contains(&format!("\n{word}\n")) || text.contains(word), "no `{word}`");
