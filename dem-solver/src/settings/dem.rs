@@ -26,7 +26,7 @@ pub struct DemSettings {
     /// Old name of `time_step_scale`, for one version.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub critical_share: Option<f64>,
-    /// How rocks rotate between two steps. Default `exact`; separate spheres turn exactly whatever it says.
+    /// How rocks rotate between two steps. Default `exact`; of separate spheres always `exact`.
     #[serde(default)]
     pub rotation: Rotation,
     /// Which of several lines and faces that a sphere touches are contacts. Default `automatic`. Rocks on a net or on

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// A rigid rock, and the spheres that stand for it in contact.
+/// A rigid rock, and the spheres that represent it in contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RockSettings {
@@ -39,7 +39,7 @@ pub struct RockSettings {
     pub density: Option<f64>,
     /// The true solid: its mass, centre and inertia are the rock's.
     pub shape: Shape,
-    /// The spheres that stand for the solid in contact.
+    /// The spheres that represent the solid in contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cluster: Option<Cluster>,
 }
