@@ -36,6 +36,8 @@ pub struct Numbers {
     pub samples: u32,
     /// Whether the coupling is weak.
     pub weak: bool,
+    /// Whether the structure is in statics.
+    pub is_static: bool,
 }
 
 /// A solver.
@@ -182,6 +184,8 @@ impl Numbers {
             seconds_per_exchange: reports.number(Part::Coupler, "seconds_per_exchange"),
             samples: reports.integer("samples").unwrap_or(1),
             weak: reports.value(Part::Coupler, "coupling", "scheme").and_then(Value::as_str) == Some("weak"),
+            is_static: reports.value(Part::Fem, "fem", "integrator").and_then(Value::as_str)
+                == Some("static"),
         }
     }
 
