@@ -295,7 +295,7 @@ impl Probe<'_> {
     /// The largest distance to the true surface of points of spheres that lie in no other and are seen from the
     /// nearest point of that surface; at least `least` [m]. `measured` begins with the deepest ends of rays.
     fn deepest(&self, measured: &[Measured], step: f64, least: f64) -> f64 {
-        let spheres = self.index.len();
+        let spheres = self.index.count();
         let pits = Pits { tree: self.tree, index: &self.index, tight: 1e-9 * self.size };
         let mut found: Vec<Pit> = Vec::new();
         let many = (self.effort.points / spheres as usize).clamp(LEAST_POINTS, MOST_POINTS);

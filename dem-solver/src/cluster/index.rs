@@ -96,7 +96,7 @@ impl SphereIndex {
     }
 
     /// How many spheres there are.
-    pub fn len(&self) -> u32 {
+    pub fn count(&self) -> u32 {
         self.spheres.len() as u32
     }
 

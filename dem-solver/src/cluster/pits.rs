@@ -157,7 +157,7 @@ impl Circle {
         // |arm|^2 - 2 (flat along u) rho + rho^2 = R^2 for the point at the angle whose cosine is sought.
         let cosine = (arm.norm_squared() + self.radius * self.radius - other.radius * other.radius)
             / (2.0 * self.radius * length);
-        if !(cosine.abs() <= 1.0) {
+        if cosine.is_nan() || cosine.abs() > 1.0 {
             return None;
         }
         let u = flat / length;
