@@ -43,6 +43,8 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
         return Err(InputError::in_file(file, format!("{count} heights: up to {MOST_CELLS} are read")));
     }
     let mut heights = Vec::with_capacity(count);
+    // Heights in the first line, and the lines that hold heights: they tell whether columns and rows are exchanged.
+    let (mut first_line, mut in_first, mut last_line) = (None, 0, 0);
     while heights.len() < count {
         let Some(word) = words.next() else {
             let what =
@@ -54,11 +56,22 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
             let what = format!("`{}` is no height (row {row}, column {column})", shown(word));
             return Err(comma(word, InputError::in_file(format!("{file}:{}", words.line), what)));
         };
+        in_first += usize::from(*first_line.get_or_insert(words.line) == words.line);
+        last_line = words.line;
         heights.push(if z == nodata { f64::NAN } else { z });
     }
     if let Some(word) = words.next() {
         let what = format!("`{}` stands after the last of {count} heights", shown(word));
         return Err(InputError::in_file(format!("{file}:{}", words.line), what));
+    }
+    let lines = last_line + 1 - first_line.unwrap_or(last_line);
+    if columns != rows && in_first == rows && lines == columns {
+        let what = format!(
+            "{lines} lines of {in_first} heights each, and the header says {columns} columns in {rows} rows: they are exchanged"
+        );
+        return Err(
+            InputError::in_file(file, what).try_instead(format!("write ncols {rows} and nrows {columns}"))
+        );
     }
     let half = |middle: bool, size: f64| if middle { 0.0 } else { 0.5 * size };
     Ok(Raster {
