@@ -81,6 +81,8 @@ pub struct Committed<'a> {
     pub residual: Residual,
     /// Whether the residual passed (always true in weak coupling, where it is not judged).
     pub converged: bool,
+    /// Whether the contact solver exerts a force.
+    pub touches: bool,
     /// The contact solver's gauges, three numbers each.
     pub dem: &'a [f64],
     /// The structure's gauges, three numbers each.
@@ -145,6 +147,7 @@ struct Gauges {
     dem: Vec<f64>,
     fem: Vec<f64>,
     energies: Both,
+    touches: bool,
 }
 
 /// A window that was accepted.
@@ -247,8 +250,9 @@ impl<'a> Coupling<'a> {
         let Some(Accepted { span, iterations, residual, converged }) = self.untold.take() else {
             return Ok(());
         };
-        let Gauges { dem, fem, .. } = &self.gauges;
-        let committed = Committed { span, iterations, residual, converged, dem, fem, balance: &self.balance };
+        let Gauges { dem, fem, touches, .. } = &self.gauges;
+        let (touches, balance) = (*touches, &self.balance);
+        let committed = Committed { span, iterations, residual, converged, touches, dem, fem, balance };
         observer.committed(&committed).map_err(CouplingError::Output)
     }
 
@@ -334,6 +338,7 @@ impl<'a> Coupling<'a> {
         let gauges = &mut self.gauges;
         keep(&mut gauges.dem, &dem.layout, force);
         gauges.energies.dem = dem.account.energies(force);
+        gauges.touches = interface.touches(force);
         if let Some(reason) = self.fem.receive(span, fem)? {
             return Ok(Some(reason));
         }

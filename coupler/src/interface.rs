@@ -198,6 +198,11 @@ impl Interface {
         }
     }
 
+    /// Whether the contact solver's answer has a force.
+    pub fn touches(&self, from_wall: &[f64]) -> bool {
+        self.places.wall_force.iter().any(|place| from_wall[place.clone()].iter().any(|f| *f != 0.0))
+    }
+
     /// Keep the structure's answer.
     pub fn take_motion(&mut self, from_structure: &[f64]) {
         for (place, u) in self.places.displacement.iter().zip(&mut self.answer.u) {

@@ -17,6 +17,7 @@ pub mod program;
 pub mod records;
 pub mod reference;
 mod registry;
+mod rows;
 pub mod schedule;
 pub mod settings;
 pub mod trust;

@@ -149,7 +149,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
         }
     };
     let [dem, fem] = &mut remotes[..] else { unreachable!("as many as names") };
-    let mut records = Records::new(&out, end_time, output.iterations, args.progress);
+    let mut records = Records::new(&out, end_time, &output, args.progress);
     let mut coupling = Coupling::new(settings, end_time, dem, fem);
     coupling.limits = limits;
     let mut reporter = Reporter::new(args.progress);
@@ -159,9 +159,8 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
         Ok(())
     };
     let mut outcome = coupling.run(&mut records, &mut preparing);
-    if outcome.is_ok() {
-        outcome = records.sync().map_err(CouplingError::Output);
-    }
+    let synced = records.sync().map_err(CouplingError::Output);
+    outcome = outcome.and(synced);
     let loop_ended = Instant::now();
 
     // An interrupted run and one that did not converge have solvers that can still tell what they did.

@@ -2,10 +2,12 @@
 
 use crate::coupling::{Committed, Coupling, Iteration, Observer};
 use crate::handshake::Side;
+use crate::rows::Rows;
 use interface_defs::toolkit::alloc::allocations;
 use interface_defs::toolkit::energy::NOTHING_MOVED;
 use interface_defs::toolkit::history::{History, gauge_column};
 use interface_defs::toolkit::limits::ENERGY_ERROR;
+use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::summary::{Summary, split_member};
@@ -18,11 +20,13 @@ use std::time::Instant;
 pub struct Records {
     dir: PathBuf,
     end_time: f64,
+    interval: f64,
     iterations_wanted: bool,
     progress: Reporter,
     history: Option<History>,
     iterations: Option<History>,
     row: Vec<f64>,
+    rows: Rows,
     gauges: Vec<Tracked>,
     dem_gauges: usize,
     warnings: Vec<String>,
@@ -42,17 +46,19 @@ struct Tracked {
 }
 
 impl Records {
-    /// Records of a run to `end_time` [s] in `dir`; with `progress`, lines on stdout.
-    pub fn new(dir: &Path, end_time: f64, iterations: bool, progress: Option<Form>) -> Self {
+    /// Records of a run to `end_time` [s] in `dir`, as `output` says; with `progress`, lines on stdout.
+    pub fn new(dir: &Path, end_time: f64, output: &Output, progress: Option<Form>) -> Self {
         let now = Instant::now();
         Self {
             dir: dir.into(),
             end_time,
-            iterations_wanted: iterations,
+            interval: output.interval,
+            iterations_wanted: output.iterations,
             progress: Reporter::new(progress),
             history: None,
             iterations: None,
             row: Vec::new(),
+            rows: Rows::new(0, Vec::new(), output.interval),
             gauges: Vec::new(),
             dem_gauges: 0,
             warnings: Vec::new(),
@@ -74,12 +80,13 @@ impl Records {
         self.allocations.map(|first| allocations() - first)
     }
 
-    /// All rows are on the disk itself when this returns.
-    pub fn sync(&self) -> Result<(), String> {
-        match &self.history {
-            Some(history) => history.sync().map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY)),
-            None => Ok(()),
-        }
+    /// All committed windows are in the rows, and those on the disk itself, when this returns.
+    pub fn sync(&mut self) -> Result<(), String> {
+        let Some(history) = &mut self.history else { return Ok(()) };
+        self.rows
+            .flush(&mut |row| history.row(row))
+            .and_then(|()| history.sync())
+            .map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY))
     }
 
     /// What both solvers reported while preparing.
@@ -129,6 +136,8 @@ impl Observer for Records {
             return Err(format!("two gauges are named \"{}\"; rename a rock or a gauge", twice.1));
         }
         self.row = Vec::with_capacity(columns.len());
+        let means = (0..self.gauges.len()).filter(|i| self.gauges[*i].gauge.is_mean()).map(|i| i + 1);
+        self.rows = Rows::new(columns.len(), means.collect(), self.interval);
         self.history = Some(self.create(run_dir::HISTORY, &columns)?);
         if self.iterations_wanted {
             let columns = [
@@ -185,7 +194,9 @@ impl Observer for Records {
         let defect = c.balance.structure_work - c.balance.wall_work;
         self.row.extend([c.balance.imbalance, defect, c.iterations.into(), c.residual.displacement]);
         let history = self.history.as_mut().expect("created when both were prepared");
-        history.row(&self.row).map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY))?;
+        self.rows
+            .take(c.span.start, &self.row, c.touches, |row| history.row(row))
+            .map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY))?;
         let (windows, iterations) = self.counts;
         let residual = Some(c.residual.displacement);
         let end = self.end_time;
@@ -234,7 +245,7 @@ pub fn describe(
     }
     records.extremes().into_iter().for_each(|measure| summary.add(measure));
     drop_unresolved(summary, coupling.sample_length());
-    describe_energy(summary, coupling);
+    describe_energy(summary, coupling, records);
     describe_coupling(summary, coupling);
     coupling.limits.judge(summary, &coupling.causes().evidence());
 }
@@ -303,7 +314,7 @@ fn describe_coupling(summary: &mut Summary, coupling: &Coupling) {
     }
 }
 
-fn describe_energy(summary: &mut Summary, coupling: &Coupling) {
+fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records) {
     let balance = &coupling.balance;
     let [dem, fem, interface] = balance.origins();
     let energy = &mut summary.energy;
@@ -320,6 +331,9 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling) {
     .take(if coupling.has_balance { 7 } else { 3 })
     {
         energy.insert(name.into(), json!(joules));
+    }
+    if records.prepared_at().is_none() {
+        return;
     }
     if !coupling.has_balance {
         summary.warnings.push(

@@ -59,7 +59,7 @@ impl Causes<'_> {
         let window = self.settings.time_window;
         match self.settings.scheme {
             Scheme::Weak => format!(
-                "the weak window of {window:e} s is too long for this contact stiffness and friction (`rockfall check` \
+                "the weak window of {window:e} s is too long for the stiffness of this contact (`rockfall check` \
                  gives the longest one); shorten coupling.time_window, or set coupling.scheme = \"strong\""
             ),
             Scheme::Strong if self.counts.unconverged > 0 => format!(

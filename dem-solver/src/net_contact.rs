@@ -35,7 +35,12 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
         let law = &laws.walls[laws.number(&table.material, STRUCTURE)?];
         let (radius, contacts) = (rock.smallest_radius, rock.facing);
         let overlap = law.normal.deepest(radius, rock.mass / contacts, speed).min(DEEP * radius);
-        let load = law.normal.load(radius, overlap);
+        // The largest sphere is the stiffest at an overlap, and it counts for as many of the smallest. What limits a linear
+        // contact is its onset; the share of it that is allowed was measured with the smallest sphere.
+        let largest = if exponent(law) > 0.0 { rock.largest_outer_radius() } else { radius };
+        let load = law.normal.load(largest, overlap);
+        let alike = load.stiffness / law.normal.load(radius, overlap).stiffness;
+        let contacts = (contacts / alike).max(1.0);
         let energy = 0.5 * rock.mass * speed * speed;
         let mut extents: [f64; 3] = (rock.highest_corner - rock.lowest_corner).into();
         extents.sort_by(f64::total_cmp);
@@ -43,7 +48,7 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
             stiffness: load.stiffness,
             force: load.force,
             stored: load.energy,
-            patch: (2.0 * radius * overlap).sqrt(),
+            patch: (2.0 * largest * overlap).sqrt(),
             pitch: (extents[1] * extents[2] / contacts).sqrt(),
             contacts,
             energy,

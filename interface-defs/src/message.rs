@@ -157,6 +157,11 @@ impl Gauge {
     pub fn new(name: impl Into<String>, unit: &str) -> Self {
         Self { name: name.into(), unit: unit.into(), role: Role::None, extremes: false }
     }
+
+    /// Whether it is a mean over a window, so that values times lengths are the impulse; all others are of its end.
+    pub fn is_mean(&self) -> bool {
+        self.unit == "N" && self.name.contains("reaction")
+    }
 }
 
 /// What kind of fault it is, and so what becomes of the run.

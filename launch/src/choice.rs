@@ -112,6 +112,13 @@ fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>,
     let named = numbers.window.filter(|_| !open.window);
     let longest = numbers.limit.map(|limit| limit.window);
     let unknown = || {
+        if numbers.is_static {
+            let what = "scheme and time_window are open, and cannot be computed: a structure in statics has no masses that \
+                        limit a window";
+            return scene.invalid("fem.integrator", what).try_instead(
+                "write integrator = \"central_difference\", or scheme and time_window of [coupling]",
+            );
+        }
         let what = "scheme and time_window are open, and cannot be computed: a solver does not report the numbers of its \
                     contact or of its structure";
         scene

@@ -1,7 +1,7 @@
 //! What the programs report of themselves to `check`, brought together.
 
 use crate::plan::Part;
-use crate::stability::{Contact, Friction, Integrator, Limit, Node, Scheme, longest_window};
+use crate::stability::{Contact, Integrator, Limit, Node, Scheme, longest_window};
 use interface_defs::Window;
 use interface_defs::toolkit::check::CheckReport;
 use toml::Value;
@@ -36,6 +36,8 @@ pub struct Numbers {
     pub samples: u32,
     /// Whether the coupling is weak.
     pub weak: bool,
+    /// Whether the structure is in statics.
+    pub is_static: bool,
 }
 
 /// A solver.
@@ -136,26 +138,17 @@ impl Reports<'_> {
                 (of("sphere_pitch_m")?, of("contact_patch_m")? * share.powf(0.5 * (1.0 - exponent)));
             let along = self.number(Part::Fem, "interface_length_per_node_m").unwrap_or(0.0) / pitch;
             let together = ((2.0 * patch / pitch).min(1.0) * along).max(1.0);
-            Some((soft.max(blown) * peak, force, together * soft * peak))
+            Some((soft.max(blown) * peak, (together * soft * peak, together)))
         };
-        let (sustained, force, shared) =
-            braking().map_or((peak, None, peak), |(k, force, shared)| (k, Some(force), shared));
-        let friction = of("tangential_ratio").map(|stiffness_ratio| {
-            let reserve = || {
-                let slipping = of("friction")? * force?;
-                let stored =
-                    of("facing_spheres")? * slipping * slipping / (2.0 * stiffness_ratio * sustained);
-                Some(of("landing_energy_j")? / stored)
-            };
-            Friction { stiffness_ratio, reserve: reserve().unwrap_or(0.0) }
-        });
+        let (sustained, shared) = braking().unwrap_or((peak, (peak, 1.0)));
         Some(Contact {
             kink: exponent == 0.0,
-            peak: peak.max(shared),
+            peak,
             sustained,
+            shared,
             ratio: of("dashpot_ratio").unwrap_or(0.0),
             dashpot_mass: of("dashpot_mass_kg"),
-            friction,
+            friction: of("tangential_ratio"),
         })
     }
 
@@ -191,6 +184,8 @@ impl Numbers {
             seconds_per_exchange: reports.number(Part::Coupler, "seconds_per_exchange"),
             samples: reports.integer("samples").unwrap_or(1),
             weak: reports.value(Part::Coupler, "coupling", "scheme").and_then(Value::as_str) == Some("weak"),
+            is_static: reports.value(Part::Fem, "fem", "integrator").and_then(Value::as_str)
+                == Some("static"),
         }
     }
 

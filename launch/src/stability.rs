@@ -5,9 +5,10 @@
 //! one force for each of the window's parts, and the structure is advanced under it by its own scheme and step. One window
 //! is a matrix, and what it does in many windows is the growth of a disturbance.
 //!
-//! The spring along the normal stretches by the node's position. The spring of friction is advanced by the predicted
-//! motion, which the next window does not mend: it lags half a window behind the node, and makes energy at the rate
-//! `k H / (2 m)`, from which the dashpot takes `c / m`. A predictor of order 0 lags likewise, along the normal.
+//! Both springs, along the normal and of friction, stretch by the node's position at the window's start and follow the
+//! predicted motion from there. With a predictor of order 0 the normal one stands still instead: it lags half a window
+//! behind the node, and makes energy at the rate `k H / (2 m)`, from which the dashpot takes `c / m`. Friction then
+//! follows the transmitted velocity.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -15,8 +16,6 @@ use nalgebra::{SMatrix, SVector};
 pub const CONTACT_TIME: f64 = 0.1;
 /// Growth of the energy of a small disturbance in that time that is still harmless, as a logarithm.
 const HARMLESS: f64 = 5.0;
-/// Share of the energy at impact that friction may make, once its disturbances have grown as large as it holds.
-const ENERGY_SHARE: f64 = 0.01;
 /// Rate, over that of growth in the whole contact, at which a node may gain in the moments of its stiffest contact.
 const MOMENTS: f64 = 10.0;
 /// Longest window where a contact sets in with a kink, over `sqrt(m / k)`: between two windows energy is made or lost there.
@@ -33,9 +32,9 @@ const LONGEST: f64 = 0.1;
 /// From one window to the next one looked at.
 const FINER: f64 = 1.05;
 
-/// Displacement, velocity, acceleration, force at the last window's end, stretch of the spring of friction.
-type State = SVector<f64, 5>;
-type Matrix = SMatrix<f64, 5, 5>;
+/// Displacement, velocity, acceleration, force at the last window's end.
+type State = SVector<f64, 4>;
+type Matrix = SMatrix<f64, 4, 4>;
 
 /// A node of the structure.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,21 +54,14 @@ pub struct Contact {
     pub peak: f64,
     /// Stiffness along the normal while the net brakes the rock [N/m].
     pub sustained: f64,
+    /// Contacts of one node together: their stiffness while the net brakes the rock [N/m], and their number.
+    pub shared: (f64, f64),
     /// Damping ratio of the dashpot, `c = 2 ratio sqrt(mass k)`.
     pub ratio: f64,
     /// Mass that scales it [kg]; `None`: the node's.
     pub dashpot_mass: Option<f64>,
-    /// Friction, if there is any.
-    pub friction: Option<Friction>,
-}
-
-/// Friction of a contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Friction {
-    /// Tangential over normal stiffness.
-    pub stiffness_ratio: f64,
-    /// Energy at impact over that of all springs of friction at the limit of slip.
-    pub reserve: f64,
+    /// Tangential over normal stiffness, if there is friction.
+    pub friction: Option<f64>,
 }
 
 /// How the window is computed.
@@ -112,8 +104,8 @@ struct Spring {
     stiffness: f64,
     /// [N s/m]
     dashpot: f64,
-    /// Whether it is that of friction.
-    lags: bool,
+    /// Whether it follows the transmitted velocity where the prediction stands still.
+    follows: bool,
     /// What holds the node besides [N/m].
     held: f64,
     /// Rate at which energy may grow [1/s].
@@ -166,7 +158,8 @@ fn limit(node: Node, contact: &Contact, scheme: &Scheme) -> Option<f64> {
     let springs = springs(node, contact);
     let harmless =
         |window: f64| springs.iter().all(|spring| growth(spring, scheme, window) <= spring.harmless);
-    let most = if contact.kink { KINK * (node.mass / contact.peak).sqrt() } else { LONGEST };
+    let most =
+        if contact.kink { KINK * (node.mass / contact.peak.max(contact.shared.0)).sqrt() } else { LONGEST };
     let mut good = SHORTEST;
     while harmless((good * FINER).min(most)) {
         good *= FINER;
@@ -186,24 +179,27 @@ fn limit(node: Node, contact: &Contact, scheme: &Scheme) -> Option<f64> {
 /// friction, where they hold the node.
 fn springs(node: Node, contact: &Contact) -> Vec<Spring> {
     let slow = HARMLESS / CONTACT_TIME;
-    let dashpot = |mass: f64, k: f64| 2.0 * contact.ratio * (contact.dashpot_mass.unwrap_or(mass) * k).sqrt();
-    let normal = |stiffness: f64, harmless: f64| {
-        let dashpot = dashpot(node.mass, stiffness);
-        Spring { mass: node.mass, stiffness, dashpot, lags: false, held: 0.0, harmless }
+    // Each contact has a dashpot of its own.
+    let dashpot = |mass: f64, k: f64, n: f64| {
+        2.0 * contact.ratio * (n * contact.dashpot_mass.unwrap_or(mass) * k).sqrt()
     };
-    let mut springs = vec![normal(contact.peak, MOMENTS * slow), normal(contact.sustained, slow)];
-    if let Some(friction) = contact.friction {
+    let states = [
+        (contact.peak, 1.0, MOMENTS * slow),
+        (contact.sustained, 1.0, slow),
+        (contact.shared.0, contact.shared.1, slow),
+    ];
+    let normal = states.map(|(stiffness, contacts, harmless)| {
+        let dashpot = dashpot(node.mass, stiffness, contacts);
+        Spring { mass: node.mass, stiffness, dashpot, follows: false, held: 0.0, harmless }
+    });
+    let mut springs = normal.to_vec();
+    if let Some(ratio) = contact.friction {
         let (mass, held) = node.held.unwrap_or((node.mass, 0.0));
-        let stiffness = friction.stiffness_ratio * contact.sustained;
-        let harmless = slow.max(ENERGY_SHARE * friction.reserve / CONTACT_TIME);
-        springs.push(Spring {
-            mass,
-            stiffness,
-            dashpot: dashpot(mass, stiffness),
-            lags: true,
-            held,
-            harmless,
-        });
+        springs.extend(states.map(|(stiffness, contacts, harmless)| {
+            let stiffness = ratio * stiffness;
+            let dashpot = dashpot(mass, stiffness, contacts);
+            Spring { mass, stiffness, dashpot, follows: true, held, harmless }
+        }));
     }
     springs
 }
@@ -232,9 +228,9 @@ fn growth(spring: &Spring, scheme: &Scheme, window: f64) -> f64 {
 fn window_matrix(spring: &Spring, scheme: &Scheme, window: f64) -> Matrix {
     let frequency = ((spring.stiffness + spring.held) / spring.mass).sqrt();
     let square = frequency * frequency;
-    let units = State::from([1.0, frequency, square, spring.mass * square, 1.0]);
+    let units = State::from([1.0, frequency, square, spring.mass * square]);
     let mut matrix = Matrix::zeros();
-    for column in 0..5 {
+    for column in 0..4 {
         let mut state = State::zeros();
         state[column] = units[column];
         let after = advance(spring, scheme, window, state);
@@ -245,14 +241,10 @@ fn window_matrix(spring: &Spring, scheme: &Scheme, window: f64) -> Matrix {
 
 /// One window of weak coupling.
 fn advance(spring: &Spring, scheme: &Scheme, window: f64, start: State) -> State {
-    let (u, v, stretch) = (start[0], start[1], start[4]);
-    // The stretch that the contact sees: predicted motion from the committed one on, or from what friction remembers.
-    let (origin, rate) = match (spring.lags, scheme.predictor) {
-        (true, _) => (stretch, v),
-        (false, 0) => (u, 0.0),
-        (false, _) => (u, v),
-    };
-    let force = |time: f64| -spring.stiffness * (origin + rate * time) - spring.dashpot * v;
+    let (u, v) = (start[0], start[1]);
+    // The contact sees the predicted motion, from the committed one on.
+    let rate = if scheme.predictor == 0 && !spring.follows { 0.0 } else { v };
+    let force = |time: f64| -spring.stiffness * (u + rate * time) - spring.dashpot * v;
     let part = window / f64::from(scheme.samples);
     let mut state = start;
     for i in 0..scheme.samples {
@@ -260,7 +252,6 @@ fn advance(spring: &Spring, scheme: &Scheme, window: f64, start: State) -> State
         let (mean, end) = (force(begin + 0.5 * part), force(begin + part));
         state = solve(spring, scheme, part, [mean, end], state);
     }
-    state[4] = stretch + v * window;
     state
 }
 
@@ -311,13 +302,14 @@ mod tests {
         Scheme { predictor: 1, samples: 1, integrator: Integrator::Explicit, step: f64::INFINITY };
 
     fn elastic(k: f64) -> Contact {
-        Contact { kink: false, peak: k, sustained: k, ratio: 0.0, dashpot_mass: None, friction: None }
+        Contact { peak: k, sustained: k, shared: (k, 1.0), ..HERTZ }
     }
 
     const HERTZ: Contact = Contact {
         kink: false,
         peak: 7.6e6,
         sustained: 2.3e6,
+        shared: (2.3e6, 1.0),
         ratio: 0.0,
         dashpot_mass: None,
         friction: None,
@@ -326,7 +318,7 @@ mod tests {
     const MIDPOINT: Integrator = Integrator::Implicit { alpha_m: 0.5, alpha_f: 0.5, beta: 0.25, gamma: 0.5 };
 
     fn rubbing(ratio: f64) -> Contact {
-        Contact { ratio, friction: Some(Friction { stiffness_ratio: 0.889, reserve: 0.0 }), ..HERTZ }
+        Contact { ratio, friction: Some(1.0), ..HERTZ }
     }
 
     fn close(what: &str, value: f64, exact: f64, share: f64) {
@@ -350,13 +342,19 @@ mod tests {
         let followed = followed(HERTZ.sustained, slow).min(followed(HERTZ.peak, MOMENTS * slow));
         let fine = Scheme { samples: 64, ..WEAK };
         close("samples", limit(&HERTZ, &fine), followed, 0.02);
+        // Spring and dashpot of several contacts on one node: each dashpot has the whole node's mass.
+        for contacts in [1.0, 4.0] {
+            let ratio = 0.3 * f64::sqrt(contacts);
+            let damped = 2.0 * (m / HERTZ.peak).sqrt() * ((1.0 + ratio * ratio).sqrt() - ratio);
+            let contact = Contact { ratio: 0.3, shared: (HERTZ.peak, contacts), ..HERTZ };
+            close("several", limit(&contact, &WEAK), damped, 0.01);
+        }
         // A dashpot of the rock's mass turns the node round in one pass: 2 m / c.
-        let heavy = Contact { peak: 31e3, sustained: 31e3, ratio: 0.667, dashpot_mass: Some(97.5), ..HERTZ };
+        let heavy = Contact { ratio: 0.667, dashpot_mass: Some(97.5), ..elastic(31e3) };
         close("dashpot", limit(&heavy, &WEAK), m / (0.667 * (97.5_f64 * 31e3).sqrt()), 0.01);
-        // Friction lags likewise, and its dashpot takes c / m.
-        let k = 0.889 * HERTZ.sustained;
-        let held = 2.0 * m / k * (slow + 2.0 * 0.05 * (k / m).sqrt());
-        close("friction", limit(&rubbing(0.05), &WEAK), held, 0.1);
+        // Friction on a node that its wires hold besides.
+        let held = 2.0 * (m / (HERTZ.peak + 1.38e6)).sqrt();
+        close("friction", limit(&rubbing(0.0), &WEAK), held, 0.01);
         let kink = Contact { kink: true, ..HERTZ };
         close("kink", limit(&kink, &WEAK), KINK * (m / HERTZ.peak).sqrt(), 1e-9);
     }
@@ -366,7 +364,7 @@ mod tests {
         let cause = |contact: &Contact, scheme: &Scheme| longest_window(NODE, contact, scheme).cause;
         assert_eq!(cause(&HERTZ, &WEAK), "the contact's spring");
         assert_eq!(cause(&Contact { ratio: 0.3, ..HERTZ }, &WEAK), "the contact's dashpot");
-        assert_eq!(cause(&rubbing(0.03), &WEAK), "the contact's friction");
+        assert_eq!(cause(&rubbing(0.0), &WEAK), "the contact's friction");
         assert_eq!(cause(&HERTZ, &Scheme { predictor: 0, ..WEAK }), "the predictor of order 0");
         assert!(cause(&HERTZ, &Scheme { samples: 4, ..WEAK }).starts_with("the samples"));
         assert!(cause(&HERTZ, &Scheme { integrator: NEWMARK, ..WEAK }).ends_with("with this integrator"));

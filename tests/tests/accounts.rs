@@ -201,8 +201,9 @@ fn nothing_is_allocated_in_a_window_after_the_first() {
         let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
         let settings = coupler::settings::Coupling::of(&scene).unwrap();
         let end = scene.end_time().unwrap();
+        let output = interface_defs::toolkit::output::Output::of(&scene).unwrap();
         std::fs::create_dir_all(bench.path("out")).unwrap();
-        let records = Records::new(&bench.path("out"), end, false, None);
+        let records = Records::new(&bench.path("out"), end, &output, None);
         let mut counted = Counted { records, counts: Vec::with_capacity(100_000) };
         let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);
         coupling.limits = Limits::of(&scene).unwrap();

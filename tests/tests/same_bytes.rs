@@ -37,8 +37,9 @@ fn in_process(path: &Path, sets: &[&str], out: &Path) {
     let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
     let settings = coupler::settings::Coupling::of(&scene).unwrap();
     let end = scene.end_time().unwrap();
+    let output = interface_defs::toolkit::output::Output::of(&scene).unwrap();
     std::fs::create_dir_all(out).unwrap();
-    let mut records = Records::new(out, end, false, None);
+    let mut records = Records::new(out, end, &output, None);
     let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);
     coupling.limits = Limits::of(&scene).unwrap();
     coupling.run(&mut records, &mut |_| Ok(())).unwrap();

@@ -52,8 +52,8 @@ fn a_run_that_explodes_fails_at_once_keeps_its_rows_and_names_the_cause() {
     assert!(relative > 1.0, "{relative}");
 }
 
-/// Friction between soft contact and net makes energy in weak windows of 5e-5 s: half of that at impact.
-const DOUBTFUL: [&str; 2] = ["contact.0.friction=0.5", "end_time=0.8"];
+/// A contact on one large sphere is too stiff for weak windows of 1e-4 s: it makes a tenth of the energy at impact.
+const DOUBTFUL: [&str; 3] = ["rock.0.cluster.spheres=1", "coupling.time_window=1e-4", "end_time=0.8"];
 
 #[test]
 fn a_run_beyond_a_bound_is_unreliable_with_exit_code_3_and_says_which_by_how_much_and_what_to_try() {
@@ -88,7 +88,7 @@ fn a_run_beyond_a_bound_is_unreliable_with_exit_code_3_and_says_which_by_how_muc
 fn raised_bounds_let_the_same_run_be_done_and_stand_in_the_resolved_scene() {
     let raised = [
         "limits.energy_error=2.0",
-        "limits.residual=5.0",
+        "limits.residual=50.0",
         "limits.weak_window=20.0",
         "limits.deflection_error=1.0",
     ];
@@ -98,7 +98,7 @@ fn raised_bounds_let_the_same_run_be_done_and_stand_in_the_resolved_scene() {
     let resolved = Scene::load(&ended.out.join("scene.toml"), &[]).expect("a scene");
     let limits = Limits {
         energy_error: 2.0,
-        residual: 5.0,
+        residual: 50.0,
         weak_window: 20.0,
         deflection_error: Some(1.0),
         ..Limits::default()

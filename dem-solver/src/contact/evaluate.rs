@@ -31,6 +31,25 @@ pub struct Scene<'a> {
     pub list: &'a PairList,
     /// Motion of the near nodes in the window.
     pub motion: &'a NodeMotion,
+    /// In the first step of a window: how its start differs from the end of the window before.
+    pub seam: Option<Seam<'a>>,
+}
+
+/// Where two windows join. The motion of a window is a prediction; the next one begins where the structure really is.
+#[derive(Debug, Clone, Copy)]
+pub struct Seam<'a> {
+    /// Displacement of all nodes at the end of the window before, as it was predicted [m].
+    pub predicted: &'a [f64],
+    /// Their displacement at the start of this one [m].
+    pub actual: &'a [f64],
+}
+
+impl Seam<'_> {
+    /// What a node has moved from the one to the other [m].
+    fn of_node(&self, node: u32) -> Vector3<f64> {
+        let at = 3 * node as usize;
+        Vector3::from_fn(|i, _| self.actual[at + i] - self.predicted[at + i])
+    }
 }
 
 /// Sums over the contacts of a rock.
@@ -48,6 +67,8 @@ pub struct Sums {
     pub rubbed: f64,
     /// Energy of the tangential springs after the step [J].
     pub sheared: f64,
+    /// Energy that they have taken up at the [`Seam`] [J].
+    pub jumped: f64,
     /// Largest overlap over radius.
     pub penetration: f64,
     /// Largest speed of a listed node past the rock's centre [m/s].
@@ -136,7 +157,12 @@ impl Evaluation {
                 inertia,
                 dashpot,
             };
-            let past = if remembers { self.past(self.heirs[i], before) } else { Past::default() };
+            let mut past = if remembers { self.past(self.heirs[i], before) } else { Past::default() };
+            if let Some(seam) = &scene.seam
+                && past.overlap > 0.0
+            {
+                past.jump = self.touch.rotation.tr_mul(&jump(seam, scene, element, contact.weights));
+            }
             let answer = law.answer(&meeting, &past, h);
             if law.remembers() {
                 self.memories.push(Memory {
@@ -153,6 +179,7 @@ impl Evaluation {
             sums.damped += answer.damped * share;
             sums.rubbed += answer.rubbed * share;
             sums.sheared += answer.sheared * share;
+            sums.jumped += answer.jumped * share;
             sums.elastic += answer.load.energy * share;
             sums.penetration = sums.penetration.max(contact.overlap / sphere.radius);
             sums.force += force;
@@ -224,7 +251,12 @@ impl Evaluation {
         }
         let memory = &before[heir as usize];
         let own = |v: &Vector3<f64>| self.touch.rotation.tr_mul(v);
-        Past { spring: own(&memory.spring), moment: own(&memory.moment), overlap: memory.overlap }
+        Past {
+            spring: own(&memory.spring),
+            moment: own(&memory.moment),
+            overlap: memory.overlap,
+            ..Past::default()
+        }
     }
 
     /// Velocity [m/s] and angular velocity [rad/s] of the rock in its own frame.
@@ -281,6 +313,12 @@ impl Evaluation {
 #[inline]
 fn inverse_mass(scene: Scene, element: &PairElement, weights: [f64; 3]) -> f64 {
     scene.wall.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
+}
+
+/// What the wall's point has moved between two windows [m].
+fn jump(seam: &Seam, scene: Scene, element: &PairElement, weights: [f64; 3]) -> Vector3<f64> {
+    let [a, b, c] = element.nodes.map(|n| seam.of_node(scene.list.numbers[n as usize]));
+    a * weights[0] + b * weights[1] + c * weights[2]
 }
 
 struct View<'a> {

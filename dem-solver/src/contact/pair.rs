@@ -40,6 +40,9 @@ pub struct Past {
     pub moment: Vector3<f64>,
     /// Overlap in the middle of the step before [m]; 0: there was none.
     pub overlap: f64,
+    /// Displacement of the other since that step's end that no velocity has shown [m]: a net whose motion in the window
+    /// before was predicted begins the next one where it really is.
+    pub jump: Vector3<f64>,
 }
 
 /// What the contact does to the first body in the middle of the step.
@@ -61,6 +64,8 @@ pub struct Answer {
     pub rubbed: f64,
     /// Energy of the tangential and rolling springs at the step's end [J].
     pub sheared: f64,
+    /// Energy that the tangential spring has taken up by [`Past::jump`] [J].
+    pub jumped: f64,
 }
 
 impl Law {
@@ -80,6 +85,7 @@ impl Law {
             damped: 0.0,
             rubbed: 0.0,
             sheared: 0.0,
+            jumped: 0.0,
         };
         let mut pressed = load.force;
         if self.damping.is_some() {
@@ -91,7 +97,14 @@ impl Law {
         answer.force = normal * -pressed;
         if let Some(tangential) = &self.tangential {
             let slip = meeting.velocity - normal * approach;
-            let spring = into_plane(&past.spring, normal) * tangential.carried(meeting.overlap, past.overlap);
+            let mut spring =
+                into_plane(&past.spring, normal) * tangential.carried(meeting.overlap, past.overlap);
+            if past.jump != zero {
+                let stiffness = tangential.stiffness_ratio * load.stiffness;
+                let stretched = spring + (past.jump - normal * past.jump.dot(normal)) * stiffness;
+                answer.jumped = (stretched.norm_squared() - spring.norm_squared()) / (2.0 * stiffness);
+                spring = stretched;
+            }
             let grip = tangential.grip(load.stiffness, meeting.dashpot, spring, slip, pressed, h);
             answer.force += grip.force;
             answer.rubbed -= grip.force.dot(&slip);

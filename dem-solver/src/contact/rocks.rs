@@ -203,6 +203,7 @@ fn past(old: &mut &[Held], contact: &Contact, to_space: &Matrix3<f64>) -> Past {
                 spring: own(&memory.spring),
                 moment: own(&memory.moment),
                 overlap: memory.overlap,
+                ..Past::default()
             };
         }
     }

@@ -232,7 +232,12 @@ impl Standing {
             let past = match self.heirs.get(i) {
                 Some(&heir) if remembers && heir != NONE => {
                     let memory = &before[heir as usize];
-                    Past { spring: memory.spring, moment: memory.moment, overlap: memory.overlap }
+                    Past {
+                        spring: memory.spring,
+                        moment: memory.moment,
+                        overlap: memory.overlap,
+                        ..Past::default()
+                    }
                 }
                 _ => Past::default(),
             };

@@ -132,7 +132,12 @@ impl Scene<'_> {
                 let law = &self.laws[pair.law as usize];
                 let meeting = self.meeting(law, i, pair, normal, overlap, arms);
                 let past = if held.overlap > 0.0 {
-                    Past { spring: held.spring, moment: held.moment, overlap: held.overlap }
+                    Past {
+                        spring: held.spring,
+                        moment: held.moment,
+                        overlap: held.overlap,
+                        ..Past::default()
+                    }
                 } else {
                     Past::default()
                 };

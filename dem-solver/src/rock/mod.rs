@@ -144,6 +144,11 @@ impl Rock {
         Ok((rock, notices))
     }
 
+    /// Largest radius of a sphere that may be the furthest in some direction [m].
+    pub fn largest_outer_radius(&self) -> f64 {
+        self.outermost.iter().map(|k| self.spheres[*k as usize].radius).fold(self.smallest_radius, f64::max)
+    }
+
     /// Whether its spheres are a lattice in a box: then the outer ones end at its faces.
     pub fn fills_a_box(&self) -> bool {
         self.solid.is_box() && self.has_equal_spheres()

@@ -23,6 +23,9 @@ pub struct State {
     pub received: f64,
     /// Number of broken lines of the wall.
     pub broken: usize,
+    /// Displacement of all nodes at this instant, as the window that ends here predicted it [m]; empty where no contact
+    /// remembers its slip.
+    pub predicted: Vec<f64>,
 }
 
 /// State of one rock.
@@ -159,6 +162,7 @@ impl State {
             dissipated: 0.0,
             received: 0.0,
             broken: 0,
+            predicted: Vec::new(),
         }
     }
 
@@ -166,6 +170,7 @@ impl State {
     pub fn copy(&mut self, other: &Self) {
         (self.time, self.dissipated, self.received) = (other.time, other.dissipated, other.received);
         self.broken = other.broken;
+        self.predicted.clone_from(&other.predicted);
         for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
             mine.motion = theirs.motion;
             mine.memories.clone_from(&theirs.memories);

@@ -33,6 +33,8 @@ pub struct Load {
     elastic: f64,
     /// Energy of the tangential springs there after the step [J].
     sheared: f64,
+    /// Energy that those on the wall have taken up between the window before and this one [J].
+    jumped: f64,
     /// Energy that dashpots and friction take there in the step [J].
     lost: f64,
     /// Contacts with terrain and other rocks.
@@ -68,7 +70,7 @@ impl Run {
         }
         for rock in 0..model.rocks.len() {
             let (load, body) = (&self.loads[rock], &mut state.bodies[rock]);
-            state.dissipated += load.lost - (load.sheared - body.sheared);
+            state.dissipated += load.lost - (load.sheared - body.sheared - load.jumped);
             body.sheared = load.sheared;
             self.gauges.spring(rock, load.elastic + body.sheared);
         }
@@ -95,7 +97,9 @@ impl Run {
         let Some(wall) = &self.wall else { return Ok(()) };
         let (h, start) = (part.length(cut), window.start + part.start(cut));
         let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
-        let view = View { model, wall, fields: &self.fields, input, length: window.length };
+        let first = part.step == 0 && part.part == 0 && !state.predicted.is_empty();
+        let predicted = first.then_some(state.predicted.as_slice());
+        let view = View { model, wall, fields: &self.fields, input, length: window.length, predicted };
         let at = cut.middle(part.step);
         let zone = &mut self.zones[rock];
         zone.update(view, now, at)?;
@@ -113,6 +117,7 @@ impl Run {
         }
         (load.force, load.torque, load.elastic, load.sheared) =
             (sums.force, sums.torque, sums.elastic, sums.sheared);
+        load.jumped = sums.jumped;
         load.lost = (sums.damped + sums.rubbed) * h;
         let contacts = evaluation.touch.contacts.len();
         if contacts > 0 {

@@ -113,6 +113,8 @@ impl Run {
             body.reserve(self.most_contacts);
         }
         state.encounters.reserve(self.meetings.most_contacts());
+        let numbers = self.wall.as_ref().map_or(0, |wall| 3 * wall.nodes.len());
+        state.predicted.reserve(numbers.saturating_sub(state.predicted.len()));
     }
 
     /// The net, and what it is at rest.
@@ -209,10 +211,19 @@ impl Run {
             self.step_through(model, state, window, cut, flies, input, output)?;
         }
         state.time = window.end();
+        self.remember_motion(state, window.length, input);
         if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
             terrain.end(model, ground, state);
         }
         Ok(())
+    }
+
+    /// Keep where the wall is said to be at the window's end, if a contact remembers its slip.
+    fn remember_motion(&self, state: &mut State, length: f64, input: &[f64]) {
+        state.predicted.clear();
+        if state.bodies.iter().any(|b| !b.memories.is_empty()) {
+            self.fields.seen_at_end(input, length, &mut state.predicted);
+        }
     }
 
     /// Refuse a request that is not of the plan.
@@ -271,7 +282,7 @@ impl Run {
             terrain.begin();
         }
         let Some(wall) = &self.wall else { return Ok(model.shortcuts) };
-        let view = View { model, wall, fields: &self.fields, input, length };
+        let view = View { model, wall, fields: &self.fields, input, length, predicted: None };
         let mut flies = model.shortcuts;
         self.kicks.find(model, &self.meetings, state, length);
         for ((zone, body), kick) in self.zones.iter_mut().zip(&state.bodies).zip(&self.kicks.ways) {
@@ -448,7 +459,7 @@ impl Run {
             self.counts.contact_evaluations += state.encounters.contacts as u64;
         }
         let Some(wall) = &self.wall else { return Ok(()) };
-        let view = View { model, wall, fields: &self.fields, input, length };
+        let view = View { model, wall, fields: &self.fields, input, length, predicted: None };
         for (zone, body) in self.zones.iter_mut().zip(&mut state.bodies) {
             let (on_ground, contacts) =
                 if model.ground.is_some() { (body.elastic, body.contacts) } else { (0.0, 0) };

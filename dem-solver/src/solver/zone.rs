@@ -3,7 +3,7 @@
 //! Nothing here is state: it can be thrown away at any time without changing a result.
 
 use super::Model;
-use crate::contact::evaluate::{Evaluation, Scene};
+use crate::contact::evaluate::{Evaluation, Scene, Seam};
 use crate::contact::laws::WallLaws;
 use crate::rock::Motion;
 use crate::search::near::{NearList, NodeBox, Sweep};
@@ -29,6 +29,8 @@ pub struct View<'a> {
     pub input: &'a [f64],
     /// Length of the window [s].
     pub length: f64,
+    /// In its first step: displacement of all nodes at the end of the window before, if a contact remembers it [m].
+    pub predicted: Option<&'a [f64]>,
 }
 
 /// The surroundings of one rock.
@@ -157,7 +159,11 @@ impl Zone {
         let laws = &view.model.laws.as_ref().expect("prepared: a wall has laws").walls;
         let laws = WallLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
         let rock = &view.model.rocks[self.rock];
-        let scene = Scene { rock, laws, wall: view.wall, list: &self.pairs, motion: &self.motion };
+        let seam = view.predicted.and_then(|predicted| {
+            let actual = view.fields.displacements(view.input).next()?;
+            Some(Seam { predicted, actual })
+        });
+        let scene = Scene { rock, laws, wall: view.wall, list: &self.pairs, motion: &self.motion, seam };
         (&mut self.evaluation, scene)
     }
 

@@ -45,6 +45,31 @@ impl MotionFields {
         Some((&input[self.displacement.get(s)?.clone()], &input[self.displacement.get(s + 1)?.clone()]))
     }
 
+    /// Displacement of all nodes at the end of a window of `length` [s] as contacts have seen it: the last sample, and
+    /// for a node that all samples leave at one place what its transmitted velocity makes of it. Nothing if the wall
+    /// stands still.
+    pub fn seen_at_end(&self, input: &[f64], length: f64, seen: &mut Vec<f64>) {
+        seen.clear();
+        let Some((last, earlier)) = self.displacement.split_last() else { return };
+        seen.extend_from_slice(&input[last.clone()]);
+        if self.velocity.is_empty() {
+            return;
+        }
+        let segments = self.segments();
+        let share = length / segments as f64;
+        for node in 0..(seen.len() / 3) as u32 {
+            let end = of_node(&input[last.clone()], node);
+            if earlier.iter().any(|range| of_node(&input[range.clone()], node) != end) {
+                continue;
+            }
+            let at = |sample| self.velocity(input, sample, node);
+            let moved = (0..segments).map(|s| (at(s) + at(s + 1)) * (0.5 * share)).sum::<Vector3<f64>>();
+            for (seen, moved) in seen[3 * node as usize..].iter_mut().zip(moved.iter()) {
+                *seen += moved;
+            }
+        }
+    }
+
     fn velocity(&self, input: &[f64], sample: usize, node: u32) -> Vector3<f64> {
         // The velocity may come in fewer samples than the displacement.
         let (have, all) = (self.velocity.len(), self.segments() + 1);

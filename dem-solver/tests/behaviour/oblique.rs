@@ -5,6 +5,8 @@
 //! depends on the stiffness.
 
 use crate::bench::{Setup, fixed_plane, sphere};
+use interface_defs::{Sampling, name};
+use nalgebra::Vector3;
 
 struct Impact {
     radius: f64,
@@ -125,5 +127,46 @@ fn the_contact_point_rebounds_as_the_dimensionless_table_has_it() {
         let (vx, _, spin) = rebound(&it);
         let seen = (vx - radius * spin) / (friction * normal);
         assert!((seen - psi2).abs() < 4e-3, "Psi1 {psi1}: Psi2 {seen} instead of {psi2}");
+    }
+}
+
+/// A plane that moves along by `d` while a sphere presses on it: as its motion shows it, as a prediction that holds it
+/// still and the next window's start show it, and as its transmitted velocity shows it. Friction takes hold of the same.
+#[test]
+fn friction_is_stretched_by_what_the_net_really_moves_however_it_was_predicted() {
+    let (window, d) = (1e-4, 2e-5);
+    let pulled = |predicted: bool, transmitted: bool| {
+        let scene = format!(
+            "end_time = 1.0\n{}[[contact]]\nlaw = \"linear\"\nstiffness = 1e8\npoisson = 0.2\nrestitution = 1.0\n\
+             friction = 0.5\n[dem]\ntime_step = 1e-5\n",
+            sphere(0.5, 2500.0, "position = [0.0, 0.0, 0.5]\nvelocity = [0.0, 0.0, -2.0]")
+        );
+        let mut bench = Setup::new(scene, fixed_plane(4.0, 2)).build();
+        bench.advance(5.0 * window);
+        let along = |x: f64| move |_: usize, _: Vector3<f64>| Vector3::new(x, 0.0, 0.0);
+        bench.displace(1, along(if predicted { d } else { 0.0 }));
+        if transmitted {
+            for sample in 0..2 {
+                let range =
+                    bench.takes.sample(name::VELOCITY, Sampling::FromStart, sample).expect("in the plan");
+                bench.input[range].chunks_exact_mut(3).for_each(|v| v[0] = d / window);
+            }
+        }
+        bench.advance(window);
+        let velocity = bench.takes.sample(name::VELOCITY, Sampling::FromStart, 0).expect("in the plan").start;
+        bench.input[velocity..].fill(0.0);
+        (0..2).for_each(|sample| bench.displace(sample, along(d)));
+        bench.advance(window);
+        let load = &bench.solver.model().laws.as_ref().expect("a contact").walls[0];
+        let overlap = 0.5 - bench.position().z;
+        let stiffness =
+            load.normal.load(0.5, overlap).stiffness * load.tangential.expect("friction").stiffness_ratio;
+        let force = bench.total_force(Sampling::AtEnds);
+        assert!(bench.value("energy_dissipated_dem").abs() < 1e-3 * 0.5 * stiffness * d * d);
+        force.x / (-stiffness * d)
+    };
+    for (predicted, transmitted) in [(true, false), (false, false), (false, true)] {
+        let share = pulled(predicted, transmitted);
+        assert!((share - 1.0).abs() < 0.02, "{predicted} {transmitted}: {share} of the force");
     }
 }

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 /// What is written, and how often. An interval that is absent writes nothing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Output {
-    /// Interval of the rows of `history.csv` in a run without a coupler [s]; default `end_time / 200`.
+    /// Interval of the rows of `history.csv` while nothing touches, and in a run without a coupler [s]; default
+    /// `end_time / 200`.
     pub interval: f64,
     /// Interval of the field files in `fields/` [s]; absent: none are written.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -22,7 +23,8 @@ pub struct Output {
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Table {
-    /// Interval of the rows of `history.csv` in a run without a coupler [s]. Default: `end_time / 200`.
+    /// Interval of the rows of `history.csv` [s]; in a coupled run, while nothing touches: then each window has a row.
+    /// Default: `end_time / 200`.
     interval: Option<f64>,
     /// Interval of the field files in `fields/` [s]. Default: none are written.
     fields: Option<f64>,

@@ -64,7 +64,7 @@ fn impact(law: &Law, a: &mut Ball, b: &mut Ball, steps: f64) {
             dashpot,
         };
         let answer = law.answer(&meeting, &past, h);
-        past = Past { spring: answer.spring, moment: answer.rolled, overlap };
+        past = Past { spring: answer.spring, moment: answer.rolled, overlap, ..past };
         let (along, normal) = (answer.force.x, -answer.force.z);
         for (i, (ball, sign)) in [(&mut *a, 1.0), (&mut *b, -1.0)].into_iter().enumerate() {
             // Both sides are turned alike: -R z x f and +R z x (-f).

@@ -1,0 +1,114 @@
+//! Which committed windows become rows of `history.csv`: each one while anything touches and for an output interval after it (a
+//! rock that is being braked leaves the net for moments), else one per interval, and the last one before a touch.
+
+/// The rows of a run.
+pub struct Rows {
+    /// Interval between rows while nothing touches [s].
+    interval: f64,
+    /// Columns that are means over a row's time; the others are of its end.
+    means: Vec<usize>,
+    /// Their sums since the row written last, each times the window's length.
+    sums: Vec<f64>,
+    /// End of the row written last [s].
+    written: f64,
+    /// End of the last window with a touch [s].
+    touched: f64,
+    /// End of the row that has not been written [s].
+    held: Option<f64>,
+    row: Vec<f64>,
+}
+
+impl Rows {
+    /// Rows of `columns` numbers, of which `means` are means, at least one per `interval` [s].
+    pub fn new(columns: usize, means: Vec<usize>, interval: f64) -> Self {
+        let sums = vec![0.0; means.len()];
+        Self {
+            interval,
+            means,
+            sums,
+            written: 0.0,
+            touched: f64::NEG_INFINITY,
+            held: None,
+            row: vec![0.0; columns],
+        }
+    }
+
+    /// The window that ends with `values`, whose first is its end [s], and which began at `start` [s]. `write` gets each
+    /// row that is due.
+    pub fn take<E>(
+        &mut self,
+        start: f64,
+        values: &[f64],
+        touches: bool,
+        mut write: impl FnMut(&[f64]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let time = values[0];
+        if touches {
+            self.touched = time;
+            self.flush(&mut write)?;
+        }
+        self.row.clear();
+        self.row.extend_from_slice(values);
+        for (sum, column) in self.sums.iter_mut().zip(&self.means) {
+            *sum += values[*column] * (time - start);
+            // A row of one window has its own mean, to the last bit.
+            if self.written < start {
+                self.row[*column] = *sum / (time - self.written);
+            }
+        }
+        // In intervals, so that what rounding makes of a multiple does not count.
+        let passed = |time: f64| (time / self.interval * (1.0 + 1e-9)).floor();
+        self.held = Some(time);
+        let touched = time <= self.touched + self.interval;
+        if touched || passed(time) > passed(self.written) { self.flush(&mut write) } else { Ok(()) }
+    }
+
+    /// Write the last row, if it has not been written.
+    pub fn flush<E>(&mut self, write: &mut impl FnMut(&[f64]) -> Result<(), E>) -> Result<(), E> {
+        let Some(time) = self.held.take() else { return Ok(()) };
+        self.written = time;
+        self.sums.fill(0.0);
+        write(&self.row)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Windows of 1 ms with a mean of `time^2`, touched from 12 to 15 ms, a row each 5 ms.
+    fn rows() -> Vec<Vec<f64>> {
+        let mut rows = Rows::new(2, vec![1], 5e-3);
+        let mut written: Vec<Vec<f64>> = Vec::new();
+        let mut write = |row: &[f64]| {
+            written.push(row.to_vec());
+            Ok::<(), ()>(())
+        };
+        for window in 0..28 {
+            let (start, end) = (1e-3 * f64::from(window), 1e-3 * f64::from(window + 1));
+            rows.take(start, &[end, end * end], (12..15).contains(&window), &mut write).expect("written");
+        }
+        rows.flush(&mut write).expect("written");
+        written
+    }
+
+    #[test]
+    fn flights_have_a_row_per_interval_and_one_before_the_touch_and_every_touched_window_has_one() {
+        let ends: Vec<f64> = rows().iter().map(|row| (row[0] * 1e3).round()).collect();
+        assert_eq!(ends, [5.0, 10.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 25.0, 28.0]);
+    }
+
+    #[test]
+    fn rows_times_their_lengths_are_the_impulse() {
+        let mut before = 0.0;
+        let sum: f64 = rows()
+            .iter()
+            .map(|row| {
+                let length = row[0] - std::mem::replace(&mut before, row[0]);
+                row[1] * length
+            })
+            .sum();
+        let exact: f64 = (1..=28).map(|n| (1e-3 * f64::from(n)).powi(2) * 1e-3).sum();
+        assert!((sum / exact - 1.0).abs() < 1e-12, "{sum} {exact}");
+    }
+}
