@@ -49,7 +49,7 @@ impl Net {
     }
 
     /// The first instant at which the throw comes within `reach` of the box.
-    fn met(&self, throw: &Throw, reach: f64, end: f64) -> Option<f64> {
+    fn arrival(&self, throw: &Throw, reach: f64, end: f64) -> Option<f64> {
         instants(INSTANTS, end).find(|t| self.gap(&throw.at(*t)) <= reach)
     }
 }
@@ -131,7 +131,7 @@ fn leaves(wall: &Wall, throw: &Throw, end: f64) -> bool {
     soon.chain(instants(FEW, end)).skip(1).all(|t| nearest(t) >= first)
 }
 
-/// Whether its way crosses that of another rock. Both fall alike, so that one moves straight past the other.
+/// Whether its trajectory crosses that of another rock. Both fall alike, so that one moves straight past the other.
 fn touches_another(model: &Model, throw: &Throw, at: usize) -> bool {
     (0..model.rocks.len()).filter(|other| *other != at).any(|other| {
         let theirs = self::throw(model, other);
@@ -145,22 +145,22 @@ fn touches_another(model: &Model, throw: &Throw, at: usize) -> bool {
 /// The one change with which the rock would reach the net.
 fn cure(model: &Model, net: &Net, throw: &Throw, at: usize) -> String {
     let (reach, end) = (model.rocks[at].reach, model.settings.end_time);
-    let meets = |changed: Throw, end: f64| net.met(&changed, reach, end);
+    let reaches = |changed: Throw, end: f64| net.arrival(&changed, reach, end);
     let (g, v) = (throw.gravity, throw.velocity);
     let longer = end.max(2.0);
     // Away from the net from the first moment on.
     let away = net.gap(&throw.at(1e-3)) > net.gap(&throw.position) || net.gap(&throw.position) == 0.0;
-    if away && v != Vector3::zeros() && meets(Throw { velocity: -v, ..*throw }, longer).is_some() {
+    if away && v != Vector3::zeros() && reaches(Throw { velocity: -v, ..*throw }, longer).is_some() {
         return format!("is the sign of its velocity wrong? velocity = {}", vector(&-v));
     }
-    if let Some(time) = meets(*throw, LONGEST).filter(|time| *time > end) {
+    if let Some(time) = reaches(*throw, LONGEST).filter(|time| *time > end) {
         let enough = (20.0 * (time + 0.5)).ceil() / 20.0;
         return format!("it gets there at {} s: end_time = {enough:?}", short(time));
     }
     let end = longer;
     // Who writes gravity along -z means it.
     let usual = g.z < -0.9 * g.norm();
-    if !usual && meets(Throw { gravity: -g, ..*throw }, end).is_some() {
+    if !usual && reaches(Throw { gravity: -g, ..*throw }, end).is_some() {
         return format!("is the sign of gravity wrong? gravity = {}", vector(&-g));
     }
     let own = Vector3::from(model.settings.rocks[at].position);
@@ -173,7 +173,7 @@ fn cure(model: &Model, net: &Net, throw: &Throw, at: usize) -> String {
         ("are two coordinates exchanged?", [y, x, z]),
     ] {
         let position = Vector3::new(x, y, z) - model.origin;
-        if meets(Throw { position, ..*throw }, end).is_some() {
+        if reaches(Throw { position, ..*throw }, end).is_some() {
             return format!("{what} position = [{x:?}, {y:?}, {z:?}]");
         }
     }

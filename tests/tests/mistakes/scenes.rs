@@ -134,8 +134,9 @@ fn height(column: usize, row: usize) -> f64 {
 pub fn grid(cell: f64, corner: [f64; 2], show: impl Fn(f64) -> String) -> String {
     let [columns, rows] = COUNTS;
     let [x, y] = corner;
-    let mut text =
-        format!("ncols {columns}\nnrows {rows}\nxllcorner {x}\nyllcorner {y}\ncellsize {cell}\nNODATA_value -9999\n");
+    let mut text = format!(
+        "ncols {columns}\nnrows {rows}\nxllcorner {x}\nyllcorner {y}\ncellsize {cell}\nNODATA_value -9999\n"
+    );
     for row in 0..rows {
         let heights: Vec<String> = (0..columns).map(|column| show(height(column, row))).collect();
         text += &(heights.join(" ") + "\n");
@@ -207,7 +208,8 @@ pub fn spheres(scale: f64, radius: f64, separator: &str) -> String {
 
 /// The net of Gmsh, its nodes by `turn`.
 pub fn mesh(turn: impl Fn([f64; 3]) -> [f64; 3]) -> String {
-    let text = std::fs::read_to_string(tests::repository().join("launch/scenes/data/net-5x5-v22.msh")).expect("a mesh");
+    let text = std::fs::read_to_string(tests::repository().join("launch/scenes/data/net-5x5-v22.msh"))
+        .expect("a mesh");
     let (mut inside, mut out) = (false, String::new());
     for line in text.lines() {
         inside = (inside || line == "$Nodes") && line != "$EndNodes";

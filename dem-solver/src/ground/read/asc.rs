@@ -1,7 +1,7 @@
 //! ESRI ASCII grid: `ncols`, `nrows`, `xllcorner` or `xllcenter`, `yll..`, `cellsize` (or `dx`, `dy`),
 //! `NODATA_value`, then the heights row by row from the north. A height stands in the middle of its cell.
 
-use super::{MOST_CELLS, Words, comma, number, shown};
+use super::{MOST_CELLS, Words, comma, has_comma, number, shown};
 use crate::ground::relief::Raster;
 use interface_defs::toolkit::input_error::InputError;
 
@@ -89,6 +89,9 @@ fn header(words: &mut Words, file: &str) -> Result<Header, InputError> {
         words.next();
         let line = words.line;
         let fault = |what: String| InputError::in_file(format!("{file}:{line}"), what);
+        if has_comma(name) {
+            return Err(comma(name, fault(format!("`{}` is no height (row 1, column 1)", shown(name)))));
+        }
         let name = String::from_utf8_lossy(name).to_lowercase();
         let known = [
             "ncols",
