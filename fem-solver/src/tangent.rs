@@ -39,6 +39,9 @@ pub struct Tangent {
     assembly: Assembly,
     /// Positions of the lower triangles of their tangents, by rows, one after the other.
     elements: Vec<u32>,
+    /// Those of them that stand for their mirror image too; ascending. An element that comes back to a node, as a closed
+    /// rope does, has entries beside its diagonal that lie on the structure's.
+    mirrored: Vec<u32>,
     /// Memory of [`Tangent::bound`].
     sums: Vec<f64>,
     cholesky: Cholesky,
@@ -62,6 +65,16 @@ impl Tangent {
         let assembly = Assembly::new(model);
         let others: Vec<_> =
             (0..model.elements.len()).flat_map(|i| triangle(&free, assembly.dofs(i))).collect();
+        let mut mirrored = Vec::new();
+        let mut count = 0;
+        for i in 0..model.elements.len() {
+            let dofs = assembly.dofs(i);
+            for row in 0..dofs.len() {
+                let there = (0..row).filter(|column| dofs[*column] == dofs[row]);
+                mirrored.extend(there.map(|column| (count + column) as u32));
+                count += row + 1;
+            }
+        }
         let (starts, rows) = pattern(dofs.len(), || places.iter().flatten().chain(&others).flatten());
         let position = |row: usize, column: usize| {
             let inside = rows[starts[column]..starts[column + 1]].binary_search(&row);
@@ -84,6 +97,7 @@ impl Tangent {
             cables,
             assembly,
             elements,
+            mirrored,
             sums: vec![0.0; count],
             cholesky,
             revision: 0,
@@ -128,13 +142,16 @@ impl Tangent {
                 Slack::Taut => response.tangent,
             }
         });
-        let mut at = self.elements.iter();
+        let (mut at, mut mirrored) = (0, self.mirrored.iter().peekable());
         for (i, element) in model.elements.iter().enumerate() {
             let k = self.assembly.tangent(i, element, u, history, slack);
             let n = k.len().isqrt();
             for row in 0..n {
-                for (column, at) in (0..=row).zip(&mut at) {
-                    self.values[*at as usize] += share * 0.5 * (k[row * n + column] + k[column * n + row]);
+                for column in 0..=row {
+                    let both = k[row * n + column] + k[column * n + row];
+                    let counts = if mirrored.next_if(|m| **m == at).is_some() { 1.0 } else { 0.5 };
+                    self.values[self.elements[at as usize] as usize] += share * counts * both;
+                    at += 1;
                 }
             }
         }
@@ -168,7 +185,7 @@ impl Tangent {
     /// Add to the tangent, for each element that is no cable, `part` of its largest stiffness between its nodes, in every
     /// direction: a soap film over what it spans.
     pub fn add_film(&mut self, model: &Model, u: &[f64], history: &[f64], part: f64) {
-        let mut at = 0;
+        let (mut at, mut mirrored) = (0, self.mirrored.iter().peekable());
         for (i, element) in model.elements.iter().enumerate() {
             let k = self.assembly.tangent(i, element, u, history, Slack::Taut);
             let n = k.len().isqrt();
@@ -177,11 +194,12 @@ impl Tangent {
             let per_node = n / nodes;
             for row in 0..n {
                 for column in 0..=row {
-                    let share = if row == column { nodes as f64 - 1.0 } else { -1.0 };
+                    let counts = if mirrored.next_if(|m| **m == at).is_some() { 2.0 } else { 1.0 };
+                    let share = if row == column { nodes as f64 - 1.0 } else { -counts };
                     if row % per_node == column % per_node && row % per_node < 3 {
-                        self.values[self.elements[at] as usize] += share * stiffness;
+                        self.values[self.elements[at as usize] as usize] += share * stiffness;
                     } else if row == column {
-                        self.values[self.elements[at] as usize] += stiffness;
+                        self.values[self.elements[at as usize] as usize] += stiffness;
                     }
                     at += 1;
                 }

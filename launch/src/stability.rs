@@ -15,7 +15,7 @@ use nalgebra::{SMatrix, SVector};
 /// About as long as a net brakes a rock [s].
 pub const CONTACT_TIME: f64 = 0.1;
 /// Growth of the energy of a small disturbance in that time that is still harmless, as a logarithm.
-const HARMLESS: f64 = 5.0;
+const HARMLESS: f64 = 2.0;
 /// Rate, over that of growth in the whole contact, at which a node may gain in the moments of its stiffest contact.
 const MOMENTS: f64 = 10.0;
 /// Longest window where a contact sets in with a kink, over `sqrt(m / k)`: between two windows energy is made or lost there.

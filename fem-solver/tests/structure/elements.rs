@@ -1,6 +1,6 @@
 //! Elements in structures: sliding ropes, brakes, rupture (verification F9, F12).
 
-use crate::common::{Run, coupled_plan, off, random};
+use crate::common::{Run, coupled_plan, off, random, scene};
 use interface_defs::Sampling;
 use interface_defs::solver::Solver;
 
@@ -55,6 +55,58 @@ fn friction_holds_a_slider_short_of_where_it_would_slide_to() {
     let held = slider(1e5, 0.1).ready.mesh.coordinates[3];
     // It stood left of its frictionless place, and friction of mu phi = 0.1 (1.5 rad) is less than what drives it.
     assert!(held < free && held > 2.3, "{held} {free}");
+}
+
+/// A loop of 9 m through two held nodes and a loaded one, 1 000 N: wherever it begins, it hangs alike.
+#[test]
+fn a_closed_rope_hangs_alike_wherever_it_begins() {
+    let hang = |nodes: &str| {
+        let text = format!(
+            r#"
+end_time = 1.0
+[structure]
+nodes = [[0.0, 0.0, 0.0], [2.4, 0.0, -2.7], [4.0, 0.0, -1.0]]
+supports = [{{ nodes = [0, 2] }}]
+loads = [{{ nodes = [1], force = [0.0, 0.0, -1000.0] }}]
+[[structure.parts]]
+name = "rope"
+element = "sliding_cable"
+cells = [{nodes}]
+young = 1e8
+area = 1e-4
+density = 0.0
+length = 9.0
+[fem]
+integrator = "static"
+[[gauge]]
+name = "rope"
+group = "rope"
+quantity = "tension"
+"#
+        );
+        let report = fem_solver::check::check(&scene(&text)).expect("a scene").builds.join(" ");
+        let words: Vec<&str> = report.split_whitespace().collect();
+        let at = words.windows(2).position(|pair| pair == ["Newton", "iterations)"]).expect("are counted");
+        let iterations: u32 = words[at - 1].trim_start_matches('(').parse().expect("a number");
+        assert!(iterations < 10, "{nodes}: {iterations} iterations");
+        let run = Run::alone(&text, 0.1);
+        let at: [f64; 3] = run.ready.mesh.coordinates[3..6].try_into().expect("three numbers");
+        (at, run.value("rope_tension"))
+    };
+    let (at, tension) = hang("[1, 2, 0, 1]");
+    let (other, _) = hang("[0, 1, 2, 0]");
+    for c in 0..3 {
+        assert!((at[c] - other[c]).abs() < 1e-9, "{at:?} {other:?}");
+    }
+    // Equilibrium by hand: one tension along both lines to the held nodes, and its elongation.
+    let to = |x: f64, z: f64| [(x - at[0]), (z - at[2])];
+    let (first, second) = (to(0.0, 0.0), to(4.0, -1.0));
+    let (a, b) = (first[0].hypot(first[1]), second[0].hypot(second[1]));
+    let pull = |c: usize| tension * (first[c] / a + second[c] / b);
+    assert!(pull(0).abs() < 1e-5 && (pull(1) - 1000.0).abs() < 1e-5, "{} {}", pull(0), pull(1));
+    let length = a + b + 17.0_f64.sqrt();
+    let stretch = length / 9.0;
+    assert!(off(tension, 1e4 * 0.5 * stretch * (stretch * stretch - 1.0)) < 1e-9, "{tension} N at {stretch}");
 }
 
 #[test]
