@@ -20,8 +20,8 @@ const SHORTEST: f64 = 0.01;
 /// Nodes closer than this, relative to the extent, are at one place.
 const SAME_PLACE: f64 = 1e-9;
 
-/// Strain by a prestress of which no one could see anything, and that which no one can mean.
-const SLACK: [f64; 2] = [1e-6, 1e-8];
+/// Strain by a prestress of which no one could see anything.
+const SLACK: f64 = 1e-6;
 /// Strain from which on a prestress below 0 is more likely to be a tension with the wrong sign.
 const LOOSE: f64 = 5e-3;
 /// Stress that no wire bears [Pa].
@@ -293,24 +293,18 @@ impl Judge<'_> {
     }
 
     /// Prestress, against the modulus.
-    fn prestress(&mut self) -> Result<(), InputError> {
-        let (Some(stress), Some(young)) = (self.section.prestress, self.section.strained) else {
-            return Ok(());
-        };
+    fn prestress(&mut self) {
+        let (Some(stress), Some(young)) = (self.section.prestress, self.section.strained) else { return };
         let strain = stress / young;
-        if stress != 0.0 && strain.abs() < SLACK[0] {
-            let what = format!(
-                "{stress} Pa strains it by {strain:.1e} only (young is {young:e} Pa), which changes nothing"
+        if stress != 0.0 && strain.abs() < SLACK {
+            self.warn(
+                "prestress",
+                format!(
+                    "{stress} Pa strains it by {strain:.1e} only (young is {young:e} Pa), which changes nothing; were it in MPa, \
+                     it would be {:e} Pa",
+                    1e6 * stress
+                ),
             );
-            let mega = format!("were it in MPa, it would be {:e} Pa", 1e6 * stress);
-            if strain.abs() < SLACK[1] {
-                return Err(self.error(
-                    "prestress",
-                    format!("prestress: {what}"),
-                    &format!("it is written in pascals: {mega}"),
-                ));
-            }
-            self.warn("prestress", format!("{what}; {mega}"));
         }
         if stress > STRONGEST {
             self.warn(
@@ -327,7 +321,6 @@ impl Judge<'_> {
                 ),
             );
         }
-        Ok(())
     }
 
     /// Strength, against prestress and what a section of its size carries.
@@ -338,7 +331,7 @@ impl Judge<'_> {
                 format!("{strain} is a strain, no percentage: {strain} % is {}", 0.01 * strain),
             );
         }
-        self.prestress()?;
+        self.prestress();
         let (Some(force), Some(area)) = (self.section.rupture_force, self.section.area) else {
             return Ok(());
         };

@@ -39,6 +39,11 @@ pub fn judge(
             model.node_count()
         );
         let key = if config.structure.supports.is_empty() { "structure" } else { "structure.supports" };
+        if !scene.has("rock") {
+            // Someone may want its reactions alone.
+            warnings.push(format!("{key}: {what}; hold the frame alone"));
+            return Ok(());
+        }
         return Err(scene
             .invalid(key, what)
             .try_instead("hold the frame alone, as in supports = [{ group = \"frame\" }]"));

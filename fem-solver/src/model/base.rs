@@ -58,10 +58,7 @@ impl Base {
         let generated = match (&table.mesh, &table.generator) {
             (Some(_), Some(_)) => {
                 return Err(scene
-                    .invalid(
-                        "structure.mesh",
-                        "mesh and generator together: the structure comes from one of them",
-                    )
+                    .invalid("structure.mesh", "state either a mesh file or a generator")
                     .try_instead("keep either `mesh` or `generator`"));
             }
             (Some(path), None) => {

@@ -128,6 +128,12 @@ pub const WARNED: &[Row] = &[
         ["+", "[[terrain.zone]]\npolygon = [[0, 0], [50, 0], [50, 40]]\nmaterial = \"forest\"\n"],
         ["17:11", "it covers nothing", "in the terrain's coordinates"],
     ),
+    (
+        "prestress in MPa",
+        NET,
+        ["radius = 0.002", "radius = 0.002, prestress = 100.0"],
+        ["17:86", "strains it by 1.0e-9 only", "it would be 1e8 Pa"],
+    ),
     // Signs.
     (
         "gravity up over a net",
