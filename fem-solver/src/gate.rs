@@ -408,7 +408,7 @@ fn twins(model: &Model) -> Option<String> {
     }
     let (a, b) = *pairs.first()?;
     Some(format!(
-        "structure: {} nodes stand where another one does, first node {} and node {}: elements that end there are not connected; join \
+        "structure: {} nodes lie where another one does, first node {} and node {}: elements that end there are not connected; join \
          them (in Gmsh: Coherence)",
         pairs.len(),
         model.node_name(a),

@@ -69,7 +69,7 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Res
     let volume = 1.0 + excess(&Surface { points, triangles }, &rock.spheres, COLUMNS);
     if !(VOLUME[0]..=VOLUME[1]).contains(&volume) {
         warnings.push(format!(
-            "rock.{at}.cluster.file: rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3; radii stand \
+            "rock.{at}.cluster.file: rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3; radii are \
              in the fourth column, in metres",
             rock.name,
             short(volume),

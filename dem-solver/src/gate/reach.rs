@@ -195,9 +195,9 @@ fn on_terrain(model: &Model, ground: &Ground, net: &Net, at: usize) -> Option<St
     let beside = (ground.lowest - net.high).sup(&(net.low - ground.highest));
     let far = beside.x.max(beside.y);
     let why = if far > APART {
-        format!("it stands {} m beside the terrain", short(far))
+        format!("it is {} m beside the terrain", short(far))
     } else if net.low.z > top {
-        format!("it stands {} m above all that the rock can get to", short(net.low.z - top))
+        format!("it is {} m above all that the rock can get to", short(net.low.z - top))
     } else {
         return None;
     };

@@ -50,7 +50,7 @@ fn of_type(got: &str, expected: &str) -> Option<String> {
             text.trim_end_matches(|c: char| c.is_alphanumeric() && !c.is_ascii_digit() || "/%*^".contains(c));
         let plain = [text, digits.trim_end()].into_iter().find(|t| t.parse::<f64>().is_ok())?;
         let bare = if plain == text { "quotes" } else { "quotes and without its unit, in SI units" };
-        return Some(format!("a number stands without {bare}: {plain}"));
+        return Some(format!("write a number without {bare}: {plain}"));
     }
     if let Some(count) = expected.strip_prefix("an array of length ") {
         let listed = text.filter(|t| t.split(',').all(|n| n.trim().parse::<f64>().is_ok()));
@@ -71,7 +71,7 @@ pub(crate) fn as_table(name: &str, raw: &str) -> Option<String> {
     let (got, expected) = raw.strip_prefix("invalid type: ")?.rsplit_once(", expected ")?;
     if got == "map" && expected == "a string" {
         return Some(format!(
-            "it is one value, and stands among the keys of the table above: {name} = \"...\""
+            "it is one value, and belongs among the keys of the table above: {name} = \"...\""
         ));
     }
     if expectation(expected) != "a table" {
@@ -128,7 +128,7 @@ pub(crate) fn decimal_comma(root: &Spanned<DeValue>, span: &Range<usize>, raw: &
 /// "did you mean ...", with all that is known.
 pub fn suggestion<S: AsRef<str>>(name: &str, known: &[S]) -> Option<String> {
     if known.is_empty() {
-        return Some("nothing may stand here".into());
+        return Some("nothing may follow here".into());
     }
     let list = known.iter().map(|k| format!("`{}`", k.as_ref())).collect::<Vec<_>>().join(", ");
     Some(match nearest(name, known) {
