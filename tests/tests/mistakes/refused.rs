@@ -271,7 +271,7 @@ pub const REFUSED: &[Row] = &[
         "end_time below a table",
         FALL,
         ["end_time = 1.0\n", "[output]\nend_time = 1.0\n"],
-        ["2:1", "unknown key `end_time`", "above the first [table]"],
+        ["2:1", "unknown key `end_time`", "before the first [table]"],
     ),
     (
         "more spheres than fit",
