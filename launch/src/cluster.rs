@@ -22,8 +22,8 @@ pub struct Arguments {
     /// Close small holes of a surface file, as scans have them; their number and area are printed
     #[arg(long)]
     close_holes: bool,
-    /// Of several closed surfaces in a file take this one, counted from 1
-    #[arg(long, value_name = "K")]
+    /// Of several closed surfaces in a file take this one: its number, from 1, or its name in the file
+    #[arg(long, value_name = "NUMBER|NAME")]
     piece: Option<OsString>,
     /// `medial`: by the error; `lattice`: equal spheres in rows (boxes; the largest number that fills it) [default: medial]
     #[arg(long, value_name = "HOW", value_parser = PossibleValuesParser::new(["medial", "lattice"]))]
