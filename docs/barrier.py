@@ -1,12 +1,13 @@
 """Draws docs/barrier.png from the fields of launch/scenes/barrier-impact.toml.
 
     target/release/rockfall run launch/scenes/barrier-impact.toml --out out/barrier
-    pip install matplotlib meshio
+    pip install matplotlib meshio pillow
     python docs/barrier.py out/barrier/fields docs/barrier.png
 
 Three moments: before the impact, after 0.1 s, and near the largest deflection, seen from the valley.
 """
 
+import json
 import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -44,7 +45,7 @@ def draw(axes, structure, rock, time, posts):
     mesh, stone = meshio.read(structure), meshio.read(rock)
     places, depth = project(mesh.points)
     cells = mesh.cells_dict["line"]
-    force = mesh.cell_data["tension"][0].ravel() / 1000.0
+    force = mesh.cell_data["axial_force"][0].ravel() / 1000.0
     broken = mesh.cell_data["broken"][0].ravel() > 0
     order = np.argsort(depth[cells].mean(axis=1))
     order = order[~broken[order]]
@@ -88,8 +89,9 @@ def main(fields, picture):
     structures, rocks = dict(series(fields, "structure")), dict(series(fields, "rock_surface"))
     times = sorted(set(structures) & set(rocks))
     moments = [min(times, key=lambda t: abs(t - wanted)) for wanted in (0.0, 0.1, 0.3)]
-    # What carries strong compression at the end are the posts.
-    posts = meshio.read(structures[moments[-1]]).cell_data["tension"][0].ravel() < -2e4
+    parts = json.loads((fields / "structure_legend.json").read_text())["part"]
+    number = next(int(number) for number, name in parts.items() if name == "posts")
+    posts = meshio.read(structures[moments[0]]).cell_data["part"][0].ravel() == number
     figure, panels = plt.subplots(len(moments), 1, figsize=(9.0, 8.0), dpi=100)
     for axes, time in zip(panels, moments):
         draw(axes, structures[time], rocks[time], time, posts)

@@ -76,7 +76,7 @@ pub struct Balance {
     /// Work booked on the structure [J].
     pub structure_work: f64,
     /// Work booked on the interface mesh as the contact solver saw it [J].
-    pub wall_work: f64,
+    pub mesh_work: f64,
     /// Sum of |difference of the two| over the windows [J].
     pub defect: f64,
     /// Whether the first window had contact already.
@@ -105,7 +105,7 @@ impl Balance {
         self.system.update(end, &now.system(), now.dem.stored);
         self.imbalance = self.system.imbalance;
         self.structure_work += work.structure;
-        self.wall_work += work.wall;
+        self.mesh_work += work.wall;
         self.largest_work = self.largest_work.max(self.structure_work.abs());
         self.defect += (work.structure - work.wall).abs();
     }
@@ -123,7 +123,7 @@ impl Balance {
     pub fn origins(&self) -> [f64; 3] {
         let dem = self.now.dem.total() - self.start.dem.total();
         let fem = self.now.fem.total() - self.start.fem.total();
-        [dem, fem, self.structure_work - self.wall_work]
+        [dem, fem, self.structure_work - self.mesh_work]
     }
 }
 

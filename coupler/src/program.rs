@@ -43,7 +43,7 @@ struct Cli {
 enum Command {
     /// Lead a run: create the channels, wait for `dem` and `fem`, couple them to the end
     Run(RunArgs),
-    /// Say how the scene would be coupled; start nothing
+    /// Print how the scene would be coupled; start nothing
     Check {
         #[command(flatten)]
         input: Input,
@@ -84,7 +84,7 @@ struct RunArgs {
     /// Name of the run, the same for all its programs: 1 to 16 letters, digits, dashes
     #[arg(long, value_name = "ID", help_heading = "Connection")]
     run: RunId,
-    /// Process whose end ends this one
+    /// Number of the process that started this one: when it ends, this one ends too
     #[arg(long, value_name = "PID", help_heading = "Connection")]
     supervisor: Option<u32>,
 }
@@ -259,12 +259,18 @@ fn describe_cost(
         }
     }
     let mut processes = serde_json::Map::new();
+    // A run that ended before its second window has none to count.
+    let counts: serde_json::Map<_, _> = records
+        .allocations()
+        .map(|n| ("allocations_after_first_window".into(), json!(n)))
+        .into_iter()
+        .collect();
     processes.insert(
         "coupler".into(),
         json!({
             "cpu_s": cpu_seconds(),
             "peak_memory_bytes": peak_memory(),
-            "counts": { "allocations_after_first_window": records.allocations() },
+            "counts": counts,
         }),
     );
     for (name, told) in statistics.iter().flat_map(|(dem, fem)| [("dem", dem), ("fem", fem)]) {
@@ -296,7 +302,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let mut report_number = |name: &str, value: f64| report.numbers.insert(name.to_string(), value);
     report_number("seconds_per_exchange", typical_exchange(processes.wait));
     if settings.time_window.is_nan() {
-        report.builds.push("coupling: the window is open".into());
+        report.builds.push("coupling: scheme and window are not given; `rockfall` chooses them".into());
     } else {
         let shortest = settings.shortest_window();
         let windows = Schedule::new(settings.time_window, end_time, shortest).full_windows();

@@ -191,7 +191,7 @@ impl Observer for Records {
                 tracked.largest = (gauge[2], time);
             }
         }
-        let defect = c.balance.structure_work - c.balance.wall_work;
+        let defect = c.balance.structure_work - c.balance.mesh_work;
         self.row.extend([c.balance.imbalance, defect, c.iterations.into(), c.residual.displacement]);
         let history = self.history.as_mut().expect("created when both were prepared");
         self.rows
@@ -320,7 +320,9 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
     let energy = &mut summary.energy;
     for (name, joules) in [
         ("interface_work_structure_J", balance.structure_work),
-        ("interface_work_wall_J", balance.wall_work),
+        ("interface_work_mesh_J", balance.mesh_work),
+        // Its old name, for one version.
+        ("interface_work_wall_J", balance.mesh_work),
         ("interface_defect_J", balance.defect),
         ("imbalance_contact_solver_J", dem),
         ("imbalance_structure_J", fem),
@@ -328,7 +330,7 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
         ("imbalance_largest_J", balance.system.largest.0),
     ]
     .into_iter()
-    .take(if coupling.has_balance { 7 } else { 3 })
+    .take(if coupling.has_balance { 8 } else { 4 })
     {
         energy.insert(name.into(), json!(joules));
     }

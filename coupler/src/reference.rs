@@ -16,6 +16,18 @@ const fn iteration(name: &'static str, unit: &'static str, meaning: &'static str
     Entry::new("iterations.csv", name, unit, meaning)
 }
 
+const fn energy(name: &'static str, unit: &'static str, meaning: &'static str) -> Entry {
+    Entry::new("summary.json: energy", name, unit, meaning)
+}
+
+const fn coupling(name: &'static str, unit: &'static str, meaning: &'static str) -> Entry {
+    Entry::new("summary.json: coupling", name, unit, meaning)
+}
+
+const fn cost(name: &'static str, unit: &'static str, meaning: &'static str) -> Entry {
+    Entry::new("summary.json: cost", name, unit, meaning)
+}
+
 const RESULTS: &[Entry] = &[
     history("time", "s", "end of the row's window"),
     history(
@@ -49,4 +61,50 @@ const RESULTS: &[Entry] = &[
     ),
     iteration("factor", "1", "relaxation factor used"),
     iteration("seconds", "s", "wall time of the iteration"),
+    energy("energy_error", "1", "the measure of that name"),
+    energy("reference_J", "J", "energy to which `energy_error` relates: the kinetic one at impact"),
+    energy("kinetic_largest_J", "J", "one solver alone: largest kinetic energy"),
+    energy("imbalance_largest_J", "J", "largest imbalance of the energy of the whole system"),
+    energy(
+        "imbalance_contact_solver_J",
+        "J",
+        "part of the imbalance at the end that arose in the contact solver",
+    ),
+    energy("imbalance_structure_J", "J", "part that arose in the structural solver"),
+    energy("imbalance_interface_J", "J", "part that arose between the two: the difference of the next two"),
+    energy("interface_work_structure_J", "J", "work of the contact forces on the structure"),
+    energy(
+        "interface_work_mesh_J",
+        "J",
+        "work of the contact forces on the interface mesh as the contact solver moved it",
+    ),
+    energy("interface_work_wall_J", "J", "old name of `interface_work_mesh_J`, for one version"),
+    energy("interface_defect_J", "J", "sum over the windows of the magnitude of that difference"),
+    coupling("windows", "1", "committed windows"),
+    coupling("iterations", "1", "coupling iterations of all windows"),
+    coupling("iterations_per_window", "1", "their mean"),
+    coupling("most_iterations", "1", "most iterations of one window"),
+    coupling("windows_halved", "1", "windows that did not converge and were halved"),
+    coupling("windows_shortened", "1", "windows shorter than `coupling.time_window`"),
+    coupling("windows_unconverged", "1", "windows accepted although they had not converged"),
+    coupling("residual_largest_m", "m", "largest residual of an accepted window"),
+    coupling(
+        "residual_energy_share",
+        "1",
+        "interface residual as energy, the number that `limits.residual` bounds",
+    ),
+    cost("wall_s", "s", "wall time of the run"),
+    cost("stages", "s", "wall time of the preparation, `prepare_s`, and of the time loop, `loop_s`"),
+    cost("loop_s", "s", "wall time of the time loop"),
+    cost("windows", "1", "committed windows"),
+    cost("iterations", "1", "coupling iterations"),
+    cost("exchanges", "1", "requests to both solvers together, each with its answer"),
+    cost("exchange_microseconds", "us", "mean time of an exchange beside the computing of the solvers"),
+    cost("peak_memory_bytes", "B", "largest memory of one process"),
+    cost(
+        "processes",
+        "",
+        "of each process `cpu_s` (processor time), `solve_s` (wall time inside the solver), `peak_memory_bytes` and `counts`",
+    ),
+    cost("allocations_after_first_window", "1", "in `counts`: memory allocations after the first window"),
 ];

@@ -22,7 +22,7 @@ pub enum Scheme {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OnNoConvergence {
-    /// Take it as it stands, and say so.
+    /// Accept it as it is, with a warning.
     Accept,
     /// Try again with half the window.
     Halve,
@@ -54,7 +54,7 @@ pub struct Coupling {
     /// Most iterations of a window.
     #[serde(default = "default_max_iterations")]
     pub max_iterations: u32,
-    /// Order of the prediction of the net's motion at the start of a window: 0 it stays, 1 it goes on at its velocity.
+    /// Order of the prediction of the net's motion at the start of a window: 0: it stays, 1: it continues at its velocity.
     #[serde(default = "default_predictor")]
     pub predictor: u32,
     /// Parts of a window for which motion and mean force are exchanged: more resolve a contact that

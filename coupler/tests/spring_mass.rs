@@ -34,7 +34,7 @@ impl Observer for Record {
         self.rows.push((c.fem[15], c.balance.imbalance));
         self.spans.push((c.span.start, c.span.length));
         self.iterations.push(c.iterations);
-        self.defects.push((c.balance.structure_work, c.balance.wall_work));
+        self.defects.push((c.balance.structure_work, c.balance.mesh_work));
         Ok(())
     }
 }

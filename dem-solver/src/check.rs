@@ -81,7 +81,7 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
         report.builds.extend_from_slice(solver.choices());
         for (at, rock) in model.rocks.iter().enumerate() {
             if let Some(height) = start::height(ground, &model.settings, at) {
-                let what = format!("rock `{}` starts {height:.2} m above the terrain", rock.name);
+                let what = format!("rock `{}`: its centre starts {height:.2} m above the terrain", rock.name);
                 report.builds.push(what);
             }
         }

@@ -101,7 +101,7 @@ impl Steps {
         }
         steps.limit_between(settings, rocks, laws, &speeds, on_wall);
         let coarse = steps.contact / COARSE_STEPS_PER_CONTACT;
-        steps.longest = coarse.min(DemSettings::CRITICAL_SHARE * steps.critical).min(steps.step).min(stride);
+        steps.longest = coarse.min(DemSettings::TIME_STEP_SCALE * steps.critical).min(steps.step).min(stride);
         let dem = &settings.dem;
         if let Some(step) = dem.time_step {
             steps.step = step;
@@ -109,7 +109,7 @@ impl Steps {
             let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
             let turning = steps.step;
             steps.step = steps.contact / per_contact;
-            if let Some(share) = dem.share() {
+            if let Some(share) = dem.scale() {
                 steps.step = steps.step.min(share * steps.critical).min(turning).min(stride);
             }
         }

@@ -42,7 +42,7 @@ use interface_defs::toolkit::program::Program;
 pub const PROGRAM: Program = Program {
     name: "dem-solver",
     role: "dem",
-    about: "Rocks as rigid sphere clusters: contact, rotation, flight",
+    about: "Contact solver: rocks as rigid clusters of spheres, on nets, on terrain and in flight",
     build: |scene, options| match scene.has("spheres") {
         true => Ok(Box::new(granular::GranularSolver::new(scene, options)?)),
         false => Ok(Box::new(DemSolver::new(scene, options)?.guarded())),

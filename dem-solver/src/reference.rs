@@ -16,6 +16,7 @@ pub fn share() -> Share {
         .key::<BoxSettings>("box")
         .results(HISTORY)
         .results(MEASURES)
+        .results(COUNTS)
         .results(TRAJECTORY)
         .results(FIELDS)
         .share()
@@ -112,6 +113,23 @@ const MEASURES: &[Entry] = &[
         "1",
         "`[[spheres]]`: old name of `max_penetration`, over the radius of the smaller sphere, for one version",
     ),
+];
+
+const fn count(name: &'static str, meaning: &'static str) -> Entry {
+    Entry::new("summary.json: cost", name, "1", meaning)
+}
+
+const COUNTS: &[Entry] = &[
+    count(
+        "sub_steps",
+        "steps of the solvers, those of the contact solver times rocks; repeated windows included",
+    ),
+    count("flight_windows", "windows in which nothing was in reach, solved in closed form"),
+    count("flight_steps", "steps of free flight in closed form"),
+    count("contact_evaluations", "contact pairs evaluated, one for each step"),
+    count("candidate_refreshes", "searches of the broad phase"),
+    count("neighbour_list_refreshes", "updates of the list of elements near a rock"),
+    count("near_refreshes", "old name of `neighbour_list_refreshes`, for one version"),
 ];
 
 const fn trajectory(name: &'static str, unit: &'static str, meaning: &'static str) -> Entry {

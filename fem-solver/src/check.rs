@@ -2,7 +2,7 @@
 
 use crate::config::{Config, Integrator};
 use crate::critical_step::typical_stiffness;
-use crate::model::Model;
+use crate::model::{Model, Part};
 use crate::solver::FemSolver;
 use crate::start::{NoStart, Start};
 use interface_defs::field::FieldSpec;
@@ -90,12 +90,9 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
     let mass: f64 = model.mass.iter().sum();
     let held = (0..model.node_count()).filter(|n| model.fully_held(*n)).count();
     let mut lines = vec![format!(
-        "structure: {} nodes ({held} held), {} cables, {} other elements, {} springs, {} point masses, {mass:.4} kg",
+        "structure: {} nodes ({held} held), {mass:.4} kg; {}",
         model.node_count(),
-        model.cables.len(),
-        model.elements.len(),
-        model.springs.len(),
-        model.point_masses.len()
+        counts(model)
     )];
     let at_rest = if start.at_rest { "at rest in static equilibrium" } else { "still, not in equilibrium" };
     let hangs = sag.map_or(String::new(), |sag| format!(", its lowest node {sag:.6} m below the supports"));
@@ -110,6 +107,20 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
     };
     lines.push(format!("integrator: {}, {step}", config.fem.integrator.name()));
     lines
+}
+
+/// How many elements of each part there are, and springs and point masses where there are any.
+fn counts(model: &Model) -> String {
+    let parts = &model.parts[..model.part_count];
+    let size = |part: &Part| part.cables.len() + part.elements.len();
+    let named: usize = parts.iter().map(size).sum();
+    let all = model.cables.len() + model.elements.len();
+    let mut counts = vec![(all.saturating_sub(named), "cables".to_owned())];
+    counts.extend(parts.iter().map(|part| (size(part), format!("elements of `{}`", part.name))));
+    counts.push((model.springs.len(), "springs".into()));
+    counts.push((model.point_masses.len(), "point masses".into()));
+    let built = counts.iter().filter(|(count, _)| *count > 0);
+    built.map(|(count, what)| format!("{count} {what}")).collect::<Vec<_>>().join(", ")
 }
 
 /// The tables with every default in place.

@@ -462,7 +462,7 @@ fn twins(model: &Model) -> Option<String> {
     }
     let (a, b) = *pairs.first()?;
     Some(format!(
-        "{} nodes stand where another one does, first node {} and node {}: elements that end there are not connected; join \
+        "{} nodes lie where another one does, first node {} and node {}: elements that end there are not connected; join \
          them (in Gmsh: Coherence)",
         pairs.len(),
         model.node_name(a),

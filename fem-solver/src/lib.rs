@@ -63,7 +63,7 @@ use interface_defs::toolkit::program::Program;
 pub const PROGRAM: Program = Program {
     name: "fem-solver",
     role: "fem",
-    about: "Large-displacement statics and dynamics of cable nets",
+    about: "Structural solver: nets, ropes, brakes, posts and membranes at large displacements",
     build: |scene, options| Ok(Box::new(FemSolver::new(scene, options)?)),
     check: |scene, _| check::check(scene),
     schema: reference::share,

@@ -84,7 +84,7 @@ impl Loads {
             choose(
                 &means,
                 &ends,
-                "the force at a window's end stands in for its mean: impulse and work are not exact",
+                "the force at a window's end is taken for its mean: impulse and work are not exact",
             )
         } else {
             None

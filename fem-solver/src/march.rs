@@ -307,7 +307,7 @@ impl March {
                 if let Some(dof) = info.shifted_at {
                     if self.counts.shifted == 0 {
                         tracing::warn!(
-                            "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (said once)",
+                            "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (reported once)",
                             model.dof_name(dof)
                         );
                     }

@@ -114,7 +114,7 @@ impl Failure {
             Self::NotConverged { iterations, residual, limit, worst, moving, unstable } => {
                 let what = match moving {
                     Some(way) => format!(
-                        "Newton did not settle: after {iterations} iterations the residual is small enough, {residual:.2e} N \
+                        "Newton did not converge: after {iterations} iterations the residual is small enough, {residual:.2e} N \
                          of {limit:.2e} N allowed, but the last one still moved {way:.2e} m"
                     ),
                     None => format!(
@@ -143,7 +143,7 @@ impl Failure {
             ),
             Self::Broken { element, tension, part } => format!(
                 "{} breaks under {:.0} % of the dead load alone, at {tension:.4e} N",
-                model.element_name(*element),
+                model.member_name(*element, None),
                 100.0 * part
             ),
             Self::Stopped(fault) => fault.message.clone(),

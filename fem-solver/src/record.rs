@@ -113,7 +113,7 @@ impl Recorder {
             }
             if gauge.group.is_none() == gauge.at.is_none() {
                 return Err(
-                    scene.invalid(&key, "a gauge stands at a point or for a group: write one of at, group")
+                    scene.invalid(&key, "a gauge is at a point or of a group: write one of at, group")
                 );
             }
             let probe = Probe::of(scene, &key, model, gauge)?;

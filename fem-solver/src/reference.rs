@@ -11,6 +11,7 @@ pub fn share() -> Share {
         .key::<Vec<GaugeConfig>>("gauge")
         .results(HISTORY)
         .results(MEASURES)
+        .results(COUNTS)
         .results(FIELDS)
         .share()
 }
@@ -80,6 +81,22 @@ const MEASURES: &[Entry] = &[
     measure("sag", "m", "sag of the structure at rest under its own weight"),
 ];
 
+const fn count(name: &'static str, meaning: &'static str) -> Entry {
+    Entry::new("summary.json: cost", name, "1", meaning)
+}
+
+const COUNTS: &[Entry] = &[
+    count("newton_iterations", "Newton iterations, those of form finding included"),
+    count(
+        "skipped_windows",
+        "committed windows in which nothing loaded or moved the structure, which was not computed",
+    ),
+    count("factorisations", "factorisations of the tangent matrix"),
+    count("kept_factors", "factorisations saved, as the tangent had not changed"),
+    count("refined_windows", "windows in which Newton failed and that were repeated with shorter steps"),
+    count("shifted_tangents", "steps with a tangent matrix that was not positive definite and was shifted"),
+];
+
 const fn field(file: &'static str, name: &'static str, unit: &'static str, meaning: &'static str) -> Entry {
     Entry::new(file, name, unit, meaning)
 }
@@ -101,7 +118,7 @@ const FIELDS: &[Entry] = &[
     ),
     field("fields/structure.pvd", "axial_force", "N", "axial force of a line; `tension` is its old name"),
     field("fields/structure.pvd", "stress", "Pa", "axial stress, where the section is known"),
-    field("fields/structure.pvd", "utilisation", "1", "force over strength, where a strength is given"),
+    field("fields/structure.pvd", "utilisation", "1", "force over strength; 0 where no strength is given"),
     field(
         "fields/structure.pvd",
         "bending_moment_{1,2}_{start,end}",

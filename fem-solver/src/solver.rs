@@ -105,7 +105,7 @@ impl FemSolver {
         if self.probes.has_groups() {
             tracing::info!(
                 "gauges of several members: `_min` and `_max` are new, `_sum` and `_mean` say what they are; the old columns \
-                 (`_tension` and `_elongation`: the largest; `_fx` ...: the sum; `_ux`, `_vx` ...: the mean) stay for this version"
+                 (`_tension` and `_elongation`: the largest; `_fx` ...: the sum; `_ux`, `_vx` ...: the mean) are kept for one version"
             );
         }
         let shortest = start.time_step.min(plan.window) / HALVINGS;
@@ -184,7 +184,7 @@ fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
         format!(
             "rupture at t = {:.6} s: {} broke under {:.4e} N",
             event.time,
-            model.element_name(event.element as usize),
+            model.member_name(event.element as usize, None),
             event.tension,
         )
     });

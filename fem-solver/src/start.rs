@@ -76,8 +76,12 @@ impl Start {
         model: &Model,
         on_progress: OnProgress,
     ) -> Result<Self, NoStart> {
-        on_progress(format!("{} nodes, {} cables: analysing", model.node_count(), model.cables.len()))
-            .map_err(NoStart::Stopped)?;
+        on_progress(format!(
+            "{} nodes, {} elements: analysing",
+            model.node_count(),
+            model.cables.len() + model.elements.len()
+        ))
+        .map_err(NoStart::Stopped)?;
         let mut newton = Newton::new(model);
         let (Form { displacement, history, smoothed }, form_finding) = match config.structure.form_finding {
             FormFinding::None => {
@@ -93,7 +97,7 @@ impl Start {
                     }
                     last = Some(Instant::now());
                     on_progress(format!(
-                        "form finding: iteration {iteration}, residual {residual:.1e} of its limit"
+                        "form finding: iteration {iteration}, residual {residual:.1e} times its limit"
                     ))
                 };
                 find_form(model, &mut newton, way, &mut told).map_err(|failure| match failure {

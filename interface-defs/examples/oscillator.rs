@@ -53,6 +53,11 @@ impl Solver for Oscillator {
     }
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    Ok(serve(&mut Oscillator::default(), &Connection::from_args(std::env::args_os())?)?)
+fn main() {
+    let connection = Connection::from_args(std::env::args_os());
+    let ended = connection.and_then(|c| serve(&mut Oscillator::default(), &c).map_err(|e| e.to_string()));
+    if let Err(what) = ended {
+        eprintln!("error: {what}");
+        std::process::exit(1);
+    }
 }

@@ -113,13 +113,13 @@ fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>,
     let longest = numbers.limit.map(|limit| limit.window);
     let unknown = || {
         if numbers.is_static {
-            let what = "scheme and time_window are open, and cannot be computed: a structure in statics has no masses that \
+            let what = "scheme and time_window are not given and cannot be computed: a structure in statics has no masses that \
                         limit a window";
             return scene.invalid("fem.integrator", what).try_instead(
                 "write integrator = \"central_difference\", or scheme and time_window of [coupling]",
             );
         }
-        let what = "scheme and time_window are open, and cannot be computed: a solver does not report the numbers of its \
+        let what = "scheme and time_window are not given and cannot be computed: a solver does not report the numbers of its \
                     contact or of its structure";
         scene
             .invalid("coupling", what)
@@ -208,7 +208,7 @@ fn enter(choice: &Chosen, reports: &mut [(Part, CheckReport)]) {
         entry.insert(key.into(), choice.value.clone());
         if choice.key == ("dem", "time_step") {
             entry.remove("steps_per_contact");
-            entry.remove("critical_share");
+            entry.remove("time_step_scale");
         }
     }
     if let Some(value) = choice.value.as_float() {

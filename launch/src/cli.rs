@@ -4,7 +4,7 @@ use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
-use crate::{reference, schema};
+use crate::{cluster, manual, reference, schema};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::exit::Exit;
@@ -56,12 +56,13 @@ enum Command {
         resolved: Option<PathBuf>,
     },
     /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, and print its error
-    #[command(disable_help_flag = true)]
-    Cluster {
-        /// As `dem-solver cluster` takes them: SHAPE --spheres N -o FILE; see --help
-        #[arg(value_name = "ARGUMENTS", trailing_var_arg = true, allow_hyphen_values = true)]
-        arguments: Vec<OsString>,
-    },
+    #[command(
+        after_help = "SHAPE is a file or one of cube:EDGE, box:A,B,C (edges), sphere:RADIUS, ellipsoid:A,B,C (semi-axes), \
+        ead_block:EDGE, norm_rock_111:VOLUME, norm_rock_221:VOLUME, random_convex:A,B,C[,SEED[,POINTS]] (edges of its box); \
+        lengths in m, volumes in m3.\nMass, centre and inertia of a rock always come from its shape, never from the spheres.\n\
+        In a scene: cluster = { spheres = N } makes the same cluster, cluster = { file = \"FILE\" } reads it."
+    )]
+    Cluster(cluster::Arguments),
     /// Print the JSON schema of the scene file, for editors
     ///
     /// Write it into a file once, and name that in the first line of a scene: `#:schema rockfall.schema.json`.
@@ -82,7 +83,7 @@ enum Command {
         #[arg(value_enum)]
         shell: clap_complete::Shell,
     },
-    /// Print the manual page: rockfall man | man -l -
+    /// Print the manual page, all commands in one: rockfall man | man -l -
     Man {
         /// Write the page, and one for each command, into this directory instead
         #[arg(long, value_name = "DIR")]
@@ -134,7 +135,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             tell(&estimate::check(&input.scene, &input.sets, resolved.as_deref())?);
             Ok(Exit::Done)
         }
-        Command::Cluster { arguments } => hand_over("dem-solver", "cluster", &arguments),
+        Command::Cluster(_) => hand_over("dem-solver", "cluster", &cluster::given()),
         Command::Schema { reference } => {
             let share = schema::share()?;
             tell(&if reference { reference::text(&share) } else { schema::text(&share) });
@@ -146,7 +147,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             tell(&String::from_utf8_lossy(&script));
             Ok(Exit::Done)
         }
-        Command::Man { dir } => manual(dir.as_deref()),
+        Command::Man { dir } => print_manual(dir.as_deref()),
         Command::Clean => {
             let removed = ipc::clean().map_err(|failure| Stop::failed(failure.to_string()))?;
             if removed.is_empty() {
@@ -161,19 +162,17 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
 }
 
 /// The manual page on stdout, or all pages in a directory.
-fn manual(dir: Option<&Path>) -> Result<Exit, Stop> {
+fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
     match dir {
         None => {
             let mut page = Vec::new();
-            let rendered = clap_mangen::Man::new(Cli::command()).render(&mut page);
+            let rendered = manual::one_page(Cli::command(), &mut page);
             rendered.map_err(|e| Stop::failed(format!("the manual page cannot be made: {e}")))?;
             tell(&String::from_utf8_lossy(&page));
         }
-        Some(dir) => std::fs::create_dir_all(dir)
-            .and_then(|()| clap_mangen::generate_to(Cli::command(), dir))
-            .map_err(|e| {
-                Stop::input(format!("{}: the manual pages cannot be written: {e}", dir.display()))
-            })?,
+        Some(dir) => manual::write(Cli::command(), dir).map_err(|e| {
+            Stop::input(format!("{}: the manual pages cannot be written: {e}", dir.display()))
+        })?,
     }
     Ok(Exit::Done)
 }
@@ -206,7 +205,7 @@ mod tests {
             Cli::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
         assert!(commands.iter().any(|c| c == "run") && commands.len() >= 7, "{commands:?}");
         let dir = tempfile::tempdir().expect("a directory");
-        manual(Some(dir.path())).expect("written");
+        print_manual(Some(dir.path())).expect("written");
         use clap_complete::Shell;
         for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
             let mut script = Vec::new();
@@ -220,5 +219,13 @@ mod tests {
         }
         let page = std::fs::read_to_string(dir.path().join("rockfall.1")).expect("a page");
         assert!(page.contains("Exit codes"), "{page}");
+        // Every option of every command.
+        for option in
+            Cli::command().get_subcommands().flat_map(|c| c.get_arguments().cloned().collect::<Vec<_>>())
+        {
+            let Some(name) = option.get_long() else { continue };
+            let name = format!("\\-\\-{}", name.replace('-', "\\-"));
+            assert!(page.contains(&name), "{name} is not in\n{page}");
+        }
     }
 }

@@ -44,7 +44,7 @@ pub fn check(path: &Path, sets: &[String], resolved: Option<&Path>) -> Result<St
     let numbers = Numbers::of(&reports, scene.end_time()?);
     text.push('\n');
     for choice in chosen.iter().filter(|choice| choice.is_of_scene()) {
-        let _ = writeln!(text, "{:<28} {}", "chosen, the scene is open", choice.text());
+        let _ = writeln!(text, "{:<28} {}", "chosen, not in the scene", choice.text());
     }
     text.push_str(&numbers.steps());
     text.push_str(&numbers.cost());

@@ -5,13 +5,15 @@
 //! by presence, [`validate`] asks the programs themselves, [`choice`] fills in scheme, window and steps that are open
 //! ([`numbers`], [`stability`]), [`record`] writes down what will run,
 //! [`schema`] and [`reference`] say what a scene may hold, [`supervise`] starts and watches, [`verdict`] makes one message
-//! of how it ended, [`estimate`] estimates steps and cost for `rockfall check`.
+//! of how it ended, [`estimate`] estimates steps and cost for `rockfall check`; [`manual`] makes the manual page.
 
 mod choice;
 mod cli;
+mod cluster;
 mod command_line;
 mod estimate;
 mod events;
+mod manual;
 mod numbers;
 mod plan;
 mod progress;

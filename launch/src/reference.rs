@@ -14,7 +14,7 @@ All keys of a scene, and all numbers in the result files. This page is made by `
 doc comments of the programs; do not edit it.
 
 A scene is one TOML file in SI units; paths in it are relative to the scene file. A table that is absent builds nothing
-and starts nothing. `[name]` is a table, `[[name]]` a table that may stand several times. For completion and checks in an
+and starts nothing. `[name]` is a table, `[[name]]` a table that may occur several times. For completion and checks in an
 editor (Even Better TOML, taplo): `rockfall schema > rockfall.schema.json`, and `#:schema rockfall.schema.json` as the
 first line of the scene.
 ";

@@ -46,7 +46,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let mut reports = validate(&plan, &request.scene, &request.sets, &events)?;
     for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene())
     {
-        tracing::info!("chosen, the scene is open: {}", choice.text());
+        tracing::info!("chosen, as the scene does not say: {}", choice.text());
     }
     let warnings = estimate::warnings(&reports, scene.end_time()?);
     for warning in warnings.iter().filter(|_| !request.quiet) {

@@ -15,7 +15,7 @@ pub fn share() -> Result<Share, Stop> {
     let mut all = Tables::common().key::<Processes>("processes").share();
     for program in PROGRAMS {
         all.merge(ask(program)?).map_err(|name| {
-            Stop::failed(format!("{program} and another program say different things of `{name}`"))
+            Stop::failed(format!("{program} and another program describe `{name}` differently"))
         })?;
     }
     Ok(all)
@@ -31,7 +31,7 @@ fn ask(program: &str) -> Result<Share, Stop> {
         .map_err(|e| InputError::new(format!("{} cannot be started: {e}", file.display())))?;
     Share::from_json(&String::from_utf8_lossy(&output.stdout)).map_err(|e| {
         let said = String::from_utf8_lossy(&output.stderr);
-        Stop::failed(format!("{program} schema: {e}; are all programs of one version? It said: {said}"))
+        Stop::failed(format!("{program} schema: {e}; are all programs of one version? It printed: {said}"))
     })
 }
 

@@ -107,7 +107,7 @@ fn read(member: &Member, outcome: io::Result<Output>) -> Result<CheckReport, Sto
     let output = outcome.map_err(|e| Stop::input(format!("{program} cannot be started: {e}")))?;
     let said = String::from_utf8_lossy(&output.stderr);
     let told = error_in(&said)
-        .unwrap_or_else(|| format!("{program} check ended with {} and said: {said}", output.status));
+        .unwrap_or_else(|| format!("{program} check ended with {} and printed: {said}", output.status));
     match output.status.code() {
         Some(0) => CheckReport::from_json(&String::from_utf8_lossy(&output.stdout))
             .map_err(|e| Stop::failed(format!("{program} check: {e}; are all programs of one version?"))),

@@ -95,7 +95,7 @@ impl Observer for Auditor {
         let (dem, fem) = (self.dem.borrow(), self.fem.borrow());
         let now = [
             c.balance.structure_work,
-            c.balance.wall_work,
+            c.balance.mesh_work,
             c.fem[3 * self.received.1],
             -c.dem[3 * self.received.0],
         ];

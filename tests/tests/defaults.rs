@@ -157,7 +157,7 @@ fn what_cannot_be_computed_has_to_be_named() {
     let ended = bench.run(&path, "out", &[]);
     assert_eq!(ended.code, Some(2), "{}", ended.stderr);
     assert!(
-        ended.stderr.contains("scheme and time_window are open, and cannot be computed"),
+        ended.stderr.contains("scheme and time_window are not given and cannot be computed"),
         "{}",
         ended.stderr
     );

@@ -190,6 +190,14 @@ fn undescribed(ended: &Ended, results: &Share) -> Vec<String> {
             missing.push(format!("summary.json: {name} [{unit}]"));
         }
     }
+    for part in ["energy", "coupling", "cost"] {
+        let file = format!("summary.json: {part}");
+        let of_solvers = ["dem", "fem", "coupler"].map(|name| &summary["cost"]["processes"][name]["counts"]);
+        let counts =
+            of_solvers.into_iter().filter(|_| part == "cost").filter_map(|counts| counts.as_object());
+        let keys = summary[part].as_object().into_iter().chain(counts).flat_map(|table| table.keys());
+        missing.extend(keys.filter(|key| !described(&file, key)).map(|key| format!("{file}: {key}")));
+    }
     missing
 }
 
@@ -215,4 +223,23 @@ fn every_column_and_measure_stands_in_the_reference_with_its_unit() {
         let missing = undescribed(&ended, &all);
         assert!(missing.is_empty(), "{name}: without an entry in the program's reference.rs: {missing:#?}");
     }
+}
+
+/// The options that a help text lists, and the values that they can have.
+fn options(program_name: &str) -> Vec<String> {
+    let output = Command::new(program(program_name)).args(["cluster", "--help"]).output().expect("it runs");
+    let text = String::from_utf8(output.stdout).expect("text");
+    let listed = |line: &&str| line.starts_with('-') || line.starts_with("[possible values");
+    text.lines().map(str::trim).filter(listed).map(str::to_owned).collect()
+}
+
+#[test]
+fn rockfall_offers_the_options_of_a_cluster_that_dem_solver_takes() {
+    let (own, takes) = (options("rockfall"), options("dem-solver"));
+    assert!(takes.len() > 10 && takes.iter().any(|o| o.contains("--smallest-radius")), "{takes:?}");
+    let sorted = |mut all: Vec<String>| {
+        all.sort();
+        all
+    };
+    assert_eq!(sorted(own), sorted(takes));
 }

@@ -4,7 +4,8 @@ use super::{Acceleration, relax};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// No relaxation. Converges only while the structure gives way less than the contact: k S < 1 (handbook 3.8).
+/// No relaxation. Converges only where the product of the stiffness of the contact and the compliance of the
+/// structure in a window is below 1.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoRelaxation {}

@@ -66,7 +66,7 @@ fn command() -> clap::Command {
     Arguments::augment_args(
         clap::Command::new("cluster")
             .bin_name("rockfall cluster")
-            .about("Fill a closed surface with overlapping spheres, and say how far the two lie apart")
+            .about("Fill a closed surface with overlapping spheres, and print its error")
             .after_help(format!(
                 "SHAPE is a file (.stl, .obj) or one of {NAMES}.\n\
                  Mass, centre and inertia of a rock always come from its shape, never from the spheres.\n\

@@ -52,14 +52,13 @@ pub fn check(g: Vector3<f64>, terrain: bool, scene: &Scene) -> Result<Vec<String
             return Err(scene.invalid("gravity", what).try_instead(format!("turn its sign round: {EARTH}")));
         }
         if angle >= LYING {
-            let what = format!(
-                "gravity [{x}, {y}, {z}] stands {angle:.0} degrees off -z, and z is upward on a terrain"
-            );
+            let what =
+                format!("gravity [{x}, {y}, {z}] is {angle:.0} degrees off -z, and z is upward on a terrain");
             return Err(scene.invalid("gravity", what).try_instead(format!("turn it down: {EARTH}")));
         }
         if angle > UPRIGHT {
             warnings.push(format!(
-                "gravity [{x}, {y}, {z}] stands {angle:.1} degrees off -z: the terrain counts as tilted by as much; \
+                "gravity [{x}, {y}, {z}] is {angle:.1} degrees off -z: the terrain counts as tilted by as much; \
                  straight down is {EARTH}"
             ));
         }

@@ -29,6 +29,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let (settings, steps) = (&model.settings, &model.steps);
     let mut warnings = gate::of_spheres(settings, scene)?;
     warnings.extend(limits::of_contacts(&settings.contacts));
+    warnings.extend(settings.notices.clone());
     let mut report = CheckReport { warnings, ..CheckReport::default() };
     for (number, group) in settings.spheres.iter().enumerate() {
         let of = |i: &usize| usize::from(start.group[*i]) == number;

@@ -305,7 +305,10 @@ impl Solver for GranularSolver {
         let gauges = Self::gauges();
         let mut initial = vec![0.0; 3 * gauges.len()];
         self.tell(&self.committed, &mut initial);
-        let warnings = [limits::of_contacts(&self.model.settings.contacts), self.cautions.clone()].concat();
+        let settings = &self.model.settings;
+        let warnings =
+            [limits::of_contacts(&settings.contacts), self.cautions.clone(), settings.notices.clone()]
+                .concat();
         Ok(Ready { gauges, initial, warnings, ..Ready::default() })
     }
 

@@ -76,7 +76,7 @@ impl Steps {
         let dem = &settings.dem;
         let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
         steps.step = dem.time_step.unwrap_or(steps.contact / per_contact);
-        if let (None, Some(share)) = (dem.time_step, dem.share()) {
+        if let (None, Some(share)) = (dem.time_step, dem.scale()) {
             steps.step = steps.step.min(share * steps.critical);
         }
         if steps.step > steps.critical && !dem.allow_unstable {

@@ -154,7 +154,7 @@ pub fn from_points(points: &[[f64; 3]], longest: Option<f64>, file: &str) -> Res
     let mut notices = Vec::new();
     if nodes.len() < before {
         notices.push(format!(
-            "terrain: {} points stand above or below another one; the highest is kept",
+            "terrain: {} points lie above or below another one; the highest is kept",
             before - nodes.len()
         ));
     }

@@ -222,8 +222,11 @@ impl ContactSettings {
                 return Err(invalid("young", "`hertz_mindlin` needs `young` [Pa]".into()));
             }
             (LawName::Linear, Some(_), Some(_)) => {
-                return Err(invalid("stiffness", "young and stiffness together say one thing twice".into())
-                    .try_instead("keep one of them"));
+                return Err(invalid(
+                    "stiffness",
+                    "young and stiffness together define one thing twice".into(),
+                )
+                .try_instead("keep one of them"));
             }
             (LawName::Linear, None, None) => {
                 return Err(invalid("stiffness", "`linear` needs `stiffness` [N/m] or `young` [Pa]".into()));
@@ -258,7 +261,7 @@ impl ContactSettings {
             (Some(_), Some(_)) => {
                 return Err(invalid(
                     "damping_ratio",
-                    "restitution and damping_ratio say one thing twice".into(),
+                    "restitution and damping_ratio define one thing twice".into(),
                 )
                 .try_instead("keep one of them"));
             }

@@ -15,15 +15,18 @@ pub struct DemSettings {
     pub time_step: Option<f64>,
     /// Steps in the shortest contact that is expected; of one rock on terrain without a structure, in the contact at
     /// hand, which is longer where fewer spheres touch or the rock is slower. More: more accurate, as its
-    /// square, and dearer. Default 50.
+    /// square, and more costly. Default 50.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_per_contact: Option<f64>,
-    /// A step that follows from `steps_per_contact` is shortened to this share of the critical one, above 0 to 1.
-    /// Default: 0.5 where the scene leaves `steps_per_contact` open; else it is not shortened, and refused above the
+    /// A step that follows from `steps_per_contact` is shortened to this fraction of the critical one, above 0 to 1.
+    /// Default: 0.5 where the scene does not name `steps_per_contact`; else it is not shortened, and refused above the
     /// critical one. Excludes `time_step`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_step_scale: Option<f64>,
+    /// Old name of `time_step_scale`, for one version.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub critical_share: Option<f64>,
-    /// How rocks rotate between two steps. Default `exact`; separate spheres turn exactly whatever it says.
+    /// How rocks rotate between two steps. Default `exact`; of separate spheres always `exact`.
     #[serde(default)]
     pub rotation: Rotation,
     /// Which of several lines and faces that a sphere touches are contacts. Default `automatic`. Rocks on a net or on
@@ -92,19 +95,33 @@ impl DemSettings {
     /// Steps in the shortest contact where the scene does not say.
     pub const STEPS_PER_CONTACT: f64 = 50.0;
 
-    /// Largest share of the critical step where the scene leaves the step open.
-    pub const CRITICAL_SHARE: f64 = 0.5;
+    /// Largest fraction of the critical step where the scene does not name the step.
+    pub const TIME_STEP_SCALE: f64 = 0.5;
 
-    /// The share of the critical step to which a step that follows from the contact is shortened, if it is.
-    pub fn share(&self) -> Option<f64> {
-        self.critical_share.or(self.steps_per_contact.is_none().then_some(Self::CRITICAL_SHARE))
+    /// The fraction of the critical step to which a step that follows from the contact is shortened, if it is.
+    pub fn scale(&self) -> Option<f64> {
+        self.time_step_scale.or(self.steps_per_contact.is_none().then_some(Self::TIME_STEP_SCALE))
+    }
+
+    /// Move what the table says by the old name `critical_share` to the new one; a note for the user if it does.
+    pub(super) fn rename_scale(&mut self, scene: &Scene) -> Result<Option<String>, InputError> {
+        let Some(value) = self.critical_share.take() else { return Ok(None) };
+        if self.time_step_scale.replace(value).is_some() {
+            let what = "`critical_share` is the old name of `time_step_scale`, which the table has too";
+            return Err(scene.invalid("dem.critical_share", what).try_instead("leave `critical_share` out"));
+        }
+        Ok(Some(
+            "dem.critical_share is the old name of dem.time_step_scale and will go with the next version: write \
+             time_step_scale"
+                .into(),
+        ))
     }
 
     /// The same with the defaults of a scene with contact filled in: it gives the same step.
     pub fn filled_in(&self) -> Self {
         let mut all = self.clone();
         if self.time_step.is_none() {
-            all.critical_share = self.share();
+            all.time_step_scale = self.scale();
             all.steps_per_contact = self.steps_per_contact.or(Some(Self::STEPS_PER_CONTACT));
         }
         all
@@ -114,20 +131,21 @@ impl DemSettings {
     pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
         if let (Some(_), Some(_)) = (self.time_step, self.steps_per_contact) {
             return Err(scene
-                .invalid("dem.steps_per_contact", "time_step and steps_per_contact say one thing twice")
+                .invalid("dem.steps_per_contact", "time_step and steps_per_contact define one thing twice")
                 .try_instead("keep one of them"));
         }
-        if let (Some(_), Some(_)) = (self.time_step, self.critical_share) {
+        if let (Some(_), Some(_)) = (self.time_step, self.time_step_scale) {
             return Err(scene
                 .invalid(
-                    "dem.critical_share",
-                    "a given time_step is not shortened to a share of the critical one",
+                    "dem.time_step_scale",
+                    "a given time_step is not shortened to a fraction of the critical one",
                 )
-                .try_instead("keep one of time_step and critical_share"));
+                .try_instead("keep one of time_step and time_step_scale"));
         }
-        if let Some(share) = self.critical_share.filter(|s| !(*s > 0.0 && *s <= 1.0)) {
-            let what = format!("a share of {share} of the critical step: above 0 to 1 is possible");
-            return Err(scene.invalid("dem.critical_share", what));
+        if let Some(scale) = self.time_step_scale.filter(|s| !(*s > 0.0 && *s <= 1.0)) {
+            let what =
+                format!("a fraction of {scale} of the critical step: it must be above 0 and at most 1");
+            return Err(scene.invalid("dem.time_step_scale", what));
         }
         if let Some(step) = self.time_step.filter(|s| *s <= 0.0) {
             return Err(scene.invalid("dem.time_step", format!("a step of {step} s: it must lie above 0")));

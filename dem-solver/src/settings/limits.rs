@@ -26,9 +26,8 @@ fn outside(what: &str, value: f64, unit: &str, [lowest, highest]: [f64; 2]) -> O
         (_, true) => format!("from {lowest:e}{unit} on"),
         _ => format!("from {lowest:e} to {highest:e}{unit}"),
     };
-    (!(lowest..=highest).contains(&value)).then(|| {
-        format!("{what} of {value:e}{unit}: this solver is tested {range}; look at its answer twice")
-    })
+    (!(lowest..=highest).contains(&value))
+        .then(|| format!("{what} of {value:e}{unit}: this solver is tested {range}; check its result"))
 }
 
 /// Warnings about the laws of contact.

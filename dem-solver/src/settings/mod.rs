@@ -76,6 +76,7 @@ impl Settings {
         }
         let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
         let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
+        let scale = dem.rename_scale(scene)?;
         dem.check(scene)?;
         if dem.threads.is_some() {
             return Err(scene
@@ -85,6 +86,7 @@ impl Settings {
         let notes = [
             contact::rename_hierarchy(&mut contacts, &mut dem, scene)?,
             contact::rename_partner(&mut contacts, scene)?,
+            scale,
         ];
         let terrain: Option<TerrainSettings> = scene.read("terrain")?;
         if let Some(terrain) = &terrain {
@@ -128,6 +130,8 @@ pub struct GranularSettings {
     pub end_time: f64,
     /// `[output] fields`: interval of the field files [s].
     pub fields: Option<f64>,
+    /// What the user should know of the names in the scene.
+    pub notices: Vec<String>,
 }
 
 impl GranularSettings {
@@ -150,7 +154,7 @@ impl GranularSettings {
         let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
         spheres::complete(&mut groups, walls.as_ref(), scene)?;
         let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        contact::rename_partner(&mut contacts, scene)?;
+        let mut notices: Vec<String> = contact::rename_partner(&mut contacts, scene)?.into_iter().collect();
         let mut known: Vec<String> = groups.iter().map(|g| g.material.clone()).collect();
         known.extend(walls.iter().map(|w| w.material.clone()));
         contact::check_all(&contacts, &known, scene)?;
@@ -159,7 +163,8 @@ impl GranularSettings {
                 .invalid("spheres", "there are spheres and no contact law")
                 .try_instead("add a table [[contact]]"));
         }
-        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
+        let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
+        notices.extend(dem.rename_scale(scene)?);
         dem.check(scene)?;
         crate::gate::gravity::check(scene.gravity()?.into(), false, scene)?;
         Ok(Self {
@@ -170,6 +175,7 @@ impl GranularSettings {
             gravity: scene.gravity()?.into(),
             end_time: scene.end_time()?,
             fields: Output::of(scene)?.fields,
+            notices,
         })
     }
 }

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// A rigid rock, and the spheres that stand for it in contact.
+/// A rigid rock, and the spheres that represent it in contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RockSettings {
@@ -39,7 +39,7 @@ pub struct RockSettings {
     pub density: Option<f64>,
     /// The true solid: its mass, centre and inertia are the rock's.
     pub shape: Shape,
-    /// The spheres that stand for the solid in contact.
+    /// The spheres that represent the solid in contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cluster: Option<Cluster>,
 }
@@ -132,7 +132,7 @@ pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), 
 fn check_mass(rock: &RockSettings, key: &dyn Fn(&str) -> String, scene: &Scene) -> Result<(), InputError> {
     match (rock.mass, rock.density) {
         (Some(_), Some(_)) => Err(scene
-            .invalid(&key("density"), "mass and density together say one thing twice")
+            .invalid(&key("density"), "mass and density together define one thing twice")
             .try_instead("keep one of them")),
         (None, None) => Err(scene
             .invalid(&key("mass"), format!("rock `{}` has neither mass nor density", rock.name))

@@ -33,7 +33,7 @@ pub struct SpheresSettings {
     /// Velocity [m/s]. Default 0.
     #[serde(default)]
     pub velocity: [f64; 3],
-    /// Largest departure of each component of the velocity from that [m/s], all equally likely. Default 0.
+    /// Largest deviation of each component of the velocity from that [m/s], all equally likely. Default 0.
     #[serde(default)]
     pub velocity_scatter: f64,
     /// Seed of radii, places and velocities: equal seeds, equal spheres. Default 1.

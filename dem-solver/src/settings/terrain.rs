@@ -148,7 +148,7 @@ impl TerrainSettings {
             let key = |name: &str| format!("terrain.zone.{i}.{name}");
             match (&zone.polygon, zone.number) {
                 (Some(_), Some(_)) => {
-                    let what = "polygon and number together say one thing twice";
+                    let what = "polygon and number together define one thing twice";
                     return Err(scene.invalid(&key("number"), what).try_instead("keep one of them"));
                 }
                 (None, None) => {

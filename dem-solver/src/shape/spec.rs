@@ -46,7 +46,7 @@ pub enum Shape {
         /// Volume [m3].
         volume: f64,
     },
-    /// A convex polyhedron by chance: the hull of points on and in an ellipsoid.
+    /// A random convex polyhedron: the hull of points on and in an ellipsoid.
     RandomConvex {
         /// Edges of the box that it fills [m].
         size: [f64; 3],

@@ -95,7 +95,7 @@ impl fmt::Display for Flaw {
             ),
             Self::Branched(t, [a, b], n) => write!(
                 f,
-                "{n} triangles meet at the edge from {} to {}, one of them triangle {t}: there must be two",
+                "{n} triangles share the edge from {} to {}, one of them triangle {t}: there must be two",
                 at(a),
                 at(b)
             ),
@@ -452,7 +452,7 @@ mod tests {
         assert!(refused(&flat).contains("triangle 5"), "{}", refused(&flat));
         let mut branched = all.clone();
         branched.push([all[0][0], all[0][1], Vector3::new(5.0, 5.0, 5.0)]);
-        assert!(refused(&branched).contains("3 triangles meet at the edge"), "{}", refused(&branched));
+        assert!(refused(&branched).contains("3 triangles share the edge"), "{}", refused(&branched));
         let mut nan = all.clone();
         nan[6][1].y = f64::NAN;
         assert_eq!(refused(&nan), "triangle 7 has a coordinate that is not a finite number");

@@ -281,7 +281,7 @@ fn one_impact(track: &Track, settings: &Settings, tell: &mut Tell) {
     match track.passed {
         Some(way) => tell.absent(
             "max_deflection, max_travel",
-            &format!("the net did not stop it, it got {} it", way.words()),
+            &format!("the net did not stop it, it went {} it", way.words()),
         ),
         None => distances(track, settings, tell),
     }

@@ -292,7 +292,7 @@ impl DemSolver {
         if laws.use_local_masses() && wall.inverse_mass.is_none() {
             self.model.laws = Some(laws.clone().without_local_masses());
             warnings.push(
-                "the structure does not tell its nodal masses: contacts damp with the rock's whole mass \
+                "the structure does not report its nodal masses: contacts damp with the rock's whole mass \
                  (effective_mass = \"rock\")"
                     .into(),
             );

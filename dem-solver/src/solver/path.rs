@@ -45,6 +45,8 @@ pub struct Path {
     pub most_energy: (f64, f64),
     /// When the last row of its way was written [s].
     pub row: f64,
+    /// Until when it has been judged whether it has ended [s].
+    pub judged: f64,
     /// How it ended.
     pub ending: Option<End>,
 }
@@ -63,6 +65,17 @@ pub struct End {
 }
 
 impl Path {
+    /// The start of the run, with the jump height there.
+    pub fn begin(&mut self, rock: &Rock, motion: &Motion, height: Option<f64>) {
+        self.see(rock, motion, 0.0);
+        self.height(height, 0.0);
+    }
+
+    /// Whether the rock has left the terrain: where it goes then, while others still move, counts no more.
+    pub fn has_left(&self) -> bool {
+        self.ending.is_some_and(|end| end.how == Ending::Out)
+    }
+
     /// Take in a step of `h` [s] that ends at `end` [s] with the motion `after`; `touching`: there were
     /// contacts in its middle.
     pub fn step(
@@ -103,6 +116,9 @@ impl Path {
     }
 
     fn see(&mut self, rock: &Rock, motion: &Motion, time: f64) {
+        if self.has_left() {
+            return;
+        }
         let speed = motion.velocity.norm();
         if speed > self.fastest.0 {
             self.fastest = (speed, time);
@@ -115,30 +131,21 @@ impl Path {
 
     /// Take in the jump height at `time` [s].
     pub fn height(&mut self, height: Option<f64>, time: f64) {
-        if let Some(height) = height.filter(|h| *h > self.highest.0) {
+        if let Some(height) = height.filter(|h| *h > self.highest.0 && !self.has_left()) {
             self.highest = (height, time);
         }
     }
 
-    /// Whether the way has ended by `time` [s].
-    pub fn judge(
-        &mut self,
-        ground: &Ground,
-        terrain: &TerrainSettings,
-        down: &Vector3<f64>,
-        motion: &Motion,
-        time: f64,
-    ) {
-        if self.ending.is_some() {
-            return;
-        }
-        let rests = self.slow_since.is_some_and(|since| time - since >= terrain.rest_time);
-        let out = !rests && is_out(ground, down, &motion.position);
+    /// Whether the trajectory has ended by `time` [s].
+    pub fn judge(&mut self, ground: &Ground, settings: &Settings, motion: &Motion, time: f64) {
+        let since = std::mem::replace(&mut self.judged, time).max(self.touched);
+        let Some(terrain) = settings.terrain.as_ref().filter(|_| self.ending.is_none()) else { return };
         let (position, velocity) = (motion.position, motion.velocity);
-        self.ending = (rests || out).then(|| {
-            let how = if rests { Ending::Rest } else { Ending::Out };
-            End { how, time, position, velocity }
-        });
+        if self.slow_since.is_some_and(|since| time - since >= terrain.rest_time) {
+            self.ending = Some(End { how: Ending::Rest, time, position, velocity });
+        } else if is_out(ground, &settings.down(), &position) {
+            self.ending = Some(exit(ground, settings, motion, time, time - since));
+        }
     }
 }
 
@@ -146,6 +153,20 @@ impl Path {
 pub fn jump_height(ground: &Ground, rock: &Rock, motion: &Motion, down: &Vector3<f64>) -> Option<f64> {
     let below = rock.depth(motion, down) - motion.position.dot(down);
     ground.height(&motion.position, down).map(|height| height - below)
+}
+
+/// When and where a rock crossed the border of the terrain that is beside it at `time` [s], in flight for the last `flight` [s].
+fn exit(ground: &Ground, settings: &Settings, motion: &Motion, time: f64, flight: f64) -> End {
+    let (gravity, down) = (settings.gravity, settings.down());
+    let at = |ago: f64| motion.position - motion.velocity * ago + gravity * (0.5 * ago * ago);
+    let (mut outside, mut inside) = (0.0, flight);
+    // Halved to rounding. Where the start of the flight counts as outside too, nothing better is known than now.
+    for _ in 0..if is_out(ground, &down, &at(flight)) { 0 } else { 50 } {
+        let middle = 0.5 * (outside + inside);
+        *(if is_out(ground, &down, &at(middle)) { &mut outside } else { &mut inside }) = middle;
+    }
+    let velocity = motion.velocity - gravity * outside;
+    End { how: Ending::Out, time: time - outside, position: at(outside), velocity }
 }
 
 /// True if a point lies beside the terrain, or below all of it. Sideways are the two axes that gravity

@@ -103,7 +103,7 @@ fn step(law: &Law, rock: &Rock, near: &Near, speed: f64, per_contact: f64) -> f6
         EffectiveMass::Local => d.ratio,
         EffectiveMass::Rock => d.ratio * near.count.sqrt(),
     });
-    let stable = DemSettings::CRITICAL_SHARE * critical(square.sqrt(), ratio);
+    let stable = DemSettings::TIME_STEP_SCALE * critical(square.sqrt(), ratio);
     stable.min(duration / per_contact)
 }
 

@@ -149,7 +149,7 @@ impl OnTerrain {
         // Half a step less: a row is due at the step that is nearest.
         let due = touching
             && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
-        if touching != touched || due {
+        if (touching != touched || due) && !body.path.has_left() {
             body.path.row = end;
             rows.push(Row::of(model, rock, body, end, height(body), touching));
         }
@@ -174,12 +174,13 @@ impl OnTerrain {
 
     /// A window ends at `state.time`: has a way ended with it?
     pub fn end(&mut self, model: &Model, ground: &Ground, state: &mut State) {
-        let Some(terrain) = &model.settings.terrain else { return };
         let (time, down) = (state.time, model.settings.down());
         for (number, body) in state.bodies.iter_mut().enumerate() {
-            body.path.judge(ground, terrain, &down, &body.motion, time);
+            let had_left = body.path.has_left();
+            body.path.judge(ground, &model.settings, &body.motion, time);
             if let Some(rows) = &mut self.rows
                 && body.path.row < time
+                && !had_left
             {
                 body.path.row = time;
                 let height = jump_height(ground, &model.rocks[number], &body.motion, &down);

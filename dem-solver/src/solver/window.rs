@@ -7,6 +7,7 @@ use super::kicks::Kicks;
 use super::measures::Passage;
 use super::meetings::Meetings;
 use super::outline::Outline;
+use super::path::jump_height;
 use super::state::State;
 use super::step::Load;
 use super::stretch::Stretch;
@@ -158,6 +159,8 @@ impl Run {
             ("flight_steps", self.counts.flight_steps),
             ("contact_evaluations", self.counts.contact_evaluations),
             ("candidate_refreshes", searches),
+            ("neighbour_list_refreshes", near),
+            // Its old name, for one version.
             ("near_refreshes", near),
         ]
         .map(|(name, count)| (name.to_owned(), count))
@@ -173,6 +176,12 @@ impl Run {
         let length =
             if plan.window > 0.0 && plan.window.is_finite() { plan.window } else { model.steps.step };
         self.begin(model, state, length, &input, &mut output)?;
+        if let Some(ground) = &model.ground {
+            for (rock, body) in model.rocks.iter().zip(&mut state.bodies) {
+                let height = jump_height(ground, rock, &body.motion, &model.settings.down());
+                body.path.begin(rock, &body.motion, height);
+            }
+        }
         let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
         self.at_end(model, state, &input, length, start, None)?;
         for sample in self.answer.means.clone().into_iter().chain(self.answer.ends.clone()) {

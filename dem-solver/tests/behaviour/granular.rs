@@ -276,3 +276,28 @@ fn spheres_of_another_density_than_rock_are_named_by_check_and_run() {
     let steel = said("7850.0");
     assert!(steel.len() == 1 && steel[0].contains("spheres `spheres` have a density of 7850"), "{steel:?}");
 }
+
+#[test]
+fn old_names_of_keys_are_named_by_check_and_run_of_spheres_too() {
+    let old = settling(10, "restitution = 0.5\nwall_young = 1e8\nwall_poisson = 0.3", "critical_share = 0.4");
+    let new = old.replace("wall_", "partner_").replace("critical_share", "time_step_scale");
+    let notes = |text: &str| -> Vec<String> {
+        let report = check(&Scene::from_text("a.toml", text).expect("a scene")).expect("checked");
+        let ready = build(text).expect("valid").prepare(&Plan::default(), &mut |_| Ok(())).expect("prepared");
+        let found = |all: Vec<String>| all.into_iter().filter(|w| w.contains("is the old name of")).collect();
+        let [checked, run]: [Vec<String>; 2] = [found(report.warnings), found(ready.warnings)];
+        assert_eq!(checked, run);
+        run
+    };
+    let said = notes(&old);
+    assert_eq!(said.len(), 2, "{said:?}");
+    assert!(said[0].contains("write partner_young") && said[1].contains("write time_step_scale"), "{said:?}");
+    assert_eq!(notes(&new), [""; 0]);
+    // The same step by either name.
+    let step = |text: &str| {
+        check(&Scene::from_text("a.toml", text).expect("a scene")).expect("checked").numbers["time_step_s"]
+    };
+    assert_eq!(step(&old), step(&new));
+    let both = old.replace("critical_share", "time_step_scale = 0.4\ncritical_share");
+    assert!(build(&both).is_err_and(|e| e.contains("leave `critical_share` out")));
+}

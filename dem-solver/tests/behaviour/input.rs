@@ -66,10 +66,10 @@ fn what_makes_no_sense_is_refused_with_its_place() {
             "one thing twice",
         ),
         (
-            with(&rock, &format!("{CONTACT}[dem]\ntime_step = 1e-5\ncritical_share = 0.5")),
-            "keep one of time_step and critical_share",
+            with(&rock, &format!("{CONTACT}[dem]\ntime_step = 1e-5\ntime_step_scale = 0.5")),
+            "keep one of time_step and time_step_scale",
         ),
-        (with(&rock, &format!("{CONTACT}[dem]\ncritical_share = 1.5")), "above 0 to 1"),
+        (with(&rock, &format!("{CONTACT}[dem]\ntime_step_scale = 1.5")), "above 0 and at most 1"),
         (
             with(&format!("{rock}\n{}", cube(1, "position = [0.3, 0.0, 1.0]")), CONTACT),
             "overlap at the start",
@@ -286,7 +286,7 @@ fn a_filled_in_scene_takes_the_same_step() {
         let first = steps(&text);
         assert_eq!(first.step == 0.5 * first.critical, share, "{first:?}");
         let resolved = dem_solver::check::check(&scene(&text)).expect("valid").resolved;
-        assert_eq!(resolved["dem"]["critical_share"].as_float(), Some(0.5));
+        assert_eq!(resolved["dem"]["time_step_scale"].as_float(), Some(0.5));
         assert_eq!(steps(&format!("end_time = 1.0\n{resolved}")).step, first.step);
     }
 }

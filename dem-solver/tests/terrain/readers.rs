@@ -260,7 +260,7 @@ fn a_fault_is_told_with_file_and_line() {
     for (name, text, expected) in [
         ("t.asc", format!("{head}1 2 3\n4 five 6\n"), "t.asc:7: `five` is no height (row 2, column 2)"),
         ("t.asc", format!("{head}1 2 3\n4 5\n"), "t.asc:8: the file ends after 5 of 3 x 2 = 6 heights"),
-        ("t.asc", format!("{head}1 2 3\n4 5 6 7\n"), "t.asc:7: `7` stands after the last of 6 heights"),
+        ("t.asc", format!("{head}1 2 3\n4 5 6 7\n"), "t.asc:7: `7` follows the last of 6 heights"),
         ("t.asc", "ncols 3\nnrows -2\n".into(), "t.asc:2: nrows = -2: it must be a whole number above 0"),
         (
             "t.asc",

@@ -35,7 +35,7 @@ pub struct RectangularNet {
     /// Middle of the net [m], instead of `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 3]>,
-    /// Which nodes are held. Default `edges`.
+    /// Which nodes are supported. Default `edges`.
     #[serde(default)]
     pub held: Held,
     /// Whether cables run along the frame. Default true.
@@ -77,7 +77,7 @@ pub struct RingNet {
     /// Middle of the net [m], instead of `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 3]>,
-    /// Which nodes are held: `edges` (default) or `none`.
+    /// Which nodes are supported: `edges` (default) or `none`.
     #[serde(default)]
     pub held: Held,
 }
@@ -86,7 +86,7 @@ pub struct RingNet {
 /// with brakes, ropes to the slope with brakes, anchors.
 ///
 /// x runs along the barrier and is 0 in its middle, y points down the slope (the direction in which rocks
-/// come), z upwards; the feet stand on y = z = 0.
+/// come), z upwards; the feet lie on y = z = 0.
 ///
 /// | group of elements | made for | what |
 /// |---|---|---|
@@ -117,7 +117,7 @@ pub struct Barrier {
     pub spacing: f64,
     /// Length of the posts [m].
     pub height: f64,
-    /// How far the heads stand down the slope of the feet [m]; below 0: towards the slope.
+    /// How far the heads lie down the slope of the feet [m]; below 0: towards the slope.
     pub lean: f64,
     /// Cells (or rings) of the net in a field, and between the bearing ropes.
     pub cells: [usize; 2],

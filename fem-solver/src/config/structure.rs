@@ -95,7 +95,7 @@ pub struct Stated {
     pub prestress: Option<f64>,
     /// Whether it carries no compression.
     pub tension_only: Option<bool>,
-    /// Radius that a contact sees [m].
+    /// Radius for contact [m].
     pub radius: Option<f64>,
 }
 
@@ -135,7 +135,7 @@ pub struct CableConfig {
     /// Whether it carries no compression. Default true.
     #[serde(default = "yes")]
     pub tension_only: bool,
-    /// Radius that a contact sees [m]. Default 0, a mathematical line.
+    /// Radius for contact [m]. Default 0, a mathematical line.
     #[serde(default)]
     pub radius: f64,
 }
@@ -165,7 +165,7 @@ pub struct CableEntry {
     /// Whether it carries no compression.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tension_only: Option<bool>,
-    /// Radius that a contact sees [m].
+    /// Radius for contact [m].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
 }
@@ -248,10 +248,10 @@ entry! {
 entry! {
     /// Nodes that are held, or moved.
     SupportEntry {
-        /// Directions that are held: letters of `xyz`. Default all.
+        /// Directions that are supported: letters of `xyz`. Default all.
         #[serde(default = "all_directions")]
         directions: String,
-        /// Axes about which nodes with rotations are held: letters of `xyz`. Default none: hinged.
+        /// Axes about which nodes with rotations are supported: letters of `xyz`. Default none: hinged.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         rotations: String,
         /// Prescribed displacement: rows `[t, ux, uy, uz]` [s, m], straight between them, constant outside.

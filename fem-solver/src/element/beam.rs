@@ -34,6 +34,8 @@ pub struct Beam {
     pub span: Vector3<f64>,
     /// Cross axes as modelled, unit vectors.
     pub axes: [Vector3<f64>; 2],
+    /// Area of its section [m2].
+    pub area: f64,
     /// `E A` [N].
     pub axial: f64,
     /// `E I` for bending in the plane of each cross axis [N m2].
@@ -314,6 +316,10 @@ impl Element for Beam {
         self.rupture.share(force.abs(), force.abs() / self.axial)
     }
 
+    fn section(&self) -> f64 {
+        self.area
+    }
+
     fn has_moments(&self) -> bool {
         true
     }
@@ -351,6 +357,7 @@ mod tests {
             nodes: [0, 1],
             span,
             axes: [a, span.cross(&a).normalize()],
+            area: 1e-3,
             axial: 3e5,
             bending: [2e3, 5e3],
             torsion: 1e3,

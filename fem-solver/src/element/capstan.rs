@@ -180,7 +180,7 @@ impl Returned {
             static SAID: Once = Once::new();
             SAID.call_once(|| {
                 tracing::warn!(
-                    "the slips of a rope over its {inner} nodes did not settle: its tensions are wrong in that step (said once)"
+                    "the slips of a rope over its {inner} nodes did not converge: its tensions are wrong in that step (reported once)"
                 );
             });
         }

@@ -88,6 +88,7 @@ fn beams_of_unlike_length_pass_on_stretch_twist_and_constant_curvature() {
             nodes: [i, i + 1],
             span: along() * (PLACES[i + 1] - PLACES[i]),
             axes,
+            area: 1e-3,
             axial: 3e5,
             bending: [2e3, 5e3],
             torsion: 1e3,

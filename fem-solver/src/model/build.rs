@@ -353,7 +353,7 @@ impl Model {
                             )
                         });
                         let [x, y, z] = [point.x, point.y, point.z];
-                        let what = format!("no node of the structure stands at ({x}, {y}, {z}){near}");
+                        let what = format!("no node of the structure lies at ({x}, {y}, {z}){near}");
                         Err(scene.invalid(&format!("{key}.at"), what).try_instead(
                             "points count in the structure as modelled, before form finding; half a cable's length is tolerated",
                         ))

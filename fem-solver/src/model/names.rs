@@ -1,4 +1,4 @@
-//! Elements in words: by the numbers of the mesh file where there is one, and by where they stand.
+//! Elements in words: by the numbers of the mesh file where there is one, and by where they are.
 
 use super::Model;
 use super::parts::Made;
@@ -16,20 +16,6 @@ impl Model {
                     self.element_numbers[kind][i] = Some(*number).filter(|_| !twice[kind][i]);
                 }
             }
-        }
-    }
-
-    /// Element number `element` in words: its part, which of it, its first and last node.
-    pub fn element_name(&self, element: usize) -> String {
-        let part = self.parts.iter().find(|p| p.elements.contains(&element));
-        let nodes = self.elements[element].nodes();
-        let [first, last] = [nodes[0], nodes[nodes.len() - 1]].map(|node| self.node_name(node));
-        match part {
-            Some(part) => {
-                let number = element - part.elements[0];
-                format!("`{}` (element {number} of it, node {first} to node {last})", part.name)
-            }
-            None => format!("an element (node {first} to node {last})"),
         }
     }
 

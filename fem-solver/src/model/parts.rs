@@ -246,7 +246,7 @@ fn line(
     }
     check_table(key, "hardening", &part.hardening)?;
     if part.hardening.first().is_some_and(|row| row[0] != 0.0) {
-        return Err(key.invalid("hardening", "the first row must stand at the plastic strain 0"));
+        return Err(key.invalid("hardening", "the first row must be at the plastic strain 0"));
     }
     let rupture = rupture(key, part.rupture_force, part.rupture_strain)?;
     let cable = cable(positions, nodes, &own, part.length);
@@ -366,6 +366,7 @@ fn beam(
         nodes,
         span,
         axes: [first, along.cross(&first)],
+        area: part.area,
         axial: part.young * part.area,
         bending: part.inertia.map(|i| part.young * i),
         torsion: shear * torsion,

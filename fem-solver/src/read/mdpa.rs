@@ -71,7 +71,7 @@ impl<'a> Reader<'a> {
             return Ok(None);
         }
         word.parse().map(Some).map_err(|_| {
-            self.t.error(format!("a whole number or `End {block}` should stand here, found {}", shown(word)))
+            self.t.error(format!("a whole number or `End {block}` is expected here, found {}", shown(word)))
         })
     }
 
@@ -135,7 +135,7 @@ impl<'a> Reader<'a> {
     fn part(&mut self, outer: &mut Vec<&'a str>) -> Result<(), InputError> {
         outer.push(self.t.word("the name of a sub model part")?);
         if outer.len() > DEEPEST {
-            return Err(self.t.error(format!("more than {DEEPEST} sub model parts stand in each other")));
+            return Err(self.t.error(format!("more than {DEEPEST} sub model parts are nested")));
         }
         let name = outer.join(".");
         let nodes = self.builder.node_group(&name, &name);
@@ -151,7 +151,7 @@ impl<'a> Reader<'a> {
                 other => {
                     return Err(self
                         .t
-                        .error(format!("`Begin` or `End` should stand here, found {}", shown(other))));
+                        .error(format!("`Begin` or `End` is expected here, found {}", shown(other))));
                 }
             }
             match self.t.word("the kind of a block")? {
@@ -333,12 +333,12 @@ End SubModelPart
                 "a coordinate of a node should be a finite number, found `one`",
             ),
             ("  2  1.0", "  1  1.0", "net.mdpa:10: ", "there is a node 1 already"),
-            ("End Nodes", "End Elements", "net.mdpa:12: ", "here should stand `Nodes`, found `Elements`"),
+            ("End Nodes", "End Elements", "net.mdpa:12: ", "`Nodes` is expected here, found `Elements`"),
             (
                 "End Nodes\n",
                 "",
                 "net.mdpa:12: ",
-                "a whole number or `End Nodes` should stand here, found `Begin`",
+                "a whole number or `End Nodes` is expected here, found `Begin`",
             ),
             (
                 "CableElement3D2N",
@@ -369,6 +369,6 @@ End SubModelPart
             assert!(message.contains(words), "{to}: {message}");
         }
         let deep = format!("Begin Nodes\n1 0 0 0\nEnd Nodes\n{}", "Begin SubModelPart a\n".repeat(10_000));
-        assert!(read(&deep).unwrap_err().contains("stand in each other"));
+        assert!(read(&deep).unwrap_err().contains("are nested"));
     }
 }

@@ -171,7 +171,7 @@ impl Reader<'_> {
             let name = text.strip_prefix('"').and_then(|n| n.strip_suffix('"')).unwrap_or_default().trim();
             if name.is_empty() {
                 return Err(
-                    t.error(format!("a physical name in quotes should stand here, found {}", shown(text)))
+                    t.error(format!("a physical name in quotes is expected here, found {}", shown(text)))
                 );
             }
             self.names.insert((dim, number), name.to_owned());
@@ -427,7 +427,7 @@ $EndPeriodic
                 "net.msh:14: ",
                 "the number of a node should be a whole number, found `$EndNodes`",
             ),
-            ("\n3\n1 0 0 0", "\n2\n1 0 0 0", "net.msh:13: ", "here should stand `$EndNodes`, found `9`"),
+            ("\n3\n1 0 0 0", "\n2\n1 0 0 0", "net.msh:13: ", "`$EndNodes` is expected here, found `9`"),
             (
                 "\n3\n1 0 0 0",
                 "\n99999999999999999999\n1 0 0 0",
@@ -445,7 +445,7 @@ $EndPeriodic
             ("3 1 2 2 7 5 9", "3 4 2 2 7 5 9 1 2", "net.msh:19: ", "type 4 (tetrahedron) are not read"),
             ("3 1 2 2 7 5 9", "2 1 2 2 7 5 9", "net.msh:19: ", "there is an element 2 already"),
             ("\"rope\"", "rope", "net.msh:7: ", "a physical name in quotes"),
-            ("$EndElements", "", "net.msh:22: ", "the file ends where `$EndElements` should stand"),
+            ("$EndElements", "", "net.msh:22: ", "the file ends where `$EndElements` is expected"),
             (
                 "$EndElements",
                 "$EndElements\n$Blob\n1",

@@ -100,7 +100,7 @@ impl<'a> Tokens<'a> {
     /// The next word; at the end of the file an error that says `what` was expected.
     pub fn word(&mut self, what: &str) -> Result<&'a str, InputError> {
         self.next_word().ok_or_else(|| {
-            error(self.file, self.here, format!("the file ends where {what} should stand"))
+            error(self.file, self.here, format!("the file ends where {what} is expected"))
                 .try_instead("it seems to be cut off: save it anew")
         })
     }
@@ -135,7 +135,7 @@ impl<'a> Tokens<'a> {
         if found == word {
             return Ok(());
         }
-        Err(self.error(format!("here should stand `{word}`, found {}", shown(found))))
+        Err(self.error(format!("`{word}` is expected here, found {}", shown(found))))
     }
 
     fn expected(&self, what: &str, kind: &str, found: &str) -> InputError {
@@ -184,7 +184,7 @@ mod tests {
         assert_eq!((t.whole("a").unwrap(), t.whole("b").unwrap()), (1, 2));
         let message = t.whole("the third number").unwrap_err().to_string();
         assert!(
-            message.starts_with("f.msh:3: the file ends where the third number should stand"),
+            message.starts_with("f.msh:3: the file ends where the third number is expected"),
             "{message}"
         );
     }

@@ -128,6 +128,9 @@ fn axial_force_torsion_and_utilisation_are_what_acts() {
             "{force:?} {torsion:?}"
         );
     }
+    // Stress is force over section, of posts too.
+    let stress = array(&file, "stress");
+    assert!(stress[1..5].iter().all(|s| off(*s, -300.0 / 4e-3) < 1e-6), "{stress:?}");
     // The bar takes 1000 N of its 4000 N; the rope hangs across with its prestress: 1000 N of 20 kN. Posts have no strength.
     assert!(off(used[0], force[0] / 4000.0) < 1e-12 && off(force[0], 1000.0) < 1e-2, "{used:?} {force:?}");
     assert!(off(used[5], force[5] / 2e4) < 1e-12 && off(force[5], 1000.0) < 1e-3, "{used:?} {force:?}");

@@ -220,7 +220,7 @@ fn meshes_in_millimetres_open_meshes_and_what_is_no_mesh_are_named() {
     write("apart.msh", &mesh(1.0, true));
     let said = warned(&text("apart.msh"));
     assert!(
-        said.contains("1 nodes stand where another one does, first node 1 at (0, 0, 0) and node 5"),
+        said.contains("1 nodes lie where another one does, first node 1 at (0, 0, 0) and node 5"),
         "{said}"
     );
     write("empty.msh", "");

@@ -56,7 +56,7 @@ fn each_fault_is_named_with_its_place_and_numbers() {
             "{ nodes = [0, 2] }",
             "{ at = [0.0, 9.0, 0.0] }",
             "test.toml:7:",
-            "no node of the structure stands at",
+            "no node of the structure lies at",
         ),
         ("{ nodes = [0, 2] }", "{ nodes = [0], group = \"x\" }", "test.toml:7:", "exactly one of"),
         (
@@ -241,4 +241,15 @@ fn a_height_is_what_is_left_between_two_ropes() {
     assert!(message.contains("there is no group `lowr`"), "{message}");
     let message = refused(&BETWEEN.replace("quantity = \"height\"", "quantity = \"displacement\""));
     assert!(message.contains("`above` is for quantity"), "{message}");
+}
+
+#[test]
+fn check_counts_the_elements_of_each_part() {
+    let first = |text: &str| check(&scene(text)).expect("valid").builds.swap_remove(0);
+    assert!(first(PAIR).ends_with("kg; 2 cables"), "{}", first(PAIR));
+    let part = "[[structure.parts]]\nname = \"rope\"\nelement = \"cable\"\nyoung = 1e9\narea = 1e-4\ndensity = 7850.0\n";
+    let text = PAIR.replace("cables = [{ nodes = [0, 1] }, { nodes = [1, 2] }]\n", "");
+    let text =
+        format!("{text}{part}cells = [[0, 1], [1, 2]]\n[[structure.masses]]\nnodes = [1]\nmass = 1.0\n");
+    assert!(first(&text).ends_with("kg; 2 elements of `rope`, 1 point masses"), "{}", first(&text));
 }

@@ -181,7 +181,8 @@ pub fn clean() -> Result<Vec<String>, Failure> {
 
 /// Refuse a run whose payloads do not fit: a full `/dev/shm` is a SIGBUS at first touch, never an error.
 pub fn check_space(needed: u64) -> Result<(), Failure> {
-    let stat = rustix::fs::statvfs(SHARED_MEMORY).map_err(transport("cannot look at shared memory"))?;
+    let stat =
+        rustix::fs::statvfs(SHARED_MEMORY).map_err(transport("cannot read the list of shared memory"))?;
     fits(needed, stat.f_bavail * stat.f_frsize)
 }
 

@@ -60,7 +60,7 @@ pub(crate) fn decimal_comma(root: &Spanned<DeValue>, span: &Range<usize>, raw: &
 /// "did you mean ...", with all that is known.
 pub fn suggestion<S: AsRef<str>>(name: &str, known: &[S]) -> Option<String> {
     if known.is_empty() {
-        return Some("nothing may stand here".into());
+        return Some("nothing may follow here".into());
     }
     let list = known.iter().map(|k| format!("`{}`", k.as_ref())).collect::<Vec<_>>().join(", ");
     Some(match nearest(name, known) {

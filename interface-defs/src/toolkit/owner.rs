@@ -76,7 +76,7 @@ impl Owner {
             }
             // A file system without locks: the run goes on, as it did before there were any.
             Err(TryLockError::Error(e)) => {
-                tracing::warn!("{shown}: two runs at once cannot be told apart here: {e}")
+                tracing::warn!("{shown}: two runs at once cannot be distinguished here: {e}")
             }
         }
         let run = claim.run.clone().unwrap_or_default();

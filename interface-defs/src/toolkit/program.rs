@@ -94,13 +94,13 @@ enum Command {
         /// Print progress on stdout, five times a second
         #[arg(long, value_enum, value_name = "FORM")]
         progress: Option<progress::Form>,
-        /// Process whose end ends this one
+        /// Number of the process that started this one: when it ends, this one ends too
         #[arg(long, value_name = "PID")]
         supervisor: Option<u32>,
         #[command(flatten)]
         savings: Savings,
     },
-    /// Say what would be built, critical time steps [s] and cost; start nothing
+    /// Print what would be built, critical time steps [s] and cost; start nothing
     Check {
         #[command(flatten)]
         input: Input,
@@ -126,7 +126,7 @@ enum Command {
         /// Name of the run, the same for all its programs: 1 to 16 letters, digits, dashes
         #[arg(long, value_name = "ID", help_heading = "Connection")]
         run: RunId,
-        /// This solver's part in the run [default: its own]
+        /// This solver's name in the run: `dem` or `fem` [default: its own]
         #[arg(long = "as", value_name = "NAME", help_heading = "Connection")]
         part: Option<String>,
         /// Longest time without a sign of life from the coupler [s]
@@ -135,7 +135,7 @@ enum Command {
         /// How to wait for a request; `yield` and `event` are kept for one version: `auto` is as fast as the better of them
         #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
         wait: Wait,
-        /// Process whose end ends this one
+        /// Number of the process that started this one: when it ends, this one ends too
         #[arg(long, value_name = "PID", help_heading = "Connection")]
         supervisor: Option<u32>,
     },
@@ -145,7 +145,7 @@ enum Command {
 struct Input {
     /// Scene file (TOML, SI units)
     scene: PathBuf,
-    /// Set a value of the scene, as in --set rock.0.mass=180; may be repeated
+    /// Set a value of the scene, as in --set end_time=0.5; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
 }
@@ -158,7 +158,7 @@ impl Input {
 
 #[derive(clap::Args)]
 struct Savings {
-    /// Switch off every saving, to prove that it is harmless
+    /// Switch off every shortcut (flight in closed form, skipped structure), to prove that it is harmless
     #[arg(long)]
     no_shortcuts: bool,
 }

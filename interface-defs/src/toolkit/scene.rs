@@ -237,7 +237,7 @@ fn misplaced(what: &str, key: &str) -> Option<String> {
     }
     let name = what.strip_prefix("unknown key `")?.strip_suffix('`')?;
     KEYS.contains(&name).then(|| {
-        format!("`{name}` belongs to the scene, not to `{key}`: it stands above the first [table]; or are these two scenes?")
+        format!("`{name}` belongs to the scene, not to `{key}`: it must come before the first [table]; or are these two scenes?")
     })
 }
 

@@ -48,19 +48,15 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
     let line = text[start..].lines().next()?;
     let code = line.split('#').next().unwrap_or(line);
     if let Some(c) = code.chars().find(|c| "\u{2212}\u{2013}\u{2014}".contains(*c)) {
-        return Some(format!(
-            "a minus is written as the hyphen -; here stands `{c}`, as word processors put it"
-        ));
+        return Some(format!("a minus is written as the hyphen -; here is `{c}`, as word processors put it"));
     }
     if let Some(c) =
         code.chars().find(|c| "\u{201c}\u{201d}\u{201e}\u{2018}\u{2019}\u{ab}\u{bb}".contains(*c))
     {
-        return Some(format!("quotes are straight: \"; here stands `{c}`, as word processors put it"));
+        return Some(format!("quotes are straight: \"; here is `{c}`, as word processors put it"));
     }
     if code.chars().any(|c| !c.is_ascii() && c.is_whitespace()) {
-        return Some(
-            "a space that is no plain one stands in this line, as web pages put it: write it again".into(),
-        );
+        return Some("there is a special space in this line, as web pages have them: write it again".into());
     }
     if code.contains('\\') {
         return Some(
@@ -76,7 +72,7 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
     }
     let digits = value.trim_end_matches(|c: char| c.is_alphabetic() || "/%*".contains(c)).trim_end();
     if digits != value && digits.parse::<f64>().is_ok() {
-        return Some(format!("a number stands without its unit: {digits}"));
+        return Some(format!("a number is written without its unit: {digits}"));
     }
     None
 }
@@ -121,7 +117,7 @@ mod tests {
             ("end_time = 1.5 s\n", "s.toml:1:12", "without its unit: 1.5"),
             ("gravity = [0, 0, \u{2212}9.81]\n", "s.toml:1:18", "a minus is written as the hyphen -"),
             ("title = \u{201c}a\u{201d}\n", "s.toml:1:9", "quotes are straight"),
-            ("end_time\u{a0}= 1.0\n", "s.toml:1:9", "a space that is no plain one"),
+            ("end_time\u{a0}= 1.0\n", "s.toml:1:9", "a special space"),
             ("title = \"data\\slope.asc\"\n", "s.toml:1:15", "write paths with /"),
             ("{\"end_time\": 1}\n", "s.toml:1:1", "looks like JSON"),
             ("time_s,rock_x_m\n0,1\n", "s.toml:1:7", "looks like a table (CSV)"),
@@ -142,7 +138,7 @@ mod tests {
         let of = |text: &str| Scene::from_text("s.toml", text).and_then(|s| Output::of(&s)).map(|_| ());
         let message = of("[output]\nend_time = 1.0\n").expect_err("a key of the scene").to_string();
         assert!(
-            message.starts_with("s.toml:2:1") && message.contains("above the first [table]"),
+            message.starts_with("s.toml:2:1") && message.contains("before the first [table]"),
             "{message}"
         );
         let rock = Scene::from_text("s.toml", "[rock]\nmass = 1.0\n").expect("a scene");

@@ -10,6 +10,9 @@ use std::path::Path;
 /// Numbers that are shown; all others are in `summary.json`.
 const SHOWN: usize = 10;
 
+/// Warnings of one kind that are shown, such as ruptures; all are in `summary.json`.
+const OF_A_KIND: usize = 3;
+
 /// Measures by how much they matter, for every kind of run: what a run does not have takes no place. A measure of one of
 /// several rocks, `block_impact_speed`, counts as `impact_speed`.
 const RANKED: [&str; 24] = [
@@ -63,8 +66,20 @@ impl Summary {
             let line = format!("{name:names$}  {number:>numbers$} {rest}");
             let _ = writeln!(text, "{}", line.trim_end());
         }
+        let mut kinds: Vec<(&str, usize)> = Vec::new();
         for warning in &self.warnings {
-            let _ = writeln!(text, "warning: {warning}");
+            let kind = kind(warning);
+            let at = kinds.iter().position(|(known, _)| *known == kind).unwrap_or_else(|| {
+                kinds.push((kind, 0));
+                kinds.len() - 1
+            });
+            kinds[at].1 += 1;
+            if kinds[at].1 <= OF_A_KIND {
+                let _ = writeln!(text, "warning: {warning}");
+            }
+        }
+        for (kind, count) in kinds.iter().filter(|(_, count)| *count > OF_A_KIND) {
+            let _ = writeln!(text, "warning: {} more begin with `{kind}`, in {SUMMARY}", count - OF_A_KIND);
         }
         let more = match self.measures.len() - shown.len() {
             0 => String::new(),
@@ -96,6 +111,12 @@ fn shown(measures: &[Measure]) -> Vec<&Measure> {
     shown.sort_by_key(|m| rank(m));
     shown.truncate(SHOWN);
     shown
+}
+
+/// The words of a warning before its first number or name: those of one kind begin with the same.
+fn kind(warning: &str) -> &str {
+    let end = warning.find(|c: char| c.is_ascii_digit() || c == '`' || c == ':').unwrap_or(warning.len());
+    warning[..end].trim_end_matches([' ', '='])
 }
 
 /// Name, number, and unit with time and member.
@@ -142,6 +163,17 @@ mod tests {
                         warning: mind the gap\n\
                         results           out/x\n";
         assert_eq!(summary.table(Path::new("out/x")), expected);
+    }
+
+    #[test]
+    fn of_many_warnings_of_one_kind_the_first_are_shown_and_how_many_more_there_are() {
+        let mut summary = Summary::new(Status::Done);
+        let ruptures = (0..7).map(|i| format!("rupture at t = {}.5 s: element {i} of net broke", i));
+        summary.warnings = ruptures.chain(["the last one".into()]).collect();
+        let table = summary.table(Path::new("out"));
+        let shown: Vec<&str> = table.lines().filter_map(|line| line.strip_prefix("warning: ")).collect();
+        assert_eq!(shown[..3], summary.warnings[..3]);
+        assert_eq!(shown[3..], ["the last one", "4 more begin with `rupture at t`, in summary.json"]);
     }
 
     #[test]

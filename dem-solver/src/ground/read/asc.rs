@@ -57,7 +57,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
         heights.push(if z == nodata { f64::NAN } else { z });
     }
     if let Some(word) = words.next() {
-        let what = format!("`{}` stands after the last of {count} heights", shown(word));
+        let what = format!("`{}` follows the last of {count} heights", shown(word));
         return Err(InputError::in_file(format!("{file}:{}", words.line), what));
     }
     let half = |middle: bool, size: f64| if middle { 0.0 } else { 0.5 * size };

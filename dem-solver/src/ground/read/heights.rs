@@ -89,7 +89,7 @@ pub fn of_triangles(
     Ok((y > STEEP * z || x > STEEP * z).then(|| {
         let axis = if y > x { "y" } else { "x" };
         format!(
-            "terrain: seen along {axis} it is {y_or_x:.4e} m2 large, seen from above only {z:.4e} m2: it stands upright; z is \
+            "terrain: seen along {axis} it is {y_or_x:.4e} m2 large, seen from above only {z:.4e} m2: it is upright; z is \
              upward here, and a mesh whose upward axis is {axis} must be turned when it is exported",
             y_or_x = x.max(y)
         )

@@ -238,7 +238,7 @@ fn page(
 ) -> Drawn {
     root.fill(&WHITE)?;
     let (legend, mut rest) = root.split_vertically(LEGEND * FINE);
-    draw_legend(&legend, lines)?;
+    draw_legend(&legend, lines, plan.interval())?;
     let mut areas = Vec::with_capacity(heights.len());
     for height in heights {
         let (own, below) = rest.split_vertically(height * FINE);
@@ -252,7 +252,7 @@ fn page(
     panels.energies(&areas[4])
 }
 
-fn draw_legend(area: &Area, lines: &[&Line]) -> Drawn {
+fn draw_legend(area: &Area, lines: &[&Line], interval: Option<f64>) -> Drawn {
     let title = match lines {
         [one] => format!("Trajectory of {}", one.name),
         many => format!("Trajectories of {} rocks", many.len()),
@@ -281,7 +281,10 @@ fn draw_legend(area: &Area, lines: &[&Line]) -> Drawn {
     }
     let cross = Cross::new((px(x + 64.0), y), px(4.5), INK.stroke_width(px(1.8) as u32));
     area.draw(&cross)?;
-    area.draw(&label(x + 74.0, "end"))
+    area.draw(&label(x + 74.0, "end"))?;
+    let Some(interval) = interval else { return Ok(()) };
+    let text = format!("contours every {} m", number(&interval));
+    area.draw(&label(x + 118.0, &text))
 }
 
 /// The page at its size in pixels, with the shading behind the lines of the plan.
@@ -332,8 +335,17 @@ mod tests {
         assert!((line.length() - 50.0).abs() < 1e-9);
         assert_eq!(line.landings().count(), 10);
         let text = drawn(&[line]);
-        let words =
-            ["x (east) [m]", "y (north) [m]", "2600020", "1200010", "10 m", "N", "elevation [m]", "1490"];
+        let words = [
+            "x (east) [m]",
+            "y (north) [m]",
+            "2600020",
+            "1200010",
+            "10 m",
+            "N",
+            "elevation [m]",
+            "1490",
+            "contours every 1 m",
+        ];
         for word in words.into_iter().chain(["largest 2.00 m", "largest 11.0 m/s", "largest 198 kJ", "[kJ]"])
         {
             assert!(text.contains(&format!("\n{word}\n")) || text.contains(word), "no `{word}`");

@@ -17,6 +17,8 @@ const FINE_CELLS: usize = 720;
 const CONTOUR_CELLS: usize = 240;
 /// Contours that are drawn, about; each fifth is thick and bears its height.
 const CONTOURS: f64 = 35.0;
+/// Length of a closed contour below which it is left out [px].
+const ISLET: f64 = 90.0;
 const BROWN: RGBColor = RGBColor(101, 67, 33);
 
 /// What the plan shows.
@@ -137,9 +139,26 @@ impl Plan {
         ))
     }
 
+    /// Lowest and highest level of the terrain that is drawn, and the interval of the contours [m].
+    fn levels(&self) -> Option<(f64, f64, f64)> {
+        let (low, high) = self.coarse.range().filter(|(low, high)| high > low)?;
+        Some((low, high, round_step((high - low) / CONTOURS)))
+    }
+
+    /// Interval of the contours [m], if there are any.
+    pub fn interval(&self) -> Option<f64> {
+        let (low, high, step) = self.levels()?;
+        ((low / step).ceil() <= (high / step).floor()).then_some(step)
+    }
+
+    /// Whether a contour is closed and too short to mean more than the roughness of the terrain.
+    fn is_islet(&self, line: &[(f64, f64)]) -> bool {
+        let length: f64 = line.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum();
+        line.first() == line.last() && length < ISLET * self.per_pixel()
+    }
+
     fn contours(&self, chart: &mut Chart) -> Drawn {
-        let Some((low, high)) = self.coarse.range().filter(|(low, high)| high > low) else { return Ok(()) };
-        let step = round_step((high - low) / CONTOURS);
+        let Some((low, high, step)) = self.levels() else { return Ok(()) };
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
         let mut taken: Vec<(f64, f64)> = Vec::new();
@@ -148,7 +167,8 @@ impl Plan {
             let thick = number % 5 == 0;
             let (width, opacity) = if thick { (1.5, 0.9) } else { (0.8, 0.7) };
             let style = BROWN.mix(opacity).stroke_width(px(width) as u32);
-            let found = contours::lines(&self.coarse, level);
+            let mut found = contours::lines(&self.coarse, level);
+            found.retain(|line| !self.is_islet(line));
             for line in &found {
                 let line = thinned(line.iter().copied(), [self.per_pixel(); 2], 1.0);
                 chart.plotting_area().draw(&PathElement::new(line, style))?;
