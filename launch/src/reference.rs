@@ -107,7 +107,10 @@ fn plain(schema: &Value) -> String {
                 _ => format!("list of {plural}"),
             }
         }
-        _ => "anything".into(),
+        _ => match schema.get("anyOf").and_then(Value::as_array) {
+            Some(variants) => variants.iter().map(plain).collect::<Vec<_>>().join(" or "),
+            None => "anything".into(),
+        },
     }
 }
 

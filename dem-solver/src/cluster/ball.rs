@@ -17,7 +17,7 @@ const MOST_SHRINKINGS: usize = 20;
 /// of 20 480 triangles.
 const FINEST: f64 = 2e-4;
 
-/// Share of the size above which a depth is told from rounding.
+/// Share of the size above which a depth is more than rounding.
 const SURE: f64 = 1e-7;
 
 /// A surface and its size, in which balls are grown.

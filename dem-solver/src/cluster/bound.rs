@@ -1,6 +1,6 @@
-//! Whether a cluster stands for its solid: bounds of its error, and how many spheres would keep them.
+//! Whether a cluster is a fair copy of its solid: bounds of its error, and how many spheres would keep them.
 
-use super::make::{Fit, Wish, largest, make};
+use super::make::{Fit, Wish, largest, measured};
 use super::{Accuracy, MOST_SPHERES, files};
 use crate::rock::Sphere;
 use crate::shape::Surface;
@@ -68,7 +68,7 @@ impl Bound {
         format!("{:.3e} m ({from})", self.largest)
     }
 
-    /// Why `spheres` with this error do not stand for the solid, if they do not.
+    /// Why `spheres` with this error are no fair copy of the solid, if they are none.
     pub fn passed(&self, spheres: &[Sphere], accuracy: &Accuracy, fit: Fit) -> Option<String> {
         let error = accuracy.largest();
         if error.is_nan() || error > self.largest {
@@ -104,8 +104,7 @@ impl Bound {
         names: [&str; 2],
         progress: impl FnMut(f64),
     ) -> Result<(Vec<Sphere>, Accuracy), InputError> {
-        let spheres = make(surface, wish, progress);
-        let accuracy = Accuracy::of(surface, &spheres);
+        let (spheres, accuracy) = measured(surface, wish, progress);
         match self.passed(&spheres, &accuracy, wish.fit) {
             None => Ok((spheres, accuracy)),
             Some(why) => Err(InputError::new(why).try_instead(self.cure(surface, wish, &accuracy, names))),
@@ -144,8 +143,7 @@ impl Bound {
             if n > MOST_TRIED {
                 return Enough::About(n);
             }
-            let spheres = make(surface, &Wish { spheres: n, ..*wish }, |_| ());
-            let found = Accuracy::of(surface, &spheres);
+            let (spheres, found) = measured(surface, &Wish { spheres: n, ..*wish }, |_| ());
             if self.passed(&spheres, &found, wish.fit).is_none() {
                 return Enough::Tried(n, found.largest());
             }

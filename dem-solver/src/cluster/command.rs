@@ -5,6 +5,7 @@ use crate::rock::Sphere;
 use crate::rock::cluster::lattice;
 use crate::rock::solid::Solid;
 use crate::settings::rock::Method;
+use crate::shape::pieces::PieceChoice;
 use crate::shape::spec::NAMES;
 use crate::shape::{Shape, Surface};
 use clap::{ArgMatches, Args, FromArgMatches};
@@ -40,9 +41,9 @@ struct Arguments {
     /// Close small holes of a surface file, as scans have them; their number and area are printed
     #[arg(long)]
     close_holes: bool,
-    /// Of several closed surfaces in a file take this one, counted from 1
-    #[arg(long, value_name = "K")]
-    piece: Option<u32>,
+    /// Of several closed surfaces in a file take this one: its number, from 1, or its name in the file
+    #[arg(long, value_name = "NUMBER|NAME")]
+    piece: Option<String>,
     /// `medial`: by the error; `lattice`: equal spheres in rows (boxes; the largest number that fills it)
     #[arg(long, value_name = "HOW", default_value = "medial", value_parser = ["medial", "lattice"])]
     method: String,
@@ -88,7 +89,8 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     let mut shape = Shape::parse(&arguments.shape, arguments.scale)?;
     match &mut shape {
         Shape::Mesh { close_holes, piece, .. } => {
-            (*close_holes, *piece) = (arguments.close_holes, arguments.piece);
+            *close_holes = arguments.close_holes;
+            *piece = arguments.piece.as_deref().map(PieceChoice::from);
         }
         _ if arguments.close_holes || arguments.piece.is_some() => {
             return Err(InputError::in_file(

@@ -35,6 +35,8 @@ pub struct Cover {
     pub gap: f64,
     /// Balls after which no sample lay further outside than the error that was asked for.
     pub enough: Option<usize>,
+    /// That error [m].
+    pub error: f64,
 }
 
 /// What a cover is to be.
@@ -55,7 +57,7 @@ const ABOUT: f64 = 0.7;
 
 /// Exactly `count` balls (fewer only where nothing is left to cover, [`Balls::finest`]): first until every sample lies
 /// within the error, then on where the gap is largest. `middle` is the first ball where samples may be too few
-/// to find the largest: all may stand at corners, where no ball is large. Without it balls smaller than the tolerance, with
+/// to find the largest: all may lie at corners, where no ball is large. Without it balls smaller than the tolerance, with
 /// a radius below 0, are not left out: such a cover is no good, but one for fewer balls may lead to a good one.
 pub fn cover(balls: &Balls, samples: &Samples, middle: Option<&Sphere>, wanted: &Wanted) -> Cover {
     let Wanted { error, count, least, joined } = *wanted;
@@ -109,7 +111,7 @@ pub fn cover(balls: &Balls, samples: &Samples, middle: Option<&Sphere>, wanted: 
         helpless.iter().for_each(|sample| gaps.give_up(*sample));
     }
     let gap = gaps.largest().0.max(0.0);
-    Cover { balls: chosen, gap, enough }
+    Cover { balls: chosen, gap, enough, error }
 }
 
 /// Put balls that overlap no other (the last ones in pointed corners) further inside, until they do: between

@@ -1,7 +1,7 @@
 //! How far each sample lies outside of all balls so far, and which the furthest.
 //!
 //! The gap of a sample is its distance to the nearest ball, or the depth at which the ray from it into the
-//! solid meets one if that is more: between two balls at an edge, a wire gets deeper than the
+//! solid enters one if that is more: between two balls at an edge, a wire gets deeper than the
 //! edge is away from them. A ball that the ray misses counts with four times its distance.
 //!
 //! A tree of boxes over the samples; each node knows the largest gap below it. A new ball visits only
@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 
 const LEAF: usize = 8;
 
-/// What a ball that a sample's ray misses counts more than one that it meets.
+/// What a ball that a sample's ray misses counts more than one that it enters.
 const MISSED: f64 = 4.0;
 
 /// A sample: place, direction into the solid, depth per length along that.

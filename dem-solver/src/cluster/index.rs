@@ -34,6 +34,11 @@ impl SphereIndex {
     /// Smallest distance of `from` to a sphere's surface, negative inside of one (then that of the sphere in
     /// which it lies deepest) [m], and the number of the sphere for [`sphere`](Self::sphere).
     pub fn nearest(&self, from: &Vector3<f64>) -> (f64, u32) {
+        self.nearest_but(from, None)
+    }
+
+    /// The same of all spheres but one.
+    pub fn nearest_but(&self, from: &Vector3<f64>, but: Option<u32>) -> (f64, u32) {
         let (mut best, mut found) = (f64::INFINITY, 0);
         let mut stack = [(0_u32, f64::NEG_INFINITY); 64];
         let mut height = 1;
@@ -49,7 +54,7 @@ impl SphereIndex {
                     let sphere = &self.spheres[k];
                     let reach = best + sphere.radius;
                     let square = (from - sphere.centre).norm_squared();
-                    if reach > 0.0 && square < reach * reach {
+                    if reach > 0.0 && square < reach * reach && but != Some(k as u32) {
                         best = square.sqrt() - sphere.radius;
                         found = k as u32;
                     }
@@ -64,6 +69,35 @@ impl SphereIndex {
             height += 2;
         }
         (best, found)
+    }
+
+    /// The numbers of all spheres that overlap `sphere`; it is one of them if it is in the index.
+    pub fn overlapping(&self, sphere: &Sphere) -> Vec<u32> {
+        let mut found = Vec::new();
+        let mut stack = vec![0_u32];
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at as usize];
+            if self.bound(at, &sphere.centre) >= sphere.radius {
+                continue;
+            }
+            if node.count == 0 {
+                stack.extend([node.first, at + 1]);
+                continue;
+            }
+            for k in node.first..node.first + node.count {
+                let other = &self.spheres[k as usize];
+                let sum = sphere.radius + other.radius;
+                if (sphere.centre - other.centre).norm_squared() < sum * sum {
+                    found.push(k);
+                }
+            }
+        }
+        found
+    }
+
+    /// How many spheres there are.
+    pub fn count(&self) -> u32 {
+        self.spheres.len() as u32
     }
 
     /// A sphere by the number that [`nearest`](Self::nearest) gives.
@@ -136,6 +170,13 @@ mod tests {
             assert!((distance - every).abs() < 1e-15);
             let s = index.sphere(sphere);
             assert!(((p - s.centre).norm() - s.radius - every).abs() < 1e-15);
+            let other =
+                spheres.iter().map(|s| (p - s.centre).norm() - s.radius).filter(|d| *d > every + 1e-15);
+            let second = other.fold(f64::INFINITY, f64::min);
+            assert!((index.nearest_but(&p, Some(sphere)).0 - second).abs() < 1e-15);
+            let around = Sphere { centre: p, radius: 0.1 };
+            let touching = spheres.iter().filter(|s| (p - s.centre).norm() < s.radius + 0.1).count();
+            assert_eq!(index.overlapping(&around).len(), touching);
         }
     }
 }

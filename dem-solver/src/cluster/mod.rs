@@ -1,12 +1,14 @@
-//! From a closed surface to overlapping spheres, and how well they stand for it.
+//! From a closed surface to overlapping spheres, and how well they approximate it.
 //!
 //! - [`ball`]: the largest ball in the solid that touches the surface at a point
 //! - [`samples`]: points of the surface, as dense as the balls there require
 //! - [`gaps`]: how far each of them lies outside of all balls so far
 //! - [`cover`]: balls, until nothing lies further outside than a given error
 //! - [`make`]: the error that a number of spheres reaches, and the spheres
+//! - [`even`]: a second search where the first does not settle
+//! - [`refine`]: spheres moved to where the error is largest
 //! - [`bound`]: whether that error is small enough, and what to try if it is not
-//! - [`index`], [`accuracy`], [`volume`]: the error of any cluster, measured
+//! - [`index`], [`accuracy`], [`pits`], [`volume`]: the error of any cluster, measured
 //! - [`files`]: `x y z r` text and Kratos `.clu`
 //! - [`command`]: `dem-solver cluster`
 
@@ -15,16 +17,19 @@ pub mod ball;
 pub mod bound;
 pub mod command;
 pub mod cover;
+pub mod even;
 pub mod files;
 pub mod gaps;
 pub mod index;
 pub mod make;
+pub mod pits;
+pub mod refine;
 pub mod samples;
 pub mod volume;
 
 pub use accuracy::Accuracy;
 pub use bound::Bound;
-pub use make::{Fit, Wish, make};
+pub use make::{Fit, Wish, make, measured};
 
 /// Most spheres of a cluster.
 pub const MOST_SPHERES: u32 = 50_000;

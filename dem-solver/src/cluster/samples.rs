@@ -1,7 +1,7 @@
 //! Points of the surface, as dense as a cover by balls requires.
 //!
 //! On a face that balls of radius R touch, a ball covers a patch of radius `sqrt(2 R e)` up to the
-//! error e; samples stand closer than a share of that, towards edges (where R goes to 0) at last
+//! error e; samples lie closer than a share of that, towards edges (where R goes to 0) at last
 //! closer than a share of e itself. Triangles are halved at their longest edge until they are as small.
 
 use super::ball::Balls;

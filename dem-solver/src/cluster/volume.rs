@@ -8,7 +8,7 @@ use crate::rock::Sphere;
 use crate::shape::Surface;
 use nalgebra::{Rotation3, Vector3};
 
-/// Where in its cell a column stands.
+/// Where in its cell a column lies.
 const PLACE: [f64; 2] = [0.513_7, 0.489_1];
 
 /// How the solid is turned before columns along z are taken [rad].
@@ -86,7 +86,7 @@ fn joined(chords: &mut [(f64, f64)]) -> f64 {
     length
 }
 
-/// The segment in which a triangle meets the plane of this y.
+/// The segment in which a triangle cuts the plane of this y.
 fn section(corners: &[Vector3<f64>; 3], y: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
     let mut ends = [Vector3::zeros(); 2];
     let mut found = 0;

@@ -265,11 +265,11 @@ impl Spheres {
             smallest_radius: cluster.smallest_radius.unwrap_or(0.0),
         };
         tracing::info!("rock `{name}`: making a cluster of {} spheres", wish.spheres);
-        let mut told = 0.0;
+        let mut printed = 0.0;
         let bound = Bound::of(surface, cluster.largest_error);
         let (spheres, accuracy) = bound.make(surface, &wish, NAMED, |done| {
-            if done >= told + 0.25 {
-                told = done;
+            if done >= printed + 0.25 {
+                printed = done;
                 tracing::info!("rock `{name}`: cluster {:.0} % done", 100.0 * done);
             }
         })?;
@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn the_number_of_spheres_that_was_taken_is_told_only_where_it_differs() {
+    fn the_number_of_spheres_that_was_taken_is_printed_only_where_it_differs() {
         assert!(rock(&cube(64)).1.is_empty());
         let notices = rock(&cube(22_232)).1;
         assert!(notices[0].contains("28 x 28 x 28 = 21952"), "{notices:?}");

@@ -59,24 +59,33 @@ pub fn read_surface(path: &Path, scale: f64, mend: &Mend) -> Result<(Surface, Ve
             soup.corners.as_flattened_mut().iter_mut().for_each(|p| *p *= scale);
             let (points, triangles) = joined(&soup.corners);
             let names = || if soup.binary { Vec::new() } else { super::stl::names(&bytes) };
-            Ok(Surface::mended(points, triangles, mend).map_err(|flaw| named(flaw, names))?)
+            mended(points, triangles, mend, names)
         }),
         Some("obj") => super::obj::read(&bytes, MOST_TRIANGLES).and_then(|(mut points, triangles)| {
             points.iter_mut().for_each(|p| *p *= scale);
-            let names = || super::obj::names(&bytes);
-            Ok(Surface::mended(points, triangles, mend).map_err(|flaw| named(flaw, names))?)
+            mended(points, triangles, mend, || super::obj::names(&bytes))
         }),
         _ => Err(ReadError::new("a surface is read from .stl or .obj")),
     };
     read.map_err(|e| e.in_file(path))
 }
 
-/// Pieces with the names that the file has for them.
-fn named(mut flaw: Flaw, names: impl Fn() -> Vec<(usize, String)>) -> Flaw {
-    if let Flaw::Pieces(pieces) = &mut flaw {
-        pieces.name(&names());
-    }
-    flaw
+/// The closed surface of a file that gives its parts names.
+fn mended(
+    points: Vec<Vector3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    mend: &Mend,
+    names: impl Fn() -> Vec<(usize, String)>,
+) -> Result<(Surface, Vec<String>), ReadError> {
+    let names_asked = if mend.piece.is_some() { names() } else { Vec::new() };
+    let mend = Mend { names: names_asked, ..mend.clone() };
+    let found = Surface::mended(points, triangles, &mend).map_err(|mut flaw| {
+        if let Flaw::Pieces(pieces) = &mut flaw {
+            pieces.name(&names());
+        }
+        flaw
+    });
+    Ok(found?)
 }
 
 /// The bytes of a file of reasonable size.

@@ -127,7 +127,7 @@ mod tests {
     }
 
     fn closed(surface: Surface) -> Result<(Surface, Vec<String>), Flaw> {
-        let mend = Mend { close_holes: true, piece: None };
+        let mend = Mend { close_holes: true, ..Mend::default() };
         Surface::mended(surface.points, surface.triangles, &mend)
     }
 

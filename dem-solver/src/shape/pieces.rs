@@ -1,7 +1,10 @@
 //! The separate closed surfaces among triangles: which they are, and one of them alone.
 
 use super::Surface;
+use super::surface::Flaw;
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Most pieces that a message names.
@@ -22,6 +25,51 @@ pub struct Piece {
     pub middle: Vector3<f64>,
 }
 
+/// A piece that is asked for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum PieceChoice {
+    /// Its number, from 1 in the order of the first triangles.
+    Number(u32),
+    /// What the file calls it.
+    Name(String),
+}
+
+impl From<&str> for PieceChoice {
+    fn from(text: &str) -> Self {
+        text.parse().map_or_else(|_| Self::Name(text.to_owned()), Self::Number)
+    }
+}
+
+/// The last name that a file has given before a triangle (number from 1).
+fn name_at(names: &[(usize, String)], triangle: usize) -> Option<&String> {
+    names.iter().rev().find(|(before, _)| *before < triangle).map(|(_, name)| name)
+}
+
+/// The number of the piece that is asked for, from 1. `numbers` are those of the triangles in the file.
+pub fn chosen(
+    choice: &PieceChoice,
+    surface: &Surface,
+    numbers: &[usize],
+    names: &[(usize, String)],
+) -> Result<u32, Flaw> {
+    let asked = match choice {
+        PieceChoice::Number(number) => return Ok(*number),
+        PieceChoice::Name(name) => name,
+    };
+    let (of, count) = of_triangles(surface);
+    let name = |k: usize| of.iter().position(|p| *p == k).and_then(|t| name_at(names, numbers[t]));
+    let same: Vec<usize> = (0..count).filter(|k| name(*k) == Some(asked)).map(|k| k + 1).collect();
+    match same[..] {
+        [number] => Ok(number as u32),
+        _ => {
+            let mut all: Vec<String> = (0..count).filter_map(name).cloned().collect();
+            all.dedup();
+            Err(Flaw::NoName(asked.clone(), same, all))
+        }
+    }
+}
+
 /// All pieces, for a message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pieces(pub Vec<Piece>);
@@ -31,8 +79,7 @@ impl Pieces {
     /// with the number of triangles before each.
     pub fn name(&mut self, names: &[(usize, String)]) {
         for piece in &mut self.0 {
-            piece.name =
-                names.iter().rev().find(|(before, _)| *before < piece.first).map(|(_, name)| name.clone());
+            piece.name = name_at(names, piece.first).cloned();
         }
     }
 }
@@ -61,7 +108,7 @@ impl fmt::Display for Pieces {
         }
         write!(
             f,
-            " name one (`--piece 1`, in a scene `shape.piece = 1`), or join them where the file comes from"
+            " take one by its number or name (`--piece 1`, in a scene `shape.piece = 1`), or join them where the file comes from"
         )
     }
 }

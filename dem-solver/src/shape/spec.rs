@@ -1,6 +1,7 @@
 //! One shape, as a scene (`shape = { type = "box", ... }`) or a command line (`box:0.2,0.4,0.6`) names it.
 
 use super::file::read_surface;
+use super::pieces::PieceChoice;
 use super::surface::Mend;
 use super::{Surface, builtin, hull};
 use interface_defs::toolkit::input_error::InputError;
@@ -72,9 +73,9 @@ pub enum Shape {
         /// Close small holes, as scans have them: up to a tenth of the size wide. Default false.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         close_holes: bool,
-        /// Of several closed surfaces in the file take this one, counted from 1.
+        /// Of several closed surfaces in the file take this one: its number, from 1, or its name in the file.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        piece: Option<u32>,
+        piece: Option<PieceChoice>,
     },
 }
 
@@ -189,7 +190,8 @@ impl Shape {
                 hull::convex(&points).map_err(InputError::new)?
             }
             Self::Mesh { file, scale, close_holes, piece } => {
-                return read_surface(file, *scale, &Mend { close_holes: *close_holes, piece: *piece });
+                let mend = Mend { close_holes: *close_holes, piece: piece.clone(), ..Mend::default() };
+                return read_surface(file, *scale, &mend);
             }
         };
         Ok((surface, Vec::new()))

@@ -2,7 +2,7 @@
 
 use super::holes;
 use super::integrals::Body;
-use super::pieces::{self, Pieces};
+use super::pieces::{self, PieceChoice, Pieces};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -28,12 +28,14 @@ pub struct Surface {
 }
 
 /// What is done to triangles that are no closed surface, when it is asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Mend {
     /// Close small holes.
     pub close_holes: bool,
-    /// Of several closed surfaces take this one, counted from 1 in the order of their first triangles.
-    pub piece: Option<u32>,
+    /// Of several closed surfaces take this one.
+    pub piece: Option<PieceChoice>,
+    /// What the file calls its parts, in its order, with the number of triangles before each.
+    pub names: Vec<(usize, String)>,
 }
 
 /// Why triangles are not the surface of a solid. Triangles are counted from 1, in the file's order.
@@ -57,6 +59,8 @@ pub enum Flaw {
     Pieces(Pieces),
     /// A piece that was asked for, of so many.
     NoPiece(u32, usize),
+    /// A name that was asked for, the numbers of the pieces with this name, and the names of all.
+    NoName(String, Vec<usize>, Vec<String>),
     /// A hole that is not small.
     Hole {
         /// Edges around it.
@@ -106,6 +110,20 @@ impl fmt::Display for Flaw {
             Self::Pieces(pieces) => pieces.fmt(f),
             Self::NoPiece(asked, count) => {
                 write!(f, "there is no piece {asked}: the surface has {count}, counted from 1")
+            }
+            Self::NoName(asked, same, _) if !same.is_empty() => write!(
+                f,
+                "{} pieces are called `{asked}`, numbers {same:?}: take one by its number",
+                same.len()
+            ),
+            Self::NoName(asked, _, names) if names.is_empty() => {
+                write!(
+                    f,
+                    "no piece is called `{asked}`: the file has no names; take one by its number, from 1"
+                )
+            }
+            Self::NoName(asked, _, names) => {
+                write!(f, "no piece is called `{asked}`: the file has `{}`", names.join("`, `"))
             }
             Self::Hole { edges, at: place, widest, most } => write!(
                 f,
@@ -167,7 +185,8 @@ impl Surface {
                 notes.push(format!("{joined} corners were joined with their neighbours"));
             }
         }
-        if let Some(piece) = mend.piece {
+        if let Some(choice) = &mend.piece {
+            let piece = pieces::chosen(choice, &loose, &numbers, &mend.names)?;
             loose.keep(piece, &mut numbers)?;
         }
         if mend.close_holes {
@@ -469,8 +488,10 @@ mod tests {
         let hollow: Vec<_> = all.iter().map(|[a, b, c]| [a * 0.5, c * 0.5, b * 0.5]).collect();
         assert!(refused(&[all.clone(), hollow].concat()).contains("-1.250e-1 m3 (a hollow"));
         let (points, triangles) = joined(&[all.clone(), apart].concat());
-        let one =
-            |piece| Surface::mended(points.clone(), triangles.clone(), &Mend { close_holes: false, piece });
+        let one = |piece: Option<u32>| {
+            let mend = Mend { piece: piece.map(PieceChoice::Number), ..Mend::default() };
+            Surface::mended(points.clone(), triangles.clone(), &mend)
+        };
         let volumes = [1, 2].map(|k| Body::of(&one(Some(k)).expect("one").0).volume);
         assert!((volumes[0] - 1.0).abs() < 1e-12 && (volumes[1] - 8.0).abs() < 1e-12, "{volumes:?}");
         assert_eq!(one(Some(3)), Err(Flaw::NoPiece(3, 2)));

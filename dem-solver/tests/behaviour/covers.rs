@@ -1,8 +1,9 @@
 //! What a cluster states of itself, against points sampled on both surfaces and looked at one by one; and what is refused.
 
+use crate::sampled::Sampled;
 use crate::solids::solid;
 use dem_solver::DemSolver;
-use dem_solver::cluster::{Accuracy, Bound, Fit, Wish, files, make};
+use dem_solver::cluster::{Accuracy, Bound, Fit, Wish, files, make, measured};
 use dem_solver::rock::Sphere;
 use dem_solver::shape::{Surface, builtin};
 use interface_defs::toolkit::program::Options;
@@ -10,8 +11,12 @@ use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::process::Command;
 
+fn wish(spheres: u32, fit: Fit) -> Wish {
+    Wish { spheres, fit, smallest_radius: 0.0 }
+}
+
 fn cluster(surface: &Surface, spheres: u32, fit: Fit) -> Vec<Sphere> {
-    make(surface, &Wish { spheres, fit, smallest_radius: 0.0 }, |_| ())
+    make(surface, &wish(spheres, fit), |_| ())
 }
 
 /// Distance of a point to a triangle: to its plane above it, else to an edge.
@@ -166,7 +171,7 @@ fn stated_errors_are_those_of_points_sampled_on_both_surfaces() {
     }
 }
 
-/// A groove of 1 cm around a ball: from its walls, along their normals, the way through the sphere is eight times as long.
+/// A groove of 1 cm around a ball: from its walls, along their normals, the distance through the sphere is eight times as long.
 #[test]
 fn a_ray_that_runs_on_through_a_sphere_is_not_its_distance() {
     let mut profile = vec![[0.0, -0.5]];
@@ -204,7 +209,8 @@ fn thin_and_limbed_solids_are_covered_evenly_by_few_spheres() {
         let found = Accuracy::of(&surface, &cluster);
         let thick = Bound::of(&surface, None);
         let share = found.largest() / (thick.largest / 0.9);
-        assert!(share < most, "{name} {spheres}: {share} of the largest ball's radius, {found}");
+        // 1 is a hole through the solid: no point of it is further from the surface.
+        assert!(share < most + 1e-4, "{name} {spheres}: {share} of the largest ball's radius, {found}");
         assert!(found.volume.abs() < 0.05 && files::groups(&cluster) == 1, "{name} {spheres}: {found}");
     }
 }
@@ -229,14 +235,102 @@ fn more_spheres_are_better_on_limbs_too() {
     }
 }
 
+/// Of every kind of solid: 300 spheres of a block of 0.2 x 0.4 x 0.6 m were worse than 64, 300 of a jack worse than 50, and
+/// plates had the same holes with 4 000 as with 300.
+#[test]
+fn more_spheres_are_never_worse() {
+    for name in [
+        "cube:0.41",
+        "box:0.2,0.4,0.6",
+        "box:2,1,0.1",
+        "box:2,0.2,0.2",
+        "ead_block:0.41",
+        "norm_rock_221:0.05",
+        "random_convex:0.5,0.4,0.3,7",
+        "ellipsoid:1,0.1,0.1",
+        "disc",
+        "column",
+        "ring",
+        "bowl",
+        "L",
+        "jack",
+        "star",
+        "scan",
+    ] {
+        let surface = solid(name);
+        let mut last = f64::INFINITY;
+        for spheres in [8, 32, 128, 400] {
+            let error = Accuracy::of(&surface, &cluster(&surface, spheres, Fit::Volume)).largest();
+            assert!(error < 1.1 * last, "{name}, {spheres} spheres: {error} m after {last} m");
+            last = error;
+        }
+    }
+}
+
+/// Points on both surfaces, ever finer where they are furthest apart: between the three balls around a hole in a plate the
+/// statement was a quarter too small, along a ray that grazed a sphere it was larger than the hole is deep.
+#[test]
+fn the_largest_error_is_what_ever_finer_points_on_both_surfaces_find() {
+    for (name, spheres) in [
+        ("cube:0.41", 300),
+        ("box:2,1,0.1", 300),
+        ("box:2,1,0.1", 1000),
+        ("box:2,0.2,0.2", 64),
+        ("ead_block:0.41", 300),
+        ("ellipsoid:1,0.1,0.1", 30),
+        ("disc", 64),
+        ("column", 100),
+        ("ring", 64),
+        ("bowl", 64),
+        ("pipe", 64),
+        ("L", 64),
+        ("jack", 300),
+        ("star", 64),
+        ("scan", 300),
+    ] {
+        let surface = solid(name);
+        let (cluster, stated) = measured(&surface, &wish(spheres, Fit::Volume), |_| ());
+        let (stated, sampled) = (stated.largest(), Sampled::of(&surface, &cluster).largest());
+        assert!(sampled <= 1.01 * stated, "{name}, {spheres}: {sampled} sampled, {stated} stated");
+        assert!(stated <= 1.1 * sampled, "{name}, {spheres}: {stated} stated, {sampled} sampled");
+    }
+}
+
 #[test]
 fn spheres_that_are_to_stay_inside_have_a_radius_and_stay_inside() {
-    for (name, spheres) in [("box:2,1,0.01", 40), ("box:2,1,0.1", 64), ("bowl", 30), ("ead_block:0.41", 3)] {
+    for (name, spheres) in [
+        ("cube:0.41", 20),
+        ("box:2,1,0.01", 40),
+        ("box:2,1,0.1", 64),
+        ("box:2,0.2,0.2", 30),
+        ("ead_block:0.41", 3),
+        ("ellipsoid:1,0.1,0.1", 12),
+        ("sphere:0.2", 8),
+        ("disc", 40),
+        ("column", 20),
+        ("ring", 24),
+        ("pipe", 50),
+        ("bowl", 30),
+        ("L", 30),
+        ("jack", 60),
+        ("star", 40),
+        ("scan", 50),
+    ] {
         let surface = solid(name);
         let cluster = cluster(&surface, spheres, Fit::Inside);
         assert!(!cluster.is_empty() && cluster.iter().all(|s| s.radius > 0.0), "{name}: {cluster:?}");
+        // By corners and points of the surface, and by the signs of the centres: none lies in a sphere.
+        let size = surface.size();
+        let nearest = (0..surface.triangles.len())
+            .flat_map(|t| {
+                let [a, b, c] = surface.corners(t);
+                [a, (a + b) / 2.0, (a + b + c) / 3.0]
+            })
+            .map(|p| to_spheres(&p, &cluster))
+            .fold(f64::INFINITY, f64::min);
+        assert!(nearest > -1e-9 * size, "{name}: {nearest}");
         let outside = Accuracy::of(&surface, &cluster).outside;
-        assert!(outside < 1e-9, "{name}: {outside}");
+        assert!(outside < 1e-9 * size, "{name}: {outside}");
     }
 }
 
@@ -252,13 +346,22 @@ fn run(arguments: &[&str]) -> (i32, String) {
 fn a_cluster_beyond_the_bound_is_refused_with_a_number_of_spheres_that_keeps_it() {
     let dir = tempfile::tempdir().expect("a directory");
     let file = dir.path().join("c.xyzr").display().to_string();
-    let (code, text) = run(&["box:2,1,0.1", "-n", "8", "-o", &file]);
-    assert_eq!(code, 2, "{text}");
-    assert!(!std::path::Path::new(&file).exists(), "nothing is written");
-    assert!(text.contains("8 spheres lie up to") && text.contains("--spheres"), "{text}");
-    let named = text.split("`--spheres ").nth(1).and_then(|rest| rest.split('`').next()).expect("a number");
-    let (code, text) = run(&["box:2,1,0.1", "-n", named, "-o", &file]);
-    assert_eq!(code, 0, "{text}");
+    for (shape, spheres, more) in [
+        ("box:2,1,0.1", "8", vec![]),
+        ("box:2,0.2,0.2", "4", vec![]),
+        ("ead_block:0.41", "20", vec!["--largest-error", "0.01"]),
+        ("ellipsoid:1,0.1,0.1", "5", vec!["--fit", "inside"]),
+    ] {
+        let make = |n: &str| run(&[&[shape, "-n", n, "-o", &file], more.as_slice()].concat());
+        let (code, text) = make(spheres);
+        assert_eq!(code, 2, "{text}");
+        assert!(!std::path::Path::new(&file).exists(), "nothing is written");
+        assert!(text.contains(&format!("{spheres} spheres lie up to")), "{text}");
+        let named = text.split("`--spheres ").nth(1).and_then(|rest| rest.split('`').next());
+        let (code, text) = make(named.unwrap_or_else(|| panic!("{text}")));
+        assert_eq!(code, 0, "{text}");
+        std::fs::remove_file(&file).expect("written");
+    }
     let (code, text) = run(&["box:2,1,0.1", "-n", "8", "--largest-error", "2", "-o", &file]);
     assert_eq!(code, if text.contains("groups") || text.contains("volume of") { 2 } else { 0 }, "{text}");
     let (code, text) = run(&["ead_block:0.41", "-n", "64", "--largest-error", "0.001", "-o", &file]);
@@ -296,11 +399,11 @@ fn a_plate_is_no_reason_to_change_a_block() {
     let block = builtin::cut_cube(Vector3::repeat(0.41));
     let made = cluster(&block, 300, Fit::Volume);
     let error = Accuracy::of(&block, &made).largest();
-    // 4.10 mm and 4.13 mm as stated before thin solids were covered.
-    assert!((4.05e-3..4.2e-3).contains(&error), "{error}");
+    // 4.29 mm: 4.13 mm as stated before corners between three spheres were computed.
+    assert!((4.25e-3..4.35e-3).contains(&error), "{error}");
 }
 
-/// Two bodies in a file are told apart by their names and volumes, one is taken when asked for, and holes are closed
+/// Two bodies in a file are distinguished by their names and volumes, one is taken when asked for, and holes are closed
 /// when asked for, in a scene too.
 #[test]
 fn files_with_several_bodies_and_with_holes_are_refused_with_a_cure_that_works() {
@@ -327,13 +430,20 @@ fn files_with_several_bodies_and_with_holes_are_refused_with_a_cure_that_works()
         code == 2 && text.contains("`large`") && text.contains("Piece 2 `small`: 320 triangles"),
         "{text}"
     );
-    let (code, text) = run(&[&two, "-n", "20", "--piece", "2", "-o", &out]);
     let volume = dem_solver::shape::Body::of(&block).volume / 8.0;
-    assert!(code == 0 && text.contains(&format!("volume {volume:.6e}")[..14]), "{text}");
+    for piece in ["2", "small"] {
+        let (code, text) = run(&[&two, "-n", "20", "--piece", piece, "-o", &out]);
+        assert!(code == 0 && text.contains(&format!("volume {volume:.6e}")[..14]), "{text}");
+    }
+    let (code, text) = run(&[&two, "-n", "20", "--piece", "smal", "-o", &out]);
+    assert!(code == 2 && text.contains("no piece is called `smal`: the file has `large`, `small`"), "{text}");
+    let (code, text) = run(&[&two, "-n", "20", "--piece", "3", "-o", &out]);
+    assert!(code == 2 && text.contains("no piece 3: the surface has 2"), "{text}");
     let (code, text) = run(&[&open, "-n", "20", "-o", &out]);
     assert!(code == 2 && text.contains("--close-holes"), "{text}");
     let (code, text) = run(&[&open, "-n", "20", "--close-holes", "-o", &out]);
     assert!(code == 0 && text.contains("note: 1 hole was closed, 9."), "{text}");
+    three_holes_are_closed_and_measured(&path("three.obj"), &out, &block);
     let scene = format!(
         "end_time = 1.0\n[[rock]]\nposition = [0.0, 0.0, 1.0]\ndensity = 2600.0\ncluster.spheres = 20\n\
          shape = {{ type = \"mesh\", file = {open:?}, close_holes = true }}\n"
@@ -341,4 +451,25 @@ fn files_with_several_bodies_and_with_holes_are_refused_with_a_cure_that_works()
     let scene = Scene::from_text("test.toml", &scene).expect("a scene");
     let solver = DemSolver::new(&scene, &Options::default()).unwrap_or_else(|e| panic!("{e}"));
     assert!(solver.notices().iter().any(|n| n.contains("1 hole was closed")), "{:?}", solver.notices());
+}
+
+/// Three single triangles that do not touch: their own areas are those of the holes.
+fn three_holes_are_closed_and_measured(file: &str, out: &str, block: &Surface) {
+    let holes = [0, 100, 200];
+    let shared = |a: usize, b: usize| block.triangles[a].iter().any(|p| block.triangles[b].contains(p));
+    assert!(!shared(0, 100) && !shared(100, 200) && !shared(0, 200));
+    let mut text = String::new();
+    for p in &block.points {
+        text += &format!("v {:?} {:?} {:?}\n", p.x, p.y, p.z);
+    }
+    for (_, t) in block.triangles.iter().enumerate().filter(|(k, _)| !holes.contains(k)) {
+        text += &format!("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    }
+    std::fs::write(file, text).expect("written");
+    let (code, text) = run(&[file, "-n", "20", "--close-holes", "-o", out]);
+    let area: f64 = holes.iter().map(|t| block.area(*t)).sum();
+    let stated = format!("note: 3 holes were closed, {area:.3e} m2 together");
+    assert!(code == 0 && text.contains(&stated), "{stated}: {text}");
+    let volume = dem_solver::shape::Body::of(block).volume;
+    assert!(text.contains(&format!("volume {volume:.9e} m3")[..18]), "{volume}: {text}");
 }

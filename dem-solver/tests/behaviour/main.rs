@@ -17,6 +17,7 @@ mod relief;
 mod repeat;
 mod rocks;
 mod rolling;
+mod sampled;
 mod shapes;
 mod solids;
 mod verdicts;

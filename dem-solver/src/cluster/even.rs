@@ -1,0 +1,254 @@
+//! A second search for a cover, where guesses lead to none that is known to be good.
+//!
+//! A guess that is too small spends all balls on one part of the solid, and balls that overlap no other, put beside one
+//! that they do overlap, leave a gap where they were. Here the error is sought between bounds, balls stay where they
+//! are, and are joined only when it is known how far they grow. Few balls are moved to the middle of what they
+//! cover besides. What is measured to be best is taken.
+
+use super::Accuracy;
+use super::ball::Balls;
+use super::bound::VOLUME;
+use super::cover::Cover;
+use super::files;
+use super::index::SphereIndex;
+use super::make::{Fit, Maker, larger};
+use crate::rock::Sphere;
+use nalgebra::Vector3;
+
+/// Covers of the search, fewer where balls are many, and how near its bounds come to each other.
+const MOST_COVERS: usize = 12;
+const FEWER_COVERS: usize = 4;
+const MANY: usize = 3000;
+const NEAR: f64 = 1.05;
+/// Most times that balls are moved to the middle of what they cover, and steps towards that middle.
+const MOST_ROUNDS: usize = 30;
+const MOST_STEPS: u32 = 60;
+/// Balls overlap if they are nearer than this share of the sum of their radii.
+const BARELY: f64 = 0.97;
+/// A cover found by guesses is kept if no other is better than this share of its error.
+const BETTER: f64 = 0.95;
+/// Balls may be smaller than the largest by this share of the largest in the solid.
+pub(super) const FINE: f64 = 0.0025;
+
+/// Clusters that were measured, and the best of them.
+pub(super) struct Best<'a, 'b> {
+    maker: &'a Maker<'b>,
+    best: Option<(f64, Vec<Sphere>)>,
+    /// The balls of which the best one was made by growing.
+    balls: Vec<Sphere>,
+}
+
+impl Best<'_, '_> {
+    /// Measure a cluster and keep it if it is the best; errors count with `weight`.
+    fn add(&mut self, cluster: Vec<Sphere>, weight: f64) -> bool {
+        if cluster.is_empty() {
+            return false;
+        }
+        let found = Accuracy::roughly(self.maker.surface, &cluster);
+        let doubt = match self.maker.wish.fit {
+            Fit::Volume => 1.0 + (found.volume.abs() - 0.01).max(0.0) / VOLUME,
+            _ => 1.0,
+        } * files::groups(&cluster) as f64;
+        let error = weight * doubt * found.largest();
+        let better = self.best.as_ref().is_none_or(|(least, _)| error < *least);
+        if better {
+            self.best = Some((error, cluster));
+        }
+        better
+    }
+
+    /// The same of balls that are grown as the fit asks for, and joined; `gap` [m] is what they leave.
+    pub(super) fn add_grown(&mut self, balls: &[Sphere], gap: f64, weight: f64) -> bool {
+        let maker = self.maker;
+        let grown = maker.growth(balls, gap);
+        let cluster = larger(balls, grown);
+        let apart = files::groups(&cluster) > 1;
+        let mut better = self.add(cluster, weight);
+        if apart {
+            better |= self.add(maker.joined_by_moving(balls, gap, grown), weight);
+            better |= self.add(maker.joined_by_growing(balls, gap, grown), weight);
+        }
+        if better {
+            self.balls = balls.to_vec();
+        }
+        better
+    }
+}
+
+impl Maker<'_> {
+    /// The best of covers found by guesses, of evenly spread ones, and of these moved to the middle of what they cover,
+    /// as measured when they are grown. `tried` are errors for which balls were too few and enough [m].
+    pub fn search_further(
+        &mut self,
+        guessed: Option<(Cover, f64)>,
+        tried: (f64, f64),
+    ) -> (Vec<Sphere>, Accuracy) {
+        let covers = self.evenly(tried);
+        let even = self.best(covers);
+        let relaxed = even.clone().filter(|_| self.count <= MANY).map(|mut found| {
+            self.relax(&mut found);
+            found
+        });
+        let gap =
+            [&guessed, &even, &relaxed].into_iter().flatten().map(|f| f.1).fold(f64::INFINITY, f64::min);
+        let samples = self.samples(if gap.is_finite() { 0.5 * gap } else { self.surface.size() });
+        let maker = &*self;
+        let mut best = Best { maker, best: None, balls: Vec::new() };
+        for (found, weight) in [(guessed, BETTER), (even, 1.0), (relaxed, 1.0)] {
+            let Some((cover, gap)) = found else { continue };
+            best.add_grown(&cover.balls, gap, weight);
+        }
+        let balls = best.balls.clone();
+        if balls.len() > 2 {
+            maker.refine(&samples, &mut best, balls);
+        }
+        let cluster = best.best.map_or_else(|| vec![maker.middle], |(_, cluster)| cluster);
+        let accuracy = Accuracy::of(maker.surface, &cluster);
+        (cluster, accuracy)
+    }
+
+    /// Covers with errors between one for which balls are enough and one for which all are too few, until these two
+    /// are near each other. Balls that overlap no other stay where they are.
+    fn evenly(&mut self, tried: (f64, f64)) -> Vec<Cover> {
+        let most = if self.count > MANY { FEWER_COVERS } else { MOST_COVERS };
+        let (mut few, mut enough) = (0.0, f64::INFINITY);
+        let mut error = match tried {
+            (few, enough) if few > 0.0 && enough.is_finite() => (few * enough).sqrt(),
+            (_, enough) if enough.is_finite() => enough,
+            _ => 0.5 * self.surface.size(),
+        };
+        let mut covers: Vec<Cover> = Vec::new();
+        while covers.len() < most && enough > NEAR * few {
+            let found = self.attempt(error, self.count, false);
+            match found.enough {
+                Some(_) => enough = error,
+                None => few = error,
+            }
+            let share = found.enough.map_or(1.0, |m| m as f64 / self.count as f64);
+            let full = found.balls.len() < self.count;
+            covers.push(found);
+            if (0.97..1.0).contains(&share) || full {
+                break;
+            }
+            error = match (few > 0.0, enough.is_finite()) {
+                (true, true) => (few * enough).sqrt(),
+                (true, false) if few < tried.1 && tried.1.is_finite() => tried.1.max(1.05 * few),
+                (true, false) => 2.0 * error,
+                // Of order -1/2 or steeper: not below what is sought.
+                _ => error * share.sqrt().clamp(0.3, 0.9),
+            };
+        }
+        covers
+    }
+
+    /// Move every ball to the middle of the samples that are nearest to it, where that brings them nearer.
+    fn relax(&mut self, (cover, largest): &mut (Cover, f64)) {
+        let samples = self.samples(0.5 * *largest);
+        let balls = Balls::new(self.tree, self.surface.size(), FINE * self.middle.radius);
+        let least = self.wish.smallest_radius;
+        for _ in 0..MOST_ROUNDS {
+            let index = SphereIndex::new(&cover.balls);
+            let mut own: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); cover.balls.len()];
+            let mut gap = 0.0_f64;
+            for p in &samples.points {
+                let (distance, near) = index.nearest(p);
+                gap = gap.max(distance);
+                own[index.place(near)].push(*p);
+            }
+            *largest = gap;
+            let mut moved = cover.balls.clone();
+            for (ball, own) in moved.iter_mut().zip(&own) {
+                let away = |b: &Sphere| {
+                    own.iter().map(|p| (p - b.centre).norm() - b.radius).fold(f64::NEG_INFINITY, f64::max)
+                };
+                let Some(found) = balls.around(&middle(own)) else { continue };
+                if found.radius > 0.0 && found.radius >= least && away(&found) < 0.999 * away(ball) {
+                    *ball = found;
+                }
+            }
+            let index = SphereIndex::new(&moved);
+            let after = samples.points.iter().map(|p| index.nearest(p).0).fold(0.0, f64::max);
+            if after >= gap {
+                break;
+            }
+            (cover.balls, *largest) = (moved, after);
+        }
+    }
+
+    /// Balls that overlap no other when all have grown by `grown` [m] are moved towards others, and all grown as the
+    /// fit asks for then.
+    fn joined_by_moving(&self, balls: &[Sphere], gap: f64, grown: f64) -> Vec<Sphere> {
+        let all = Balls::new(self.tree, self.surface.size(), FINE * self.middle.radius);
+        let mut moved = balls.to_vec();
+        join(&all, &mut moved, grown, self.wish.smallest_radius);
+        let grown = self.growth(&moved, gap);
+        larger(&moved, grown)
+    }
+
+    /// Balls grown by more than `grown` [m], up to the gap, until they are joined; none where that does not help.
+    fn joined_by_growing(&self, balls: &[Sphere], gap: f64, grown: f64) -> Vec<Sphere> {
+        let apart = |by: f64| files::groups(&larger(balls, by)) > 1;
+        if self.wish.fit == Fit::Inside || apart(gap) {
+            return Vec::new();
+        }
+        let (mut few, mut enough) = (grown, gap);
+        while enough - few > 1e-3 * gap {
+            let half = 0.5 * (few + enough);
+            if apart(half) { few = half } else { enough = half }
+        }
+        larger(balls, enough)
+    }
+}
+
+/// Move balls that overlap no other when all have grown by `grown` [m] towards the nearest one that is joined to the first,
+/// inside the solid, until they do. How many were moved.
+fn join(balls: &Balls, chosen: &mut [Sphere], grown: f64, least: f64) -> usize {
+    let overlap = |a: &Sphere, b: &Sphere| {
+        let sum = BARELY * (a.radius + b.radius + 2.0 * grown);
+        (a.centre - b.centre).norm_squared() < sum * sum
+    };
+    let mut apart: Vec<usize> = (1..chosen.len()).collect();
+    let mut linked: Vec<usize> = chosen.first().map_or(vec![], |_| vec![0]);
+    let (mut next, mut moved) = (0, 0);
+    loop {
+        while next < linked.len() {
+            let here = chosen[linked[next]];
+            next += 1;
+            let (found, rest) = apart.iter().partition(|other| overlap(&here, &chosen[**other]));
+            linked.extend::<Vec<usize>>(found);
+            apart = rest;
+        }
+        let away = |k: usize, other: usize| {
+            let (a, b): (&Sphere, &Sphere) = (&chosen[k], &chosen[other]);
+            (a.centre - b.centre).norm() - a.radius - b.radius
+        };
+        let pairs = apart.iter().flat_map(|k| linked.iter().map(|other| (*k, *other)));
+        let Some((k, host)) = pairs.min_by(|a, b| away(a.0, a.1).total_cmp(&away(b.0, b.1))) else {
+            return moved;
+        };
+        let (from, to) = (chosen[k].centre, chosen[host].centre);
+        for step in 1..MOST_STEPS {
+            let share = f64::from(step) / f64::from(MOST_STEPS);
+            let Some(ball) = balls.around(&(from + (to - from) * share)) else { continue };
+            if ball.radius > least && overlap(&ball, &chosen[host]) {
+                chosen[k] = ball;
+                moved += 1;
+                break;
+            }
+        }
+        apart.retain(|other| *other != k);
+        linked.push(k);
+    }
+}
+
+/// About the centre of the smallest ball around points. Source: Badoiu and Clarkson (2003), SODA, 801.
+fn middle(points: &[Vector3<f64>]) -> Vector3<f64> {
+    let mut centre = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    for step in 1..MOST_STEPS {
+        let away = |p: &&Vector3<f64>| (**p - centre).norm_squared();
+        if let Some(furthest) = points.iter().max_by(|a, b| away(a).total_cmp(&away(b))) {
+            centre += (furthest - centre) / f64::from(step + 1);
+        }
+    }
+    centre
+}
