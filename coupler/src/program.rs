@@ -321,6 +321,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     report.resolved.insert("coupling".into(), table(toml::Table::try_from(&settings))?.into());
     report.resolved.insert("processes".into(), table(toml::Table::try_from(&processes))?.into());
     let limits = Limits::of(scene)?;
+    report.warnings = settings.warnings(scene)?;
     report.resolved.insert("limits".into(), table(toml::Table::try_from(limits))?.into());
     report.resolved.insert("output".into(), table(toml::Table::try_from(&output))?.into());
     Ok(report)

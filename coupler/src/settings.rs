@@ -5,6 +5,7 @@ use crate::convergence::Tolerance;
 use crate::mapping::AnyMapper;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::summary::short;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -106,6 +107,12 @@ fn default_on_no_convergence() -> OnNoConvergence {
     OnNoConvergence::Halve
 }
 
+/// Longest part of a strong window that resolves a mean over 1 ms [s].
+const RESOLVED: f64 = 1e-3;
+
+/// Keys that repeated windows alone use. Tolerances are no such keys: a scene keeps them for either scheme.
+const OF_STRONG: [&str; 4] = ["acceleration", "max_iterations", "on_no_convergence", "min_window"];
+
 impl Coupling {
     /// Settings for `scheme` and `time_window` [s], all else by default.
     pub fn new(scheme: Scheme, time_window: f64) -> Self {
@@ -150,8 +157,47 @@ impl Coupling {
     pub fn open(scene: &Scene) -> Result<Self, InputError> {
         let mut coupling = scene.read("coupling")?.unwrap_or_else(|| Self::new(open_scheme(), open_window()));
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
+        coupling.check_against_run(scene)?;
         coupling.scene = Some(scene.fingerprint());
         Ok(coupling)
+    }
+
+    /// A window that is longer than the whole run.
+    fn check_against_run(&self, scene: &Scene) -> Result<(), InputError> {
+        // A missing end_time is another's complaint.
+        let Ok(end_time) = scene.end_time() else { return Ok(()) };
+        if is_open(&self.time_window) || self.time_window <= end_time {
+            return Ok(());
+        }
+        let what =
+            format!("a window of {} s is longer than the run, end_time = {end_time} s", self.time_window);
+        Err(scene.invalid("coupling.time_window", what).try_instead(
+            "it is written in seconds: 0.2 ms is 2e-4; or leave it out, and `rockfall` computes it",
+        ))
+    }
+
+    /// What the user should know: windows that resolve no reaction, and keys that weak coupling does not use.
+    pub fn warnings(&self, scene: &Scene) -> Result<Vec<String>, InputError> {
+        let mut warnings = Vec::new();
+        let part = self.time_window / f64::from(self.samples);
+        if self.scheme == Scheme::Strong && part > RESOLVED {
+            warnings.push(format!(
+                "coupling.time_window: forces are exchanged every {} s, and the reaction is a mean over 1 ms, so that an impact \
+                 is not resolved; 0.2 ms is time_window = 2e-4",
+                short(part)
+            ));
+        }
+        let table: toml::Table = scene.read("coupling")?.unwrap_or_default();
+        if self.scheme == Scheme::Weak && table.contains_key("scheme") {
+            let unused = OF_STRONG.into_iter().filter(|key| table.contains_key(*key));
+            warnings.extend(unused.map(|key| {
+                format!(
+                    "coupling.{key}: weak coupling passes every window once, so nothing uses it; leave it out, or write \
+                     scheme = \"strong\""
+                )
+            }));
+        }
+        Ok(warnings)
     }
 
     fn check(&self) -> Result<(), (String, String)> {
@@ -198,7 +244,11 @@ impl Coupling {
             if min > self.time_window {
                 return Err((
                     "min_window".into(),
-                    format!("min_window {min} s is longer than time_window {} s", self.time_window),
+                    format!(
+                        "min_window {min} s is longer than time_window {} s, which halving starts from; a 64th of it is \
+                         the default",
+                        self.time_window
+                    ),
                 ));
             }
         }
@@ -273,10 +323,12 @@ impl Processes {
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
         let processes: Self = scene.read("processes")?.unwrap_or_default();
         if !(processes.timeout > 0.0 && processes.timeout <= 86_400.0) {
-            return Err(scene.invalid(
-                "processes.timeout",
-                format!("timeout must lie between 0 and 86400 s, it is {} s", processes.timeout),
-            ));
+            return Err(scene
+                .invalid(
+                    "processes.timeout",
+                    format!("timeout must lie between 0 and 86400 s, it is {} s", processes.timeout),
+                )
+                .try_instead("it is written in seconds: 60 is the default"));
         }
         Ok(processes)
     }

@@ -36,6 +36,11 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
 pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckReport, InputError> {
     let solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
     let fem = scene.read::<toml::Table>("processes")?.is_some_and(|p| p.contains_key("fem"));
+    if (fem || scene.has("structure")) && solver.model().laws.is_none() {
+        return Err(scene
+            .invalid("structure", "there is a net and no contact law: the rock would fall through it")
+            .try_instead("add a table [[contact]]"));
+    }
     if let Some(what) = solver.idle_selection().filter(|_| !fem && !scene.has("structure")) {
         return Err(scene.invalid("dem.contact_selection", what).try_instead("leave it out"));
     }

@@ -1,6 +1,9 @@
 //! What can be known of a structure before it is computed: numbers in other units than SI, sections that do not fit their
 //! elements, strengths below what acts from the start. An error where no one can mean it, else a warning.
 
+mod devices;
+mod supports;
+
 use crate::config::Config;
 use crate::config::part::{CablePart, PartConfig};
 use crate::config::structure::CableEntry;
@@ -12,11 +15,20 @@ use std::f64::consts::PI;
 
 /// Longest structure that a mesh or generator may make [m], and that from which on it is asked whether metres are meant.
 const LONGEST: [f64; 2] = [2000.0, 500.0];
+/// Shortest one [m].
+const SHORTEST: f64 = 0.01;
 /// Nodes closer than this, relative to the extent, are at one place.
 const SAME_PLACE: f64 = 1e-9;
 
 /// Strain by a prestress of which no one could see anything.
 const SLACK: f64 = 1e-6;
+/// Strain from which on a prestress below 0 is more likely to be a tension with the wrong sign.
+const LOOSE: f64 = 5e-3;
+/// Stress that no wire bears [Pa].
+const STRONGEST: f64 = 1e10;
+/// Least density of metals [kg/m3], and a modulus that is below all of theirs [Pa].
+const METAL: f64 = 2000.0;
+const SOFTEST_METAL: f64 = 1e9;
 
 /// Judge `model`. What someone might mean goes into its warnings.
 pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), InputError> {
@@ -28,9 +40,9 @@ pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), In
         judge.shape()?;
         judge.strength()?;
     }
-    judge_devices(scene, config, model, &mut warnings)?;
-    judge_supports(scene, config, model, &mut warnings)?;
-    judge_gravity(scene, config, &mut warnings);
+    devices::judge(scene, config, model, &mut warnings)?;
+    supports::judge(scene, config, model, &mut warnings)?;
+    supports::judge_gravity(scene, config, &mut warnings);
     warnings.extend(twins(model));
     model.warnings.extend(warnings);
     Ok(())
@@ -46,6 +58,8 @@ struct Section {
     inertia: Option<[f64; 2]>,
     radius: Option<f64>,
     prestress: Option<f64>,
+    /// Modulus that the prestress strains: its own, else that of all cables.
+    strained: Option<f64>,
     rupture_force: Option<f64>,
     rupture_strain: Option<f64>,
     longest: f64,
@@ -73,6 +87,7 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
             area: Some(common.area).filter(|_| used(|c| c.area.is_some(), |p| p.area.is_some())),
             radius: Some(common.radius),
             prestress: Some(common.prestress),
+            strained: Some(common.young),
             longest: all,
             ..Section::default()
         });
@@ -90,6 +105,7 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
                 area: p.area.or(common.map(|c| c.area)),
                 radius: p.radius.or(common.map(|c| c.radius)),
                 prestress: p.prestress.or(common.map(|c| c.prestress)),
+                strained: p.young.or(common.map(|c| c.young)),
                 rupture_force: p.rupture_force,
                 rupture_strain: p.rupture_strain,
                 ..own
@@ -100,6 +116,7 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
                 area: Some(p.area),
                 radius: p.radius,
                 prestress: Some(p.prestress),
+                strained: Some(p.young),
                 rupture_force: p.rupture_force,
                 rupture_strain: p.rupture_strain,
                 ..own
@@ -167,6 +184,19 @@ impl Judge<'_> {
                     format!(
                         "{young} Pa is softer than rubber, which has 1e6; in MPa it would be {:e} Pa",
                         1e6 * young
+                    ),
+                );
+            }
+            let dense = self.section.density.is_some_and(|d| d >= METAL);
+            // What is stretched to more than its double by its prestress alone is no material, but a stiffness by prestress.
+            let stretched = self.section.prestress.is_some_and(|stress| stress >= young);
+            if dense && young > 3e5 && young < SOFTEST_METAL && !stretched {
+                self.warn(
+                    "young",
+                    format!(
+                        "{young:e} Pa is softer than plastic, and {} kg/m3 is a metal's density; in kPa it would be {:e} Pa",
+                        self.section.density.unwrap_or_default(),
+                        1e3 * young
                     ),
                 );
             }
@@ -262,24 +292,46 @@ impl Judge<'_> {
         Ok(())
     }
 
-    /// Strength, against prestress and what a section of its size carries.
-    fn strength(&mut self) -> Result<(), InputError> {
-        if let Some(strain) = self.section.rupture_strain.filter(|s| *s > 1.0) {
-            self.warn("rupture_strain", format!("{strain} is a strain, no percentage: 5 % is 0.05"));
-        }
-        if let (Some(stress), Some(young)) = (self.section.prestress, self.section.young)
-            && stress != 0.0
-            && stress.abs() < SLACK * young
-        {
+    /// Prestress, against the modulus.
+    fn prestress(&mut self) {
+        let (Some(stress), Some(young)) = (self.section.prestress, self.section.strained) else { return };
+        let strain = stress / young;
+        if stress != 0.0 && strain.abs() < SLACK {
             self.warn(
                 "prestress",
                 format!(
-                    "{stress} Pa strains it by {:.1e} only, which changes nothing; were it in MPa, it would be {:e} Pa",
-                    stress / young,
+                    "{stress} Pa strains it by {strain:.1e} only (young is {young:e} Pa), which changes nothing; were it in MPa, \
+                     it would be {:e} Pa",
                     1e6 * stress
                 ),
             );
         }
+        if stress > STRONGEST {
+            self.warn(
+                "prestress",
+                format!("{stress:e} Pa is more than any wire bears (2e9 Pa); it is a stress: 100 MPa is 1e8, a force is divided by the area"),
+            );
+        }
+        if strain <= -LOOSE {
+            self.warn(
+                "prestress",
+                format!(
+                    "{stress:e} Pa makes it {:.1} % longer than the distance of its nodes, as below 0 is slack; a tension is above 0",
+                    -100.0 * strain
+                ),
+            );
+        }
+    }
+
+    /// Strength, against prestress and what a section of its size carries.
+    fn strength(&mut self) -> Result<(), InputError> {
+        if let Some(strain) = self.section.rupture_strain.filter(|s| *s > 1.0) {
+            self.warn(
+                "rupture_strain",
+                format!("{strain} is a strain, no percentage: {strain} % is {}", 0.01 * strain),
+            );
+        }
+        self.prestress();
         let (Some(force), Some(area)) = (self.section.rupture_force, self.section.area) else {
             return Ok(());
         };
@@ -326,124 +378,18 @@ fn judge_extent(
     if extent > LONGEST[0] && (table.mesh.is_some() || table.generator.is_some()) {
         return Err(scene.invalid(key, format!("{what}, more than {} m", LONGEST[0])).try_instead(cure));
     }
+    if model.nodes.len() > 1 && extent < SHORTEST && (table.mesh.is_some() || table.generator.is_some()) {
+        let cure = cure.replace("scale it by 0.001", "scale it by 1000 if it is in kilometres");
+        return Err(scene.invalid(key, format!("{what}, less than {SHORTEST} m")).try_instead(cure));
+    }
+    let key = if table.nodes.is_empty() { key } else { "structure.nodes" };
     if extent > LONGEST[1] {
-        warnings.push(format!("{what}: are its coordinates millimetres? They count in metres"));
+        warnings.push(format!("{key}: {what}: are these centimetres or millimetres? {cure}"));
     }
-    if model.nodes.len() > 1 && extent < 0.01 {
-        warnings.push(format!("{what}: its coordinates count in metres"));
-    }
-    Ok(())
-}
-
-/// Brakes, rings, membranes and shells against the structure that they are in.
-fn judge_devices(
-    scene: &Scene,
-    config: &Config,
-    model: &Model,
-    warnings: &mut Vec<String>,
-) -> Result<(), InputError> {
-    let extent = model.extent();
-    let too_long = |key: String, name: &str, value: f64, of: &str, limit: f64| {
-        let what = format!("{name} is {value} m, and {of} {limit:.4} m");
-        scene.invalid(&format!("{key}.{name}"), what).try_instead("metres: 300 mm is 0.3")
-    };
-    for (i, (part, built)) in config.structure.parts.iter().zip(&model.parts).enumerate() {
-        let key = format!("structure.parts.{i}");
-        let size = built.elements.iter().map(|e| {
-            let nodes = model.elements[*e].nodes();
-            nodes.iter().map(|n| (model.nodes[*n] - model.nodes[nodes[0]]).norm()).fold(0.0, f64::max)
-        });
-        let size = size.fold(0.0, f64::max);
-        match part {
-            PartConfig::Brake(p) => {
-                let travel = p.curve.last().map_or(0.0, |row| row[0]);
-                for (name, value) in [("stroke", p.stroke.unwrap_or(0.0)), ("curve", travel)] {
-                    if value > 10.0 * extent {
-                        return Err(too_long(
-                            key,
-                            name,
-                            value,
-                            "the whole structure has an extent of",
-                            extent,
-                        ));
-                    }
-                }
-                let most = p.curve.iter().map(|row| row[1]).fold(0.0, f64::max);
-                if most > 0.0 && most < 1e3 {
-                    warnings.push(format!(
-                        "{key}.curve: the brake gives way under {most} N at most; 120 kN is 1.2e5"
-                    ));
-                }
-                if let (Some(force), Some(first)) = (p.rupture_force, p.curve.first())
-                    && force <= first[1]
-                {
-                    warnings.push(format!(
-                        "{key}.rupture_force: the brake breaks under {force} N, before it gives way under {} N",
-                        first[1]
-                    ));
-                }
-            }
-            PartConfig::Ring(p) if size > 0.0 && p.diameter > 20.0 * size => {
-                return Err(too_long(key, "diameter", p.diameter, "its nodes lie within", size));
-            }
-            PartConfig::Ring(p) if size > 0.0 && !(0.5..=2.0).contains(&(p.diameter / size)) => {
-                warnings
-                    .push(format!("{key}.diameter: {} m, and its nodes lie {size:.4} m apart", p.diameter));
-            }
-            PartConfig::Membrane(p) if size > 0.0 && p.thickness > size => {
-                return Err(too_long(key, "thickness", p.thickness, "its triangles have sides of", size));
-            }
-            PartConfig::Shell(p) if size > 0.0 && p.thickness > size => {
-                return Err(too_long(key, "thickness", p.thickness, "its triangles have sides of", size));
-            }
-            _ => {}
-        }
+    if model.nodes.len() > 1 && extent < SHORTEST {
+        warnings.push(format!("{key}: {what}: its coordinates count in metres"));
     }
     Ok(())
-}
-
-/// Supports that hold nothing, and structures that nothing holds.
-fn judge_supports(
-    scene: &Scene,
-    config: &Config,
-    model: &Model,
-    warnings: &mut Vec<String>,
-) -> Result<(), InputError> {
-    let mut used = vec![false; model.node_count()];
-    model.cables.iter().flat_map(|c| c.nodes).for_each(|n| used[n] = true);
-    model.elements.iter().flat_map(|e| e.nodes()).for_each(|n| used[*n] = true);
-    model.point_masses.iter().for_each(|m| used[m.node] = true);
-    model.springs.iter().for_each(|s| used[s.node] = true);
-    for (i, entry) in config.structure.supports.iter().enumerate() {
-        let key = format!("structure.supports.{i}");
-        let nodes = model.place(scene, &key, entry.place())?;
-        if nodes.iter().all(|n| !used[*n]) {
-            warnings.push(format!("{key} holds nothing: no element ends at its {} nodes", nodes.len()));
-        }
-    }
-    if !model.held.contains(&true) && model.springs.is_empty() && model.down.is_some() {
-        warnings.push(
-            "nothing holds the structure: it falls; supports = [{ group = \"name of a group\" }]".into(),
-        );
-    }
-    Ok(())
-}
-
-/// Whether there is weight; where there are rocks, who computes them judges gravity.
-fn judge_gravity(scene: &Scene, config: &Config, warnings: &mut Vec<String>) {
-    if scene.has("rock") || !config.structure.dead_load {
-        return;
-    }
-    let size = config.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    if size == 0.0 && !scene.has("gravity") && config.structure.loads.is_empty() {
-        warnings.push(
-            "there is no gravity: the structure has no weight; gravity = [0.0, 0.0, -9.81], or structure.dead_load = false"
-                .into(),
-        );
-    }
-    if size > 50.0 {
-        warnings.push(format!("gravity is {size} m/s2, on earth it is 9.81"));
-    }
 }
 
 /// Nodes at one place: a mesh whose parts were not joined falls apart there.
@@ -462,7 +408,7 @@ fn twins(model: &Model) -> Option<String> {
     }
     let (a, b) = *pairs.first()?;
     Some(format!(
-        "{} nodes lie where another one does, first node {} and node {}: elements that end there are not connected; join \
+        "structure: {} nodes lie where another one does, first node {} and node {}: elements that end there are not connected; join \
          them (in Gmsh: Coherence)",
         pairs.len(),
         model.node_name(a),

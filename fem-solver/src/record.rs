@@ -104,7 +104,9 @@ impl Recorder {
                 || gauges[..i].iter().any(|g| g.name == gauge.name && g.quantity == gauge.quantity)
             {
                 let what = format!("the gauge `{}` needs a name of its own", gauge.name);
-                return Err(scene.invalid(&format!("{key}.name"), what));
+                return Err(scene
+                    .invalid(&format!("{key}.name"), what)
+                    .try_instead("its columns in history.csv begin with it, as name = \"middle_2\""));
             }
             if gauge.above.is_some() && gauge.quantity != Quantity::Height {
                 let what =

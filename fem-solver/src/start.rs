@@ -190,10 +190,12 @@ fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {
 
 fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) -> InputError {
     let what = format!("no static equilibrium under the dead load was found: {}", failure.describe(model));
-    if matches!(failure, Failure::Broken { .. }) {
-        return scene
-            .invalid("structure", what)
-            .try_instead("a larger rupture_force or rupture_strain, or less load or prestress");
+    if let Failure::Broken { element, .. } = failure {
+        let of_part = model.parts[..model.part_count].iter().position(|p| p.elements.contains(element));
+        let key = of_part.map_or("structure".into(), |part| format!("structure.parts.{part}.rupture_force"));
+        return scene.invalid(&key, what).try_instead(
+            "a larger rupture_force, in newtons (300 kN is 3e5), or rupture_strain; or less load or prestress",
+        );
     }
     if let Some((node, count)) = model.adrift() {
         let what = format!(

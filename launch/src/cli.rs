@@ -104,7 +104,16 @@ struct Input {
 
 /// The whole program.
 pub fn main() -> Exit {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let Some(scene) = scene_as_command(std::env::args_os().nth(1)) else { error.exit() };
+            complain(&format!(
+                "{scene}: this is a scene, and the command is missing; write rockfall run {scene}"
+            ));
+            return Exit::BadInput;
+        }
+    };
     let json = cli.log_format == LogFormat::Json;
     log::init(cli.log_format, json);
     match execute(cli.command, json) {
@@ -118,6 +127,11 @@ pub fn main() -> Exit {
             stop.exit
         }
     }
+}
+
+/// The scene that stands where a command must stand.
+fn scene_as_command(first: Option<OsString>) -> Option<String> {
+    first.filter(|word| Path::new(word).extension().is_some_and(|e| e == "toml"))?.into_string().ok()
 }
 
 fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
@@ -197,6 +211,13 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_scene_in_the_place_of_the_command_is_known() {
+        assert_eq!(scene_as_command(Some("fall.toml".into())).as_deref(), Some("fall.toml"));
+        assert_eq!(scene_as_command(Some("rnu".into())), None);
+        assert_eq!(scene_as_command(None), None);
     }
 
     #[test]

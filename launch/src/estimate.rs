@@ -8,6 +8,9 @@ use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
 use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::limits::Limits;
+use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
 use std::fmt::Write;
@@ -48,22 +51,24 @@ pub fn check(path: &Path, sets: &[String], resolved: Option<&Path>) -> Result<St
     }
     text.push_str(&numbers.steps());
     text.push_str(&numbers.cost());
-    for warning in warnings(&reports, scene.end_time()?) {
+    for warning in warnings(&scene, &reports)? {
         let _ = writeln!(text, "warning: {warning}");
     }
     Ok(text)
 }
 
-/// What the user should know before the start, each once.
-pub fn warnings(reports: &[(Part, CheckReport)], end_time: f64) -> Vec<String> {
+/// What the user should know before the start, each once, with its place in the scene where it begins with its key.
+pub fn warnings(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<String>, InputError> {
     let of_programs = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
+    let of_numbers = Numbers::of(reports, scene.end_time()?).warnings();
+    let of_tables = Output::warnings(scene)?.into_iter().chain(Limits::of(scene)?.warnings());
     let mut all: Vec<String> = Vec::new();
-    for warning in of_programs.chain(Numbers::of(reports, end_time).warnings()) {
+    for warning in of_programs.chain(of_numbers).chain(of_tables).map(|warning| scene.placed(&warning)) {
         if !all.contains(&warning) {
             all.push(warning);
         }
     }
-    all
+    Ok(all)
 }
 
 impl Numbers {
@@ -137,7 +142,7 @@ impl Numbers {
         let (window, limit) = (self.window?, self.limit?);
         (self.weak && window > limit.window).then(|| {
             format!(
-                "weak coupling with a window of {} s is wrong where a contact becomes as stiff as {} N/m on a node of \
+                "coupling.time_window: weak coupling with a window of {} s is wrong where a contact becomes as stiff as {} N/m on a node of \
                  {} kg: {} sets the limit there, {} s; shorten coupling.time_window or use scheme = \"strong\"",
                 short(window),
                 short(self.stiffness.unwrap_or(f64::NAN)),

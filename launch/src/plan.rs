@@ -80,10 +80,12 @@ impl Processes {
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
         let processes: Self = scene.read("processes")?.unwrap_or_default();
         match processes.timeout {
-            Some(t) if !(t > 0.0 && t <= 86_400.0) => Err(scene.invalid(
-                "processes.timeout",
-                format!("a deadline of {t} s; it must lie above 0, up to 86400 s"),
-            )),
+            Some(t) if !(t > 0.0 && t <= 86_400.0) => Err(scene
+                .invalid(
+                    "processes.timeout",
+                    format!("a deadline of {t} s; it must lie above 0, up to 86400 s"),
+                )
+                .try_instead("it is written in seconds: 60 is the default")),
             _ => Ok(processes),
         }
     }

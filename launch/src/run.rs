@@ -48,7 +48,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     {
         tracing::info!("chosen, as the scene does not say: {}", choice.text());
     }
-    let warnings = estimate::warnings(&reports, scene.end_time()?);
+    let warnings = estimate::warnings(&scene, &reports)?;
     for warning in warnings.iter().filter(|_| !request.quiet) {
         tracing::warn!("{warning}");
     }
@@ -162,8 +162,10 @@ fn summary(owner: &Owner, status: Status, stop: Option<&Stop>) -> Summary {
     summary
 }
 
-/// The same with what was warned of before the start, each once.
+/// The same with what was warned of before the start, each once: with its place, which the solvers do not know.
 fn with_warnings(mut summary: Summary, before: &[String], out: &Path) -> Summary {
+    let placed = |w: &String| before.iter().any(|b| b != w && b.ends_with(&format!(": {w}")));
+    summary.warnings.retain(|w| !placed(w));
     let missing: Vec<_> = before.iter().filter(|w| !summary.warnings.contains(w)).cloned().collect();
     if missing.is_empty() {
         return summary;

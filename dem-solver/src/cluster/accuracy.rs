@@ -40,8 +40,10 @@ const ROUGH: Effort = Effort { samples: 20_000, points: 25_000, starts: 8, steps
 
 /// What share of the largest error samples must have for one that is larger to be sought beside them.
 const NEARLY: f64 = 0.7;
+/// Samples for each sphere of very many, so that none is missed.
+const SAMPLES_EACH: usize = 30;
 /// Points on one sphere, least and most.
-const LEAST_POINTS: usize = 12;
+const LEAST_POINTS: usize = 30;
 const MOST_POINTS: usize = 400;
 /// Places from which the deepest one between spheres is sought.
 const PITS: usize = 64;
@@ -76,7 +78,8 @@ pub struct Accuracy {
 impl Accuracy {
     /// Of `spheres` (at least one) that approximate the solid inside `surface`.
     pub fn of(surface: &Surface, spheres: &[Sphere]) -> Self {
-        Self::measured(surface, spheres, FULL)
+        let samples = FULL.samples.max(SAMPLES_EACH * spheres.len());
+        Self::measured(surface, spheres, Effort { samples, ..FULL })
     }
 
     /// The same with fewer samples, in a fraction of the time: to compare clusters.

@@ -25,11 +25,48 @@ pub fn read_text(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
     for line in lines(bytes) {
         let (at, line) = line?;
         let line = without_comment(line);
-        if !line.is_empty() {
-            list.add(line, at)?;
+        if line.is_empty() {
+            continue;
         }
+        if list.spheres.is_empty() {
+            named(line, at)?;
+        }
+        if line.contains(';') {
+            let what =
+                format!("`{}`: numbers are separated by blanks or commas, not by semicolons", shown(line));
+            return Err(ReadError::at(at, what));
+        }
+        list.add(line, at)?;
     }
     list.finish()
+}
+
+/// A first line of words: an error that says what the file may be.
+fn named(line: &str, at: usize) -> Result<(), ReadError> {
+    let word = line.split([' ', '\t', ',', ';']).next().unwrap_or_default();
+    let letters = word.chars().next().is_some_and(|c| c.is_alphabetic() || c == '"' || c == '$');
+    if !letters || word.parse::<f64>().is_ok() {
+        return Ok(());
+    }
+    let what = match word {
+        "solid" => {
+            "this is a surface in STL, no list of spheres: name it with shape = { type = \"mesh\", file = \"...\" }"
+        }
+        "v" | "o" | "g" => {
+            "this is a surface in OBJ, no list of spheres: name it with shape = { type = \"mesh\", file = \"...\" }"
+        }
+        "ncols" => "this is a grid of terrain, no list of spheres",
+        _ => {
+            return Err(ReadError::at(
+                at,
+                format!(
+                    "`{}` is no number: a line of column names? Put # before it; each line holds x y z r [m]",
+                    shown(word)
+                ),
+            ));
+        }
+    };
+    Err(ReadError::at(at, what))
 }
 
 /// The spheres of a Kratos cluster.
@@ -76,7 +113,13 @@ impl List {
     fn add(&mut self, line: &str, at: usize) -> Result<(), ReadError> {
         let mut words = line.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|w| !w.is_empty());
         let centre = point(&mut words, at)?;
-        let radius = number(words.next(), at)?;
+        let Some(fourth) = words.next() else {
+            return Err(ReadError::at(
+                at,
+                "a number is missing at the end of the line: each holds x y z r [m]",
+            ));
+        };
+        let radius = number(Some(fourth), at)?;
         if let Some(more) = words.next() {
             return Err(ReadError::at(
                 at,

@@ -59,15 +59,18 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Res
     }
     let mut warnings = Vec::new();
     if worst > EDGES[0] {
-        warnings.push(told);
+        warnings.push(format!(
+            "rock.{at}.cluster.file: {told}; are its radii diameters, or is it of another rock?"
+        ));
     }
     if shift > MIDDLES[0] {
-        warnings.push(shifted);
+        warnings.push(format!("rock.{at}.cluster.file: {shifted}"));
     }
     let volume = 1.0 + excess(&Surface { points, triangles }, &rock.spheres, COLUMNS);
     if !(VOLUME[0]..=VOLUME[1]).contains(&volume) {
         warnings.push(format!(
-            "rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3",
+            "rock.{at}.cluster.file: rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3; radii are \
+             in the fourth column, in metres",
             rock.name,
             short(volume),
             short(rock.solid.volume())

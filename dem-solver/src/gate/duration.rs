@@ -9,6 +9,8 @@ use nalgebra::Vector3;
 
 /// Steps of which something is said: some ten hours of one rock.
 const STEPS: f64 = 1e10;
+/// Speed of a free fall that is beyond all falls on Earth [m/s].
+const FALLEN: f64 = 1_000.0;
 /// Pieces in which the flight of a rock is looked at.
 const PIECES: usize = 400;
 
@@ -19,10 +21,26 @@ pub fn check(model: &Model) -> Vec<String> {
     let steps = settings.end_time / step;
     if steps > STEPS {
         warnings.push(format!(
-            "end_time = {} s is {} steps of {} s; times are in seconds",
+            "end_time: {} s is {} steps of {} s; times are in seconds",
             short(settings.end_time),
             short(steps),
             short(step)
+        ));
+    }
+    let speed = settings.gravity.norm() * settings.end_time;
+    if model.ground.is_none() && speed > FALLEN {
+        warnings.push(format!(
+            "end_time: {} s, in which a free fall gets to {} m/s; were it in milliseconds, it would be end_time = {}",
+            short(settings.end_time),
+            short(speed),
+            short(1e-3 * settings.end_time)
+        ));
+    }
+    if let Some(terrain) = settings.terrain.as_ref().filter(|t| t.rest_time > settings.end_time) {
+        warnings.push(format!(
+            "terrain.rest_time: {} s is longer than the run, end_time = {} s, so no rock counts as at rest; 500 ms is 0.5",
+            short(terrain.rest_time),
+            short(settings.end_time)
         ));
     }
     if let Some(ground) = &model.ground {
@@ -55,7 +73,7 @@ fn flight(model: &Model, ground: &Ground, at: usize) -> Option<String> {
     (ends && g > 0.0 && fall > 0.0).then(|| {
         let speed = flight.velocity.dot(&settings.down());
         format!(
-            "rock `{}` is still in its first flight at end_time = {} s; a fall of {} m takes {} s",
+            "end_time: rock `{}` is still in its first flight at end_time = {} s; a fall of {} m takes {} s",
             rock.name,
             short(settings.end_time),
             short(fall),

@@ -25,7 +25,9 @@ pub fn check(g: Vector3<f64>, terrain: bool, scene: &Scene) -> Result<Vec<String
                 .invalid("terrain", what)
                 .try_instead(format!("write {EARTH} at the top of the scene; {none}")));
         }
-        return Ok(vec![format!("the scene names no gravity, so nothing falls; write {EARTH}, {none}")]);
+        return Ok(vec![format!(
+            "rock: the scene names no gravity, so nothing falls; write {EARTH}, {none}"
+        )]);
     }
     if size == 0.0 {
         return Ok(Vec::new());
@@ -58,14 +60,14 @@ pub fn check(g: Vector3<f64>, terrain: bool, scene: &Scene) -> Result<Vec<String
         }
         if angle > UPRIGHT {
             warnings.push(format!(
-                "gravity [{x}, {y}, {z}] is {angle:.1} degrees off -z: the terrain counts as tilted by as much; \
+                "gravity: [{x}, {y}, {z}] is {angle:.1} degrees off -z: the terrain counts as tilted by as much; \
                  straight down is {EARTH}"
             ));
         }
     }
     if !(USUAL[0]..=USUAL[1]).contains(&size) {
         let unit = if (31.5..33.0).contains(&size) { ", in ft/s2?" } else { "" };
-        warnings.push(format!("a gravity of {size:.4} m/s2{unit}: that of the Earth is 9.81 m/s2"));
+        warnings.push(format!("gravity: {size:.4} m/s2{unit}: that of the Earth is 9.81 m/s2"));
     }
     Ok(warnings)
 }

@@ -44,7 +44,9 @@ pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
         let stiffness = match settings.contacts[*law as usize].young.map(|young| young * times) {
             Some(young) if young > STIFFEST => None,
             Some(young) => Some(format!("young = {} Pa", short(young))),
-            None => Some(format!("a stiffness {} times as large", short(times))),
+            None => settings.contacts[*law as usize]
+                .stiffness
+                .map(|k| format!("stiffness = {} N/m", short(k * times))),
         };
         let radius =
             larger(rock, deepest).map(|r| format!("cluster.smallest_radius = {} m (about)", short(r)));
@@ -54,7 +56,7 @@ pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
             cures => format!("{cures} keeps"),
         };
         warnings.push(format!(
-            "rock `{}` lands on the terrain with up to {} m/s: its spheres (smallest radius {} m) are expected to overlap by up \
+            "rock.{at}: rock `{}` lands on the terrain with up to {} m/s: its spheres (smallest radius {} m) are expected to overlap by up \
              to {} of their radius, above {LIMIT}; {cure} it below",
             rock.name,
             short(speed),

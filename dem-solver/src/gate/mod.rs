@@ -5,6 +5,7 @@
 //! - [`clusters`]: a file of spheres that is of another body
 //! - [`start`]: the surface of a rock in the terrain, in the net or in another rock
 //! - [`landing`]: the overlap that a landing on terrain will give
+//! - [`place`]: a start beside, below or high above the terrain: in which other units or axes it would be on it
 //! - [`reach`]: a rock that flies past the net
 //! - [`duration`]: whether the simulated time fits
 
@@ -12,6 +13,7 @@ pub mod clusters;
 pub mod duration;
 pub mod gravity;
 pub mod landing;
+pub mod place;
 pub mod reach;
 pub mod start;
 pub mod units;
@@ -38,6 +40,7 @@ pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Ve
 /// The same for many spheres.
 pub fn of_spheres(settings: &GranularSettings, scene: &Scene) -> Result<Vec<String>, InputError> {
     let mut warnings = gravity::check(settings.gravity, false, scene)?;
+    warnings.extend(units::of_region(settings));
     for (at, group) in settings.spheres.iter().enumerate() {
         warnings.extend(units::of_spheres(at, group, scene)?);
     }
@@ -53,6 +56,7 @@ pub fn of_model(model: &Model, scene: &Scene) -> Result<Vec<String>, InputError>
     if let Some(ground) = &model.ground {
         for at in 0..model.rocks.len() {
             start::on_terrain(model, ground, at, scene)?;
+            warnings.extend(place::above(model, ground, at));
         }
         warnings.extend(landing::check(model, ground));
     }

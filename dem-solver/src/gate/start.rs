@@ -1,7 +1,7 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
-use super::reach;
 use super::units::short;
+use super::{place, reach};
 use crate::contact::Law;
 use crate::ground::Ground;
 use crate::rock::{Motion, Rock};
@@ -118,22 +118,25 @@ pub fn on_terrain(model: &Model, ground: &Ground, at: usize, scene: &Scene) -> R
         let by = start.until_free(&-down, |motion| in_terrain(&start, ground, motion, &down));
         freed(table.position, &-down, by)
     };
-    let place = Vector3::from(table.position);
+    let centre = Vector3::from(table.position);
     let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
     match height(ground, settings, at) {
         Some(height) if height < 0.0 => {
-            return refuse(format!("rock `{name}` starts {:.2} m below the terrain", -height), free());
+            let other = place::other_heights(table.position[2] - height, table.position[2]);
+            let cure = other.map_or_else(free, |other| format!("{}; {other}", free()));
+            return refuse(format!("rock `{name}` starts {:.2} m below the terrain", -height), cure);
         }
-        None if beside(&place, &low, &high, &down) => {
+        None if beside(&centre, &low, &high, &down) => {
+            let meant = place::beside(&centre, &low, &high, 2.0 * start.rock.reach);
             return refuse(
                 format!(
                     "rock `{name}` starts beside the terrain, at ({}, {}, {})",
-                    place.x, place.y, place.z
+                    centre.x, centre.y, centre.z
                 ),
                 format!(
                     "the terrain lies from ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1})",
                     low.x, low.y, low.z, high.x, high.y, high.z
-                ),
+                ) + &meant.map_or(String::new(), |meant| format!("; {meant}")),
             );
         }
         _ => {}
@@ -253,7 +256,7 @@ fn in_elements(start: &Start, wall: &Wall, motion: &Motion) -> Option<Deepest> {
 }
 
 /// Distance of an element from a point [m].
-fn distance(element: &Element, point: &Vector3<f64>, [a, b, c]: &[Vector3<f64>; 3]) -> f64 {
+pub(super) fn distance(element: &Element, point: &Vector3<f64>, [a, b, c]: &[Vector3<f64>; 3]) -> f64 {
     match element.kind {
         Kind::Point => (a - point).norm(),
         Kind::Line => {

@@ -1,7 +1,7 @@
 //! Units: values that are right in another unit than the one that the scene is written in.
 
 use crate::rock::Rock;
-use crate::settings::{ContactSettings, RockSettings, Shape, SpheresSettings};
+use crate::settings::{ContactSettings, GranularSettings, RockSettings, Shape, SpheresSettings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
@@ -16,6 +16,18 @@ const LARGEST: f64 = 30.0;
 const SMALL: f64 = 2e-3;
 /// Least modulus [Pa]: a rubber has 1e6, a gel 1e3. There is no largest one: who wants no overlap writes what no solid has.
 const SOFTEST: f64 = 1e3;
+/// Largest volume of a norm rock of which nothing is said [m3].
+const LARGEST_NORM: f64 = 20.0;
+/// Kilograms per cubic metre of a pound per cubic foot, and the densities of rock for which that is asked.
+const POUNDS: f64 = 16.018_463;
+const OF_STONE: [f64; 2] = [2_000.0, 3_500.0];
+/// Share of a box that spheres fill, below which something is said.
+const EMPTY: f64 = 1e-6;
+/// Damping ratio beyond which a contact does not rebound, and that which no one can mean.
+const CRITICAL: f64 = 1.0;
+const OVERDAMPED: f64 = 5.0;
+/// Rolling friction at which a ball rests on a slope of 45 degrees.
+const STEEP: f64 = 1.0;
 /// Coulomb coefficient from which on an angle is the likelier meaning.
 const ANGLE: f64 = 2.0;
 /// Speeds of which something is said, and which are refused [m/s].
@@ -40,16 +52,23 @@ pub fn of_rock(
     let (points, _) = rock.solid.surface();
     let size = extent(points.iter().map(|p| (*p, 0.0)));
     let longest = size.iter().copied().fold(0.0, f64::max);
-    let in_metres = match table.shape {
-        Shape::Mesh { scale, .. } => format!("in millimetres? Then write scale = {:?}", 1e-3 * scale),
-        _ => "lengths are in metres".into(),
-    };
+    let in_metres = in_metres(longest, &table.shape);
     let edges = format!("{} m x {} m x {} m", short(size[0]), short(size[1]), short(size[2]));
     if longest > LARGEST {
         return refuse("shape", format!("it is {edges} large"), in_metres);
     }
     if !(SMALL..=LARGE).contains(&longest) {
-        warnings.push(format!("rock `{}` is {edges} large; {in_metres}", rock.name));
+        warnings.push(format!("rock.{at}.shape: rock `{}` is {edges} large; {in_metres}", rock.name));
+    }
+    if let Shape::NormRock { volume, .. } = table.shape
+        && volume > LARGEST_NORM
+    {
+        warnings.push(format!(
+            "rock.{at}.shape.volume: rock `{}` has {} m3, and norm rocks have up to 2; were it in litres, it would be {} m3",
+            rock.name,
+            short(volume),
+            short(1e-3 * volume)
+        ));
     }
     let volume = rock.solid.volume();
     let density = rock.mass / volume;
@@ -66,12 +85,27 @@ pub fn of_rock(
         return refuse("mass", what, format!("in kg that is mass = {:?}", 1e3 * rock.mass));
     }
     if !(DENSITY[0]..=DENSITY[1]).contains(&density) {
+        let key = if table.density.is_some() { "density" } else { "mass" };
+        let pounds = POUNDS * density;
+        let pounds = if (OF_STONE[0]..=OF_STONE[1]).contains(&pounds) {
+            format!("; were it in lb/ft3, it would be {} kg/m3", short(pounds))
+        } else {
+            String::new()
+        };
         warnings.push(format!(
-            "rock `{}` has a density of {} kg/m3: {} kg in {} m3 ({edges}); {OF_ROCK}",
+            "rock.{at}.{key}: rock `{}` has a density of {} kg/m3: {} kg in {} m3 ({edges}); {OF_ROCK}{pounds}",
             rock.name,
             short(density),
             short(rock.mass),
             short(volume)
+        ));
+    }
+    if let Some(bound) = table.cluster.as_ref().and_then(|c| c.largest_error).filter(|bound| *bound > longest)
+    {
+        warnings.push(format!(
+            "rock.{at}.cluster.largest_error: {bound} m is more than the longest edge of rock `{}`, so every cluster keeps it; \
+             20 mm is 0.02",
+            rock.name
         ));
     }
     let speed = norm(&table.velocity);
@@ -81,14 +115,14 @@ pub fn of_rock(
     }
     if speed > FAST {
         warnings.push(format!(
-            "rock `{}` starts with {} m/s, {} km/h; were it in km/h, it would be {} m/s",
+            "rock.{at}.velocity: rock `{}` starts with {} m/s, {} km/h; were it in km/h, it would be {} m/s",
             rock.name,
             short(speed),
             short(3.6 * speed),
             short(speed / 3.6)
         ));
     }
-    warnings.extend(of_turning(rock, table));
+    warnings.extend(of_turning(at, rock, table));
     Ok(warnings)
 }
 
@@ -100,8 +134,29 @@ pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<O
     }
     let usual = (DENSITY[0]..=DENSITY[1]).contains(&group.density);
     Ok((!usual).then(|| {
-        format!("spheres `{}` have a density of {} kg/m3; {OF_ROCK}", group.name, short(group.density))
+        format!(
+            "spheres.{at}.density: spheres `{}` have a density of {} kg/m3; {OF_ROCK}",
+            group.name,
+            short(group.density)
+        )
     }))
+}
+
+/// What is said of a [box] in which all spheres together are next to nothing.
+pub fn of_region(settings: &GranularSettings) -> Option<String> {
+    let walls = settings.walls.as_ref()?;
+    let edges = [0, 1, 2].map(|axis| walls.highest[axis] - walls.lowest[axis]);
+    let largest = settings.spheres.iter().map(|group| group.radius[1]).fold(0.0, f64::max);
+    let ball = |group: &SpheresSettings| group.count as f64 * 4.2 * group.radius[1].powi(3);
+    let share = settings.spheres.iter().map(ball).sum::<f64>() / edges.iter().product::<f64>();
+    (share < EMPTY).then(|| {
+        let [x, y, z] = edges.map(short);
+        format!(
+            "box: {x} m x {y} m x {z} m for spheres of up to {} m radius, which fill {share:.0e} of it; lengths are in metres: \
+             200 mm is 0.2",
+            short(largest)
+        )
+    })
 }
 
 /// What is wrong with a density [kg/m3] that no solid has, and what it may have been.
@@ -120,12 +175,12 @@ fn of_no_solid(density: f64) -> Option<(String, String)> {
     Some((format!("a density of {} kg/m3{unit}", short(density)), cure))
 }
 
-fn of_turning(rock: &Rock, table: &RockSettings) -> Vec<String> {
+fn of_turning(at: usize, rock: &Rock, table: &RockSettings) -> Vec<String> {
     let mut warnings = Vec::new();
     let spin = norm(&table.angular_velocity);
     if spin > SPIN {
         warnings.push(format!(
-            "rock `{}` spins with {} rad/s, {} turns a second; were it in degrees per second, it would be {} rad/s",
+            "rock.{at}.angular_velocity: rock `{}` spins with {} rad/s, {} turns a second; were it in degrees per second, it would be {} rad/s",
             rock.name,
             short(spin),
             short(spin / std::f64::consts::TAU),
@@ -135,7 +190,7 @@ fn of_turning(rock: &Rock, table: &RockSettings) -> Vec<String> {
     let length = norm(&table.orientation);
     if !(0.5..=2.0).contains(&length) {
         warnings.push(format!(
-            "rock `{}`: its orientation is a quaternion [w, x, y, z] of length {}, which is scaled to 1; an angle a in radians \
+            "rock.{at}.orientation: rock `{}`: its orientation is a quaternion [w, x, y, z] of length {}, which is scaled to 1; an angle a in radians \
              about the unit axis e is [cos(a/2), sin(a/2) e]",
             rock.name,
             short(length)
@@ -143,7 +198,7 @@ fn of_turning(rock: &Rock, table: &RockSettings) -> Vec<String> {
     }
     if table.orientation == [0.0, 0.0, 0.0, 1.0] {
         warnings.push(format!(
-            "rock `{}`: the orientation [0, 0, 0, 1] is half a turn about z, as the order is [w, x, y, z]; no turn is \
+            "rock.{at}.orientation: rock `{}`: the orientation [0, 0, 0, 1] is half a turn about z, as the order is [w, x, y, z]; no turn is \
              [1, 0, 0, 0]",
             rock.name
         ));
@@ -164,19 +219,53 @@ pub fn of_contact(
                 .try_instead(format!("30 GPa are {key} = 30e9: here perhaps {key} = {:e}", e * 1e9)));
         }
     }
+    let mut warnings = Vec::new();
     let friction = contact.friction;
-    Ok(if friction > ANGLE && friction < 90.0 {
-        vec![format!(
-            "contact number {}: a friction of {}, at which slopes of {:.0} degrees hold; were it an angle in degrees, its \
-             coefficient would be {:.3}",
-            number + 1,
+    if friction > ANGLE && friction < 90.0 {
+        warnings.push(format!(
+            "contact.{number}.friction: a friction of {}, at which slopes of {:.0} degrees hold; were it an angle in degrees, \
+             its coefficient would be {:.3}",
             short(friction),
             friction.atan().to_degrees(),
             friction.to_radians().tan()
-        )]
-    } else {
-        Vec::new()
-    })
+        ));
+    }
+    if let Some(ratio) = contact.damping_ratio.filter(|ratio| *ratio > CRITICAL) {
+        let what = format!("a damping ratio of {}, and a contact at 1 does not rebound", short(ratio));
+        let percent = format!("{} % is damping_ratio = {}", short(ratio), short(0.01 * ratio));
+        if ratio > OVERDAMPED {
+            return Err(scene.invalid(&format!("contact.{number}.damping_ratio"), what).try_instead(percent));
+        }
+        warnings.push(format!("contact.{number}.damping_ratio: {what}; {percent}"));
+    }
+    if contact.rolling_friction > STEEP {
+        warnings.push(format!(
+            "contact.{number}.rolling_friction: a rolling friction of {}, at which nothing rolls down a slope of {:.0} degrees; it \
+             is a length over the radius, without unit: 0.1 is much",
+            short(contact.rolling_friction),
+            contact.rolling_friction.atan().to_degrees()
+        ));
+    }
+    Ok(warnings)
+}
+
+/// How a rock whose longest edge is `longest` [m] may have been meant.
+fn in_metres(longest: f64, shape: &Shape) -> String {
+    let large = longest > LARGE;
+    if let Shape::Mesh { scale, .. } = shape {
+        return match (large, longest > 200.0) {
+            (true, false) => format!("in centimetres? Then write scale = {:?}", 1e-2 * scale),
+            (true, true) => format!("in millimetres? Then write scale = {:?}", 1e-3 * scale),
+            (false, _) if *scale < 1.0 => "is the file in metres? Then leave scale out".into(),
+            (false, _) => format!("in kilometres? Then write scale = {:?}", 1e3 * scale),
+        };
+    }
+    let [unit, value] = match (large, longest > 200.0) {
+        (true, false) => ["centimetres", &short(1e-2 * longest)],
+        (true, true) => ["millimetres", &short(1e-3 * longest)],
+        (false, _) => ["kilometres", &short(1e3 * longest)],
+    };
+    format!("lengths are in metres; were they in {unit}, it would be {value} m long")
 }
 
 /// Edges of the box around some spheres [m].

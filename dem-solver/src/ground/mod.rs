@@ -61,6 +61,11 @@ impl Ground {
             return Err(InputError::in_file(file, "the terrain has no triangle with an area"));
         }
         ground.materials = zones.materials().to_vec();
+        ground.notices.extend(zones::beside(
+            settings,
+            &(ground.lowest + ground.origin),
+            &(ground.highest + ground.origin),
+        ));
         if !zones.is_empty() {
             let middle =
                 |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;

@@ -16,6 +16,26 @@ pub struct Zones {
     numbers: Vec<(i64, u8)>,
 }
 
+/// Polygons that lie beside the terrain, from `low` to `high`.
+pub fn beside(settings: &TerrainSettings, low: &Vector3<f64>, high: &Vector3<f64>) -> Vec<String> {
+    let of = |(number, corners): (usize, &Vec<[f64; 2]>)| {
+        let range = |axis: usize| {
+            let along = corners.iter().map(|c| c[axis]);
+            along.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
+        };
+        let [[x0, x1], [y0, y1]] = [range(0), range(1)];
+        (x1 < low.x || x0 > high.x || y1 < low.y || y0 > high.y).then(|| {
+            format!(
+                "terrain.zone.{number}.polygon: it covers nothing: it lies from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}), and the \
+                 terrain from ({:.1}, {:.1}) to ({:.1}, {:.1}); corners are [x, y] in the terrain's coordinates",
+                low.x, low.y, high.x, high.y
+            )
+        })
+    };
+    let zones = settings.zone.iter().enumerate();
+    zones.filter_map(|(number, zone)| Some((number, zone.polygon.as_ref()?))).filter_map(of).collect()
+}
+
 impl Zones {
     /// Those of a scene whose terrain has the origin `origin`.
     pub fn of(scene: &Scene, settings: &TerrainSettings, origin: &Vector3<f64>) -> Result<Self, InputError> {

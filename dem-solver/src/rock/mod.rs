@@ -11,6 +11,7 @@ pub mod rotation;
 pub mod solid;
 
 use crate::cluster::{Accuracy, Bound, MOST_SPHERES, Wish, files};
+use crate::gate::units::extent;
 use crate::settings::rock::Method;
 use crate::settings::{Cluster, RockSettings, Shape};
 use crate::shape::Surface;
@@ -65,6 +66,21 @@ pub struct Rock {
     accuracy: Option<Accuracy>,
 }
 
+/// Refuse a least radius with which no sphere fits into the rock.
+fn check_smallest(at: usize, surface: &Surface, cluster: &Cluster, scene: &Scene) -> Result<(), InputError> {
+    let edges = extent(surface.points.iter().map(|p| (*p, 0.0)));
+    let half = 0.5 * edges.into_iter().fold(f64::INFINITY, f64::min);
+    match cluster.smallest_radius.filter(|radius| *radius > half) {
+        Some(radius) => Err(scene
+            .invalid(
+                &format!("rock.{at}.cluster.smallest_radius"),
+                format!("smallest_radius = {radius} m, and no sphere above {half:.4} m fits into the rock"),
+            )
+            .try_instead("it is written in metres: 50 mm is 0.05")),
+        None => Ok(()),
+    }
+}
+
 impl Rock {
     /// Rock number `at` of the scene, from its table, which has been checked. Reads the files that it
     /// names and makes its spheres. The second part is what the user should know.
@@ -86,6 +102,7 @@ impl Rock {
                 }
                 (shape, None) => {
                     let (surface, _) = shape.surface(false).map_err(|e| refuse("shape", e))?;
+                    check_smallest(at, &surface, &cluster, scene)?;
                     Spheres::medial(&surface, &cluster, &settings.name)
                         .map_err(|e| refuse("cluster.spheres", e))?
                 }
@@ -123,7 +140,7 @@ impl Rock {
             rock.outermost = outermost::of(&rock.spheres);
             rock.facing = outermost::facing(&rock.spheres, &rock.solid.surface());
         }
-        let notices = notices.into_iter().map(|n| format!("rock `{}`: {n}", rock.name)).collect();
+        let notices = notices.into_iter().map(|n| format!("rock.{at}: rock `{}`: {n}", rock.name)).collect();
         Ok((rock, notices))
     }
 

@@ -20,6 +20,11 @@ pub const COORDINATE: f64 = 1e7;
 
 /// What is said of a value outside `[lowest, highest]`.
 fn outside(what: &str, value: f64, unit: &str, [lowest, highest]: [f64; 2]) -> Option<String> {
+    let mega = if unit == "Pa" && value < lowest {
+        format!("; were it in MPa, it would be {:e} Pa", 1e6 * value)
+    } else {
+        String::new()
+    };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let range = match (lowest == f64::NEG_INFINITY, highest == f64::INFINITY) {
         (true, _) => format!("up to {highest:e}{unit}"),
@@ -27,14 +32,14 @@ fn outside(what: &str, value: f64, unit: &str, [lowest, highest]: [f64; 2]) -> O
         _ => format!("from {lowest:e} to {highest:e}{unit}"),
     };
     (!(lowest..=highest).contains(&value))
-        .then(|| format!("{what} of {value:e}{unit}: this solver is tested {range}; check its result"))
+        .then(|| format!("{what} of {value:e}{unit}: this solver is tested {range}; check its result{mega}"))
 }
 
 /// Warnings about the laws of contact.
 pub fn of_contacts(contacts: &[ContactSettings]) -> Vec<String> {
     let mut found = Vec::new();
     for (number, contact) in contacts.iter().enumerate() {
-        let name = |what: &str| format!("contact number {}: a {what}", number + 1);
+        let name = |key: &str| format!("contact.{number}.{key}: a {key}");
         let up_to = |highest: f64| [f64::NEG_INFINITY, highest];
         let moduli = [("young", contact.young), ("partner_young", contact.partner_young)];
         found.extend(moduli.into_iter().filter_map(|(key, value)| outside(&name(key), value?, "Pa", YOUNG)));
@@ -45,16 +50,17 @@ pub fn of_contacts(contacts: &[ContactSettings]) -> Vec<String> {
     found
 }
 
-/// Warnings about a rock of `mass` [kg].
-pub fn of_rock(rock: &RockSettings, mass: f64) -> Vec<String> {
-    let name = |what: &str| format!("rock `{}`: a {what}", rock.name);
+/// Warnings about rock number `at`, of `mass` [kg].
+pub fn of_rock(at: usize, rock: &RockSettings, mass: f64) -> Vec<String> {
+    let mass: f64 = format!("{mass:.3e}").parse().unwrap_or(mass);
+    let name = |key: &str, what: &str| format!("rock.{at}.{key}: rock `{}`: a {what}", rock.name);
     let speed = rock.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
     let furthest = rock.position.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let up_to = |highest: f64| [f64::NEG_INFINITY, highest];
     [
-        outside(&name("mass"), mass, "kg", MASS),
-        outside(&name("speed"), speed, "m/s", up_to(SPEED)),
-        outside(&name("coordinate"), furthest, "m", up_to(COORDINATE)),
+        outside(&name("mass", "mass"), mass, "kg", MASS),
+        outside(&name("velocity", "speed"), speed, "m/s", up_to(SPEED)),
+        outside(&name("position", "coordinate"), furthest, "m", up_to(COORDINATE)),
     ]
     .into_iter()
     .flatten()

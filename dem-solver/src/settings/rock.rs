@@ -1,6 +1,7 @@
 //! `[[rock]]`: a rigid body and the spheres that stand for it in contact.
 
 use crate::cluster::{Fit, MOST_SPHERES};
+use crate::rock::cluster::Lattice;
 pub use crate::shape::Shape;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -50,7 +51,7 @@ pub struct RockSettings {
 pub struct Cluster {
     /// Most spheres, 1 to 50 000. A box takes the largest number that fills it as a lattice (a
     /// cube: a cube number); other methods take exactly so many, or fewer on round shapes.
-    /// Default: 64 for a box, 1 for a sphere, else 500.
+    /// Default: up to 64 for a box, 1 for a sphere, else 500.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spheres: Option<u32>,
     /// How to place them. Default: `lattice` for a box, else `medial`.
@@ -90,6 +91,9 @@ impl Cluster {
         Self { spheres: Some(spheres), ..Self::default() }
     }
 }
+
+/// Most spheres of a box where the scene does not say.
+const IN_A_BOX: u32 = 64;
 
 fn rock_material() -> String {
     "rock".into()
@@ -189,7 +193,11 @@ fn check_shape(
         return Err(scene.invalid(&key("cluster.spheres"), what).try_instead("leave `cluster` out"));
     }
     let spheres = *cluster.spheres.get_or_insert(match rock.shape {
-        Shape::Box { .. } => 64,
+        // As many as fill the box evenly, so that who asks for nothing hears nothing.
+        Shape::Box { size } if !medial => {
+            Lattice::within(size, IN_A_BOX).map_or(IN_A_BOX, |l| l.total() as u32)
+        }
+        Shape::Box { .. } => IN_A_BOX,
         Shape::Sphere { .. } => 1,
         _ => 500,
     });

@@ -77,7 +77,9 @@ impl BoxSettings {
     pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
         if let Some(axis) = (0..3).find(|a| self.highest[*a] <= self.lowest[*a]) {
             let (low, high) = (self.lowest[axis], self.highest[axis]);
-            return Err(scene.invalid("box.highest", format!("the box reaches from {low} to {high} m")));
+            return Err(scene
+                .invalid("box.highest", format!("the box reaches from {low} to {high} m"))
+                .try_instead("exchange them: `lowest` is the corner with the smaller numbers"));
         }
         if let Some(side) = self.open.iter().find(|side| !SIDES.contains(&side.as_str())) {
             return Err(scene
@@ -107,7 +109,11 @@ pub(super) fn complete(
         let [least, most] = group.radius;
         if !(least > 0.0 && most >= least) {
             let what = format!("radii from {least} to {most} m: both must lie above 0, the smaller first");
-            return Err(invalid("radius", what));
+            return Err(invalid("radius", what).try_instead(format!(
+                "radius = [{}, {}]",
+                least.min(most).abs(),
+                least.max(most).abs()
+            )));
         }
         if group.density <= 0.0 {
             return Err(invalid(
@@ -127,7 +133,8 @@ pub(super) fn complete(
         let highest = group.highest.or(walls.map(|b| b.highest)).ok_or_else(|| missing("highest"))?;
         if let Some(axis) = (0..3).find(|a| highest[*a] - lowest[*a] < 2.0 * most) {
             let room = highest[axis] - lowest[axis];
-            return Err(invalid("count", format!("the region is {room} m wide, a sphere {} m", 2.0 * most)));
+            return Err(invalid("radius", format!("the region is {room} m wide, a sphere {} m", 2.0 * most))
+                .try_instead("lengths are in metres: 9 mm is 0.009"));
         }
         (group.lowest, group.highest) = (Some(lowest), Some(highest));
     }

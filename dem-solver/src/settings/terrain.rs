@@ -84,6 +84,8 @@ fn rest_time() -> f64 {
     0.5
 }
 
+/// Speed at which nothing is at rest [m/s].
+const FAST: f64 = 1.0;
 /// Most materials on one terrain.
 const MOST_MATERIALS: usize = 255;
 
@@ -138,6 +140,12 @@ impl TerrainSettings {
                     scene.invalid(&format!("terrain.{key}"), format!("{key} = {v}: it must lie above 0"))
                 );
             }
+        }
+        if self.rest_speed > FAST {
+            let what = format!("rest_speed = {} m/s: a rock that fast is not at rest", self.rest_speed);
+            return Err(scene
+                .invalid("terrain.rest_speed", what)
+                .try_instead(format!("it is written in m/s: 10 mm/s is {}", rest_speed())));
         }
         self.check_use(scene)?;
         if self.zone.len() > MOST_MATERIALS {

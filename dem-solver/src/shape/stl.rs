@@ -100,7 +100,11 @@ fn text(bytes: &[u8], most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> 
                 open.clear();
                 too_many(corners.len(), most)?;
             }
-            _ => return Err(ReadError::at(at, format!("`{}` is no word of a text STL", shown(keyword)))),
+            _ => {
+                let last = bytes.iter().filter(|b| **b == b'\n').count() < at;
+                let cut = if last { ", and the file ends with it: cut off? Save it anew" } else { "" };
+                return Err(ReadError::at(at, format!("`{}` is no word of a text STL{cut}", shown(keyword))));
+            }
         }
     }
     if !ended {

@@ -78,6 +78,9 @@ pub enum Flaw {
     Crossing(usize, usize, Vector3<f64>),
 }
 
+/// Open edges that are more than those of small holes.
+const MANY: usize = 50;
+
 impl fmt::Display for Flaw {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let at = |p: &Vector3<f64>| format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z);
@@ -93,9 +96,14 @@ impl fmt::Display for Flaw {
             Self::Open(t, [a, b], n) => write!(
                 f,
                 "the surface is open: {n} edges have a triangle on one side only, the first from {} to {}, of triangle {t}; \
-                 small holes are closed with `--close-holes`, in a scene with `shape.close_holes = true`",
+                 small holes are closed with `--close-holes`, in a scene with `shape.close_holes = true`{}",
                 at(a),
-                at(b)
+                at(b),
+                if *n > MANY {
+                    "; so many are those of a sheet, as a terrain is: [terrain] file = \"...\""
+                } else {
+                    ""
+                }
             ),
             Self::Branched(t, [a, b], n) => write!(
                 f,

@@ -121,8 +121,8 @@ impl DemSolver {
         let rocks = settings.rocks.iter().enumerate().map(|(at, rock)| Rock::new(at, rock, scene));
         let (rocks, notices): (Vec<Rock>, Vec<_>) = rocks.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         let mut notices: Vec<String> = notices.into_iter().flatten().collect();
-        for (rock, table) in rocks.iter().zip(&settings.rocks) {
-            notices.extend(limits::of_rock(table, rock.mass));
+        for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate() {
+            notices.extend(limits::of_rock(at, table, rock.mass));
         }
         notices.extend(limits::of_contacts(&settings.contacts));
         notices.extend(settings.notices.iter().cloned());
@@ -148,7 +148,9 @@ impl DemSolver {
         let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
         let rock_rows = rows_of_rocks(laws.as_ref(), &settings, scene)?;
         if settings.rocks.len() > 1 && rock_rows.is_none() {
-            notices.push("there is no table [[contact]]: the rocks fall through each other".into());
+            notices.push(
+                "rock: there is no table [[contact]]: the rocks fall through each other; add one".into(),
+            );
         }
         let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
         let steps = Steps::new(&settings, &rocks, laws.as_ref(), ground.as_ref(), scene)?;

@@ -299,12 +299,19 @@ fn a_rock_that_does_not_reach_the_net_is_warned_of_with_the_distance() {
     assert_eq!(of(2.0, "", HEAD), Vec::<String>::new());
     assert_eq!(of(2.0, "velocity = [0.0, 0.0, -50.0]", HEAD), Vec::<String>::new(), "fast");
     for (warnings, words) in [
-        (of(3.0, "", &HEAD.replace("-9.81", "9.81")), "moves away"),
-        (of(3.0, "velocity = [0.0, 0.0, 25.0]", HEAD), "moves away"),
-        (of(-3.0, "", HEAD), "moves away"),
-        (of(9.0, "", &HEAD.replace("end_time = 1.0", "end_time = 0.5")), "nearest at 0.5 s"),
+        (of(3.0, "", &HEAD.replace("-9.81", "9.81")), "sign of gravity wrong? gravity = [0.0, 0.0, -9.81]"),
+        (
+            of(3.0, "velocity = [0.0, 0.0, 25.0]", HEAD),
+            "sign of its velocity wrong? velocity = [0.0, 0.0, -25.0]",
+        ),
+        (of(-3.0, "", HEAD), "sign of its height wrong? position = [0.0, 0.0, 3.0]"),
+        // 8.8 m down to its sphere take 1.34 s.
+        (of(9.0, "", &HEAD.replace("end_time = 1.0", "end_time = 0.5")), "nearest at end_time = 0.5 s"),
+        // Just above the plane, and up so fast that it is not back in time.
+        (of(0.21, "velocity = [0.0, 0.0, 25.0]", HEAD), "moves away from the first moment on"),
     ] {
         let [warning] = &warnings[..] else { panic!("one warning: {warnings:?}") };
+        assert!(warning.starts_with("rock.0.position: "), "{warning}");
         assert!(warning.contains("does not reach the net") && warning.contains(words), "{warning}");
     }
 }
@@ -343,4 +350,114 @@ fn a_mass_in_tonnes_a_restitution_in_percent_and_a_size_in_centimetres_are_refus
     refused(&text.replace("density = 2500.0", "mass = 0.0838"), &["2.501 kg/m3", "in tonnes", "mass = 83.8"]);
     refused(&text.replace("restitution = 0.5", "restitution = 50"), &["50 % is restitution = 0.5"]);
     refused(&text.replace("radius = 0.2", "radius = 20"), &["40 m x 40 m x 40 m", "metres"]);
+}
+
+/// Of two rocks each is looked at; one that the other may push to the net is not.
+#[test]
+fn of_several_rocks_each_that_misses_the_net_is_warned_of() {
+    let stone = |x: f64, more: &str| {
+        format!("{}{more}", sphere(0.2, 2500.0, &format!("name = \"stone\"\nposition = [{x:?}, 0.0, 2.0]\n")))
+    };
+    let of = |stone: String| {
+        let text = format!("{HEAD}{}{stone}{CONTACT}", cube(64, "position = [0.0, 0.0, 2.0]\n"));
+        let scene = Scene::from_text("test.toml", &text).expect("a scene");
+        check_with(&scene, Some(&fixed_plane(1.0, 1))).unwrap_or_else(|e| panic!("{e}")).warnings
+    };
+    assert_eq!(of(stone(0.7, "")), Vec::<String>::new());
+    let beside = of(stone(9.0, ""));
+    assert!(
+        beside.len() == 1 && beside[0].starts_with("rock.1.position: rock `stone` does not reach"),
+        "{beside:?}"
+    );
+    assert!(beside[0].contains("the middle of the net is at"), "{beside:?}");
+    // It comes down from the side, through the place where the other falls.
+    assert_eq!(of(stone(9.0, "velocity = [-20.0, 0.0, 0.0]\n")), Vec::<String>::new());
+}
+
+/// On a terrain: a net that stands beside it, or above what the rock can get to; and no law for a net.
+#[test]
+fn a_net_that_no_rock_of_a_terrain_can_get_to_and_one_without_a_law_are_named() {
+    let dir = tempfile::tempdir().expect("a directory");
+    std::fs::write(dir.path().join("t.obj"), "v -5 -5 0\nv 5 -5 0\nv 5 5 0\nv -5 5 0\nf 1 2 3\nf 1 3 4\n")
+        .expect("written");
+    let of = |contact: &str, by: [f64; 3]| {
+        let name = dir.path().join("test.toml").display().to_string();
+        let text = format!("{HEAD}[structure]\n{}[terrain]\nfile = \"t.obj\"\n{contact}", ball(""));
+        let mut net = net(4, 1.0, 0.0);
+        net.coordinates.chunks_exact_mut(3).for_each(|p| (0..3).for_each(|a| p[a] += by[a]));
+        let scene = Scene::from_text(&name, &text).expect("a scene");
+        check_with(&scene, Some(&net)).map(|r| r.warnings).map_err(|e| e.to_string())
+    };
+    assert_eq!(of(CONTACT, [0.0, 0.0, 0.2]), Ok(vec![]));
+    let beside = of(CONTACT, [500.0, 0.0, 0.2]).expect("someone might");
+    assert!(beside.len() == 1 && beside[0].contains("m beside the terrain"), "{beside:?}");
+    let above = of(CONTACT, [0.0, 0.0, 40.0]).expect("someone might");
+    assert!(above.len() == 1 && above[0].contains("above all that the rock can get to"), "{above:?}");
+    let falls = said(&format!("{HEAD}{}[structure]\n", ball(""))).expect_err("no law");
+    assert!(falls.contains("no contact law") && falls.contains("add a table [[contact]]"), "{falls}");
+}
+
+/// Numbers that fit another unit, in tables that are not a rock's.
+#[test]
+fn other_units_of_contact_terrain_clusters_and_gravel_are_named() {
+    let of = |from: &str, to: &str| {
+        let text = format!("{HEAD}{}{CONTACT}", ball(""));
+        assert!(text.contains(from));
+        text.replace(from, to)
+    };
+    refused(
+        &of("restitution = 0.5", "damping_ratio = 20.0"),
+        &["a damping ratio of 20", "damping_ratio = 0.2"],
+    );
+    warned(
+        &of("restitution = 0.5", "damping_ratio = 2.0"),
+        &["contact.0.damping_ratio: ", "damping_ratio = 0.02"],
+    );
+    warned(
+        &of("friction = 0.5", "friction = 0.5\nrolling_friction = 50.0"),
+        &["rolling friction of 50", "89 degrees"],
+    );
+    warned(&of("young = 1e9", "young = 3e4"), &["contact.0.young: ", "in MPa, it would be 3e10 Pa"]);
+    // 165 times 0.45359 kg over 0.028317 m3.
+    warned(
+        &of("density = 2500.0", "density = 165.0"),
+        &["rock.0.density: ", "in lb/ft3, it would be 2643 kg/m3"],
+    );
+    // 9.81 times 800.
+    warned(&of("end_time = 1.0", "end_time = 800.0"), &["end_time: 800 s", "7848 m/s", "end_time = 0.8"]);
+    let rock = |cluster: &str| {
+        format!("{HEAD}{}", cube(27, "position = [0.0, 0.0, 1.0]\n")).replace("cluster.spheres = 27", cluster)
+    };
+    let medial = rock("cluster.spheres = 27\ncluster.method = \"medial\"\ncluster.smallest_radius = 50.0");
+    refused(&medial, &["no sphere above 0.205", "50 mm is 0.05"]);
+    let loose = rock("cluster.spheres = 27\ncluster.largest_error = 20.0");
+    warned(&loose, &["rock.0.cluster.largest_error: 20 m", "20 mm is 0.02"]);
+    let gravel = |radius: &str, size: &str| {
+        let text = format!("{HEAD}[[spheres]]\ncount = 30\nradius = {radius}\ndensity = 2500.0\n[box]\n");
+        format!("{text}lowest = [0.0, 0.0, 0.0]\nhighest = {size}\n{CONTACT}")
+    };
+    let said_of = |text: &str| {
+        let scene = Scene::from_text("test.toml", text).expect("a scene");
+        let settings = dem_solver::settings::GranularSettings::of(&scene).map_err(|e| e.to_string())?;
+        dem_solver::gate::of_spheres(&settings, &scene).map_err(|e| e.to_string())
+    };
+    assert_eq!(said_of(&gravel("[0.009, 0.011]", "[0.2, 0.2, 0.2]")), Ok(vec![]));
+    let wide = said_of(&gravel("[0.009, 0.011]", "[200, 200, 200]")).expect("someone might");
+    assert!(wide.len() == 1 && wide[0].starts_with("box: 200 m x 200 m x 200 m"), "{wide:?}");
+    let large = said_of(&gravel("[9.0, 11.0]", "[0.2, 0.2, 0.2]")).expect_err("too large");
+    assert!(large.starts_with("test.toml:5:10: ") && large.contains("9 mm is 0.009"), "{large}");
+}
+
+/// A default that does not fill the box evenly takes as many as do; who asks for a number hears what came of it.
+#[test]
+fn who_asks_for_no_number_of_spheres_hears_nothing_of_it() {
+    let rock = |cluster: &str| {
+        format!(
+            "{HEAD}[[rock]]\nposition = [0.0, 0.0, 1.0]\ndensity = 2600.0\nshape = {{ type = \"box\", size = [0.5, 0.4, 0.3] \
+             }}\n{cluster}"
+        )
+    };
+    assert_eq!(said(&rock("")), Ok(vec![]));
+    warned(&rock("cluster.spheres = 64\n"), &["64 spheres do not fill the box evenly; took 5 x 4 x 3 = 60"]);
+    assert_eq!(said(&rock("cluster.spheres = 60\n")), Ok(vec![]));
 }

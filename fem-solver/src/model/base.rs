@@ -57,7 +57,9 @@ impl Base {
     pub fn new(scene: &Scene, table: &StructureConfig) -> Result<Self, InputError> {
         let generated = match (&table.mesh, &table.generator) {
             (Some(_), Some(_)) => {
-                return Err(scene.invalid("structure.mesh", "state either a mesh file or a generator"));
+                return Err(scene
+                    .invalid("structure.mesh", "state either a mesh file or a generator")
+                    .try_instead("keep either `mesh` or `generator`"));
             }
             (Some(path), None) => {
                 let path = scene.resolve(path);

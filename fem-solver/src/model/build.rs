@@ -192,7 +192,9 @@ impl Model {
             }
             if (entry.directions.is_empty() && entry.rotations.is_empty()) || no_axis(&entry.directions) {
                 let what = format!("`{}` is no set of directions, write letters of xyz", entry.directions);
-                return Err(scene.invalid(&format!("{key}.directions"), what));
+                return Err(scene.invalid(&format!("{key}.directions"), what).try_instead(
+                    "directions = \"xyz\" holds all, which is the default; \"z\" holds z alone",
+                ));
             }
             for node in self.place(scene, &key, entry.place())? {
                 self.hold(node, directions);

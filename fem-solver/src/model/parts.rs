@@ -225,6 +225,13 @@ fn check_table(key: &Key, name: &str, rows: &[[f64; 2]]) -> Result<(), InputErro
             key.invalid(name, format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1]))
         );
     }
+    if let Some(row) = rows.iter().find(|row| row[0] < 0.0) {
+        let what = format!(
+            "the row [{}, {}] must not begin below 0: elongations and strains count upward",
+            row[0], row[1]
+        );
+        return Err(key.invalid(name, what).try_instead("turn its sign round"));
+    }
     match rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
         Some(pair) => Err(key
             .invalid(name, format!("the first column must increase, {} follows {}", pair[1][0], pair[0][0]))),

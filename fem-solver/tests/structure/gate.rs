@@ -117,7 +117,28 @@ fn what_no_one_can_mean_is_refused_with_its_numbers_and_a_cure() {
         ("rupture_force = 2e5", "rupture_force = 7.9e3", "the prestress alone is 8.0000e3 N", "3e5"),
         ("stroke = 0.8", "stroke = 800.0", "stroke is 800 m", "0.3"),
         ("curve = [[0.02, 5e4], [0.8, 6e4]]", "curve = [[20.0, 5e4], [800.0, 6e4]]", "curve is 800 m", "0.3"),
-        ("fields = 1", "fields = 1\nspacing = 10000.0", "an extent of", "metres"),
+        ("fields = 1", "fields = 1\nspacing = 10000.0", "a spacing of 10000 m", "metres"),
+        ("fields = 1", "fields = 300", "an extent of", "metres"),
+        ("cells = [10, 4]", "cells = [10, 4]\nheight = 400.0", "a height of 400 m", "400 cm is 4.0"),
+        // 5e7 Pa on 1.6e-4 m2.
+        (
+            "curve = [[0.02, 5e4], [0.8, 6e4]]",
+            "curve = [[0.02, 50.0], [0.8, 60.0]]",
+            "gives way under 60 N at most, and the prestress of `bottom_rope`, which ends at it, alone is 8.0000e3 N",
+            "120 kN is 1.2e5",
+        ),
+        (
+            "curve = [[0.02, 5e4], [0.8, 6e4]]",
+            "curve = [[-0.02, 5e4], [-0.8, 6e4]]",
+            "must not begin below 0",
+            "upward",
+        ),
+        (
+            "{ group = \"anchors\" }",
+            "{ group = \"anchors\", motion = [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 225.0, 0.0]] }",
+            "moves by 225 m",
+            "100 mm is 0.1",
+        ),
         ("cells = [10, 4]", "cells = [1000000, 4000]", "too many", "[20, 20]"),
         ("cells = [10, 4]", "cells = [0, 4]", "is none", "[20, 20]"),
         ("cells = [10, 4]", "cells = [10, 4]\nheight = -4.0", "must lie above 0", "height"),
@@ -150,6 +171,23 @@ fn what_someone_might_mean_is_a_warning_with_its_numbers() {
         ("young = 1e11", "young = 1e5", "in MPa it would be a metal's: write 1e11"),
         ("young = 1e11", "young = 8228.0", "in MPa it would be 8.228e9 Pa"),
         ("prestress = 5e7", "prestress = 50.0", "were it in MPa, it would be 5e7 Pa"),
+        // 2e-11 of 1e11 Pa, of the part that has no modulus of its own.
+        ("prestress = 2e6", "prestress = 2.0", "strains it by 2.0e-11 only (young is 1e11 Pa)"),
+        ("prestress = 5e7", "prestress = 5e10", "more than any wire bears"),
+        // -6e8 of 1e11.
+        ("prestress = 2e6", "prestress = -6e8", "0.6 % longer than the distance of its nodes"),
+        ("young = 1e11", "young = 1e8", "in kPa it would be 1e11 Pa"),
+        (
+            "{ group = \"anchors\" }",
+            "{ group = \"anchors\", motion = [[0.0, 0.0, 0.0, 0.0], [500.0, 0.0, 0.2, 0.0]] }",
+            "it goes on until 500 s, and the run ends at end_time = 1 s",
+        ),
+        (
+            "[structure.generator]",
+            "[[structure.loads]]\ngroup = \"anchors\"\nforce = [0.0, 1e3, 0.0]\n[structure.generator]",
+            "structure.loads.0: supports hold its",
+        ),
+        ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, 9.81]", "points up along z"),
         // A rod of 25 mm2 has a radius of sqrt(25 / pi) = 2.82 mm.
         ("radius = 0.004", "radius = 0.00564", "is it the diameter? Then write 0.00282"),
         ("young = 2.1e11", "young = 2.1e14", "stiffer than diamond"),
@@ -162,8 +200,8 @@ fn what_someone_might_mean_is_a_warning_with_its_numbers() {
         ("rupture_force = 2.5e4", "rupture_force = 60.0", "a strength of 2.4e6 Pa, weaker than wood"),
         ("rupture_force = 2.5e4", "rupture_force = 2.5e4\nrupture_strain = 5.0", "5 % is 0.05"),
         (
-            "curve = [[0.02, 5e4], [0.8, 6e4]]",
-            "curve = [[0.02, 50.0], [0.8, 60.0]]",
+            "curve = [[0.02, 5e4], [0.8, 6e4]]\nmass",
+            "curve = [[0.02, 50.0], [0.8, 60.0]]\nmass",
             "gives way under 60 N at most",
         ),
         (
@@ -173,7 +211,7 @@ fn what_someone_might_mean_is_a_warning_with_its_numbers() {
         ),
         ("gravity = [0.0, 0.0, -9.81]", "", "there is no gravity"),
         ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, -9810.0]", "9810 m/s2"),
-        ("fields = 1", "fields = 60", "are its coordinates millimetres?"),
+        ("fields = 1", "fields = 60", "are these centimetres or millimetres?"),
         (
             "supports = [{ group = \"feet\", rotations = \"z\" }, { group = \"anchors\" }]",
             "form_finding = \"none\"",
@@ -205,7 +243,7 @@ fn meshes_in_millimetres_open_meshes_and_what_is_no_mesh_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let text = |file: &str| {
         format!(
-            "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n[structure]\nmesh = {:?}\nsupports = [{{ group = \"net\" }}]\n[[structure.parts]]\nname \
+            "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n[structure]\nmesh = {:?}\nsupports = [{{ at = [0.0, 0.0, 0.0] }}]\n[[structure.parts]]\nname \
              = \"net\"\nelement = \"cable\"\nyoung = 1e11\narea = 1e-5\ndensity = 7850.0\n",
             dir.path().join(file)
         )
@@ -274,4 +312,30 @@ cable = { young = 1e11, area = 1e-5, density = 7850.0 }
         warned(text)
     );
     assert_eq!(warned(&text.replace("\"corners\"", "\"edges\"")), "");
+}
+
+#[test]
+fn a_structure_that_cannot_move_and_a_wire_that_tears_by_its_weight_are_refused_at_their_key() {
+    let net = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+generator = { type = "rectangular_net", cells = [3, 3], spacing = 0.5 }
+supports = [{ group = "edges" }, { group = "interior" }]
+[[structure.parts]]
+name = "net"
+element = "cable"
+young = 1e11
+area = 1e-5
+density = 7850.0
+"#;
+    assert!(warned(net).contains("the supports hold all 16 nodes"), "{}", warned(net));
+    let rock =
+        "[[rock]]\nposition = [0.75, 0.75, 1.0]\nmass = 10.0\nshape = { type = \"sphere\", radius = 0.1 }\n";
+    let message = refused(&format!("{net}{rock}"));
+    assert!(message.starts_with("test.toml:6:12: the supports hold all 16 nodes"), "{message}");
+    assert!(message.contains("hold the frame alone"), "{message}");
+    let weak = net.replace(", { group = \"interior\" }", "") + "rupture_force = 20.0\n";
+    let message = check(&scene(&weak)).expect_err("tears").to_string();
+    assert!(message.starts_with("test.toml:13:17: ") && message.contains("300 kN is 3e5"), "{message}");
 }

@@ -13,20 +13,88 @@ pub(crate) fn explain(raw: &str) -> (String, Option<String>) {
         return (format!("unknown value `{name}`"), suggestion(&name, &quoted(rest)));
     }
     if let Some((name, _)) = named(raw, "missing field `") {
-        return (format!("the key `{name}` is missing here"), None);
+        let add = format!("add `{name} = ...` to this table; docs/reference.md has its keys and their units");
+        return (format!("the key `{name}` is missing here"), Some(add));
     }
     for (theirs, ours) in [("invalid type: ", "wrong type: "), ("invalid value: ", "wrong value: ")] {
         if let Some((got, expected)) = raw.strip_prefix(theirs).and_then(|r| r.rsplit_once(", expected ")) {
-            return (format!("{ours}{got}, expected {}", expectation(expected)), None);
+            let expected = expectation(expected);
+            let hint = of_type(got, &expected);
+            return (format!("{ours}{got}, expected {expected}"), hint);
         }
     }
     if let Some((found, needed)) = lengths(raw) {
-        return (format!("{found} values where {needed} are needed"), None);
+        let fewer = match needed {
+            2 => Some("write two numbers, as in [1.0, 2.0]"),
+            3 => Some("a vector has three numbers, [x, y, z]"),
+            4 => Some(
+                "a quaternion has four, [w, x, y, z]: no turn is [1, 0, 0, 0], an angle a in radians about z is \
+                       [cos(a/2), 0, 0, sin(a/2)]",
+            ),
+            _ => None,
+        };
+        let hint = fewer.filter(|_| found < needed).map(str::to_owned);
+        return (format!("{found} values where {needed} are needed"), hint);
     }
     if raw.starts_with("data did not match any variant") {
         return ("this has none of the forms that are known here".into(), None);
     }
     (raw.to_owned(), None)
+}
+
+/// What to try where a value is of another type: `got` as serde describes it.
+fn of_type(got: &str, expected: &str) -> Option<String> {
+    let text = got.strip_prefix("string \"").and_then(|rest| rest.strip_suffix('"')).map(str::trim);
+    if let (Some(text), true) = (text, expected.contains("number")) {
+        let digits =
+            text.trim_end_matches(|c: char| c.is_alphanumeric() && !c.is_ascii_digit() || "/%*^".contains(c));
+        let plain = [text, digits.trim_end()].into_iter().find(|t| t.parse::<f64>().is_ok())?;
+        let bare = if plain == text { "quotes" } else { "quotes and without its unit, in SI units" };
+        return Some(format!("write a number without {bare}: {plain}"));
+    }
+    if let Some(count) = expected.strip_prefix("an array of length ") {
+        let listed = text.filter(|t| t.split(',').all(|n| n.trim().parse::<f64>().is_ok()));
+        let shown = match (listed, count) {
+            (Some(list), _) => format!("[{list}]"),
+            (None, "3") => "[0.0, 0.0, -9.81]".into(),
+            (None, "4") => "[1.0, 0.0, 0.0, 0.0]".into(),
+            (None, "2") => "[1.0, 2.0]".into(),
+            _ => return None,
+        };
+        return Some(format!("write {count} values in brackets, as in {shown}"));
+    }
+    None
+}
+
+/// What to try where the key `name` must be a table and is none, or is one and must not be.
+pub(crate) fn as_table(name: &str, raw: &str) -> Option<String> {
+    let (got, expected) = raw.strip_prefix("invalid type: ")?.rsplit_once(", expected ")?;
+    if got == "map" && expected == "a string" {
+        return Some(format!(
+            "it is one value, and belongs among the keys of the table above: {name} = \"...\""
+        ));
+    }
+    if expectation(expected) != "a table" {
+        return None;
+    }
+    Some(match (name, got.split_once('`').and_then(|(_, rest)| rest.strip_suffix('`'))) {
+        ("cluster", Some(number)) => format!("the number of spheres is cluster.spheres = {number}"),
+        ("shape", _) => {
+            "a shape has measures, as in shape = { type = \"box\", size = [0.8, 0.8, 0.8] }".into()
+        }
+        _ => format!("`{name}` holds keys, as in {name} = {{ key = value }}; docs/reference.md has them"),
+    })
+}
+
+/// The key whose value stands at `span`.
+pub(crate) fn key_at(node: &Spanned<DeValue>, span: &Range<usize>) -> Option<String> {
+    match node.get_ref() {
+        DeValue::Array(items) => items.iter().find_map(|item| key_at(item, span)),
+        DeValue::Table(table) => table.iter().find_map(|(key, value)| {
+            if value.span() == *span { Some(key.get_ref().to_string()) } else { key_at(value, span) }
+        }),
+        _ => None,
+    }
 }
 
 /// How many values a list has and how many it must have, of a message that says so: "an array of length 3",
@@ -226,5 +294,30 @@ mod tests {
         let (what, hint) = explain("unknown variant `week`, expected `weak` or `strong`");
         assert_eq!(what, "unknown value `week`");
         assert_eq!(hint.as_deref(), Some("did you mean `weak`? known here: `weak`, `strong`"));
+    }
+
+    #[test]
+    fn a_value_of_another_type_is_shown_as_it_should_stand() {
+        for (raw, cure) in [
+            ("invalid type: string \"260\", expected f64", "without quotes: 260"),
+            ("invalid type: string \"-0.5 kN\", expected f64", "without its unit, in SI units: -0.5"),
+            ("invalid type: string \"0.2ms\", expected f64", "in SI units: 0.2"),
+            ("invalid type: string \"0,0,3\", expected an array of length 3", "as in [0,0,3]"),
+            ("invalid type: floating point `9.81`, expected an array of length 3", "[0.0, 0.0, -9.81]"),
+            ("invalid length 3, expected an array of length 4", "[w, x, y, z]"),
+            ("invalid length 2, expected an array of length 3", "[x, y, z]"),
+            ("missing field `shape`", "add `shape = ...`"),
+        ] {
+            let hint = explain(raw).1.unwrap_or_default();
+            assert!(hint.contains(cure), "{raw}: {hint}");
+        }
+        assert_eq!(explain("invalid type: string \"heavy\", expected f64").1, None);
+        assert_eq!(
+            as_table("cluster", "invalid type: integer `80`, expected struct Cluster").as_deref(),
+            Some("the number of spheres is cluster.spheres = 80")
+        );
+        let one = as_table("material", "invalid type: map, expected a string");
+        assert!(one.is_some_and(|text| text.ends_with("material = \"...\"")));
+        assert_eq!(as_table("mass", "invalid type: string \"80\", expected f64"), None);
     }
 }

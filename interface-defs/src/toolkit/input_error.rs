@@ -94,6 +94,15 @@ impl InputError {
         Self { place: Place::Spot(Box::new(spot)), message: message.into(), hint: None }
     }
 
+    /// Place and message alone, in one line.
+    pub fn headline(&self) -> String {
+        match &self.place {
+            Place::Nowhere => self.message.clone(),
+            Place::Whole(file) => format!("{file}: {}", self.message),
+            Place::Spot(spot) => format!("{}: {}", spot.label, self.message),
+        }
+    }
+
     /// The same, saying what to try.
     #[must_use]
     pub fn try_instead(mut self, hint: impl Into<String>) -> Self {

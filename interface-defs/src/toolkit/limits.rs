@@ -41,6 +41,9 @@ impl Default for Limits {
 /// So many times the bound of energy ends a run at once.
 const FATAL: f64 = 10.0;
 
+/// Largest bound of an overlap over the radius: spheres that overlap by more have passed each other.
+const DEEPEST: f64 = 2.0;
+
 /// Energy error above which a run is done with a warning.
 const NOTICE: f64 = 0.01;
 
@@ -61,7 +64,38 @@ impl Limits {
                 return Err(scene.invalid(&format!("limits.{key}"), what).try_instead(default));
             }
         }
+        if limits.penetration > DEEPEST {
+            let what =
+                format!("a bound of {} radii: no run passes it, two spheres part at 2", limits.penetration);
+            let cure = format!(
+                "it is a share of the radius: 50 % is 0.5, here perhaps {:?}",
+                0.01 * limits.penetration
+            );
+            return Err(scene.invalid("limits.penetration", what).try_instead(cure));
+        }
         Ok(limits)
+    }
+
+    /// Shares that may have been meant as percentages. A scene that shows a failing scheme on purpose raises `weak_window` too.
+    pub fn warnings(&self) -> Vec<String> {
+        if self.weak_window > Self::default().weak_window {
+            return Vec::new();
+        }
+        let shares = [
+            ("energy_error", Some(self.energy_error)),
+            ("residual", Some(self.residual)),
+            ("deflection_error", self.deflection_error),
+        ];
+        let whole = shares.into_iter().filter_map(|(key, share)| Some((key, share.filter(|s| *s >= 1.0)?)));
+        whole
+            .map(|(key, share)| {
+                format!(
+                    "limits.{key}: {share} is a share, so a bound of {}, and hardly any run passes it; {share} % is {key} = {}",
+                    percent(share),
+                    short(0.01 * share)
+                )
+            })
+            .collect()
     }
 
     /// Energy error beyond which a run ends at once.
@@ -237,6 +271,21 @@ mod tests {
             let zero = limits(&format!("[limits]\n{key} = 0.0\n")).expect_err("no bound");
             assert!(zero.starts_with(&format!("s.toml:2:{}: a bound of 0", key.len() + 4)), "{zero}");
         }
+    }
+
+    #[test]
+    fn shares_that_look_like_percentages_are_named_unless_a_scene_fails_on_purpose() {
+        let said = |text: &str| limits(&format!("[limits]\n{text}")).expect("valid").warnings();
+        assert_eq!(said("energy_error = 0.5\ndeflection_error = 0.2\n"), Vec::<String>::new());
+        let ten = said("energy_error = 10\n");
+        assert!(
+            ten.len() == 1 && ten[0].contains("1000 %") && ten[0].ends_with("energy_error = 0.1"),
+            "{ten:?}"
+        );
+        assert_eq!(said("deflection_error = 1\nresidual = 50\n").len(), 2);
+        assert_eq!(said("energy_error = 20\nresidual = 100\nweak_window = 3\n"), Vec::<String>::new());
+        let deep = limits("[limits]\npenetration = 50\n").expect_err("percent");
+        assert!(deep.starts_with("s.toml:2:15: ") && deep.contains("perhaps 0.5"), "{deep}");
     }
 
     fn judged(status: Status, energy_error: f64, penetration: f64, residual: f64) -> Summary {

@@ -2,6 +2,7 @@
 
 use super::input_error::InputError;
 use super::scene::Scene;
+use super::summary::short;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -66,5 +67,44 @@ impl Output {
             None => scene.end_time()? / 200.0,
         };
         Ok(Self { interval, fields: table.fields, iterations: table.iterations })
+    }
+    /// Intervals that are longer than the run: nothing is written between its begin and its end.
+    pub fn warnings(scene: &Scene) -> Result<Vec<String>, InputError> {
+        let table: Table = scene.read("output")?.unwrap_or_default();
+        let end_time = scene.end_time()?;
+        let keys = [("interval", table.interval), ("fields", table.fields)];
+        let longer =
+            keys.into_iter().filter_map(|(key, interval)| Some((key, interval.filter(|i| *i > end_time)?)));
+        Ok(longer
+            .map(|(key, interval)| {
+                format!(
+                    "output.{key}: an interval of {} s is longer than the run, end_time = {} s: nothing is written between its \
+                     begin and its end; were it in milliseconds, it would be {key} = {}",
+                    short(interval),
+                    short(end_time),
+                    short(1e-3 * interval)
+                )
+            })
+            .collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_that_is_longer_than_the_run_is_named_with_what_it_would_be_in_milliseconds() {
+        let said =
+            |text: &str| Output::warnings(&Scene::from_text("s.toml", text).expect("a scene")).expect("read");
+        assert_eq!(said("end_time = 2.0\n[output]\ninterval = 2.0\nfields = 0.1\n"), Vec::<String>::new());
+        let [rows, fields] = &said("end_time = 2.0\n[output]\ninterval = 10.0\nfields = 50\n")[..] else {
+            panic!("two warnings")
+        };
+        assert!(
+            rows.starts_with("output.interval: an interval of 10 s") && rows.ends_with("interval = 0.01"),
+            "{rows}"
+        );
+        assert!(fields.starts_with("output.fields: ") && fields.ends_with("fields = 0.05"), "{fields}");
     }
 }

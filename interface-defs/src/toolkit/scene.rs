@@ -4,7 +4,7 @@
 //! with `deny_unknown_fields`; an error, wherever it arises, names line and column of the file.
 
 use super::exact::Exact;
-use super::explain::{decimal_comma, explain, pinpoint, suggestion, values};
+use super::explain::{as_table, decimal_comma, explain, key_at, pinpoint, suggestion, values};
 use super::input_error::{InputError, Spot};
 use super::input_file;
 use super::overrides::Override;
@@ -154,7 +154,8 @@ impl Scene {
                 let (what, hint) = explain(&e.message);
                 let comma = decimal_comma(&value, &span, &e.message);
                 let form = misplaced(&what, key);
-                Err(self.error(span, what).try_if(hint).try_if(comma).try_if(form))
+                let table = key_at(&value, &span).and_then(|name| as_table(&name, &e.message));
+                Err(self.error(span, what).try_if(hint).try_if(table).try_if(comma).try_if(form))
             }
         }
     }
@@ -178,6 +179,15 @@ impl Scene {
             Some(span) => self.error(span, message),
             None => InputError::in_file(self.path.display().to_string(), message),
         }
+    }
+
+    /// A warning that begins with its key (`rock.0.density: ...`) with the place of that key before it; any other as it is.
+    pub fn placed(&self, warning: &str) -> String {
+        let key = warning.split_once(": ").map_or("", |(key, _)| key);
+        let dotted =
+            key.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_' || b == b'.');
+        let known = KEYS.contains(&key.split('.').next().unwrap_or_default());
+        if dotted && known { self.invalid(key, warning).headline() } else { warning.to_owned() }
     }
 
     /// `relative` as a path from the directory of the scene file; an absolute path stays as it is.

@@ -1,7 +1,7 @@
 //! ESRI ASCII grid: `ncols`, `nrows`, `xllcorner` or `xllcenter`, `yll..`, `cellsize` (or `dx`, `dy`),
 //! `NODATA_value`, then the heights row by row from the north. A height stands in the middle of its cell.
 
-use super::{MOST_CELLS, Words, comma, number, shown};
+use super::{MOST_CELLS, Words, comma, has_comma, number, shown};
 use crate::ground::relief::Raster;
 use interface_defs::toolkit::input_error::InputError;
 
@@ -43,6 +43,8 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
         return Err(InputError::in_file(file, format!("{count} heights: up to {MOST_CELLS} are read")));
     }
     let mut heights = Vec::with_capacity(count);
+    // Heights in the first line, and the lines that hold heights: they tell whether columns and rows are exchanged.
+    let (mut first_line, mut in_first, mut last_line) = (None, 0, 0);
     while heights.len() < count {
         let Some(word) = words.next() else {
             let what =
@@ -54,11 +56,22 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
             let what = format!("`{}` is no height (row {row}, column {column})", shown(word));
             return Err(comma(word, InputError::in_file(format!("{file}:{}", words.line), what)));
         };
+        in_first += usize::from(*first_line.get_or_insert(words.line) == words.line);
+        last_line = words.line;
         heights.push(if z == nodata { f64::NAN } else { z });
     }
     if let Some(word) = words.next() {
         let what = format!("`{}` follows the last of {count} heights", shown(word));
         return Err(InputError::in_file(format!("{file}:{}", words.line), what));
+    }
+    let lines = last_line + 1 - first_line.unwrap_or(last_line);
+    if columns != rows && in_first == rows && lines == columns {
+        let what = format!(
+            "{lines} lines of {in_first} heights each, and the header says {columns} columns in {rows} rows: they are exchanged"
+        );
+        return Err(
+            InputError::in_file(file, what).try_instead(format!("write ncols {rows} and nrows {columns}"))
+        );
     }
     let half = |middle: bool, size: f64| if middle { 0.0 } else { 0.5 * size };
     Ok(Raster {
@@ -76,6 +89,9 @@ fn header(words: &mut Words, file: &str) -> Result<Header, InputError> {
         words.next();
         let line = words.line;
         let fault = |what: String| InputError::in_file(format!("{file}:{line}"), what);
+        if has_comma(name) {
+            return Err(comma(name, fault(format!("`{}` is no height (row 1, column 1)", shown(name)))));
+        }
         let name = String::from_utf8_lossy(name).to_lowercase();
         let known = [
             "ncols",

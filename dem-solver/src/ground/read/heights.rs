@@ -118,6 +118,15 @@ fn degrees([[x0, y0], [x1, y1]]: [[f64; 2]; 2], [low, high]: [f64; 2], file: &st
         return Err(InputError::in_file(file, what)
             .try_instead("project it to metres, as with gdalwarp -t_srs EPSG:CODE IN OUT"));
     }
+    if extent > 0.0 && high - low > STEEPEST * extent {
+        let what = format!(
+            "a map of {:.4} m x {:.4} m with heights from {low} to {high} m: all of it would be a cliff",
+            x1 - x0,
+            y1 - y0
+        );
+        return Err(InputError::in_file(file, what)
+            .try_instead("are its cells or coordinates in kilometres? They are in metres, as the heights"));
+    }
     Ok(())
 }
 

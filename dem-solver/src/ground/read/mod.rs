@@ -8,6 +8,7 @@ mod heights;
 pub mod las;
 mod laz;
 pub mod mesh;
+mod sniff;
 pub mod tif;
 pub mod xyz;
 
@@ -40,7 +41,12 @@ pub enum Content {
 pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, InputError> {
     let file = path.display().to_string();
     let mark = settings.nodata_value;
-    let mut content = match extension(path).as_str() {
+    input_file::regular(path)?;
+    let extension = extension(path);
+    if ["asc", "tif", "tiff", "xyz", "txt", "csv", "las", "laz", "stl", "obj"].contains(&extension.as_str()) {
+        sniff::check(path, &extension)?;
+    }
+    let mut content = match extension.as_str() {
         "asc" => asc::read(&bytes(path)?, &file).map(|raster| Content::Raster(without(raster, mark))),
         "tif" | "tiff" => {
             tif::read(&bytes(path)?, &file).map(|raster| Content::Raster(without(raster, mark)))
@@ -52,7 +58,12 @@ pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, Input
         other => {
             let mesh = matches!(other, "msh" | "inp" | "mdpa");
             let more = if mesh { "; a mesh of a net is named with [structure] mesh = \"...\"" } else { "" };
-            Err(InputError::in_file(file.as_str(), format!("`.{other}` is no terrain that can be read"))
+            let what = if other.is_empty() {
+                "its name has no extension that says what kind of terrain it is".into()
+            } else {
+                format!("`.{other}` is no terrain that can be read")
+            };
+            Err(InputError::in_file(file.as_str(), what)
                 .try_instead(format!("known are .asc, .tif, .xyz, .las, .laz, .stl, .obj{more}")))
         }
     }?;

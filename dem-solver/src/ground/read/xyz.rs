@@ -8,6 +8,7 @@ use interface_defs::toolkit::input_error::InputError;
 pub fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
     let mut points: Vec<[f64; 3]> = Vec::new();
     let mut named = false;
+    let mut counted = true;
     for (line, text) in (1..).zip(bytes.split(|b| *b == b'\n')) {
         let separates = |b: &u8| b.is_ascii_whitespace() || matches!(b, b',' | b';');
         let mut words = text.split(separates).filter(|w| !w.is_empty()).peekable();
@@ -34,7 +35,14 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
             let Some(word) = words.next() else { return Err(fault(format!("the line has no {name}"))) };
             *value = number(word).ok_or_else(|| fault(format!("`{}` is no {name}", shown(word))))?;
         }
+        // A first of four columns that counts the lines.
+        let number = points.len() as f64;
+        counted &= words.next().is_some() && (point[0] == number || point[0] == number + 1.0);
         points.push(point);
+    }
+    if counted && points.len() > 2 {
+        let what = "the first of its columns counts the lines: x, y and z must be the first three";
+        return Err(InputError::in_file(file, what).try_instead("remove that column"));
     }
     if points.is_empty() {
         return Err(InputError::in_file(file, "the file has no point"));

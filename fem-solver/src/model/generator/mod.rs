@@ -95,6 +95,10 @@ fn check_place(scene: &Scene, origin: Option<[f64; 3]>, center: Option<[f64; 3]>
     Ok(())
 }
 
+/// Lengths of posts and distances between them that a barrier can have [m]: kits have 2 to 9 m, and 4 to 12 m.
+const POSTS: [f64; 2] = [0.1, 40.0];
+const FIELDS: [f64; 2] = [0.1, 200.0];
+
 fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
     let key = |name: &str| format!("structure.generator.{name}");
     if table.fields == 0 {
@@ -107,6 +111,18 @@ fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
     not_negative(scene, &key("anchor_rise"), table.anchor_rise, "m")?;
     positive(scene, &key("side_distance"), table.side_distance, "m")?;
     positive(scene, &key("brake_length"), table.brake_length, "m")?;
+    for (name, value) in [("height", table.height), ("spacing", table.spacing)] {
+        let [least, most] = if name == "height" { POSTS } else { FIELDS };
+        if !(least..=most).contains(&value) {
+            let what = format!(
+                "a {name} of {value} m: posts of barriers are {} to {} m long, and stand up to {} m apart",
+                POSTS[0], POSTS[1], FIELDS[1]
+            );
+            return Err(scene
+                .invalid(&key(name), what)
+                .try_instead("it is written in metres: 400 cm is 4.0"));
+        }
+    }
     if table.lean.abs() >= table.height {
         let what = format!("posts of {} m cannot lean by {} m", table.height, table.lean);
         return Err(scene.invalid(&key("lean"), what));

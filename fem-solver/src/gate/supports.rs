@@ -1,0 +1,134 @@
+//! Supports, loads and gravity: what holds, what moves, what pulls.
+
+use crate::config::Config;
+use crate::model::Model;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+
+/// Motion of a support over the extent of the structure that no one can mean.
+const FARTHEST: f64 = 5.0;
+/// End of a motion over that of the run from which on something is said.
+const LATER: f64 = 100.0;
+
+/// Supports that hold nothing, and structures that nothing holds.
+pub fn judge(
+    scene: &Scene,
+    config: &Config,
+    model: &Model,
+    warnings: &mut Vec<String>,
+) -> Result<(), InputError> {
+    let mut used = vec![false; model.node_count()];
+    model.cables.iter().flat_map(|c| c.nodes).for_each(|n| used[n] = true);
+    model.elements.iter().flat_map(|e| e.nodes()).for_each(|n| used[*n] = true);
+    model.point_masses.iter().for_each(|m| used[m.node] = true);
+    model.springs.iter().for_each(|s| used[s.node] = true);
+    for (i, entry) in config.structure.supports.iter().enumerate() {
+        let key = format!("structure.supports.{i}");
+        let nodes = model.place(scene, &key, entry.place())?;
+        if nodes.iter().all(|n| !used[*n]) {
+            warnings
+                .push(format!("{key}: {key} holds nothing: no element ends at its {} nodes", nodes.len()));
+        }
+    }
+    judge_motions(scene, config, model, warnings)?;
+    judge_loads(scene, config, model, warnings)?;
+    let all_held = (0..model.node_count()).filter(|n| used[*n]).all(|n| model.fully_held(n));
+    if all_held && model.moving.is_empty() && used.contains(&true) {
+        let what = format!(
+            "the supports hold all {} nodes of the structure: nothing of it can move",
+            model.node_count()
+        );
+        let key = if config.structure.supports.is_empty() { "structure" } else { "structure.supports" };
+        if !scene.has("rock") {
+            // Someone may want its reactions alone.
+            warnings.push(format!("{key}: {what}; hold the frame alone"));
+            return Ok(());
+        }
+        return Err(scene
+            .invalid(key, what)
+            .try_instead("hold the frame alone, as in supports = [{ group = \"frame\" }]"));
+    }
+    if !model.held.contains(&true) && model.springs.is_empty() && model.down.is_some() {
+        warnings.push(
+            "structure: nothing holds the structure: it falls; supports = [{ group = \"name of a group\" }]"
+                .into(),
+        );
+    }
+    Ok(())
+}
+
+/// Motions of supports that are longer than the structure, or take place after the end.
+fn judge_motions(
+    scene: &Scene,
+    config: &Config,
+    model: &Model,
+    warnings: &mut Vec<String>,
+) -> Result<(), InputError> {
+    let (extent, Ok(end_time)) = (model.extent(), scene.end_time()) else { return Ok(()) };
+    for (i, entry) in config.structure.supports.iter().enumerate() {
+        let key = format!("structure.supports.{i}.motion");
+        let furthest = |row: &[f64; 4]| row[1..].iter().map(|u| u * u).sum::<f64>().sqrt();
+        let most = entry.motion.iter().map(furthest).fold(0.0, f64::max);
+        if extent > 0.0 && most > FARTHEST * extent {
+            let what = format!(
+                "a support moves by {most} m, and the whole structure has an extent of {extent:.4} m"
+            );
+            return Err(scene
+                .invalid(&key, what)
+                .try_instead("rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1"));
+        }
+        if let Some(last) = entry.motion.last().map(|row| row[0]).filter(|last| *last > LATER * end_time) {
+            warnings.push(format!(
+                "{key}: it goes on until {last} s, and the run ends at end_time = {end_time} s; rows are [t, ux, uy, uz] in s \
+                 and m: 100 ms is 0.1"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Loads that go straight into supports.
+fn judge_loads(
+    scene: &Scene,
+    config: &Config,
+    model: &Model,
+    warnings: &mut Vec<String>,
+) -> Result<(), InputError> {
+    for (i, entry) in config.structure.loads.iter().enumerate() {
+        let key = format!("structure.loads.{i}");
+        let nodes = model.place(scene, &key, entry.place())?;
+        let held = |node: &usize| (0..3).all(|c| entry.force[c] == 0.0 || model.held[model.dof(*node, c)]);
+        if entry.moment == [0.0; 3] && entry.force != [0.0; 3] && !nodes.is_empty() && nodes.iter().all(held)
+        {
+            warnings.push(format!(
+                "{key}: supports hold its {} nodes in the direction of the force, so it moves nothing; name nodes that are free",
+                nodes.len()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Whether there is weight; where there are rocks, who computes them judges gravity.
+pub fn judge_gravity(scene: &Scene, config: &Config, warnings: &mut Vec<String>) {
+    if scene.has("rock") || !config.structure.dead_load {
+        return;
+    }
+    let size = config.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    if size == 0.0 && !scene.has("gravity") && config.structure.loads.is_empty() {
+        warnings.push(
+            "structure: there is no gravity: the structure has no weight; gravity = [0.0, 0.0, -9.81], or structure.dead_load = false"
+                .into(),
+        );
+    }
+    if size > 0.0 && config.gravity[2] > 0.9 * size {
+        warnings.push(format!(
+            "gravity: [{}, {}, {}] points up along z, so the structure hangs upward; usual is gravity = [0.0, 0.0, -9.81]",
+            config.gravity[0], config.gravity[1], config.gravity[2]
+        ));
+    }
+    if size > 50.0 {
+        warnings
+            .push(format!("gravity: it is {size} m/s2, on earth it is 9.81; gravity = [0.0, 0.0, -9.81]"));
+    }
+}

@@ -1,0 +1,210 @@
+//! Files that are not what a scene takes them for, in other units or damaged.
+
+use crate::scenes::{self, MESH, SLOPE};
+use crate::{Mistake, beside};
+
+/// Another file in the place of `valley.asc`, `net.msh`, or a shape or cluster from a file.
+pub fn of_files() -> Vec<Mistake> {
+    let valley = "file = \"valley.asc\"";
+    let shape = "{ type = \"box\", size = [0.8, 0.7, 0.6] }\ncluster.spheres = 27";
+    let surface = "{ type = \"mesh\", file = \"boulder.stl\" }\ncluster.spheres = 60";
+    let cluster = "{ type = \"box\", size = [0.8, 0.7, 0.6] }\ncluster.file = \"spheres.txt\"";
+    let at = |place: &'static str| SLOPE.replace("[2683010.0, 1247040.0, 1202.0]", place);
+    let survey = "[2683010.0, 1247040.0, 1202.0]";
+    type File = (&'static str, String, &'static str, Vec<u8>, [&'static str; 3]);
+    let named = |name: &str| SLOPE.replace(valley, &format!("file = \"{name}\""));
+    let rocky = |how: &str| SLOPE.replace(shape, how);
+    let files: Vec<File> = vec![
+        (
+            "grid named .tif",
+            named("valley.tif"),
+            "valley.tif",
+            scenes::valley().into(),
+            ["valley.tif", "it is an ESRI grid", "name it valley.asc"],
+        ),
+        (
+            "GeoTIFF named .asc",
+            at(survey),
+            "valley.asc",
+            b"II*\0\x08\0\0\0".to_vec(),
+            ["valley.asc", "it is a GeoTIFF", "name it valley.tif"],
+        ),
+        (
+            "points named .las",
+            named("valley.las"),
+            "valley.las",
+            scenes::points(|_, [x, y, z]| format!("{x} {y} {z:.3}")).into(),
+            ["valley.las", "a list of points", "name it valley.xyz"],
+        ),
+        (
+            "cells in km",
+            at(survey),
+            "valley.asc",
+            scenes::grid(0.002, scenes::corner(), |z| format!("{z:.3}")).into(),
+            ["valley.asc", "all of it would be a cliff", "in kilometres?"],
+        ),
+        (
+            "degrees",
+            at("[8.5401, 47.3702, 1202.0]"),
+            "valley.asc",
+            scenes::grid(2e-5, [8.54, 47.37], |z| format!("{z:.3}")).into(),
+            ["valley.asc", "these are degrees", "gdalwarp"],
+        ),
+        (
+            "heights in mm",
+            at(survey),
+            "valley.asc",
+            scenes::grid(2.0, scenes::corner(), |z| format!("{:.0}", 1e3 * z)).into(),
+            ["valley.asc", "nothing on Earth is as high", "in metres"],
+        ),
+        (
+            "heights in feet",
+            at(survey),
+            "valley.asc",
+            scenes::grid(2.0, scenes::corner(), |z| format!("{:.2}", z / 0.3048)).into(),
+            ["scene.toml:4:12", "m below the terrain", "in feet?"],
+        ),
+        (
+            "decimal commas",
+            at(survey),
+            "valley.asc",
+            scenes::valley().replace('.', ",").into(),
+            ["valley.asc:7", "is no height", "a decimal comma?"],
+        ),
+        (
+            "columns and rows exchanged",
+            at(survey),
+            "valley.asc",
+            scenes::valley().replace("ncols 60\nnrows 40", "ncols 40\nnrows 60").into(),
+            ["valley.asc", "they are exchanged", "write ncols 60"],
+        ),
+        (
+            "x and y exchanged",
+            named("valley.xyz"),
+            "valley.xyz",
+            scenes::points(|_, [x, y, z]| format!("{y} {x} {z:.3}")).into(),
+            ["scene.toml:4:12", "starts beside the terrain", "are x and y exchanged?"],
+        ),
+        (
+            "points that are counted",
+            named("valley.xyz"),
+            "valley.xyz",
+            scenes::points(|n, [x, y, z]| format!("{n} {x} {y} {z:.3}")).into(),
+            ["valley.xyz", "counts the lines", "remove that column"],
+        ),
+        (
+            "rock for the terrain",
+            named("boulder.stl"),
+            "boulder.stl",
+            scenes::boulder(1.0, 0).into(),
+            ["scene.toml:4:12", "starts beside the terrain", "the file of a rock?"],
+        ),
+        (
+            "terrain on its side",
+            named("hill.stl").replace(survey, "[10.0, 20.0, 98.0]"),
+            "hill.stl",
+            scenes::hill(|[x, y, z]| [x, z, -y]).into(),
+            ["scene.toml:4:12", "starts beside the terrain", "is y upward in the file?"],
+        ),
+        (
+            "rock in mm",
+            rocky(surface),
+            "boulder.stl",
+            scenes::boulder(1e3, 0).into(),
+            ["scene.toml:6:9", "800 m x 700 m x 600 m large", "scale = 0.001"],
+        ),
+        (
+            "open rock",
+            rocky(surface),
+            "boulder.stl",
+            scenes::boulder(1.0, 2).into(),
+            ["scene.toml:6:9", "the surface is open", "close_holes"],
+        ),
+        (
+            "terrain for the rock",
+            rocky(surface),
+            "boulder.stl",
+            scenes::hill(|p| p).into(),
+            ["scene.toml:6:9", "the surface is open", "[terrain] file"],
+        ),
+        (
+            "cluster with a head line",
+            rocky(cluster),
+            "spheres.txt",
+            ("x,y,z,r\n".to_owned() + &scenes::spheres(1.0, 0.1, ",")).into(),
+            ["scene.toml:7:16", "a line of column names?", "Put # before it"],
+        ),
+        (
+            "cluster in mm",
+            rocky(cluster),
+            "spheres.txt",
+            scenes::spheres(1e3, 0.1, " ").into(),
+            ["scene.toml:7:16", "fill a box of 800 m", "in millimetres"],
+        ),
+        (
+            "cluster with semicolons",
+            rocky(cluster),
+            "spheres.txt",
+            scenes::spheres(1.0, 0.1, ";").into(),
+            ["scene.toml:7:16", "not by semicolons", "blanks or commas"],
+        ),
+        (
+            "surface for the cluster",
+            rocky(cluster),
+            "spheres.txt",
+            scenes::boulder(1.0, 0).into(),
+            ["scene.toml:7:16", "a surface in STL", "type = \"mesh\""],
+        ),
+        (
+            "net in mm",
+            MESH.into(),
+            "net.msh",
+            scenes::mesh(|p| p.map(|x| 1e3 * x)).into(),
+            ["scene.toml:14:8", "an extent of 5656.8542 m", "scale it by 0.001"],
+        ),
+        (
+            "net in km",
+            MESH.into(),
+            "net.msh",
+            scenes::mesh(|p| p.map(|x| 1e-3 * x)).into(),
+            ["scene.toml:14:8", "an extent of 0.0057 m", "scale it by 1000"],
+        ),
+        (
+            "grid named .msh",
+            MESH.into(),
+            "net.msh",
+            scenes::valley().into(),
+            ["net.msh:1", "begins with $MeshFormat", "gmsh"],
+        ),
+    ];
+    let refused = files.into_iter().map(|(what, scene, name, content, [place, cause, cure])| {
+        let mut all = beside(if scene.contains(valley) { SLOPE } else { "" });
+        all.retain(|(other, _)| *other != name);
+        all.push((name, content));
+        Mistake { what, scene, files: all, set: None, refused: true, place, cause, cure }
+    });
+    let warned = [
+        Mistake {
+            what: "cluster with diameters for radii",
+            scene: rocky(cluster),
+            files: vec![beside(SLOPE).remove(0), ("spheres.txt", scenes::spheres(1.0, 0.2, " ").into())],
+            place: "scene.toml:7:16",
+            cause: "fill a box of 1 m x 0.9 m x 0.8 m",
+            cure: "are its radii diameters",
+            ..Mistake::default()
+        },
+        Mistake {
+            what: "heights in km",
+            scene: at(survey),
+            files: vec![(
+                "valley.asc",
+                scenes::grid(2.0, scenes::corner(), |z| format!("{:.6}", 1e-3 * z)).into(),
+            )],
+            place: "scene.toml:4:12",
+            cause: "starts 1201 m above the terrain",
+            cure: "in kilometres?",
+            ..Mistake::default()
+        },
+    ];
+    refused.chain(warned).collect()
+}

@@ -1,0 +1,200 @@
+//! Mistakes of users: none is silent, and each message names cause, place and cure. `rockfall run` says the same as
+//! `rockfall check`, and starts and writes nothing.
+
+mod files;
+mod refused;
+mod scenes;
+mod warned;
+
+use files::of_files;
+use refused::REFUSED;
+use scenes::{CABLE, FALL, MESH, NET, SLOPE, SPHERES};
+use std::path::Path;
+use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use tests::Bench;
+use warned::WARNED;
+
+/// A scene or file with a mistake, and what must be said of it.
+#[derive(Default)]
+struct Mistake {
+    what: &'static str,
+    scene: String,
+    files: Vec<(&'static str, Vec<u8>)>,
+    set: Option<&'static str>,
+    /// Refused; else warned of.
+    refused: bool,
+    /// Where, as the message begins: `scene.toml:16:13`.
+    place: &'static str,
+    cause: &'static str,
+    cure: &'static str,
+}
+
+/// What the mistake is, the scene, what is replaced in it by what (`+` in front: added at its end), place in the scene,
+/// cause, cure.
+type Row = (&'static str, &'static str, [&'static str; 2], [&'static str; 3]);
+
+/// Files beside a scene that are right.
+fn beside(scene: &str) -> Vec<(&'static str, Vec<u8>)> {
+    match scene {
+        MESH => vec![("net.msh", scenes::mesh(|p| p).into())],
+        SLOPE => vec![("valley.asc", scenes::valley().into())],
+        _ => Vec::new(),
+    }
+}
+
+fn of_rows(rows: &'static [Row], refused: bool) -> impl Iterator<Item = Mistake> {
+    rows.iter().map(move |&(what, scene, [from, to], [place, cause, cure])| {
+        assert!(from == "+" || scene.contains(from), "{what}: {from}");
+        let text = if from == "+" { format!("{scene}{to}") } else { scene.replacen(from, to, 1) };
+        Mistake { what, scene: text, files: beside(scene), set: None, refused, place, cause, cure }
+    })
+}
+
+/// On the command line.
+fn of_arguments() -> Vec<Mistake> {
+    [
+        ("key that is not there", "rock.0.mas=5", "unknown key `mas`", "did you mean `mass`?"),
+        ("number of the table left out", "rock.mass=5", "`mass` is no item of `rock`", "its number is 0"),
+        ("unit", "coupling.time_window=0.2ms", "expected a number", "in SI units: 0.2"),
+        ("no brackets", "rock.0.position=0,0,3", "expected an array of length 3", "as in [0,0,3]"),
+        ("colon", "end_time:3", "there is no `=`", "write KEY=VALUE"),
+    ]
+    .into_iter()
+    .map(|(what, set, cause, cure)| Mistake {
+        what,
+        scene: NET.into(),
+        set: Some(set),
+        refused: true,
+        place: "--set",
+        cause,
+        cure,
+        ..Mistake::default()
+    })
+    .collect()
+}
+
+fn all() -> Vec<Mistake> {
+    let rows = of_rows(REFUSED, true).chain(of_rows(WARNED, false));
+    rows.chain(of_files()).chain(of_arguments()).collect()
+}
+
+/// Exit code, standard output, standard error of `rockfall WORD scene.toml ARGUMENTS`, started beside its files.
+fn rockfall(dir: &Path, word: &str, mistake: &Mistake, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = Command::new(tests::program("rockfall"));
+    command.args([word, "scene.toml"]).args(arguments).current_dir(dir);
+    if let Some(set) = mistake.set {
+        command.args(["--set", set]);
+    }
+    let output = command.output().expect("started");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+fn written(mistake: &Mistake) -> Bench {
+    let bench = Bench::new();
+    bench.scene(&mistake.scene);
+    mistake
+        .files
+        .iter()
+        .for_each(|(name, content)| std::fs::write(bench.path(name), content).expect("written"));
+    bench
+}
+
+/// What the mistake lacks in what is said, if anything.
+fn judged(mistake: &Mistake) -> Result<(), String> {
+    let bench = written(mistake);
+    let (code, out, err) = rockfall(&bench.path(""), "check", mistake, &[]);
+    let place = if mistake.place.starts_with(|c: char| c.is_ascii_digit()) {
+        format!("scene.toml:{}: ", mistake.place)
+    } else {
+        mistake.place.into()
+    };
+    let said = if mistake.refused {
+        let errors = err.matches("error: ").count();
+        if code != Some(2) || errors != 1 {
+            return Err(format!("{}: code {code:?}, {errors} errors: {err}{out}", mistake.what));
+        }
+        err.split("error: ").nth(1).unwrap_or_default().to_owned()
+    } else {
+        let warnings = out.lines().filter_map(|line| line.strip_prefix("warning: "));
+        let Some(warning) =
+            warnings.into_iter().find(|w| w.contains(mistake.cause)).filter(|_| code == Some(0))
+        else {
+            return Err(format!(
+                "{}: code {code:?}, no warning with \"{}\": {err}{out}",
+                mistake.what, mistake.cause
+            ));
+        };
+        warning.to_owned()
+    };
+    for (what, words) in [("cause", mistake.cause), ("cure", mistake.cure)] {
+        if !said.contains(words) {
+            return Err(format!("{}: the {what} \"{words}\" is not in: {said}", mistake.what));
+        }
+    }
+    match said.starts_with(&place) {
+        true => Ok(()),
+        false => Err(format!("{}: it does not begin with {place}: {said}", mistake.what)),
+    }
+}
+
+/// Each of `mistakes` by `judge`, on two threads; all that is lacking, one a line.
+fn lacking(mistakes: &[Mistake], judge: impl Fn(&Mistake) -> Result<(), String> + Sync) -> Vec<String> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let take = || mistakes.get(next.fetch_add(1, Ordering::Relaxed));
+        std::iter::from_fn(take).filter_map(|mistake| judge(mistake).err()).collect::<Vec<_>>()
+    };
+    std::thread::scope(|scope| {
+        let both = [scope.spawn(work), scope.spawn(work)];
+        both.into_iter().flat_map(|thread| thread.join().expect("no panic")).collect()
+    })
+}
+
+#[test]
+fn no_mistake_is_silent_and_each_message_names_cause_place_and_cure() {
+    let mistakes = all();
+    assert!(mistakes.len() >= 100, "{}", mistakes.len());
+    let lacking = lacking(&mistakes, judged);
+    assert!(lacking.is_empty(), "{} of {}:\n{}", lacking.len(), mistakes.len(), lacking.join("\n"));
+}
+
+/// Without a mistake nothing is said of them.
+#[test]
+fn the_scenes_themselves_are_without_a_word() {
+    for (name, text) in [
+        ("NET", NET),
+        ("MESH", MESH),
+        ("SLOPE", SLOPE),
+        ("SPHERES", SPHERES),
+        ("CABLE", CABLE),
+        ("FALL", FALL),
+    ] {
+        let scene = text.replace("cluster.spheres = 80", "cluster.spheres = 64");
+        let right = Mistake { scene, files: beside(text), ..Mistake::default() };
+        let (code, out, err) = rockfall(&written(&right).path(""), "check", &right, &[]);
+        assert!(code == Some(0) && !out.contains("warning:"), "{name}: {out}{err}");
+    }
+}
+
+/// A sample of all kinds.
+#[test]
+fn run_says_the_same_words_as_check_and_writes_nothing() {
+    let mistakes: Vec<Mistake> = all().into_iter().filter(|m| m.refused).step_by(7).collect();
+    assert!(mistakes.len() >= 10, "{}", mistakes.len());
+    let lacking = lacking(&mistakes, |mistake| {
+        let bench = written(mistake);
+        let (_, _, checked) = rockfall(&bench.path(""), "check", mistake, &[]);
+        let (code, _, run) = rockfall(&bench.path(""), "run", mistake, &["--out", "results"]);
+        let error = |text: &str| text.split_once("error: ").map(|(_, error)| error.to_owned());
+        if code != Some(2) || error(&checked) != error(&run) {
+            return Err(format!("{}: code {code:?}\ncheck: {checked}\nrun: {run}", mistake.what));
+        }
+        match bench.path("results").exists() {
+            true => Err(format!("{}: results were written", mistake.what)),
+            false => Ok(()),
+        }
+    });
+    assert!(lacking.is_empty(), "{}", lacking.join("\n"));
+}
