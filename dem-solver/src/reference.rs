@@ -30,6 +30,12 @@ const HISTORY: &[Entry] = &[
     history("<rock>_{x,y,z}", "m", "position of the rock's centre of mass"),
     history("<rock>_{vx,vy,vz}", "m/s", "velocity of the rock's centre of mass"),
     history("<rock>_lowest", "m", "height of the lowest point of the rock's spheres, against gravity"),
+    history("<rock>_{wx,wy,wz}", "rad/s", "angular velocity of the rock, along the axes of space"),
+    history(
+        "<rock>_orientation_{w,x,y,z}",
+        "1",
+        "orientation of the rock's shape as a unit quaternion, as `orientation` in the scene",
+    ),
     history("energy_kinetic_dem", "J", "kinetic energy of all rocks, rotation included"),
     history("energy_potential_dem", "J", "potential energy of all rocks, counted from their start"),
     history("energy_stored_dem", "J", "energy of the springs of all contacts"),

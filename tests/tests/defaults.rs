@@ -100,9 +100,9 @@ fn the_drop_test_with_friction() {
             format!("dem.time_step={window}"),
         ]
     };
-    let (fine, best) = (weak("1e-5"), weak("2.5e-5"));
+    let (fine, best) = (weak("1e-5"), weak("1.2e-4"));
     let fine: Vec<&str> = fine.iter().map(String::as_str).chain(["fem.time_step=1e-5"]).collect();
-    let best: Vec<&str> = best.iter().map(String::as_str).chain(["fem.time_step=1e-4"]).collect();
+    let best: Vec<&str> = best.iter().map(String::as_str).chain(["fem.time_step=1.2e-4"]).collect();
     let common: Vec<&str> = DROP.into_iter().chain(["output.fields=10.0"]).collect();
     compare("walenstadt-exp1", &common, &fine, &best, ["max_deflection", "max_reaction_1ms"]);
 }

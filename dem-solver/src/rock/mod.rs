@@ -216,6 +216,11 @@ impl Rock {
         motion.orientation * own.component_div(&self.inertia)
     }
 
+    /// Orientation of the shape's axes, as the scene has it at the start: from them to the axes of space.
+    pub fn shape_orientation(&self, motion: &Motion) -> UnitQuaternion<f64> {
+        self.solid.turn().map_or(motion.orientation, |turn| motion.orientation * turn.inverse())
+    }
+
     /// Kinetic energy of translation and rotation [J].
     pub fn kinetic_energy(&self, motion: &Motion) -> f64 {
         let translation = 0.5 * self.mass * motion.velocity.norm_squared();

@@ -7,8 +7,8 @@ use crate::settings::{RockSettings, Settings};
 use interface_defs::message::{Gauge, Role};
 use nalgebra::Vector3;
 
-/// Numbers per rock: position, velocity, lowest point.
-const PER_ROCK: usize = 7;
+/// Numbers per rock: position, velocity, lowest point, angular velocity, orientation.
+const PER_ROCK: usize = 14;
 /// Numbers of all rocks together: five energies and the contacts.
 const TOGETHER: usize = 6;
 /// Place of the stored energy among those.
@@ -65,6 +65,13 @@ impl Gauges {
                 ("vy", "m/s"),
                 ("vz", "m/s"),
                 ("lowest", "m"),
+                ("wx", "rad/s"),
+                ("wy", "rad/s"),
+                ("wz", "rad/s"),
+                ("orientation_w", "1"),
+                ("orientation_x", "1"),
+                ("orientation_y", "1"),
+                ("orientation_z", "1"),
             ] {
                 gauges.push(Gauge::new(format!("{}_{name}", rock.name), unit));
             }
@@ -129,6 +136,9 @@ impl Gauges {
             self.values.extend_from_slice((motion.position + self.origin).as_slice());
             self.values.extend_from_slice(motion.velocity.as_slice());
             self.values.push(-rock.depth(motion, &self.down) - self.origin.dot(&self.down));
+            self.values.extend_from_slice(rock.spin(motion).as_slice());
+            let turned = rock.shape_orientation(motion);
+            self.values.extend([turned.w, turned.i, turned.j, turned.k]);
             kinetic += rock.kinetic_energy(motion);
             potential -= rock.mass * model.settings.gravity.dot(&(motion.position - origin));
             stored += body.elastic + body.sheared;
