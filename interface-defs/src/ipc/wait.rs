@@ -16,8 +16,9 @@ use std::time::{Duration, Instant};
 const YIELDING: Duration = Duration::from_micros(500);
 
 /// A look that takes longer than this was interrupted: the processor has other work. On a free machine one takes about
-/// a microsecond, and one that yields to a partner of the run a few.
-const LONG: Duration = Duration::from_micros(50);
+/// a microsecond, and one that yields to a partner of the run a few; a timer's interrupt takes up to a few hundred, the slice
+/// of another program some milliseconds.
+const LONG: Duration = Duration::from_micros(500);
 
 /// How many times as long as such a look the waits that follow sleep at once. What trying again costs is bounded
 /// by its inverse, 5 %.
