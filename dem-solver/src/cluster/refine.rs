@@ -16,7 +16,7 @@ const MOVED: f64 = 0.1;
 const BATCHES: usize = 4;
 const VAIN: usize = 2;
 /// Most rounds, for clusters of up to so many spheres.
-const ROUNDS: [(usize, usize); 3] = [(500, 12), (2000, 5), (6000, 1)];
+const ROUNDS: [(usize, usize); 3] = [(500, 4), (2000, 2), (6000, 1)];
 /// Share of the error that a new ball leaves at the place it is made for.
 const SHARE: f64 = 0.5;
 
