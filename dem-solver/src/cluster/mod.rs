@@ -6,9 +6,9 @@
 //! - [`cover`]: balls, until nothing lies further outside than a given error
 //! - [`make`]: the error that a number of spheres reaches, and the spheres
 //! - [`even`]: a second search where the first does not settle
-//! - [`refine`]: spheres moved to where the error is largest
+//! - [`refine`], [`seen`], [`compare`]: spheres moved to where the error is largest
 //! - [`bound`]: whether that error is small enough, and what to try if it is not
-//! - [`index`], [`accuracy`], [`pits`], [`volume`]: the error of any cluster, measured
+//! - [`index`], [`accuracy`], [`probe`], [`pits`], [`volume`]: the error of any cluster, measured
 //! - [`files`]: `x y z r` text and Kratos `.clu`
 //! - [`command`]: `dem-solver cluster`
 
@@ -16,6 +16,7 @@ pub mod accuracy;
 pub mod ball;
 pub mod bound;
 pub mod command;
+pub mod compare;
 pub mod cover;
 pub mod even;
 pub mod files;
@@ -23,8 +24,10 @@ pub mod gaps;
 pub mod index;
 pub mod make;
 pub mod pits;
+pub mod probe;
 pub mod refine;
 pub mod samples;
+pub mod seen;
 pub mod volume;
 
 pub use accuracy::Accuracy;

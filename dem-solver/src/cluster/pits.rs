@@ -3,8 +3,8 @@
 //! The distance to the solid's surface of a point that moves over a sphere grows until another sphere stops it, and then along
 //! the circle of both until a third one does. Points sampled on spheres find about where; the corner itself is computed.
 
-use super::accuracy::around;
-use super::index::SphereIndex;
+use super::index::{SphereIndex, holds};
+use super::probe::around;
 use crate::rock::Sphere;
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
@@ -41,7 +41,7 @@ impl Pits<'_> {
     /// none lies between it and the nearest point of that surface: what is closed in between spheres touches nothing.
     pub fn depth(&self, point: &Vector3<f64>, least: f64) -> Option<f64> {
         // In this order: most points lie in a sphere, and most of the others are near enough.
-        if self.index.nearest(point).0 < -self.tight || self.tree.nearest(point, least).is_some() {
+        if self.index.holds(point, self.tight) || self.tree.nearest(point, least).is_some() {
             return None;
         }
         let near = self.tree.nearest(point, f64::INFINITY)?;
@@ -57,9 +57,15 @@ impl Pits<'_> {
         Some(length)
     }
 
-    /// The deepest place that is reached from `pit` by corners of three spheres, each deeper than the last.
-    pub fn deepest(&self, mut pit: Pit) -> Pit {
+    /// The deepest place that is reached from `pit` by corners of three spheres, each deeper than the last. At one of the
+    /// places `known`, from which another search went on, this one ends; it adds its own.
+    pub fn deepest(&self, mut pit: Pit, known: &mut Vec<Vector3<f64>>) -> Pit {
         for _ in 0..MOST_STEPS {
+            let near = |k: &Vector3<f64>| (k - pit.point).norm_squared() <= (10.0 * self.tight).powi(2);
+            if known.iter().any(near) {
+                break;
+            }
+            known.push(pit.point);
             match self.deeper(&pit) {
                 Some(found) => pit = found,
                 None => break,
@@ -79,21 +85,35 @@ impl Pits<'_> {
         };
         others.sort_by(|a, b| away(a).total_cmp(&away(b)));
         others.truncate(MOST_NEIGHBOURS);
+        let others: Vec<(u32, Sphere)> = others.into_iter().map(|k| (k, *self.index.sphere(k))).collect();
         let mut best: Option<Pit> = None;
         let mut look = |point: Vector3<f64>, sphere: u32| {
+            // Most corners lie in one of these.
+            if others.iter().any(|(_, s)| holds(s, &point, self.tight)) {
+                return;
+            }
             let least = best.map_or(pit.depth * (1.0 + 1e-9) + self.tight, |b| b.depth);
             if let Some(depth) = self.depth(&point, least) {
                 best = Some(Pit { point, depth, sphere });
             }
         };
-        for (i, a) in others.iter().enumerate() {
-            let Some(circle) = Circle::of(&own, self.index.sphere(*a)) else { continue };
-            look(self.bottom(&circle, &pit.point), *a);
-            for b in &others[i + 1..] {
-                for corner in circle.corners(self.index.sphere(*b)).into_iter().flatten() {
-                    look(corner, *a);
+        let circles: Vec<(usize, Circle)> =
+            others.iter().enumerate().filter_map(|(i, (_, s))| Some((i, Circle::of(&own, s)?))).collect();
+        for (i, circle) in &circles {
+            for (_, other) in &others[i + 1..] {
+                for corner in circle.corners(other).into_iter().flatten() {
+                    look(corner, others[*i].0);
                 }
             }
+        }
+        if best.is_none() {
+            let mut look = |point: Vector3<f64>, sphere: u32| {
+                let least = best.map_or(pit.depth * (1.0 + 1e-9) + self.tight, |b| b.depth);
+                if let Some(depth) = self.depth(&point, least) {
+                    best = Some(Pit { point, depth, sphere });
+                }
+            };
+            circles.iter().for_each(|(i, circle)| look(self.bottom(circle, &pit.point), others[*i].0));
         }
         best.or_else(|| self.further(pit, &own))
     }
@@ -188,7 +208,8 @@ mod tests {
         let pits = Pits { tree: &tree, index: &index, tight: 1e-12 };
         let start = spheres[0].centre + Vector3::new(-0.5, 0.0, 0.75_f64.sqrt()) * r;
         let depth = pits.depth(&start, 0.0).expect("nothing lies above it");
-        let found = pits.deepest(Pit { point: start, depth, sphere: index.nearest(&start).1 });
+        let start = Pit { point: start, depth, sphere: index.nearest(&start).1 };
+        let found = pits.deepest(start, &mut Vec::new());
         let exact = 0.1 - (r * r - s * s / 3.0).sqrt();
         assert!(depth < 0.5 * exact && (found.depth - exact).abs() < 1e-12, "{found:?}, {exact}");
     }

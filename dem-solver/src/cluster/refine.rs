@@ -3,12 +3,12 @@
 //! A cover is made for the gaps that samples see before its balls grow. What is measured at last are the gaps that are left
 //! then, and the depth of pits between spheres; here both decide.
 
-use super::accuracy::{Place, worst};
 use super::ball::Balls;
 use super::even::Best;
 use super::index::SphereIndex;
 use super::make::{Maker, larger};
 use super::samples::Samples;
+use super::seen::{Place, View};
 use crate::rock::Sphere;
 
 /// Share of the spheres that is moved in a round, in so many batches, and most rounds in a row that are no better.
@@ -26,7 +26,7 @@ impl Maker<'_> {
         let rounds = ROUNDS.iter().find(|(most, _)| self.count <= *most).map_or(0, |(_, rounds)| *rounds);
         let mut vain = 0;
         for _ in 0..rounds {
-            let tried = self.moved(samples, &balls);
+            let tried = self.moved(samples, &balls, best.grown);
             let gap = super::make::furthest(&tried, samples);
             if best.add_grown(&tried, gap, 1.0) {
                 (balls, vain) = (tried, 0);
@@ -40,19 +40,20 @@ impl Maker<'_> {
         }
     }
 
-    /// The balls with some of them moved.
-    fn moved(&self, samples: &Samples, balls: &[Sphere]) -> Vec<Sphere> {
+    /// The balls with some of them moved; all of them grow by `grown` [m].
+    fn moved(&self, samples: &Samples, balls: &[Sphere], grown: f64) -> Vec<Sphere> {
         let many = ((MOVED * balls.len() as f64).ceil() as usize).min(balls.len() / 2);
         let mut kept = without(balls, samples, many);
         let all = Balls::new(self.tree, self.surface.size(), super::even::FINE * self.middle.radius);
+        let mut view = View::new(self.tree, samples, &larger(&kept, grown));
         for batch in 0..BATCHES {
-            let missing = self.count.saturating_sub(kept.len()).div_ceil(BATCHES - batch);
-            let gap = super::make::furthest(&kept, samples);
-            let grown = larger(&kept, self.growth(&kept, gap));
-            for Place { point, inward, depth } in worst(self.tree, samples, &grown, missing) {
+            let before = kept.len();
+            let missing = self.count.saturating_sub(before).div_ceil(BATCHES - batch);
+            for Place { point, inward, depth } in view.worst(missing) {
                 let found = all.near(&point, &inward, SHARE * depth, self.wish.smallest_radius);
                 kept.extend(found.filter(|b| b.radius > 0.0 && b.radius >= self.wish.smallest_radius));
             }
+            view.add(&larger(&kept[before..], grown));
         }
         kept
     }
@@ -64,8 +65,7 @@ fn without(balls: &[Sphere], samples: &Samples, many: usize) -> Vec<Sphere> {
     // How far samples would lie from all others, for each ball the most of those that are nearest to it.
     let mut required = vec![f64::NEG_INFINITY; balls.len()];
     for p in &samples.points {
-        let (_, near) = index.nearest(p);
-        let (other, _) = index.nearest_but(p, Some(near));
+        let [(_, near), (other, _)] = index.nearest_two(p);
         let place = index.place(near);
         required[place] = required[place].max(other);
     }
