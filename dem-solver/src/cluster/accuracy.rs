@@ -99,7 +99,8 @@ impl Accuracy {
             measured.push((a, b, *p, *inward));
         }
         let step = (total / measured.len() as f64).sqrt();
-        (there.max, back.max) = scene.largest(measured, step, outside);
+        let found = scene.largest(measured, step, outside);
+        (there.max, back.max) = (found.there, found.back);
         let columns = if spheres.len() > MANY_SPHERES { FEW_COLUMNS } else { COLUMNS };
         let volume = super::volume::excess(surface, spheres, columns);
         Self { surface_to_spheres: there, spheres_to_surface: back, outside, volume }

@@ -13,6 +13,7 @@ use super::cover::Cover;
 use super::files;
 use super::index::SphereIndex;
 use super::make::{Fit, Maker, larger};
+use super::probe::Place;
 use crate::rock::Sphere;
 use nalgebra::Vector3;
 
@@ -39,6 +40,8 @@ pub(super) struct Best<'a, 'b> {
     /// The balls of which the best one was made by growing, and by how much [m].
     balls: Vec<Sphere>,
     pub(super) grown: f64,
+    /// Where its error is large.
+    pub(super) places: Vec<Place>,
 }
 
 impl Best<'_, '_> {
@@ -47,15 +50,18 @@ impl Best<'_, '_> {
         if cluster.is_empty() {
             return false;
         }
-        let (largest, volume) = self.comparison.of(&cluster);
+        let volume = self.comparison.volume(&cluster);
         let doubt = match self.maker.wish.fit {
             Fit::Volume => 1.0 + (volume.abs() - 0.01).max(0.0) / VOLUME,
             _ => 1.0,
         } * files::groups(&cluster) as f64;
-        let error = weight * doubt * largest;
+        let least = self.best.as_ref().map_or(f64::INFINITY, |(error, _)| error / (weight * doubt));
+        let found = self.comparison.of(&cluster, least);
+        let error = weight * doubt * found.there.max(found.back);
         let better = self.best.as_ref().is_none_or(|(least, _)| error < *least);
         if better {
             self.best = Some((error, cluster));
+            self.places = found.places;
         }
         better
     }
@@ -92,17 +98,28 @@ impl Maker<'_> {
             self.relax(&mut found);
             found
         });
-        let gap =
-            [&guessed, &even, &relaxed].into_iter().flatten().map(|f| f.1).fold(f64::INFINITY, f64::min);
+        self.settle(guessed.into_iter().collect(), [even, relaxed].into_iter().flatten().collect())
+    }
+
+    /// The best of covers, each with the gap that it leaves [m], with some spheres moved where that makes it better. Others
+    /// must be better than the `preferred` ones by a share.
+    pub(super) fn settle(
+        &mut self,
+        preferred: Vec<(Cover, f64)>,
+        others: Vec<(Cover, f64)>,
+    ) -> (Vec<Sphere>, Accuracy) {
+        let gap = preferred.iter().chain(&others).map(|f| f.1).fold(f64::INFINITY, f64::min);
         let gap = if gap.is_finite() { gap } else { 2.0 * self.surface.size() };
         let samples = self.samples(0.5 * gap);
         let few = self.at_most(gap, 0.9, compare::MOST_SAMPLES + self.surface.points.len());
         let maker = &*self;
         let comparison = Comparison::new(maker.surface, maker.tree, few);
-        let mut best = Best { maker, comparison, best: None, balls: Vec::new(), grown: 0.0 };
-        for (found, weight) in [(guessed, BETTER), (even, 1.0), (relaxed, 1.0)] {
-            let Some((cover, gap)) = found else { continue };
-            best.add_grown(&cover.balls, gap, weight);
+        let mut best =
+            Best { maker, comparison, best: None, balls: Vec::new(), grown: 0.0, places: Vec::new() };
+        for (weight, covers) in [(BETTER, preferred), (1.0, others)] {
+            for (cover, gap) in covers {
+                best.add_grown(&cover.balls, gap, weight);
+            }
         }
         let balls = best.balls.clone();
         if balls.len() > 2 {

@@ -88,10 +88,7 @@ pub fn measured(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -
     {
         let seen = maker.seen(&cover.balls, *gap);
         if seen <= COARSE * thick && seen <= 2.0 * gap {
-            let grown = maker.growth(&cover.balls, *gap);
-            let spheres = larger(&cover.balls, grown);
-            let accuracy = Accuracy::with(surface, &mut maker.sizes, &spheres);
-            return (spheres, accuracy);
+            return maker.settle(found.into_iter().collect(), Vec::new());
         }
     }
     maker.search_further(found, tried)

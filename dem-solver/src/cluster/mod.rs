@@ -10,6 +10,7 @@
 //! - [`bound`]: whether that error is small enough, and what to try if it is not
 //! - [`index`], [`accuracy`], [`probe`], [`pits`], [`volume`]: the error of any cluster, measured
 //! - [`files`]: `x y z r` text and Kratos `.clu`
+//! - [`kept`]: a cluster beside its scene, so that a run does not make it twice
 //! - [`command`]: `dem-solver cluster`
 
 pub mod accuracy;
@@ -22,6 +23,7 @@ pub mod even;
 pub mod files;
 pub mod gaps;
 pub mod index;
+pub mod kept;
 pub mod make;
 pub mod pits;
 pub mod probe;

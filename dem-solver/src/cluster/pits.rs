@@ -9,8 +9,12 @@ use crate::rock::Sphere;
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
 
-/// Spheres next to a place that are looked at: pairs of them are some hundreds.
-const MOST_NEIGHBOURS: usize = 24;
+/// Spheres next to a place that are looked at: pairs of them are some hundreds; and of these the ones whose circles are
+/// followed to their deepest points.
+const MOST_NEIGHBOURS: usize = 16;
+const FOLLOWED: usize = 8;
+/// Share of its distance to the surface by which the view from a place begins above it.
+const ABOVE: f64 = 1e-3;
 /// Steps from a place to a deeper one, and along a circle to its deepest point.
 const MOST_STEPS: usize = 40;
 const TURNS: usize = 3;
@@ -46,13 +50,12 @@ impl Pits<'_> {
         }
         let near = self.tree.nearest(point, f64::INFINITY)?;
         let (out, length) = (near.point - point, near.square.sqrt());
-        let mut t = 1e-3 * length;
-        while t < length {
-            let gap = self.index.nearest(&(point + out * (t / length))).0;
-            if gap < -self.tight {
-                return None;
-            }
-            t += gap.max(1e-3 * length);
+        // From a little above the spheres that the point lies on.
+        let above = point + out * ABOVE;
+        let along = out.try_normalize(0.0)?;
+        let rest = length * (1.0 - 2.0 * ABOVE);
+        if self.index.holds(&above, self.tight) || self.index.entry(&above, &along, rest).is_some() {
+            return None;
         }
         Some(length)
     }
@@ -113,7 +116,10 @@ impl Pits<'_> {
                     best = Some(Pit { point, depth, sphere });
                 }
             };
-            circles.iter().for_each(|(i, circle)| look(self.bottom(circle, &pit.point), others[*i].0));
+            circles
+                .iter()
+                .take(FOLLOWED)
+                .for_each(|(i, circle)| look(self.bottom(circle, &pit.point), others[*i].0));
         }
         best.or_else(|| self.further(pit, &own))
     }

@@ -26,6 +26,28 @@ const NEARLY: f64 = 0.7;
 const LEAST_POINTS: usize = 30;
 const MOST_POINTS: usize = 400;
 
+/// A place where the two surfaces are far apart.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// Point of the true surface [m].
+    pub point: Vector3<f64>,
+    /// Unit vector into the solid there.
+    pub inward: Vector3<f64>,
+    /// How far they are apart [m].
+    pub depth: f64,
+}
+
+/// The largest distances, from the surface to the spheres and back [m], and the places where large ones were found.
+#[derive(Debug, Clone, Default)]
+pub struct Largest {
+    /// From the surface to the spheres [m].
+    pub there: f64,
+    /// From the spheres to the surface [m].
+    pub back: f64,
+    /// Where, the worst ones first.
+    pub places: Vec<Place>,
+}
+
 /// Distances both ways [m], place [m] and direction into the solid of a sample.
 pub type Measured = (f64, f64, Vector3<f64>, Vector3<f64>);
 
@@ -111,21 +133,27 @@ impl Probe<'_> {
         best.0
     }
 
-    /// The largest distances, from the surface to the spheres and back [m], sought from what was measured at samples about
-    /// `step` [m] apart; a sphere reaches `outside` [m] out of the solid.
-    pub fn largest(&self, mut measured: Vec<Measured>, step: f64, outside: f64) -> (f64, f64) {
+    /// The largest distances, sought from what was measured at samples about `step` [m] apart; a sphere reaches `outside`
+    /// [m] out of the solid.
+    pub fn largest(&self, mut measured: Vec<Measured>, step: f64, outside: f64) -> Largest {
+        let most = |places: &[Place], least: f64| places.iter().map(|p| p.depth).fold(least, f64::max);
         measured.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let there = self.furthest(&measured, step);
+        let mut places = self.furthest(&measured, step);
+        let there = most(&places, 0.0);
         measured.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let back = spread(&measured, self.effort.starts, step)
-            .into_iter()
+        let starts = spread(&measured, self.effort.starts, step).into_iter();
+        let rays = starts
             .map(|m| self.uphill(m.2, m.3, step, |point, inward, _| self.at(point, inward).1))
-            .fold(outside, f64::max);
-        (there, self.deepest(&measured, step, back))
+            .collect();
+        let found = [rays, self.deepest(&measured, step)].concat();
+        let back = most(&found, outside);
+        places.extend(found);
+        places.sort_by(|a, b| b.depth.total_cmp(&a.depth));
+        Largest { there, back, places }
     }
 
-    /// The largest distance from the true surface to that of the cluster; samples begin with the largest estimates.
-    fn furthest(&self, measured: &[Measured], step: f64) -> f64 {
+    /// Where the true surface lies furthest from that of the cluster; samples begin with the largest estimates.
+    fn furthest(&self, measured: &[Measured], step: f64) -> Vec<Place> {
         let mut found: Vec<Measured> = Vec::new();
         let mut largest = 0.0_f64;
         for m in measured {
@@ -144,19 +172,22 @@ impl Probe<'_> {
             found.push((self.shortest(&m.2, &m.3, 0.0), m.1, m.2, m.3));
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let place = |m: &Measured| Place { point: m.2, inward: m.3, depth: m.0 };
+        let mut places: Vec<Place> = found.first().map(place).into_iter().collect();
         for m in spread(&found, self.effort.starts, step) {
             // A distance grows no faster than the sample moves.
             if m.0 + self.effort.steps as f64 * 1.5 * step > largest {
                 let climbed = self.uphill(m.2, m.3, step, |p, inward, least| self.shortest(p, inward, least));
-                largest = largest.max(climbed);
+                largest = largest.max(climbed.depth);
+                places.push(climbed);
             }
         }
-        largest
+        places
     }
 
-    /// The largest distance to the true surface of points of spheres that lie in no other and are seen from the
-    /// nearest point of that surface; at least `least` [m]. `measured` begins with the deepest ends of rays.
-    fn deepest(&self, measured: &[Measured], step: f64, least: f64) -> f64 {
+    /// Where points of spheres, which lie in no other and are seen from the nearest point of the true surface, are furthest
+    /// from that. `measured` begins with the deepest ends of rays.
+    fn deepest(&self, measured: &[Measured], step: f64) -> Vec<Place> {
         let pits = Pits { tree: self.tree, index: &self.index, tight: 1e-9 * self.size };
         let most = self.effort.pits;
         let mut found: Vec<Pit> = Vec::new();
@@ -187,17 +218,22 @@ impl Probe<'_> {
         found.extend(rays.collect::<Vec<_>>());
         found.sort_by(|a, b| b.depth.total_cmp(&a.depth));
         let mut known = Vec::new();
-        found.into_iter().map(|pit| pits.deepest(pit, &mut known).depth).fold(least, f64::max)
+        let place = |pit: Pit| {
+            let point = self.tree.nearest(&pit.point, f64::INFINITY)?.point;
+            let inward = (pit.point - point).try_normalize(pits.tight)?;
+            Some(Place { point, inward, depth: pit.depth })
+        };
+        found.into_iter().filter_map(|pit| place(pits.deepest(pit, &mut known))).collect()
     }
 
-    /// The largest value that is found by small steps along the surface from a sample.
+    /// Where the largest value is that small steps along the surface find from a sample.
     fn uphill(
         &self,
         mut point: Vector3<f64>,
         mut inward: Vector3<f64>,
         mut step: f64,
         value: impl Fn(&Vector3<f64>, &Vector3<f64>, f64) -> f64,
-    ) -> f64 {
+    ) -> Place {
         let mut best = value(&point, &inward, 0.0);
         for _ in 0..self.effort.steps {
             let side = inward.cross(&Vector3::ith(inward.iamin(), 1.0)).normalize();
@@ -222,7 +258,7 @@ impl Probe<'_> {
                 }
             }
         }
-        best
+        Place { point, inward, depth: best }
     }
 }
 

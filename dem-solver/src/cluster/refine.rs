@@ -7,16 +7,19 @@ use super::ball::Balls;
 use super::even::Best;
 use super::index::SphereIndex;
 use super::make::{Maker, larger};
+use super::probe::Place;
 use super::samples::Samples;
-use super::seen::{Place, View};
+use super::seen::View;
 use crate::rock::Sphere;
 
-/// Share of the spheres that is moved in a round, in so many batches, and most rounds in a row that are no better.
+/// Share of the spheres that is moved in a round, in so many batches; after a round that is no better, so many times fewer.
 const MOVED: f64 = 0.1;
 const BATCHES: usize = 4;
-const VAIN: usize = 2;
+const FEWER: f64 = 3.0;
+/// Share of these that goes to places that were found when the best cluster was measured.
+const KNOWN: f64 = 0.5;
 /// Most rounds, for clusters of up to so many spheres.
-const ROUNDS: [(usize, usize); 3] = [(500, 4), (2000, 2), (6000, 1)];
+const ROUNDS: [(usize, usize); 3] = [(500, 5), (2000, 3), (6000, 2)];
 /// Share of the error that a new ball leaves at the place it is made for.
 const SHARE: f64 = 0.5;
 
@@ -24,39 +27,56 @@ impl Maker<'_> {
     /// Move spheres of the best cluster to where its error is largest, as long as that makes it better.
     pub(super) fn refine(&self, samples: &Samples, best: &mut Best, mut balls: Vec<Sphere>) {
         let rounds = ROUNDS.iter().find(|(most, _)| self.count <= *most).map_or(0, |(_, rounds)| *rounds);
-        let mut vain = 0;
+        let mut share = MOVED;
         for _ in 0..rounds {
-            let tried = self.moved(samples, &balls, best.grown);
+            let tried = self.moved(samples, &balls, share, best);
             let gap = super::make::furthest(&tried, samples);
             if best.add_grown(&tried, gap, 1.0) {
-                (balls, vain) = (tried, 0);
-            } else {
-                vain += 1;
                 balls = tried;
-            }
-            if vain == VAIN {
+            } else if share * (balls.len() as f64) <= 1.0 {
                 break;
+            } else {
+                share /= FEWER;
             }
         }
     }
 
-    /// The balls with some of them moved; all of them grow by `grown` [m].
-    fn moved(&self, samples: &Samples, balls: &[Sphere], grown: f64) -> Vec<Sphere> {
-        let many = ((MOVED * balls.len() as f64).ceil() as usize).min(balls.len() / 2);
+    /// The balls, the best ones so far, with a share of them moved.
+    fn moved(&self, samples: &Samples, balls: &[Sphere], share: f64, best: &Best) -> Vec<Sphere> {
+        let many = ((share * balls.len() as f64).ceil() as usize).min(balls.len() / 2);
         let mut kept = without(balls, samples, many);
         let all = Balls::new(self.tree, self.surface.size(), super::even::FINE * self.middle.radius);
-        let mut view = View::new(self.tree, samples, &larger(&kept, grown));
-        for batch in 0..BATCHES {
+        let mut view = View::new(self.tree, samples, &larger(&kept, best.grown));
+        // First where it is known to be worst, which between samples none of them sees.
+        let mut places = apart(&best.places, KNOWN * many as f64);
+        for batch in 0..=BATCHES {
             let before = kept.len();
-            let missing = self.count.saturating_sub(before).div_ceil(BATCHES - batch);
-            for Place { point, inward, depth } in view.worst(missing) {
+            let missing = self.count.saturating_sub(before);
+            if batch > 0 {
+                places = view.worst(missing.div_ceil(BATCHES + 1 - batch));
+            }
+            for Place { point, inward, depth } in places.drain(..).take(missing) {
                 let found = all.near(&point, &inward, SHARE * depth, self.wish.smallest_radius);
                 kept.extend(found.filter(|b| b.radius > 0.0 && b.radius >= self.wish.smallest_radius));
             }
-            view.add(&larger(&kept[before..], grown));
+            view.add(&larger(&kept[before..], best.grown));
         }
         kept
     }
+}
+
+/// The worst ones of places, at most about `many`, none within its own depth of a worse one.
+fn apart(places: &[Place], many: f64) -> Vec<Place> {
+    let mut chosen: Vec<Place> = Vec::new();
+    for place in places {
+        if chosen.len() as f64 >= many {
+            break;
+        }
+        if chosen.iter().all(|c| (c.point - place.point).norm_squared() > place.depth * place.depth) {
+            chosen.push(*place);
+        }
+    }
+    chosen
 }
 
 /// The balls without those `many` whose places others come nearest to.

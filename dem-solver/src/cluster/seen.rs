@@ -2,21 +2,10 @@
 //! again.
 
 use super::index::{SphereIndex, entry};
+use super::probe::Place;
 use super::samples::Samples;
 use crate::rock::Sphere;
 use crate::shape::tree::SurfaceTree;
-use nalgebra::Vector3;
-
-/// A place where the two surfaces are far apart.
-#[derive(Debug, Clone, Copy)]
-pub struct Place {
-    /// Point of the true surface [m].
-    pub point: Vector3<f64>,
-    /// Unit vector into the solid there.
-    pub inward: Vector3<f64>,
-    /// How far they are apart [m].
-    pub depth: f64,
-}
 
 /// Samples among which the worst places are sought.
 const ENOUGH: usize = 100_000;
@@ -108,6 +97,7 @@ mod tests {
     use super::*;
     use crate::cluster::samples::{Sizes, corners};
     use crate::shape::builtin;
+    use nalgebra::Vector3;
 
     /// Added one after the other, or there from the beginning: the same places.
     #[test]
