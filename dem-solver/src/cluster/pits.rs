@@ -18,6 +18,8 @@ const ABOVE: f64 = 1e-3;
 /// Steps from a place to a deeper one, and along a circle to its deepest point.
 const MOST_STEPS: usize = 40;
 const TURNS: usize = 3;
+/// Most steps over one sphere.
+const MOST_TURNS: usize = 60;
 
 /// A place on a sphere, and its distance to the solid's surface [m].
 #[derive(Debug, Clone, Copy)]
@@ -124,19 +126,27 @@ impl Pits<'_> {
         best.or_else(|| self.further(pit, &own))
     }
 
-    /// A deeper place on the sphere `own` beside `pit`: in a hole through a plate it is where both faces are as far.
+    /// A deeper place on the sphere `own` beside `pit`, by smaller and smaller steps: in a hole through a plate it is where
+    /// both faces are as far.
     fn further(&self, pit: &Pit, own: &Sphere) -> Option<Pit> {
+        let mut best = *pit;
         let mut turn = 0.5;
-        while turn > 1e-4 {
-            for along in around(&((pit.point - own.centre) / own.radius), turn) {
+        for _ in 0..MOST_TURNS {
+            let before = best.depth;
+            for along in around(&((best.point - own.centre) / own.radius), turn) {
                 let point = own.centre + along * own.radius;
-                if let Some(depth) = self.depth(&point, pit.depth * (1.0 + 1e-9) + self.tight) {
-                    return Some(Pit { point, depth, ..*pit });
+                if let Some(depth) = self.depth(&point, best.depth * (1.0 + 1e-9) + self.tight) {
+                    best = Pit { point, depth, ..best };
                 }
             }
-            turn *= 0.5;
+            if best.depth == before {
+                turn *= 0.5;
+            }
+            if turn < 1e-5 {
+                break;
+            }
         }
-        None
+        (best.depth > pit.depth).then_some(best)
     }
 
     /// The point of a circle that is deepest, beginning at the one next to `at`.

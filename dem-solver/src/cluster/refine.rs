@@ -16,6 +16,8 @@ use crate::rock::Sphere;
 const MOVED: f64 = 0.1;
 const BATCHES: usize = 4;
 const FEWER: f64 = 3.0;
+/// Most rounds in a row of the fewest that are no better.
+const VAIN: usize = 2;
 /// Share of these that goes to places that were found when the best cluster was measured.
 const KNOWN: f64 = 0.5;
 /// Most rounds, for clusters of up to so many spheres.
@@ -27,28 +29,39 @@ impl Maker<'_> {
     /// Move spheres of the best cluster to where its error is largest, as long as that makes it better.
     pub(super) fn refine(&self, samples: &Samples, best: &mut Best, mut balls: Vec<Sphere>) {
         let rounds = ROUNDS.iter().find(|(most, _)| self.count <= *most).map_or(0, |(_, rounds)| *rounds);
-        let mut share = MOVED;
+        let (mut share, mut vain) = (MOVED, 0);
         for _ in 0..rounds {
-            let tried = self.moved(samples, &balls, share, best);
+            let tried = self.moved(samples, &balls, share, best, vain == 0);
             let gap = super::make::furthest(&tried, samples);
             if best.add_grown(&tried, gap, 1.0) {
-                balls = tried;
-            } else if share * (balls.len() as f64) <= 1.0 {
-                break;
-            } else {
+                (balls, vain) = (tried, 0);
+            } else if share * (balls.len() as f64) > 1.0 {
                 share /= FEWER;
+            } else {
+                // Some steps on from a place that is no better may lead to one that is.
+                (balls, vain) = (tried, vain + 1);
+            }
+            if vain == VAIN {
+                break;
             }
         }
     }
 
-    /// The balls, the best ones so far, with a share of them moved.
-    fn moved(&self, samples: &Samples, balls: &[Sphere], share: f64, best: &Best) -> Vec<Sphere> {
+    /// The balls with a share of them moved; whether they are the `known` best ones, of which it is known where they are worst.
+    fn moved(
+        &self,
+        samples: &Samples,
+        balls: &[Sphere],
+        share: f64,
+        best: &Best,
+        known: bool,
+    ) -> Vec<Sphere> {
         let many = ((share * balls.len() as f64).ceil() as usize).min(balls.len() / 2);
         let mut kept = without(balls, samples, many);
         let all = Balls::new(self.tree, self.surface.size(), super::even::FINE * self.middle.radius);
         let mut view = View::new(self.tree, samples, &larger(&kept, best.grown));
         // First where it is known to be worst, which between samples none of them sees.
-        let mut places = apart(&best.places, KNOWN * many as f64);
+        let mut places = apart(&best.places, if known { KNOWN * many as f64 } else { 0.0 });
         for batch in 0..=BATCHES {
             let before = kept.len();
             let missing = self.count.saturating_sub(before);
