@@ -410,7 +410,7 @@ fn the_cluster_that_a_check_has_made_is_not_made_again() {
         let solver = DemSolver::new(&scene(), &Options::default()).unwrap_or_else(|e| panic!("{e}"));
         solver.model().rocks[0].spheres.clone()
     };
-    let report = dem_solver::check(&scene()).unwrap_or_else(|e| panic!("{e}"));
+    let report = dem_solver::check::check(&scene()).unwrap_or_else(|e| panic!("{e}"));
     let text = &report.clusters["block"];
     let made = spheres();
     std::fs::create_dir(dir.path().join("clusters")).expect("created");
@@ -424,9 +424,9 @@ fn the_cluster_that_a_check_has_made_is_not_made_again() {
     let wish = wish(20, Fit::Volume);
     std::fs::write(&kept, kept::text(&surface, &wish, &bound, &fewer)).expect("written");
     assert_eq!(spheres().len(), 19);
-    std::fs::write(&kept, text.replacen("0.", "0.1", 1)).expect("written");
+    std::fs::write(&kept, format!("{}1\n", text.trim_end())).expect("written");
     assert_eq!(spheres(), made, "changed by hand: made again");
-    let again = dem_solver::check(&scene()).unwrap_or_else(|e| panic!("{e}"));
+    let again = dem_solver::check::check(&scene()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(&again.clusters["block"], text);
 }
 
