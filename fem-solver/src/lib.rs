@@ -50,6 +50,7 @@ pub mod read;
 pub mod record;
 pub mod reference;
 pub mod scattered;
+pub mod signed;
 pub mod solver;
 pub mod start;
 pub mod state;
