@@ -12,6 +12,7 @@
 //! factorisation fuses products with sums.
 
 use crate::dense::{Apart, Fused, ROWS, rest_place};
+use crate::gaps::Memory;
 use crate::lanes::wide;
 use crate::signed::{Pivoting, Positive, Signed};
 use std::ops::Range;
@@ -267,49 +268,6 @@ fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     }
     let inside = below[supernode.below.clone()].binary_search(&(row as u32));
     supernode.columns.len() + inside.expect("the front of a parent holds the rows of its children")
-}
-
-/// Places in memory that is taken and given back, found once: the first gap that is wide enough.
-#[derive(Debug, Default)]
-struct Memory {
-    /// Gaps below `len`, in order.
-    gaps: Vec<Range<usize>>,
-    len: usize,
-}
-
-impl Memory {
-    fn take(&mut self, len: usize) -> usize {
-        if let Some(i) = self.gaps.iter().position(|gap| gap.len() >= len) {
-            let place = self.gaps[i].start;
-            self.gaps[i].start += len;
-            if self.gaps[i].is_empty() {
-                self.gaps.remove(i);
-            }
-            return place;
-        }
-        let place = match self.gaps.last() {
-            Some(gap) if gap.end == self.len => self.gaps.pop().map_or(self.len, |gap| gap.start),
-            _ => self.len,
-        };
-        self.len = place + len;
-        place
-    }
-
-    fn give_back(&mut self, place: usize, len: usize) {
-        if len == 0 {
-            return;
-        }
-        let mut gap = place..place + len;
-        let mut at = self.gaps.partition_point(|g| g.start < place);
-        if self.gaps.get(at).is_some_and(|g| g.start == gap.end) {
-            gap.end = self.gaps.remove(at).end;
-        }
-        if at > 0 && self.gaps[at - 1].end == gap.start {
-            at -= 1;
-            gap.start = self.gaps.remove(at).start;
-        }
-        self.gaps.insert(at, gap);
-    }
 }
 
 /// [`all_fronts`], compiled for the widest registers that this processor has.

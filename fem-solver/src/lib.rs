@@ -32,6 +32,7 @@ pub mod explicit;
 pub mod fields;
 pub mod form_finding;
 pub mod fronts;
+pub mod gaps;
 pub mod gate;
 pub mod implicit;
 pub mod kernel;
