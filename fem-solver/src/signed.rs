@@ -101,9 +101,8 @@ impl Signed {
             tile[j].iter_mut().for_each(|x| *x *= sign * inverse);
             for c in j + 1..columns.len() {
                 let factor = sign * tile[j][c];
-                for r in 0..ROWS {
-                    tile[c][r] -= factor * tile[j][r];
-                }
+                let column = tile[j];
+                tile[c].iter_mut().zip(column).for_each(|(t, l)| *t -= factor * l);
             }
             tile[j][j] = inverse;
             tile[j][..j].fill(0.0);
@@ -150,9 +149,8 @@ impl Pivoting for Signed {
                         sum[j].iter_mut().for_each(|x| *x *= sign * inverses[j]);
                         for c in j + 1..width {
                             let factor = sign * lower[j][c];
-                            for r in 0..ROWS {
-                                sum[c][r] -= factor * sum[j][r];
-                            }
+                            let column = sum[j];
+                            sum[c].iter_mut().zip(column).for_each(|(s, l)| *s -= factor * l);
                         }
                     }
                 }
