@@ -29,7 +29,7 @@ use crate::kernel::Kernel;
 use crate::lanes::work;
 use crate::model::Model;
 use crate::newton::{Failure, Info};
-use crate::state::{Along, Kind, State};
+use crate::state::{Along, Critical, Kind, State};
 use corrector::Corrector;
 use critical::{Lost, Probe, Search};
 
@@ -52,6 +52,8 @@ const CORNER: f64 = 1e-7;
 pub struct Path {
     /// Way of the degree of freedom that moves most, per unit of time [m/s].
     speed: f64,
+    /// Whether it turns where it branches.
+    turns: bool,
     extent: f64,
     corrector: Corrector,
     /// Displacement and direction at the start of the step, and at its end.
@@ -84,12 +86,13 @@ struct Tried {
 }
 
 impl Path {
-    /// For `model`, at `speed` [m/s].
-    pub fn new(model: &Model, settings: NewtonConfig, speed: f64) -> Self {
+    /// For `model`, at `speed` [m/s]; `turns` where it branches, or goes straight on.
+    pub fn new(model: &Model, settings: NewtonConfig, speed: f64, turns: bool) -> Self {
         let n = model.dof_count();
         let memory = || vec![0.0; n];
         Self {
             speed,
+            turns,
             extent: model.extent(),
             corrector: Corrector::new(model, settings),
             before: memory(),
@@ -150,6 +153,7 @@ impl Path {
             let outcome = self.attempt(model, state, (time, way), &mut info);
             match outcome {
                 Ok(tried) => {
+                    let way = tried.probe.way;
                     self.accept(model, state, time + way / self.speed, way, &tried);
                     let length = if way >= remaining { h } else { way / self.speed };
                     return Ok(Taken { length, tension: tried.tension, info, refused });
@@ -176,7 +180,7 @@ impl Path {
         info: &mut Info,
     ) -> Result<Tried, Failure> {
         let tried = self.go(model, state, way, info)?;
-        let free = state.along.broke || way <= CORNER * self.extent;
+        let free = state.along.anew || way <= CORNER * self.extent;
         if tried.turn > TURN && !free {
             return Err(Failure::Turns { angle: tried.turn });
         }
@@ -187,9 +191,35 @@ impl Path {
             negative: state.along.negative,
             log_determinant: tried.probe.log_determinant,
         };
-        if low.differs(&tried.probe) && !state.along.broke {
+        if low.differs(&tried.probe) && !state.along.anew {
+            let known = state.critical.len();
             self.look_for_critical(model, state, (time, way), (low, tried.probe), info)?;
+            let branch = |p: &Critical| p.kind == Kind::Branch && p.negative > low.negative;
+            if self.turns
+                && let Some(at) = state.critical[known..].iter().position(branch)
+            {
+                state.critical.truncate(known + at + 1);
+                return self.turn(model, state, time, info);
+            }
         }
+        Ok(tried)
+    }
+
+    /// Go to the branch point found last, and set out along the path that crosses there.
+    fn turn(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        time: f64,
+        info: &mut Info,
+    ) -> Result<Tried, Failure> {
+        let point = state.critical[state.critical.len() - 1];
+        let mut tried = self.go(model, state, (point.time - time) * self.speed, info)?;
+        self.corrector.softest(model, &mut self.direction);
+        // The load of a path that crosses stands still, or nearly so; how stable that path is, its first step finds.
+        (tried.probe.rate, tried.probe.negative, tried.turn) = (0.0, state.along.negative, 0.0);
+        state.along.stride = FIRST * self.extent;
+        state.along.turned = true;
         Ok(tried)
     }
 
@@ -306,7 +336,7 @@ impl Path {
         let aim = way * (AIM / tried.turn.max(f64::MIN_POSITIVE));
         let stride = aim.clamp(0.5 * along.stride, growth * along.stride);
         along.stride = stride.min(LONGEST * self.extent);
-        along.broke = false;
+        along.anew = std::mem::take(&mut along.turned);
         // The work of the loads: their mean over the step, as straight as the step is.
         let mean = 0.5 * (state.factor_before + state.factor);
         state.received += mean * work(&model.live_load, &state.displacement, &self.before);
@@ -316,7 +346,7 @@ impl Path {
             return;
         }
         assembly.settle(&model.elements, &state.displacement, &mut state.history);
-        state.along.broke = !assembly.broken().is_empty();
+        state.along.anew |= !assembly.broken().is_empty();
         let broken = assembly.broken().iter();
         state.events.extend(broken.map(|(element, tension)| Event {
             time,

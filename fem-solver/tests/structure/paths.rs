@@ -4,7 +4,7 @@
 //! with the square of their length. Loads of the literature are named where they stand.
 
 use crate::common::{Run, off};
-use crate::curves::{Frame, Point, column, follow, lee, panel, toggle};
+use crate::curves::{ARCH, Frame, Point, arch, column, follow, lee, panel, toggle, turning};
 use crate::elastica::Rod;
 use interface_defs::solver::Solver;
 
@@ -130,6 +130,90 @@ fn hinged_panels_snap_through_and_back() {
         assert_eq!(back, thickness < 10.0, "snap-back");
         assert_eq!(points[21].negative, 0.0);
     }
+}
+
+/// Complete elliptic integrals of the first and second kind, by the arithmetic-geometric mean.
+fn elliptic(modulus: f64) -> [f64; 2] {
+    let (mut a, mut b, mut c) = (1.0, (1.0 - modulus * modulus).sqrt(), modulus);
+    let (mut sum, mut power) = (0.5 * c * c, 0.5);
+    while c > 1e-15 {
+        (a, b, c) = (0.5 * (a + b), (a * b).sqrt(), 0.5 * (a - b));
+        power *= 2.0;
+        sum += power * c * c;
+    }
+    let first = 0.5 * std::f64::consts::PI / a;
+    [first, first * (1.0 - sum)]
+}
+
+#[test]
+fn a_straight_column_turns_into_eulers_elastica() {
+    // Euler (1744): P / P_E = (2 K / pi)^2, shortening / L = 2 (1 - E / K), of the modulus sin (a / 2), a the turn of its ends.
+    let off_by = |beams: usize| {
+        // So slender that it bends without shortening: P / E A = 3e-6.
+        let mut frame = column(beams, 0.0);
+        frame.inertia *= 1e-3;
+        frame.loads[0].1[1] *= 1e-3;
+        let (mut run, points) = follow(&turning(&frame.text(1.0)), 0.02, 120);
+        let found = critical(&mut run);
+        assert_eq!(found.len(), 1, "{found:?}");
+        let worst = points.iter().fold(0.0_f64, |worst, point| {
+            assert_eq!(point.negative, 0.0, "{point:?}");
+            let (mut low, mut high) = (0.0, 1.0 - 1e-12);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let [first, second] = elliptic(middle);
+                let short = 4.0 * 2.0 * (1.0 - second / first);
+                (low, high) = if short < -point.moved[2] { (middle, high) } else { (low, middle) };
+            }
+            let load = (2.0 * elliptic(low)[0] / std::f64::consts::PI).powi(2);
+            worst.max((load - point.load).abs())
+        });
+        assert!(points[119].moved[2] < -1.0, "{:?}", points[119]);
+        (worst, found[0].1)
+    };
+    let ((coarse, a), (fine, b)) = (off_by(16), off_by(32));
+    assert!(fine < 0.003 && fine < 0.3 * coarse, "{coarse} {fine}");
+    assert!(off(b + (b - a) / 3.0, 1.0) < 1e-5, "{a} {b}");
+}
+
+#[test]
+fn a_shallow_arch_buckles_sideways_before_its_limit() {
+    // Of the amplitudes a of the sine and b of two half waves, with k = E I (pi / L)^4 and the thrust
+    // H = E A (pi / 2 L)^2 (a0^2 - a^2 - 4 b^2): p = k (a0 - a) + H (pi / L)^2 a; b is free where H = 4 E I (pi / L)^2, and the
+    // path is p = k (a0 + 3 a) there. Fung and Kaplan (1952), NACA TN 2840. The arch is so shallow that the theory errs by (pi rise / L)^2.
+    let [half, rise, bending, slender] = ARCH;
+    let k = bending * (std::f64::consts::PI / (2.0 * half)).powi(4);
+    let gyration = rise / slender;
+    let symmetric = |a: f64| k * (rise - a) + k * (rise * rise - a * a) / (4.0 * gyration * gyration) * a;
+    let branch_at = (rise * rise - 16.0 * gyration * gyration).sqrt();
+    let limit_at = ((rise * rise - 4.0 * gyration * gyration) / 3.0).sqrt();
+    let (branch, limit) = (symmetric(branch_at), symmetric(limit_at));
+    // Three times that, and beams of a thirty-second of the span.
+    let small = 0.004 * limit;
+
+    let (mut run, points) = follow(&arch(32).text(1.0), 0.005, 44);
+    for point in &points {
+        assert!((point.load - symmetric(rise + point.moved[2])).abs() < small, "{point:?}");
+        assert!(point.moved[0].abs() < 1e-9, "stays symmetric: {point:?}");
+    }
+    let found = critical(&mut run);
+    let names: Vec<_> = found.iter().map(|(name, ..)| name.as_str()).collect();
+    assert_eq!(names, ["branch_point_1", "limit_point_1", "limit_point_2", "branch_point_2"]);
+    let loads = [branch, limit, symmetric(-limit_at), symmetric(-branch_at)];
+    for ((name, load, _), exact) in found.iter().zip(loads) {
+        assert!((load - exact).abs() < small, "{name}: {load} is not {exact}");
+    }
+
+    let (mut run, points) = follow(&turning(&arch(32).text(1.0)), 0.005, 60);
+    let mut sideways = 0;
+    for point in &points {
+        let a = rise + point.moved[2];
+        let exact = if point.negative > 0.0 { k * (rise + 3.0 * a) } else { symmetric(a) };
+        assert!((point.load - exact).abs() < small, "{point:?} is not {exact}");
+        sideways += usize::from(point.negative > 0.0);
+    }
+    assert!(sideways > 10, "{points:?}");
+    assert!(off(critical(&mut run)[0].1, branch) < 0.004);
 }
 
 #[test]
