@@ -161,8 +161,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         williams_toggle(),
         columns(),
         shallow_arch(),
-        hinged_panel("Hinged panel, 12.7 mm", 12.7, 56, vec![(10.7, 2.22), (19.4, 0.515)]),
-        hinged_panel("Hinged panel, 6.35 mm", 6.35, 104, vec![(13.2, 0.585), (16.2, -0.380)]),
+        hinged_panel("Hinged panel, 12.7 mm", 12.7, 56, vec![(10.7, 2.2)]),
+        hinged_panel("Hinged panel, 6.35 mm", 6.35, 104, vec![(13.2, 0.585), (16.2, -0.377)]),
     ];
     let root = SVGBackend::new(&file, (1000, 1080)).into_drawing_area();
     root.fill(&WHITE)?;
