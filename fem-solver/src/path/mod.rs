@@ -11,7 +11,8 @@
 //!
 //! How long a step is, the path says and not the output: the directions at both ends and the chord between them may differ by
 //! [`TURN`] at most, of the displacements as of the load; and Newton returns within [`FEW`] iterations. Else the step is
-//! shortened and taken anew. Rows of output shorten a step to their own place, and leave the length of the next as it is.
+//! shortened and taken anew; corners, where something goes slack or taut, are leapt over. Rows of output shorten a step to
+//! their own place, and leave the length of the next as it is.
 //!
 //! The number of negative pivots of `K` says how many directions are unstable. Along a smooth path, the sign of its
 //! determinant and that of `df/ds` change together; where one of both changes alone, the path has crossed a branch, or the
@@ -41,12 +42,14 @@ const AIM: f64 = 0.12;
 const FEW: u32 = 8;
 /// Iterations up to which steps may grow.
 const EASY: u64 = 4;
-/// Length of the first step, of the longest and of the shortest, relative to the extent of the structure.
+/// Length of the first step and of the longest, relative to the extent of the structure.
 const FIRST: f64 = 1e-4;
 const LONGEST: f64 = 0.05;
-const SHORTEST: f64 = 1e-10;
-/// A step so short turns as far as it will: there the path has a corner, where something goes slack or taut.
-const CORNER: f64 = 1e-7;
+/// Where steps so short still turn too far, the path has a corner: something goes slack or taut. Steps of these lengths, all
+/// relative to the extent of the structure, leap over it, if the chord turns by no more than this [rad].
+const CORNER: f64 = 1e-6;
+const LEAPS: [f64; 4] = [1e-4, 3e-4, 1e-3, 3e-3];
+const LEAP_TURN: f64 = 1.0;
 
 /// Memory of a step.
 pub struct Path {
@@ -150,7 +153,11 @@ impl Path {
                 steps if steps < 2.0 => 0.5 * remaining,
                 _ => stride,
             };
-            let outcome = self.attempt(model, state, (time, way), &mut info);
+            let outcome = if stride < CORNER * self.extent {
+                self.leap(model, state, (time, remaining), &mut info)
+            } else {
+                self.attempt(model, state, (time, way), &mut info)
+            };
             match outcome {
                 Ok(tried) => {
                     let way = tried.probe.way;
@@ -159,16 +166,63 @@ impl Path {
                     return Ok(Taken { length, tension: tried.tension, info, refused });
                 }
                 Err(failure) => {
-                    state.displacement.copy_from_slice(&self.before);
-                    state.factor = state.factor_before;
-                    state.along.stride = 0.35 * way;
+                    self.go_back(state);
                     refused += 1;
-                    if state.along.stride < SHORTEST * self.extent {
+                    if stride < CORNER * self.extent {
                         return Err(failure);
                     }
+                    state.along.stride = 0.35 * way;
                 }
             }
         }
+    }
+
+    fn go_back(&self, state: &mut State) {
+        state.displacement.copy_from_slice(&self.before);
+        state.factor = state.factor_before;
+    }
+
+    /// Leap over a corner of the path, by `remaining` [m] at most.
+    fn leap(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        (time, remaining): (f64, f64),
+        info: &mut Info,
+    ) -> Result<Tried, Failure> {
+        let n = 3 * model.node_count();
+        let mut last = Failure::Turns { angle: LEAP_TURN };
+        for share in LEAPS {
+            let way = (share * self.extent).min(remaining);
+            self.go_back(state);
+            let mut tried = match self.go(model, state, way, u32::MAX, info) {
+                Ok(tried) => tried,
+                Err(failure) => {
+                    last = failure;
+                    continue;
+                }
+            };
+            let chord = self.chord(&state.displacement, &self.set_out, n);
+            if chord > LEAP_TURN {
+                last = Failure::Turns { angle: chord };
+                continue;
+            }
+            if self.chord(&state.displacement, &self.direction, n) > TURN {
+                // Where cables are slack the tangent may not be that of the path: the chord tells where it goes.
+                tried.probe.rate = self.along_chord(state, n);
+            }
+            if (tried.probe.rate < 0.0) != (state.along.rate < 0.0) {
+                let ends = [state.factor_before, state.factor];
+                let most = if state.along.rate > 0.0 { f64::max } else { f64::min };
+                let factor = most(ends[0], ends[1]);
+                let (time, negative) = (time + way / self.speed, tried.probe.negative);
+                state.critical.push(Critical { time, factor, negative, kind: Kind::Limit });
+            }
+            tried.turn = AIM;
+            state.along.stride = FIRST * self.extent;
+            return Ok(tried);
+        }
+        Err(last)
     }
 
     /// Try a step of `way`. What is found critical in it is appended to the state.
@@ -179,9 +233,8 @@ impl Path {
         (time, way): (f64, f64),
         info: &mut Info,
     ) -> Result<Tried, Failure> {
-        let tried = self.go(model, state, way, info)?;
-        let free = state.along.anew || way <= CORNER * self.extent;
-        if tried.turn > TURN && !free {
+        let tried = self.go(model, state, way, FEW, info)?;
+        if tried.turn > TURN && !state.along.anew {
             return Err(Failure::Turns { angle: tried.turn });
         }
         let low = Probe {
@@ -214,7 +267,7 @@ impl Path {
         info: &mut Info,
     ) -> Result<Tried, Failure> {
         let point = state.critical[state.critical.len() - 1];
-        let mut tried = self.go(model, state, (point.time - time) * self.speed, info)?;
+        let mut tried = self.go(model, state, (point.time - time) * self.speed, FEW, info)?;
         self.corrector.softest(model, &mut self.direction);
         // The load of a path that crosses stands still, or nearly so; how stable that path is, its first step finds.
         (tried.probe.rate, tried.probe.negative, tried.turn) = (0.0, state.along.negative, 0.0);
@@ -224,7 +277,14 @@ impl Path {
     }
 
     /// To the place `way` from the start of the step.
-    fn go(&mut self, model: &Model, state: &mut State, way: f64, info: &mut Info) -> Result<Tried, Failure> {
+    fn go(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        way: f64,
+        most: u32,
+        info: &mut Info,
+    ) -> Result<Tried, Failure> {
         let n = 3 * model.node_count();
         let dofs = self.corrector.tangent.dofs();
         let size = |i: &usize| if dofs[*i] < n { self.set_out[dofs[*i]].abs() } else { 0.0 };
@@ -234,8 +294,7 @@ impl Path {
             *u = u0 + way * d;
         }
         state.factor = state.factor_before + way * state.along.rate;
-        let (most, last) = (self.corrector.most_iterations(), info.iterations);
-        let most = if way <= CORNER * self.extent { most } else { most.min(FEW) };
+        let (most, last) = (most.min(self.corrector.most_iterations()), info.iterations);
         let tension = self.corrector.correct(model, state, (&self.before, control), most, info)?;
         let mut rate = self.corrector.direction(model, state, &mut self.direction, info)?;
         let (old, new) = (&self.set_out[..n], &self.direction[..n]);
@@ -250,7 +309,7 @@ impl Path {
         }
         let mut turn = angle(before.cosine(&after, inner(old, &self.direction[..n])));
         turn = turn.max(angle(before.cosine_of_shapes(&after, inner(old, &self.direction[..n]))));
-        turn = turn.max(self.chord(&state.displacement[..n]));
+        turn = turn.max(self.chord(&state.displacement, &self.direction, n));
         let probe = Probe {
             way,
             factor: state.factor,
@@ -261,12 +320,22 @@ impl Path {
         Ok(Tried { probe, tension, turn, iterations: info.iterations - last })
     }
 
-    /// Angle of the chord of the step with its later end.
-    fn chord(&self, u: &[f64]) -> f64 {
-        let moves = || u.iter().zip(&self.before).map(|(a, b)| a - b);
-        let product: f64 = moves().zip(&self.direction).map(|(m, d)| m * d).sum();
-        let size = moves().map(|m| m * m).sum::<f64>().sqrt() * norm(&self.direction[..u.len()]);
+    /// Angle of the chord of the step with a direction, of their first `n` degrees of freedom: displacements.
+    fn chord(&self, u: &[f64], direction: &[f64], n: usize) -> f64 {
+        let moves = || u[..n].iter().zip(&self.before).map(|(a, b)| a - b);
+        let product: f64 = moves().zip(direction).map(|(m, d)| m * d).sum();
+        let size = moves().map(|m| m * m).sum::<f64>().sqrt() * norm(&direction[..n]);
         if size > 0.0 { angle(product / size) } else { 0.0 }
+    }
+
+    /// Take the chord of the step for the direction of the path; returns the change of the load factor along it.
+    fn along_chord(&mut self, state: &State, n: usize) -> f64 {
+        for ((d, u1), u0) in self.direction.iter_mut().zip(&state.displacement).zip(&self.before) {
+            *d = u1 - u0;
+        }
+        let most = self.direction[..n].iter().fold(0.0, |a, d| f64::max(a, d.abs()));
+        self.direction.iter_mut().for_each(|d| *d /= most);
+        (state.factor - state.factor_before) / most
     }
 
     /// Find the limit points and branch points of the step, and come back to its end.
@@ -282,7 +351,7 @@ impl Path {
         self.end_direction.copy_from_slice(&self.direction);
         let (known, speed) = (state.critical.len(), self.speed);
         let mut found = std::mem::take(&mut state.critical);
-        let mut probe = |way: f64| self.go(model, state, way, info).ok().map(|tried| tried.probe);
+        let mut probe = |way: f64| self.go(model, state, way, FEW, info).ok().map(|tried| tried.probe);
         // The start again, for the sake of its determinant.
         low.log_determinant = probe(0.0).map_or(high.log_determinant, |p| p.log_determinant);
         let mut search = Search { probe: &mut probe, length: way, time, speed, found: &mut found };

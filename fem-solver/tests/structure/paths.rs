@@ -253,3 +253,42 @@ fn steps_along_a_path_are_its_own_and_not_those_of_the_output() {
         }
     }
 }
+
+#[test]
+fn a_path_goes_over_the_corner_where_a_slack_cable_goes_taut() {
+    // A soft bar of 1 m, and beside it a stiff cable of 1.05 m: in series with nothing, so that both loads add up,
+    // E A (l^2 / L^2 - 1) / 2 (l / L) each.
+    let text = r#"
+end_time = 1.0
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+cables = [
+    { nodes = [0, 1], young = 1e7, tension_only = false },
+    { nodes = [0, 1], young = 1e11, length = 1.05 },
+]
+cable = { young = 1e11, area = 1e-4, density = 0.0 }
+supports = [{ nodes = [0] }, { nodes = [1], directions = "yz" }]
+loads = [{ nodes = [1], force = [1.0, 0.0, 0.0] }]
+[fem]
+integrator = "static"
+path_speed = 1.0
+[[gauge]]
+name = "watched"
+at = [1.0, 0.0, 0.0]
+quantity = "displacement"
+"#;
+    let pull = |axial: f64, rest: f64, u: f64| {
+        let stretch = (1.0 + u) / rest;
+        if stretch > 1.0 { 0.5 * axial * (stretch * stretch - 1.0) * stretch } else { 0.0 }
+    };
+    for (window, rows) in [(0.003, 33), (0.1, 1)] {
+        let (mut run, points) = follow(text, window, rows);
+        assert!(run.count("refused_steps") > 0, "the corner is seen");
+        for point in points {
+            let u = point.moved[0];
+            let exact = pull(1e3, 1.0, u) + pull(1e7, 1.05, u);
+            assert!(off(point.load, exact) < 1e-9, "{u}: {} is not {exact}", point.load);
+            assert_eq!(point.negative, 0.0);
+        }
+    }
+}
