@@ -14,6 +14,7 @@ use super::files;
 use super::index::SphereIndex;
 use super::make::{Fit, Maker, larger};
 use super::probe::Place;
+use super::refine::rounds;
 use crate::rock::Sphere;
 use nalgebra::Vector3;
 
@@ -108,6 +109,12 @@ impl Maker<'_> {
         preferred: Vec<(Cover, f64)>,
         others: Vec<(Cover, f64)>,
     ) -> (Vec<Sphere>, Accuracy) {
+        // Very many spheres are not moved: nothing to compare with.
+        if let ([(cover, gap)], [], 0) = (preferred.as_slice(), others.as_slice(), rounds(self.count)) {
+            let cluster = larger(&cover.balls, self.growth(&cover.balls, *gap));
+            let accuracy = Accuracy::with(self.surface, &mut self.sizes, &cluster);
+            return (cluster, accuracy);
+        }
         let gap = preferred.iter().chain(&others).map(|f| f.1).fold(f64::INFINITY, f64::min);
         let gap = if gap.is_finite() { gap } else { 2.0 * self.surface.size() };
         let samples = self.samples(0.5 * gap);

@@ -21,7 +21,12 @@ pub fn read(path: &Path) -> Result<Vec<Sphere>, InputError> {
 
 /// One sphere per line as `x y z r`, with blanks or commas between; `#` and `//` begin a comment.
 pub fn read_text(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
-    let mut list = List::default();
+    read_at_most(bytes, MOST_SPHERES as usize)
+}
+
+/// The same with at most so many spheres.
+pub fn read_at_most(bytes: &[u8], most: usize) -> Result<Vec<Sphere>, ReadError> {
+    let mut list = List::new(most);
     for line in lines(bytes) {
         let (at, line) = line?;
         let line = without_comment(line);
@@ -71,7 +76,7 @@ fn named(line: &str, at: usize) -> Result<(), ReadError> {
 
 /// The spheres of a Kratos cluster.
 pub fn read_clu(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
-    let mut list = List::default();
+    let mut list = List::new(MOST_SPHERES as usize);
     let (mut inside, mut ended) = (false, false);
     for line in lines(bytes) {
         let (at, line) = line?;
@@ -103,13 +108,17 @@ fn without_comment(line: &str) -> &str {
     line[..end].trim()
 }
 
-#[derive(Default)]
 struct List {
     spheres: Vec<Sphere>,
     known: HashMap<[u64; 4], usize>,
+    most: usize,
 }
 
 impl List {
+    fn new(most: usize) -> Self {
+        Self { spheres: Vec::new(), known: HashMap::new(), most }
+    }
+
     fn add(&mut self, line: &str, at: usize) -> Result<(), ReadError> {
         let mut words = line.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|w| !w.is_empty());
         let centre = point(&mut words, at)?;
@@ -137,8 +146,8 @@ impl List {
             ));
         }
         self.spheres.push(Sphere { centre, radius });
-        if self.spheres.len() > MOST_SPHERES as usize {
-            return Err(ReadError::at(at, format!("more than {MOST_SPHERES} spheres")));
+        if self.spheres.len() > self.most {
+            return Err(ReadError::at(at, format!("more than {} spheres", self.most)));
         }
         Ok(())
     }

@@ -31,9 +31,19 @@ impl SphereIndex {
         Self { nodes, spheres: sorted, places: order }
     }
 
+    /// The largest distance of points from the nearest sphere, 0 if all lie inside of some [m].
+    pub fn furthest<'a>(&self, points: impl Iterator<Item = &'a Vector3<f64>>) -> f64 {
+        points.fold(0.0, |most, p| self.search(p, most).0.max(most))
+    }
+
     /// Smallest distance of `from` to a sphere's surface, negative inside of one (then that of the sphere in
     /// which it lies deepest) [m], and the number of the sphere for [`sphere`](Self::sphere).
     pub fn nearest(&self, from: &Vector3<f64>) -> (f64, u32) {
+        self.search(from, f64::NEG_INFINITY)
+    }
+
+    /// The same, but ended at the first sphere that is no further than `enough` [m].
+    fn search(&self, from: &Vector3<f64>, enough: f64) -> (f64, u32) {
         let (mut best, mut found) = (f64::INFINITY, 0);
         let mut stack = [(0_u32, f64::NEG_INFINITY); 64];
         let mut height = 1;
@@ -53,6 +63,9 @@ impl SphereIndex {
                         best = square.sqrt() - sphere.radius;
                         found = k as u32;
                     }
+                }
+                if best <= enough {
+                    break;
                 }
                 continue;
             }
@@ -287,11 +300,16 @@ mod tests {
             })
             .collect();
         let index = SphereIndex::new(&spheres);
+        let mut furthest = 0.0_f64;
+        let mut points = Vec::new();
         for i in 0..500 {
             let p = Vector3::new(at(i, 4.1), at(i, 5.9), at(i, 0.37)) * 1.5;
             let every =
                 spheres.iter().map(|s| (p - s.centre).norm() - s.radius).fold(f64::INFINITY, f64::min);
             let (distance, sphere) = index.nearest(&p);
+            furthest = furthest.max(every);
+            points.push(p);
+            assert!((index.furthest(points.iter()) - furthest).abs() < 1e-15);
             assert!((distance - every).abs() < 1e-15);
             let s = index.sphere(sphere);
             assert!(((p - s.centre).norm() - s.radius - every).abs() < 1e-15);

@@ -241,8 +241,7 @@ impl Maker<'_> {
 
 /// The largest distance of samples outside of all balls from them [m].
 pub(super) fn furthest(balls: &[Sphere], samples: &Samples) -> f64 {
-    let index = SphereIndex::new(balls);
-    samples.points.iter().map(|p| index.nearest(p).0).fold(0.0, f64::max)
+    SphereIndex::new(balls).furthest(samples.points.iter())
 }
 
 /// All balls grown by a length [m].

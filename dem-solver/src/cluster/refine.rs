@@ -25,12 +25,16 @@ const ROUNDS: [(usize, usize); 3] = [(500, 5), (2000, 3), (6000, 2)];
 /// Share of the error that a new ball leaves at the place it is made for.
 const SHARE: f64 = 0.5;
 
+/// Most rounds for a cluster of `count` spheres.
+pub(super) fn rounds(count: usize) -> usize {
+    ROUNDS.iter().find(|(most, _)| count <= *most).map_or(0, |(_, rounds)| *rounds)
+}
+
 impl Maker<'_> {
     /// Move spheres of the best cluster to where its error is largest, as long as that makes it better.
     pub(super) fn refine(&self, samples: &Samples, best: &mut Best, mut balls: Vec<Sphere>) {
-        let rounds = ROUNDS.iter().find(|(most, _)| self.count <= *most).map_or(0, |(_, rounds)| *rounds);
         let (mut share, mut vain) = (MOVED, 0);
-        for _ in 0..rounds {
+        for _ in 0..rounds(self.count) {
             let tried = self.moved(samples, &balls, share, best, vain == 0);
             let gap = super::make::furthest(&tried, samples);
             if best.add_grown(&tried, gap, 1.0) {

@@ -146,8 +146,8 @@ pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<O
 pub fn of_region(settings: &GranularSettings) -> Option<String> {
     let walls = settings.walls.as_ref()?;
     let edges = [0, 1, 2].map(|axis| walls.highest[axis] - walls.lowest[axis]);
-    let largest = settings.spheres.iter().map(|group| group.radius[1]).fold(0.0, f64::max);
-    let ball = |group: &SpheresSettings| group.count as f64 * 4.2 * group.radius[1].powi(3);
+    let largest = settings.spheres.iter().map(|group| group.radii()[1]).fold(0.0, f64::max);
+    let ball = |group: &SpheresSettings| group.total() as f64 * 4.2 * group.radii()[1].powi(3);
     let share = settings.spheres.iter().map(ball).sum::<f64>() / edges.iter().product::<f64>();
     (share < EMPTY).then(|| {
         let [x, y, z] = edges.map(short);

@@ -36,7 +36,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         let mass: f64 = (0..start.mass.len()).filter(of).map(|i| start.mass[i]).sum();
         report.builds.push(format!(
             "`{}`: {} spheres of {} to {} m radius, {mass:.6} kg",
-            group.name, group.count, group.radius[0], group.radius[1]
+            group.name,
+            group.total(),
+            group.radii()[0],
+            group.radii()[1]
         ));
     }
     report.builds.push(format!("box of {} planes", model.planes.len()));

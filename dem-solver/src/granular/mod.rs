@@ -80,7 +80,8 @@ impl Model {
             start.add(number, group).map_err(|room| {
                 let what = format!(
                     "{} spheres of up to {} m radius: the region has room for {room}",
-                    group.count, group.radius[1]
+                    group.total(),
+                    group.radii()[1]
                 );
                 scene
                     .invalid(&format!("spheres.{number}.count"), what)
@@ -198,25 +199,55 @@ pub struct GranularSolver {
     fields: Option<Fields>,
 }
 
+/// How far spheres of a file may overlap at the start, in smaller radii: as in a packing at rest.
+const RESTING: f64 = 0.1;
+
+/// What is said of `contacts` that there are at the start: of spheres of a file, little. Others are placed apart.
+fn overlapping(
+    model: &Model,
+    start: &Start,
+    contacts: usize,
+    scene: &Scene,
+) -> Result<Option<String>, InputError> {
+    let groups = &model.settings.spheres;
+    let what = match contacts {
+        1 => "1 pair overlaps at the start".to_owned(),
+        _ => format!("{contacts} pairs overlap at the start"),
+    };
+    if groups.iter().all(|group| group.file.is_none()) {
+        let reach = |a: usize| (groups[a].lowest, groups[a].highest);
+        let same = (1..groups.len()).find(|b| (0..*b).any(|a| reach(a) == reach(*b)));
+        let at = same.unwrap_or(groups.len() - 1);
+        return Err(scene
+            .invalid(&format!("spheres.{at}.count"), what)
+            .try_instead("give each table a region of its own, inside the box: lowest, highest"));
+    }
+    let Some((i, j, share)) = start.deepest() else { return Ok(None) };
+    let of = |k: usize| usize::from(start.group[k]);
+    let at = if groups[of(j)].file.is_some() { of(j) } else { of(i) };
+    let (a, b, percent) = (start.position[i], start.position[j], 100.0 * share);
+    let deepest = format!(
+        "{what}, the deepest by {percent:.2} % of the smaller radius: the spheres at {} {} {} and {} {} {} m",
+        a.x, a.y, a.z, b.x, b.y, b.z
+    );
+    if share > RESTING {
+        return Err(scene.invalid(&format!("spheres.{at}.file"), deepest).try_instead(
+            "beyond 10 % they fly apart: move them apart, or write smaller radii (radii, not diameters)",
+        ));
+    }
+    Ok(Some(format!("spheres.{at}.file: {deepest}")))
+}
+
 impl GranularSolver {
     /// The solver of a scene.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
         let (model, start) = Model::new(scene)?;
-        let cautions = gate::of_spheres(&model.settings, scene)?;
+        let mut cautions = gate::of_spheres(&model.settings, scene)?;
         let mut committed = State::new(&start, model.gravity);
         let mut run = Run::new(committed.position.len());
         run.at_end(&model, &mut committed);
-        let groups = &model.settings.spheres;
-        let overlap = |settings: &GranularSettings| {
-            let reach = |a: usize| (groups[a].lowest, groups[a].highest);
-            (1..settings.spheres.len()).find(|b| (0..*b).any(|a| reach(a) == reach(*b)))
-        };
         if committed.contacts > 0 {
-            let at = overlap(&model.settings).unwrap_or(groups.len() - 1);
-            let what = format!("{} pairs overlap at the start", committed.contacts);
-            return Err(scene
-                .invalid(&format!("spheres.{at}.count"), what)
-                .try_instead("give each table a region of its own, inside the box: lowest, highest"));
+            cautions.extend(overlapping(&model, &start, committed.contacts, scene)?);
         }
         let trial = committed.clone();
         Ok(Self { model, cautions, options: options.clone(), run, committed, trial, fields: None })

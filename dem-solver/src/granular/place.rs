@@ -1,6 +1,8 @@
 //! Where the spheres of a scene start: each in its own cell of a lattice that fills the region, at a
 //! random place within the room that is left there.
 
+use crate::cluster::index::SphereIndex;
+use crate::rock::Sphere;
 use crate::settings::spheres::SpheresSettings;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -64,27 +66,68 @@ impl Start {
     /// Add the spheres of table number `number`, which has been checked, from the bottom up. Errs with
     /// how many would fit if not all do.
     pub fn add(&mut self, number: usize, group: &SpheresSettings) -> Result<(), usize> {
+        let mut random = Random(group.seed);
+        let velocity = Vector3::from(group.velocity);
+        if group.file.is_some() {
+            for sphere in &group.read {
+                let scatter = random.vector() * group.velocity_scatter;
+                self.push(number, sphere.centre, sphere.radius, velocity + scatter, group.density);
+            }
+            return Ok(());
+        }
         let corner = |c: Option<[f64; 3]>| Vector3::from(c.expect("completed: a group has a region"));
         let (lowest, highest) = (corner(group.lowest), corner(group.highest));
-        let [least, most] = group.radius;
+        let ([least, most], count) = (group.radii(), group.total());
         let size = highest - lowest;
         let width = 2.0 * most;
-        let Some((cells, cell)) = lattice(&size, group.count, width) else {
+        let Some((cells, cell)) = lattice(&size, count, width) else {
             return Err([0, 1, 2].into_iter().map(|a| (size[a] / width).floor() as usize).product());
         };
-        let mut random = Random(group.seed);
-        for i in 0..group.count {
+        for i in 0..count {
             let at = [i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])];
             let middle = lowest + Vector3::from_fn(|a, _| (at[a] as f64 + 0.5) * cell[a]);
             let radius = least + (most - least) * random.next();
             let room = (cell * 0.5).add_scalar(-radius);
-            self.position.push(middle + room.component_mul(&random.vector()));
-            self.velocity.push(Vector3::from(group.velocity) + random.vector() * group.velocity_scatter);
-            self.radius.push(radius);
-            self.mass.push(4.0 / 3.0 * PI * radius.powi(3) * group.density);
-            self.group.push(number as u16);
+            let place = middle + room.component_mul(&random.vector());
+            let scatter = random.vector() * group.velocity_scatter;
+            self.push(number, place, radius, velocity + scatter, group.density);
         }
         Ok(())
+    }
+
+    /// One sphere more, of table number `number`: place [m], radius [m], velocity [m/s], density [kg/m3].
+    fn push(
+        &mut self,
+        number: usize,
+        place: Vector3<f64>,
+        radius: f64,
+        velocity: Vector3<f64>,
+        density: f64,
+    ) {
+        self.position.push(place);
+        self.velocity.push(velocity);
+        self.radius.push(radius);
+        self.mass.push(4.0 / 3.0 * PI * radius.powi(3) * density);
+        self.group.push(number as u16);
+    }
+
+    /// Of the spheres that overlap at the start the two that do most: their numbers, and how deep in smaller radii.
+    pub fn deepest(&self) -> Option<(usize, usize, f64)> {
+        let sphere = |i: usize| Sphere { centre: self.position[i], radius: self.radius[i] };
+        let spheres: Vec<Sphere> = (0..self.radius.len()).map(sphere).collect();
+        let index = SphereIndex::new(&spheres);
+        let mut worst: Option<(usize, usize, f64)> = None;
+        for (i, a) in spheres.iter().enumerate() {
+            for j in index.overlapping(a).into_iter().map(|k| index.place(k)).filter(|j| *j > i) {
+                let b = &spheres[j];
+                let overlap = a.radius + b.radius - (a.centre - b.centre).norm();
+                let share = overlap / a.radius.min(b.radius);
+                if worst.is_none_or(|w| share > w.2) {
+                    worst = Some((i, j, share));
+                }
+            }
+        }
+        worst
     }
 }
 
@@ -96,8 +139,10 @@ mod tests {
         SpheresSettings {
             name: "s".into(),
             material: "rock".into(),
-            count,
-            radius: [0.02, 0.05],
+            count: Some(count),
+            radius: Some([0.02, 0.05]),
+            file: None,
+            read: Vec::new(),
             density: 1000.0,
             lowest: Some([0.0; 3]),
             highest: Some([1.0, 0.5, 2.0]),

@@ -1,9 +1,13 @@
 //! `[[spheres]]` and `[box]`: many separate spheres, and the walls around them.
 
+use crate::cluster::files;
+use crate::rock::Sphere;
+use crate::shape::file::read_bytes;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// Most spheres of a scene.
 pub const MOST: usize = 10_000_000;
@@ -18,10 +22,19 @@ pub struct SpheresSettings {
     /// Name of their material, for `[[contact]] between`. Default `rock`.
     #[serde(default = "rock")]
     pub material: String,
-    /// How many.
-    pub count: usize,
+    /// How many; with `radius`, or `file` in place of both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
     /// Smallest and largest radius [m]; in between all are equally likely.
-    pub radius: [f64; 2],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<[f64; 2]>,
+    /// In place of `count`, `radius` and a region: a text file with one sphere per line, `x y z r` [m]; relative to the
+    /// scene file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// The spheres of the file.
+    #[serde(skip)]
+    pub read: Vec<Sphere>,
     /// Density [kg/m3].
     pub density: f64,
     /// Lowest corner of the region that they are placed in [m]. Default: the box.
@@ -72,7 +85,22 @@ fn one() -> u64 {
     1
 }
 
+/// A sphere may reach so far beyond a plane at the start, in radii: it lies on it, as in a packing at rest.
+const RESTING: f64 = 0.1;
+
 impl BoxSettings {
+    /// The side of the box beyond which a sphere reaches, and by how much [m].
+    fn left_by(&self, sphere: &Sphere) -> Option<(&'static str, f64)> {
+        let sides = (0..3).flat_map(|axis| {
+            let c = sphere.centre[axis];
+            let (low, high) =
+                (self.lowest[axis] - (c - sphere.radius), c + sphere.radius - self.highest[axis]);
+            [(SIDES[2 * axis], low), (SIDES[2 * axis + 1], high)]
+        });
+        let closed = |(side, _): &(&str, f64)| !self.open.iter().any(|open| open == side);
+        sides.filter(closed).find(|(_, by)| *by > RESTING * sphere.radius)
+    }
+
     /// Refuse what makes no sense.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
         if let Some(axis) = (0..3).find(|a| self.highest[*a] <= self.lowest[*a]) {
@@ -90,7 +118,23 @@ impl BoxSettings {
     }
 }
 
-/// Fill in names and regions; refuse what makes no sense.
+impl SpheresSettings {
+    /// How many there are.
+    pub fn total(&self) -> usize {
+        if self.file.is_some() { self.read.len() } else { self.count.unwrap_or_default() }
+    }
+
+    /// Smallest and largest radius [m].
+    pub fn radii(&self) -> [f64; 2] {
+        let read = || {
+            let radii = self.read.iter().map(|s| s.radius);
+            radii.fold([f64::INFINITY, 0.0], |[low, high], r| [r.min(low), r.max(high)])
+        };
+        self.radius.unwrap_or_else(read)
+    }
+}
+
+/// Fill in names and regions, read files; refuse what makes no sense.
 pub(super) fn complete(
     groups: &mut [SpheresSettings],
     walls: Option<&BoxSettings>,
@@ -102,19 +146,6 @@ pub(super) fn complete(
         if group.name.is_empty() {
             group.name = if at == 0 { "spheres".into() } else { format!("spheres_{}", at + 1) };
         }
-        total = total.saturating_add(group.count);
-        if group.count == 0 || total > MOST {
-            return Err(invalid("count", format!("{total} spheres in all: 1 to {MOST} are possible")));
-        }
-        let [least, most] = group.radius;
-        if !(least > 0.0 && most >= least) {
-            let what = format!("radii from {least} to {most} m: both must lie above 0, the smaller first");
-            return Err(invalid("radius", what).try_instead(format!(
-                "radius = [{}, {}]",
-                least.min(most).abs(),
-                least.max(most).abs()
-            )));
-        }
         if group.density <= 0.0 {
             return Err(invalid(
                 "density",
@@ -125,18 +156,95 @@ pub(super) fn complete(
             let what = format!("a scatter of {} m/s: it must be 0 or more", group.velocity_scatter);
             return Err(invalid("velocity_scatter", what));
         }
-        let missing = |key: &str| {
-            invalid("count", format!("`{}` has no `{key}`, and there is no [box]", group.name))
-                .try_instead("give the region with lowest and highest, or add a table [box]")
-        };
-        let lowest = group.lowest.or(walls.map(|b| b.lowest)).ok_or_else(|| missing("lowest"))?;
-        let highest = group.highest.or(walls.map(|b| b.highest)).ok_or_else(|| missing("highest"))?;
-        if let Some(axis) = (0..3).find(|a| highest[*a] - lowest[*a] < 2.0 * most) {
-            let room = highest[axis] - lowest[axis];
-            return Err(invalid("radius", format!("the region is {room} m wide, a sphere {} m", 2.0 * most))
-                .try_instead("lengths are in metres: 9 mm is 0.009"));
+        if group.file.is_some() {
+            read(at, group, MOST - total, walls, scene)?;
+        } else {
+            place(at, group, total, walls, scene)?;
         }
-        (group.lowest, group.highest) = (Some(lowest), Some(highest));
+        total += group.total();
     }
+    Ok(())
+}
+
+/// Read the spheres of table number `at`, at most so many, and see that they lie in the box.
+fn read(
+    at: usize,
+    group: &mut SpheresSettings,
+    most: usize,
+    walls: Option<&BoxSettings>,
+    scene: &Scene,
+) -> Result<(), InputError> {
+    let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
+    let given = [
+        ("count", group.count.is_some()),
+        ("radius", group.radius.is_some()),
+        ("lowest", group.lowest.is_some()),
+        ("highest", group.highest.is_some()),
+    ];
+    if let Some((key, _)) = given.into_iter().find(|(_, given)| *given) {
+        return Err(invalid(
+            key,
+            format!("the spheres of `{}` are read from a file as they are", group.name),
+        )
+        .try_instead(format!("keep one of `file` and `{key}`")));
+    }
+    let Some(file) = &mut group.file else { return Ok(()) };
+    let path = scene.resolve(file);
+    *file = std::path::absolute(&path).unwrap_or(path);
+    let spheres = read_bytes(file)
+        .and_then(|bytes| files::read_at_most(&bytes, most).map_err(|e| e.in_file(file)))
+        .map_err(|e| invalid("file", format!("`{}`: {e}", group.name)))?;
+    for (k, sphere) in spheres.iter().enumerate() {
+        let Some((side, by)) = walls.and_then(|walls| walls.left_by(sphere)) else { continue };
+        let [x, y, z]: [f64; 3] = sphere.centre.into();
+        let what = format!(
+            "sphere {} of {} ({x} {y} {z}, radius {} m) reaches {by:.3e} m beyond the side `{side}` of the box",
+            k + 1,
+            spheres.len(),
+            sphere.radius
+        );
+        return Err(invalid("file", what).try_instead("make the box larger, or leave this side open"));
+    }
+    group.read = spheres;
+    Ok(())
+}
+
+/// Check the number, radii and region of table number `at`, before which there are `before` spheres, and fill in the region.
+fn place(
+    at: usize,
+    group: &mut SpheresSettings,
+    before: usize,
+    walls: Option<&BoxSettings>,
+    scene: &Scene,
+) -> Result<(), InputError> {
+    let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
+    let absent = |key: &str, example: &str| {
+        scene
+            .invalid(&format!("spheres.{at}"), format!("`{}` has no `{key}`", group.name))
+            .try_instead(format!("add {example}, or read spheres with file = \"spheres.xyzr\""))
+    };
+    let count = group.count.ok_or_else(|| absent("count", "count = 1000"))?;
+    let [least, most] = group.radius.ok_or_else(|| absent("radius", "radius = [0.01, 0.02]"))?;
+    let total = before.saturating_add(count);
+    if count == 0 || total > MOST {
+        return Err(invalid("count", format!("{total} spheres in all: 1 to {MOST} are possible")));
+    }
+    if !(least > 0.0 && most >= least) {
+        let what = format!("radii from {least} to {most} m: both must lie above 0, the smaller first");
+        let cure = format!("radius = [{}, {}]", least.min(most).abs(), least.max(most).abs());
+        return Err(invalid("radius", what).try_instead(cure));
+    }
+    let missing = |key: &str| {
+        invalid("count", format!("`{}` has no `{key}`, and there is no [box]", group.name))
+            .try_instead("give the region with lowest and highest, or add a table [box]")
+    };
+    let lowest = group.lowest.or(walls.map(|b| b.lowest)).ok_or_else(|| missing("lowest"))?;
+    let highest = group.highest.or(walls.map(|b| b.highest)).ok_or_else(|| missing("highest"))?;
+    if let Some(axis) = (0..3).find(|a| highest[*a] - lowest[*a] < 2.0 * most) {
+        let room = highest[axis] - lowest[axis];
+        return Err(invalid("radius", format!("the region is {room} m wide, a sphere {} m", 2.0 * most))
+            .try_instead("lengths are in metres: 9 mm is 0.009"));
+    }
+    (group.lowest, group.highest) = (Some(lowest), Some(highest));
     Ok(())
 }

@@ -260,6 +260,81 @@ fn the_resolved_scene_of_spheres_reads_back_to_the_same_check() {
     assert_eq!(first.numbers["spheres"], 100.0);
 }
 
+/// Spheres where a file has them, at the velocity of the table; masses by hand.
+#[test]
+fn spheres_of_a_file_start_where_it_has_them() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let file = dir.path().join("s.xyzr");
+    let listed = [[0.05, 0.05, 0.05, 0.01], [0.1, 0.1, 0.2, 0.02], [0.15, 0.05, 0.3, 0.012]];
+    let line = |s: &[f64; 4]| format!("{:?} {:?}, {:?}\t{:?}\n", s[0], s[1], s[2], s[3]);
+    let lines: String = listed.iter().map(line).collect();
+    std::fs::write(&file, format!("# x y z r\n{lines}")).expect("written");
+    let scene = |file: &str| {
+        settling(3, "restitution = 0.5", "")
+            .replace(
+                "count = 3\nradius = [0.008, 0.012]",
+                &format!("file = {file:?}\nvelocity = [1.0, 0.0, 0.0]"),
+            )
+            .replace("velocity_scatter = 0.3", "")
+    };
+    let text = scene(&file.display().to_string());
+    let solver = build(&text).unwrap_or_else(|e| panic!("{e}"));
+    for (k, [x, y, z, r]) in listed.into_iter().enumerate() {
+        assert_eq!(solver.state().position[k], Vector3::new(x, y, z));
+        assert_eq!(solver.state().velocity[k], Vector3::x());
+        let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * r * r * r;
+        assert!((solver.model().mass[k] / mass - 1.0).abs() < 1e-14 && solver.model().radius[k] == r);
+    }
+    let checked = |text: &str| check(&Scene::from_text("a.toml", text).expect("a scene")).expect("checked");
+    let first = checked(&text);
+    assert_eq!(first.numbers["spheres"], 3.0);
+    assert!(first.builds[0].contains("3 spheres of 0.01 to 0.02 m radius"), "{:?}", first.builds);
+    assert_eq!(
+        checked(&format!("end_time = 1.0\n{}", first.resolved)),
+        first,
+        "the resolved scene reads back"
+    );
+    // Spheres of a packing at rest overlap a little: said, and computed.
+    let write = |text: &str| std::fs::write(&file, text).expect("written");
+    write("0.05 0.05 0.05 0.01\n0.0698 0.05 0.05 0.01\n");
+    let mut solver = build(&text).unwrap_or_else(|e| panic!("{e}"));
+    let said = solver.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}")).warnings;
+    assert!(
+        said.iter().any(|w| w.contains("1 pair overlaps at the start, the deepest by 2.00 %")),
+        "{said:?}"
+    );
+    for (content, expected) in [
+        ("0.05 0.05 0.05 0.01\n0.068 0.05 0.05 0.01\n", "the deepest by 20.00 % of the smaller radius"),
+        ("", "the file has no spheres"),
+        ("0.05 0.05 0.05 0.01\n0.1 0.1 0.1\n", "s.xyzr:2: a number is missing"),
+        ("0.05 0.05 0.05 0.01\n0.1 0.1 0.1 -0.01\n", "s.xyzr:2: a radius of -0.01 m: it must lie above 0"),
+        ("0.05 0.05 0.05 0.01\n0.1 x 0.1 0.01\n", "s.xyzr:2: `x` is no number"),
+        ("0.05 0.05 0.05 0.01 7\n", "s.xyzr:1: `7` after x y z r"),
+        ("0.05 0.05 0.05 0.01\n0.05 0.05 0.05 0.01\n", "the same sphere as in line 1"),
+        ("50 50 50 10\n", "beyond the side `+x` of the box"),
+        (
+            "0.05 0.05 0.05 0.01\n0.1 0.1 0.005 0.01\n",
+            "sphere 2 of 2 (0.1 0.1 0.005, radius 0.01 m) reaches 5.000e-3 m",
+        ),
+    ] {
+        write(content);
+        let message = build(&text).err().unwrap_or_else(|| panic!("not refused: {content}"));
+        assert!(message.contains(expected) && message.starts_with("test.toml"), "{expected:?}: {message}");
+    }
+    let missing = build(&scene("nowhere.xyzr")).err().expect("no such file");
+    assert!(
+        missing.starts_with("test.toml:4:8") && missing.contains("nowhere.xyzr: there is no such file"),
+        "{missing}"
+    );
+    for (key, value) in [("count", "3"), ("radius", "[0.1, 0.1]"), ("lowest", "[0, 0, 0]")] {
+        let both = text.replace("[box]", &format!("{key} = {value}\n[box]"));
+        let message = build(&both).err().expect("both");
+        assert!(message.contains(&format!("keep one of `file` and `{key}`")), "{message}");
+    }
+    let neither = settling(3, "restitution = 0.5", "").replace("count = 3", "");
+    assert!(build(&neither).err().expect("no count").contains("has no `count`; add count = 1000"));
+}
+
 #[test]
 fn spheres_of_another_density_than_rock_are_named_by_check_and_run() {
     let said = |density: &str| {
