@@ -28,7 +28,7 @@ pub struct SpheresSettings {
     /// Smallest and largest radius [m]; in between all are equally likely.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<[f64; 2]>,
-    /// In place of `count`, `radius` and a region: a text file with one sphere per line, `x y z r` [m]; relative to the
+    /// In place of `count`, `radius` and a region: a text file with one sphere per line, `x y z r` in metres; relative to the
     /// scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
