@@ -332,7 +332,8 @@ fn spheres_of_a_file_start_where_it_has_them() {
         assert!(message.contains(&format!("keep one of `file` and `{key}`")), "{message}");
     }
     let neither = settling(3, "restitution = 0.5", "").replace("count = 3", "");
-    assert!(build(&neither).err().expect("no count").contains("has no `count`; add count = 1000"));
+    let message = build(&neither).err().expect("no count");
+    assert!(message.contains("has no `count`") && message.contains("add count = 1000, or"), "{message}");
 }
 
 #[test]
