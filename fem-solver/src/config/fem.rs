@@ -38,8 +38,9 @@ pub struct FemConfig {
     pub mass_scaling: Option<f64>,
     /// `static` only: follow the path of equilibrium under `[[structure.loads]]` that grow and fall by one factor, from 0
     /// on, beyond limit points and back (arc length). Time is the distance along it: the degree of freedom that moves most
-    /// does so at this speed [m/s]. The column `load_factor` gives the factor; a step is at most `time_step` long. Default: the
-    /// loads are constant.
+    /// does so at this speed [m/s]. Steps adapt to the curvature of the path, whatever the output; none is longer than
+    /// `time_step`. The columns `load_factor` and `negative_pivots` give the factor and in how many directions the
+    /// equilibrium is unstable; the summary gives limit points and branch points. Default: the loads are constant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path_speed: Option<f64>,
     /// Accept a `time_step` above the critical one (`central_difference` only). Default false.
