@@ -1,10 +1,11 @@
 //! What the number of spheres of a rock, and the law of its contact, mean for falls down a hillside.
 //!
-//! `cargo run --release -p dem-solver --example hillside [RELEASES [LAW [COUNT ...]]]` (default 200, hertz_rock, 64 300 1000 4000; some
-//! minutes)
+//! `cargo run --release -p dem-solver --example hillside [foot | meadow [RELEASES [LAW [COUNT ...]]]]` (default foot, 200,
+//! hertz_rock, 64 300 1000 4000; some minutes)
 //!
-//! A norm rock of 0.5 m3 on a rough slope of 35 degrees, 220 m long, above a flat meadow; E 3e10 Pa, restitution 0.3, friction 0.6. Each
-//! release has a place, a turn and a speed of its own, the same for each count.
+//! A norm rock of 0.5 m3 on a rough slope of 35 degrees; E 3e10 Pa, restitution 0.3, friction 0.6. `foot`: 220 m down to the foot, where
+//! the terrain ends. `meadow`: 50 m, and to rest on a meadow. Each release has a place, a turn and a speed of its own, the same for each
+//! count. With CLUSTERS=DIR clusters that have been made before are read, DIR/norm_rock_111N.xyzr.
 
 mod statistics;
 
@@ -22,7 +23,7 @@ use std::path::Path;
 use std::time::Instant;
 
 const WINDOW: f64 = 0.05;
-const END: f64 = 120.0;
+const END: f64 = 40.0;
 
 fn scene(law: &str, spheres: usize) -> String {
     // Clusters that have been made before are read.
@@ -38,13 +39,15 @@ fn scene(law: &str, spheres: usize) -> String {
 
 /// A fall; numbers in the order of [`NAMES`].
 struct Fall {
-    numbers: [f64; 7],
+    numbers: [f64; 9],
     rests: bool,
     imbalance: f64,
 }
 
-const NAMES: [&str; 7] = [
+const NAMES: [&str; 9] = [
     "run-out [m]",
+    "to the side [m]",
+    "time [s]",
     "mean contact [ms]",
     "largest jump [m]",
     "largest speed [m/s]",
@@ -92,9 +95,13 @@ fn fall(solver: &mut DemSolver, output: &mut [f64], k: usize) -> Result<Fall, St
     let body = &solver.state().bodies[0];
     let path = &body.path;
     let overlap = body.deepest.largest().map_or(0.0, |(overlap, _)| overlap);
+    let end = path.ending.map_or(body.motion.position, |end| end.position);
+    let way = end - from;
     Ok(Fall {
         numbers: [
-            (body.motion.position - from).xy().norm(),
+            way.xy().norm(),
+            way.y,
+            path.ending.map_or(END, |end| end.time),
             1e3 * path.in_contact / path.impacts.max(1) as f64,
             path.highest.0,
             path.fastest.0,
@@ -129,12 +136,14 @@ fn falls(dir: &Path, law: &str, spheres: usize, releases: usize) -> (Vec<Fall>, 
     (done, stopped, why, begun.elapsed().as_secs_f64() / releases as f64)
 }
 
-/// 35 degrees over 180 m, then 520 m of flat meadow.
-fn hillside() -> Raster {
+/// 35 degrees over `slope` metres along x, then flat up to `end`.
+fn hillside(slope: f64, end: f64) -> Raster {
+    let across = 2 * (end / 0.5) as usize + 1;
+    let along = (end / 0.5) as usize + 1;
     let rough = Slope {
         corner: [0.0, 0.0],
         spacing: 0.5,
-        counts: [1401, 401],
+        counts: [along, across.min(401)],
         drop: 0.0,
         foot: 0.0,
         benches: 0,
@@ -143,14 +152,18 @@ fn hillside() -> Raster {
     };
     let mut raster = rough.raster();
     for (at, height) in raster.heights.iter_mut().enumerate() {
-        let x = 0.5 * (at % 1401) as f64;
-        *height += (180.0 - x).max(0.0) * 35_f64.to_radians().tan();
+        *height += (slope - 0.5 * (at % along) as f64).max(0.0) * 35_f64.to_radians().tan();
     }
     raster
 }
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
+    let [slope, end] = match arguments.next().as_deref() {
+        None | Some("foot") => [180.0, 181.0],
+        Some("meadow") => [41.0, 400.0],
+        Some(other) => panic!("`{other}` is neither foot nor meadow"),
+    };
     let releases = arguments.next().map_or(200, |a| a.parse().expect("a number of releases"));
     let law = arguments.next().unwrap_or_else(|| "hertz_rock".into());
     let mut counts: Vec<usize> = arguments.map(|a| a.parse().expect("a number of spheres")).collect();
@@ -158,7 +171,7 @@ fn main() {
         counts = vec![64, 300, 1000, 4000];
     }
     let dir = tempfile::tempdir().expect("a directory");
-    hillside().write_asc(&dir.path().join("slope.asc")).expect("written");
+    hillside(slope, end).write_asc(&dir.path().join("slope.asc")).expect("written");
     println!("{law}, {releases} releases: median (values one standard error of its rank away), 90 %");
     let mut before: Option<Vec<Fall>> = None;
     for spheres in counts {
