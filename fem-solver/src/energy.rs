@@ -41,13 +41,13 @@ impl Energies {
             kinds.push(("energy_supports_fem", Role::Potential));
         }
         let energies = kinds.into_iter().map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") });
-        let factor =
-            (!model.live_load.is_empty()).then(|| Gauge { extremes: true, ..Gauge::new("load_factor", "1") });
-        energies.chain(factor).collect()
+        let path: &[&str] =
+            if model.live_load.is_empty() { &[] } else { &["load_factor", "negative_pivots"] };
+        energies.chain(path.iter().map(|name| Gauge { extremes: true, ..Gauge::new(*name, "1") })).collect()
     }
 
     /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
-    /// supports have given, negated; and the factor of loads that grow. Potential and stored energy count from the structure as modelled.
+    /// supports have given, negated; and of a path the load factor and the negative pivots. Potential and stored energy count from the structure as modelled.
     pub fn of(
         &self,
         model: &Model,
@@ -70,7 +70,7 @@ impl Energies {
             to.push(-state.support_work);
         }
         if !model.live_load.is_empty() {
-            to.push(state.factor);
+            to.extend([state.factor, state.along.negative as f64]);
         }
     }
 }

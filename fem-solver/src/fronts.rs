@@ -11,8 +11,10 @@
 //! equal bytes on one machine. Between machines the last bits of a factor may differ: where the processor can, the
 //! factorisation fuses products with sums.
 
-use crate::dense::{Apart, Arithmetic, Fused, ROWS, eliminate, leave_over, rest_place};
+use crate::dense::{Apart, Fused, ROWS, rest_place};
+use crate::gaps::Memory;
 use crate::lanes::wide;
+use crate::signed::{Pivoting, Positive, Signed};
 use std::ops::Range;
 
 /// Columns of the factor with one pattern.
@@ -209,11 +211,39 @@ impl Fronts {
         factorise(self, values, factor, rest)
     }
 
-    /// Solve in place by `factor`. `work` holds [`Self::work_len`] numbers.
-    pub fn solve(&self, factor: &[f64], x: &mut [f64], work: &mut [f64]) {
+    /// The same with pivots of either sign, which `signed` keeps. The unknown of a pivot that is no number is the error.
+    pub fn factorise_signed(
+        &self,
+        values: &[f64],
+        factor: &mut [f64],
+        rest: &mut [f64],
+        signed: &mut Signed,
+    ) -> Result<(), usize> {
+        factorise_signed(self, values, factor, rest, signed)
+    }
+
+    /// Unknown of each column, in the order of elimination.
+    pub fn unknowns(&self) -> &[usize] {
+        &self.unknowns
+    }
+
+    /// Logarithm of the magnitude of the determinant, of a factor.
+    pub fn log_determinant(&self, factor: &[f64]) -> f64 {
+        let panels = self.supernodes.iter().flat_map(|s| {
+            let pivots = s.columns.len();
+            (0..pivots).map(move |k| s.panel + in_panel(pivots, k, k))
+        });
+        // On the diagonal stands the inverse of the root of the pivot's magnitude.
+        panels.map(|at| -2.0 * factor[at].ln()).sum()
+    }
+
+    /// Solve in place by `factor`, whose pivots have the signs `signs`; empty = all are positive. `work` holds
+    /// [`Self::work_len`] numbers.
+    pub fn solve(&self, factor: &[f64], signs: &[f64], x: &mut [f64], work: &mut [f64]) {
         let (y, work) = work.split_at_mut(x.len());
         y.iter_mut().zip(&self.unknowns).for_each(|(y, unknown)| *y = x[*unknown]);
         forward(self, factor, y, work);
+        y.iter_mut().zip(signs).for_each(|(y, sign)| *y *= sign);
         backward(self, factor, y, work);
         y.iter().zip(&self.unknowns).for_each(|(y, unknown)| x[*unknown] = *y);
     }
@@ -240,49 +270,6 @@ fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     supernode.columns.len() + inside.expect("the front of a parent holds the rows of its children")
 }
 
-/// Places in memory that is taken and given back, found once: the first gap that is wide enough.
-#[derive(Debug, Default)]
-struct Memory {
-    /// Gaps below `len`, in order.
-    gaps: Vec<Range<usize>>,
-    len: usize,
-}
-
-impl Memory {
-    fn take(&mut self, len: usize) -> usize {
-        if let Some(i) = self.gaps.iter().position(|gap| gap.len() >= len) {
-            let place = self.gaps[i].start;
-            self.gaps[i].start += len;
-            if self.gaps[i].is_empty() {
-                self.gaps.remove(i);
-            }
-            return place;
-        }
-        let place = match self.gaps.last() {
-            Some(gap) if gap.end == self.len => self.gaps.pop().map_or(self.len, |gap| gap.start),
-            _ => self.len,
-        };
-        self.len = place + len;
-        place
-    }
-
-    fn give_back(&mut self, place: usize, len: usize) {
-        if len == 0 {
-            return;
-        }
-        let mut gap = place..place + len;
-        let mut at = self.gaps.partition_point(|g| g.start < place);
-        if self.gaps.get(at).is_some_and(|g| g.start == gap.end) {
-            gap.end = self.gaps.remove(at).end;
-        }
-        if at > 0 && self.gaps[at - 1].end == gap.start {
-            at -= 1;
-            gap.start = self.gaps.remove(at).start;
-        }
-        self.gaps.insert(at, gap);
-    }
-}
-
 /// [`all_fronts`], compiled for the widest registers that this processor has.
 fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
     #[cfg(target_arch = "x86_64")]
@@ -294,11 +281,11 @@ fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f6
             factor: &mut [f64],
             rest: &mut [f64],
         ) -> Result<(), usize> {
-            all_fronts::<Fused<true>>(fronts, values, factor, rest)
+            all_fronts(fronts, values, factor, rest, &mut Positive::<Fused<true>>::default())
         }
         #[target_feature(enable = "avx2,fma")]
         fn wide(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
-            all_fronts::<Fused<false>>(fronts, values, factor, rest)
+            all_fronts(fronts, values, factor, rest, &mut Positive::<Fused<false>>::default())
         }
         if std::arch::is_x86_feature_detected!("avx512f") {
             // SAFETY: the processor has what the function is compiled for; it was asked a line above.
@@ -309,16 +296,30 @@ fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f6
             return unsafe { wide(fronts, values, factor, rest) };
         }
     }
-    all_fronts::<Apart>(fronts, values, factor, rest)
+    all_fronts(fronts, values, factor, rest, &mut Positive::<Apart>::default())
+}
+
+wide! {
+    /// [`all_fronts`] with pivots of either sign.
+    fn factorise_signed(
+        fronts: &Fronts,
+        values: &[f64],
+        factor: &mut [f64],
+        rest: &mut [f64],
+        signed: &mut Signed,
+    ) -> Result<(), usize> {
+        all_fronts(fronts, values, factor, rest, signed)
+    }
 }
 
 /// All fronts, one after the other.
 #[inline(always)]
-fn all_fronts<A: Arithmetic>(
+fn all_fronts<P: Pivoting>(
     fronts: &Fronts,
     values: &[f64],
     factor: &mut [f64],
     rest: &mut [f64],
+    pivoting: &mut P,
 ) -> Result<(), usize> {
     for supernode in &fronts.supernodes {
         let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
@@ -343,10 +344,15 @@ fn all_fronts<A: Arithmetic>(
                 }
             }
         }
-        if let Err(column) = eliminate::<A>(panel, pivots) {
+        if let Err(column) = pivoting.eliminate(panel, &supernode.columns) {
             return Err(fronts.unknowns[supernode.columns.start + column]);
         }
-        leave_over::<A>(&mut rest[supernode.rest..][..supernode.rest_len()], panel, pivots, supernode.rows);
+        pivoting.leave_over(
+            &mut rest[supernode.rest..][..supernode.rest_len()],
+            panel,
+            &supernode.columns,
+            supernode.rows,
+        );
         let (base, tiles) = (supernode.base(), (ld - supernode.base()) / ROWS);
         for child in children {
             let child = &fronts.supernodes[*child as usize];

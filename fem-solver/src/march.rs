@@ -1,6 +1,7 @@
 //! A prepared structure: one window after the other.
 
 use crate::config::Config;
+use crate::config::fem::AtBranch;
 use crate::energy::Energies;
 use crate::explicit::Explicit;
 use crate::implicit::{Implicit, Scheme};
@@ -40,6 +41,8 @@ pub struct Counts {
     pub kept_factors: u64,
     /// Windows begun anew with twice the steps, because Newton had failed.
     pub refined: u64,
+    /// Steps along a path of equilibrium that were taken anew, shorter.
+    pub refused: u64,
     /// Steps with a tangent that was not positive and had to be shifted.
     pub shifted: u64,
     /// Those of them whose last tangent was such.
@@ -131,7 +134,8 @@ impl March {
             energies: Energies::new(model, scheme.is_none_or(|s| s.inertia)),
             engine: match scheme {
                 _ if let Some(speed) = config.fem.path_speed => {
-                    Engine::Path(Box::new(Path::new(model, config.fem.newton.clone(), speed)))
+                    let turns = config.fem.path_at_branch == Some(AtBranch::Turn);
+                    Engine::Path(Box::new(Path::new(model, config.fem.newton.clone(), speed, turns)))
                 }
                 None => Engine::Explicit(Box::new(Explicit::new(model))),
                 Some(scheme) => Engine::Implicit(Box::new(Implicit::new(
@@ -168,6 +172,13 @@ impl March {
 
     /// The answer as it stands at t = 0.
     pub fn initial(&mut self, model: &Model, output: &mut [f64]) {
+        // Where a path does not begin at all, its first step says so.
+        if let Engine::Path(path) = &mut self.engine
+            && let Ok(info) = path.begin(model, &mut self.trial)
+        {
+            self.counts.factorisations += info.factorisations;
+            self.committed.copy_from(&self.trial);
+        }
         self.rest(model, 0.0, 1.0);
         self.committed.groups.copy_from_slice(&self.trial.groups);
         self.answer_all(output);
@@ -227,7 +238,7 @@ impl March {
         loop {
             match self.advance_by(model, window, input, output, finer) {
                 Ok(()) => return Ok(()),
-                Err(fault) if finer >= FINEST || matches!(self.engine, Engine::Explicit(_)) => {
+                Err(fault) if finer >= FINEST || !matches!(self.engine, Engine::Implicit(_)) => {
                     return Err(fault);
                 }
                 Err(_) => {
@@ -249,6 +260,7 @@ impl March {
         finer: usize,
     ) -> Result<(), Fault> {
         self.recorder.begin();
+        (self.trial.along.lowest, self.trial.along.highest) = (self.trial.factor, self.trial.factor);
         let part = Window { length: window.length / self.parts as f64, ..*window };
         let steps = part.steps(self.time_step) * self.parts * finer;
         let h = window.length / steps as f64;
@@ -260,6 +272,14 @@ impl March {
                 if step > 0 && matches!(self.engine, Engine::Explicit(_)) {
                     self.part_start.copy_from_slice(&self.trial.displacement);
                 }
+            }
+            if matches!(self.engine, Engine::Path(_)) {
+                let end = window.start + (step + 1) as f64 * h;
+                self.along_path(model, time, end).map_err(|what| {
+                    Fault::window(format!("window {} from {:.6e} s: {what}", window.number, window.start))
+                })?;
+                self.answer(step + 1, steps, output);
+                continue;
             }
             let tension = self.step(model, time, h, step % per_load, per_load).map_err(|what| {
                 Fault::window(format!(
@@ -275,7 +295,9 @@ impl March {
             self.record(model, window.start + (step + 1) as f64 * h, h, tension);
             self.answer(step + 1, steps, output);
         }
-        self.counts.steps += steps as u64;
+        if !matches!(self.engine, Engine::Path(_)) {
+            self.counts.steps += steps as u64;
+        }
         Ok(())
     }
 
@@ -288,14 +310,7 @@ impl March {
                 }
                 Ok(explicit.step(model, &mut self.trial, time, h).sqrt())
             }
-            Engine::Path(path) => {
-                let (largest, info) =
-                    path.step(model, &mut self.trial, time, h).map_err(|failure| failure.describe(model))?;
-                self.counts.newton += info.iterations;
-                self.counts.factorisations += info.factorisations;
-                self.counts.kept_factors += info.kept_factors;
-                Ok(largest.sqrt())
-            }
+            Engine::Path(_) => unreachable!("a path has steps of its own"),
             Engine::Implicit(implicit) => {
                 self.part_start.copy_from_slice(&self.trial.displacement);
                 let scheme = implicit.scheme;
@@ -331,6 +346,24 @@ impl March {
         }
     }
 
+    /// Along the path of equilibrium from `time` to `end`, by as many steps as it takes.
+    fn along_path(&mut self, model: &Model, mut time: f64, end: f64) -> Result<(), String> {
+        while time < end {
+            let Engine::Path(path) = &mut self.engine else { return Ok(()) };
+            let taken = path
+                .step(model, &mut self.trial, time, end - time)
+                .map_err(|failure| format!("t = {time:.6e} s: {}", failure.describe(model)))?;
+            self.counts.newton += taken.info.iterations;
+            self.counts.factorisations += taken.info.factorisations;
+            self.counts.refused += taken.refused;
+            self.counts.steps += 1;
+            let h = taken.length;
+            time = if h >= end - time { end } else { time + h };
+            self.record(model, time, h, taken.tension.sqrt());
+        }
+        Ok(())
+    }
+
     /// Work of the mean force over the part of the window that has just ended: exactly `F . du`.
     fn book_mean_work(&mut self, first_part: bool) {
         let before = if first_part { &self.committed.displacement } else { &self.part_start };
@@ -341,11 +374,13 @@ impl March {
         let (mut peaks, mut groups) = (self.trial.peaks, std::mem::take(&mut self.trial.groups));
         let middle_of_step = end - 0.5 * h;
         let (force, middle, at) = match &self.engine {
-            Engine::Explicit(e) => (&e.force, &e.middle, middle_of_step),
+            Engine::Explicit(e) => (&e.force[..], &e.middle[..], middle_of_step),
             // Statics knows no way between two states: what it reports is the state at the end.
-            Engine::Implicit(i) if !i.scheme.inertia => (&self.trial.force, &self.trial.displacement, end),
-            Engine::Implicit(i) => (&i.force, &i.middle, middle_of_step),
-            Engine::Path(p) => (&p.force, &p.middle, end),
+            Engine::Implicit(i) if !i.scheme.inertia => {
+                (&self.trial.force[..], &self.trial.displacement[..], end)
+            }
+            Engine::Implicit(i) => (&i.force[..], &i.middle[..], middle_of_step),
+            Engine::Path(p) => (p.force(), &self.trial.displacement[..], end),
         };
         let step = Step { end, length: h, force, middle, at, tension };
         let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };
@@ -389,6 +424,10 @@ impl March {
         let (triples, _) = gauges.as_chunks_mut::<3>();
         for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {
             *triple = [*energy; 3];
+        }
+        if let (Engine::Path(_), [.., factor, _]) = (&self.engine, &mut triples[..self.energy_now.len()]) {
+            let along = &self.trial.along;
+            *factor = [factor[0], along.lowest.min(factor[0]), along.highest.max(factor[0])];
         }
         self.recorder.write(&mut gauges[3 * self.energy_now.len()..]);
     }

@@ -15,15 +15,15 @@ use interface_defs::message::Fault;
 use std::fmt;
 
 /// A statics or a step has settled where the last iteration moved less than this share of the whole way.
-const SETTLED: f64 = 1e-6;
+pub(crate) const SETTLED: f64 = 1e-6;
 /// Part of its axial stiffness that a slack cable shows in the tangent of statics.
-const SLACK_SHARE: f64 = 1e-6;
+pub(crate) const SLACK_SHARE: f64 = 1e-6;
 /// A step along the direction of Newton is taken if the work of the residual falls below this share.
 const ENOUGH: f64 = 0.8;
 /// Most evaluations of a line search.
 const MOST_SEARCHES: usize = 60;
 /// Rounding never counts for more than this of the forces: what flies off is not in balance.
-const COARSEST: f64 = 1e-7;
+pub(crate) const COARSEST: f64 = 1e-7;
 /// An implicit step keeps its factorisation as long as an iteration takes the residual below this share:
 /// inertia rules the tangent there, and another solution costs a fifth of a new factorisation.
 const GOOD_ENOUGH: f64 = 0.1;
@@ -89,10 +89,10 @@ pub enum Failure {
         /// Degree of freedom with the pivot that is not positive.
         dof: usize,
     },
-    /// More than one direction is unstable: a path goes on in more than one way.
-    Forks {
-        /// Degrees of freedom of the first pivots that are not positive, one after the other.
-        dofs: [usize; 2],
+    /// A path of equilibrium turns by more than a step may, however short.
+    Turns {
+        /// By how much [rad].
+        angle: f64,
     },
     /// Something breaks before there is anything to touch it.
     Broken {
@@ -135,11 +135,9 @@ impl Failure {
                 "no stable equilibrium: a pivot at {} is not positive (slack, not connected to a support, or buckled)",
                 model.dof_name(*dof)
             ),
-            Self::Forks { dofs: [one, other] } => format!(
-                "two directions are unstable at once, {} and {}: the path forks, and only paths with one are followed; hold \
-                 one of them, make the structure a little uneven, or compute it with inertia",
-                model.dof_name(*one),
-                model.dof_name(*other)
+            Self::Turns { angle } => format!(
+                "the path of equilibrium turns by {:.0} degrees within its shortest step: it ends here, or jumps",
+                angle.to_degrees()
             ),
             Self::Broken { element, tension, part } => format!(
                 "{} breaks under {:.0} % of the dead load alone, at {tension:.4e} N",
@@ -158,7 +156,7 @@ impl fmt::Display for Failure {
                 write!(f, "residual {residual:.2e} N after {iterations} iterations")
             }
             Self::Unstable { dof } => write!(f, "unstable in degree of freedom {dof}"),
-            Self::Forks { dofs } => write!(f, "unstable in degrees of freedom {} and {}", dofs[0], dofs[1]),
+            Self::Turns { angle } => write!(f, "the path turns by {angle:.3} rad"),
             Self::Broken { element, tension, .. } => write!(f, "element {element} breaks at {tension:.4e} N"),
             Self::Stopped(fault) => f.write_str(&fault.message),
         }
@@ -226,6 +224,7 @@ struct Sizes {
     residual: f64,
     scale: f64,
     tension: f64,
+    load: f64,
 }
 
 impl Newton {
@@ -319,6 +318,10 @@ impl Newton {
         let of_u = self.tangent.bound(&self.free);
         let root = (self.tangent.len() as f64).sqrt();
         let noise = 2.0 * f64::EPSILON * (of_u + root * (sizes.tension + self.coarseness));
+        // Without load, where all forces are what elements leave of differences, there is nothing to balance.
+        if sizes.load == 0.0 && sizes.scale <= f64::EPSILON * root * self.coarseness {
+            return sizes.scale;
+        }
         let least = f64::EPSILON * f64::EPSILON * self.tangent.largest_diagonal() * self.extent * root;
         noise.min(COARSEST * sizes.scale).max(least)
     }
@@ -355,7 +358,7 @@ impl Newton {
             *r += problem.load[i] - inert;
         }
         let residual = self.tangent.dofs().iter().map(|dof| self.residual[*dof].powi(2)).sum::<f64>().sqrt();
-        Sizes { residual, scale: internal.max(inertia.sqrt()).max(load.sqrt()), tension }
+        Sizes { residual, scale: internal.max(inertia.sqrt()).max(load.sqrt()), tension, load }
     }
 
     /// Factorise the tangent at the last evaluation; one that is not positive is shifted.

@@ -57,6 +57,11 @@ const HISTORY: &[Entry] = &[
     history("energy_received_fem", "J", "work of the contact forces on the structure"),
     history("energy_supports_fem", "J", "work that moving supports have done, negated"),
     history("load_factor", "1", "`fem.path_speed`: factor of the loads"),
+    history(
+        "negative_pivots",
+        "1",
+        "`fem.path_speed`: directions in which the equilibrium is unstable; 0 = it is stable",
+    ),
 ];
 
 const fn measure(name: &'static str, unit: &'static str, meaning: &'static str) -> Entry {
@@ -78,6 +83,21 @@ const MEASURES: &[Entry] = &[
     ),
     measure("max_reaction_1ms", "N", "the same of its mean over any 1 ms; the one to compare"),
     measure("max_cable_force", "N", "largest axial force of any cable"),
+    measure(
+        "critical_load_factor",
+        "1",
+        "`fem.path_speed`: load factor of the first limit point or branch point",
+    ),
+    measure(
+        "limit_point_<n>",
+        "1",
+        "`fem.path_speed`: load factor where the load turns back, one by one along the path",
+    ),
+    measure(
+        "branch_point_<n>",
+        "1",
+        "`fem.path_speed`: load factor where another path of equilibrium crosses",
+    ),
     measure("sag", "m", "sag of the structure at rest under its own weight"),
 ];
 
@@ -94,6 +114,7 @@ const COUNTS: &[Entry] = &[
     count("factorisations", "factorisations of the tangent matrix"),
     count("kept_factors", "factorisations saved, as the tangent had not changed"),
     count("refined_windows", "windows in which Newton failed and that were repeated with shorter steps"),
+    count("refused_steps", "`fem.path_speed`: steps that were shortened and taken anew"),
     count("shifted_tangents", "steps with a tangent matrix that was not positive definite and was shifted"),
 ];
 

@@ -10,6 +10,7 @@ use crate::march::March;
 use crate::model::Model;
 use crate::record::{Probes, Recorder};
 use crate::start::Start;
+use crate::state::{Critical, Kind, State};
 use interface_defs::field::{FieldSpec, Layout, Place, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
@@ -230,6 +231,47 @@ fn verdict(model: &Model, events: &[Event]) -> Vec<String> {
     parts.into_iter().map(sentence).collect()
 }
 
+/// The limit points and branch points of a path, and the first of them.
+fn critical_loads(state: &State) -> Vec<Measure> {
+    let measure = |name: String, point: &Critical| Measure {
+        name,
+        value: point.factor,
+        unit: "1".into(),
+        time: Some(point.time),
+    };
+    let mut counts = [0, 0];
+    let mut measures: Vec<_> =
+        state.critical.first().map(|p| measure("critical_load_factor".into(), p)).into_iter().collect();
+    for point in &state.critical {
+        let (kind, count) = match point.kind {
+            Kind::Limit => ("limit", &mut counts[0]),
+            Kind::Branch => ("branch", &mut counts[1]),
+        };
+        *count += 1;
+        measures.push(measure(format!("{kind}_point_{count}"), point));
+    }
+    measures
+}
+
+/// That a path goes on unstable, and from where.
+fn unstable_path(state: &State) -> Option<String> {
+    let (time, factor) = state.along.unstable_from?;
+    let from = match state.critical.iter().find(|p| p.negative > 0) {
+        Some(point) => {
+            let kind = match point.kind {
+                Kind::Limit => "the limit point",
+                Kind::Branch => "the branch point",
+            };
+            format!("{kind} at t = {:.6} s, load factor {:.6e}", point.time, point.factor)
+        }
+        None => format!("t = {time:.6} s, load factor {factor:.6e}"),
+    };
+    Some(format!(
+        "the path of equilibrium is unstable from {from}: under these loads alone the structure snaps or buckles there; the \
+         column negative_pivots says where it is stable again"
+    ))
+}
+
 impl Solver for FemSolver {
     fn hello(&self) -> Hello {
         let given = |name| FieldSpec { samples: MOST_SAMPLES, ..FieldSpec::nodal(name, 3, Sampling::AtEnds) };
@@ -335,6 +377,8 @@ impl Solver for FemSolver {
             }
         }
         let counts = prepared.march.counts;
+        measures.extend(critical_loads(&prepared.march.committed));
+        warnings.extend(unstable_path(&prepared.march.committed));
         if counts.refined > 0 {
             warnings.push(format!(
                 "Newton failed in {} windows, iterations of the coupling included: they were begun anew with shorter steps",
@@ -357,6 +401,7 @@ impl Solver for FemSolver {
             ("kept_factors", counts.kept_factors),
             ("refined_windows", counts.refined),
             ("shifted_tangents", counts.shifted),
+            ("refused_steps", counts.refused),
         ];
         let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })

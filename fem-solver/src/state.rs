@@ -23,6 +23,10 @@ pub struct State {
     pub factor: f64,
     /// See `factor`.
     pub factor_before: f64,
+    /// Where the path has come to.
+    pub along: Along,
+    /// Limit points and branch points passed so far.
+    pub critical: Vec<Critical>,
     /// Energy dissipated by damping since t = 0 [J].
     pub dissipated: f64,
     /// Work of the interface force since t = 0 [J].
@@ -35,6 +39,53 @@ pub struct State {
     pub peaks: Peaks,
     /// Smallest and largest of the members of each group that is gauged, so far.
     pub groups: Vec<Range>,
+}
+
+/// How a path of equilibrium goes on.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Along {
+    /// Length of the next step [m]; 0 before the first.
+    pub stride: f64,
+    /// Change of the load factor per way of the degree of freedom that moves most [1/m].
+    pub rate: f64,
+    /// Its largest magnitude so far, per norm of all displacements [1/m].
+    pub steepest: f64,
+    /// Negative pivots of the tangent: directions that are unstable.
+    pub negative: usize,
+    /// Smallest and largest load factor of the window.
+    pub lowest: f64,
+    /// See `lowest`.
+    pub highest: f64,
+    /// The next step has nothing to be compared with: something broke in the last, or the path turns into a branch.
+    pub anew: bool,
+    /// The step at hand ends at a branch point, and turns.
+    pub turned: bool,
+    /// How many critical points are known and reported.
+    pub critical: usize,
+    /// Time [s] and load factor of the end of the first step that was unstable.
+    pub unstable_from: Option<(f64, f64)>,
+}
+
+/// A point of a path of equilibrium at which its tangent is singular.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Critical {
+    /// When along the path [s].
+    pub time: f64,
+    /// Load factor.
+    pub factor: f64,
+    /// Directions that are unstable behind it.
+    pub negative: usize,
+    /// Which.
+    pub kind: Kind,
+}
+
+/// Kind of a critical point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The load turns back.
+    Limit,
+    /// Another path crosses.
+    Branch,
 }
 
 /// A value of one member of a group.
@@ -105,6 +156,9 @@ impl State {
         self.events.clear();
         self.events.extend_from_slice(&other.events);
         (self.factor, self.factor_before) = (other.factor, other.factor_before);
+        self.along = other.along;
+        self.critical.clear();
+        self.critical.extend_from_slice(&other.critical);
         self.dissipated = other.dissipated;
         self.received = other.received;
         self.support_work = other.support_work;

@@ -241,11 +241,6 @@ impl Tangent {
         sums
     }
 
-    /// Add `amount` [N/m] to the diagonal entry of free degree of freedom number `at`.
-    pub fn stiffen(&mut self, at: usize, amount: f64) {
-        self.values[self.diagonal[at]] += amount;
-    }
-
     /// Add `amount` [N/m] to every diagonal entry.
     pub fn shift(&mut self, amount: f64) {
         for at in &self.diagonal {
@@ -270,6 +265,23 @@ impl Tangent {
     pub fn factorise(&mut self) -> Result<(), usize> {
         let outcome = self.cholesky.factorise(&self.values[..self.rows.len()]);
         outcome.map_err(|pivot| self.dofs[pivot.unknown])
+    }
+
+    /// The same with pivots of either sign; returns how many are negative. The error is a degree of freedom of the structure
+    /// where the tangent is no number.
+    pub fn factorise_signed(&mut self) -> Result<usize, usize> {
+        let outcome = self.cholesky.factorise_signed(&self.values[..self.rows.len()]);
+        outcome.map_err(|pivot| self.dofs[pivot.unknown])
+    }
+
+    /// Degree of freedom of the structure of the first negative pivot of the last factorisation, if there is one.
+    pub fn first_negative(&self) -> Option<usize> {
+        self.cholesky.first_negative().map(|unknown| self.dofs[unknown])
+    }
+
+    /// Logarithm of the magnitude of the determinant of what was factorised last.
+    pub fn log_determinant(&self) -> f64 {
+        self.cholesky.log_determinant()
     }
 
     /// Solve in place for the free degrees of freedom.

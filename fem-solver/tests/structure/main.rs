@@ -4,7 +4,9 @@ mod allocation;
 mod bending;
 mod common;
 mod contract;
+mod curves;
 mod dynamics;
+mod elastica;
 mod elements;
 mod extremes;
 mod fields;
@@ -15,6 +17,7 @@ mod groups;
 mod input;
 mod meshes;
 mod mutations;
+mod paths;
 mod statics;
 mod verdict;
 
