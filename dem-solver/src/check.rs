@@ -76,6 +76,7 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
             report.numbers.insert(format!("{}_surface_error_m", rock.name), accuracy.largest());
             report.numbers.insert(format!("{}_volume_error", rock.name), accuracy.volume);
         }
+        report.clusters.extend(rock.made.iter().map(|made| (rock.name.clone(), made.clone())));
         // On a net with cells of a third of the rock, six rows of its spheres touch.
         seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
         spheres += rock.spheres.len();

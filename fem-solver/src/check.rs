@@ -66,7 +66,14 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let resolved = resolve(&config, &start)?;
     let warnings = start.warnings.clone();
     numbers.insert("seconds_per_step".into(), seconds_per_step(&mut solver, scene, &config, start)?);
-    Ok(CheckReport { builds, numbers, warnings, resolved, interface: Some(interface) })
+    Ok(CheckReport {
+        builds,
+        numbers,
+        warnings,
+        resolved,
+        interface: Some(interface),
+        ..CheckReport::default()
+    })
 }
 
 /// Length of all lines of the interface mesh [m].

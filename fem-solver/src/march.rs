@@ -1,6 +1,7 @@
 //! A prepared structure: one window after the other.
 
 use crate::config::Config;
+use crate::config::fem::AtBranch;
 use crate::energy::Energies;
 use crate::explicit::Explicit;
 use crate::implicit::{Implicit, Scheme};
@@ -133,7 +134,8 @@ impl March {
             energies: Energies::new(model, scheme.is_none_or(|s| s.inertia)),
             engine: match scheme {
                 _ if let Some(speed) = config.fem.path_speed => {
-                    Engine::Path(Box::new(Path::new(model, config.fem.newton.clone(), speed)))
+                    let turns = config.fem.path_at_branch == Some(AtBranch::Turn);
+                    Engine::Path(Box::new(Path::new(model, config.fem.newton.clone(), speed, turns)))
                 }
                 None => Engine::Explicit(Box::new(Explicit::new(model))),
                 Some(scheme) => Engine::Implicit(Box::new(Implicit::new(

@@ -56,8 +56,10 @@ pub struct Along {
     pub lowest: f64,
     /// See `lowest`.
     pub highest: f64,
-    /// Something broke in the last step, so that the path has a gap.
-    pub broke: bool,
+    /// The next step has nothing to be compared with: something broke in the last, or the path turns into a branch.
+    pub anew: bool,
+    /// The step at hand ends at a branch point, and turns.
+    pub turned: bool,
     /// How many critical points are known and reported.
     pub critical: usize,
     /// Time [s] and load factor of the end of the first step that was unstable.

@@ -101,6 +101,13 @@ pub fn write_scene(file: &Path, scene: &Scene, table: &Table, run: Option<&RunId
     files::write(file, (head + &body).as_bytes())
 }
 
+/// Write the spheres that the check has made for `rock` beside the resolved scene, where the run looks for them.
+pub fn write_cluster(out: &Path, rock: &str, text: &str) -> io::Result<()> {
+    let dir = out.join(run_dir::CLUSTERS);
+    std::fs::create_dir_all(&dir)?;
+    files::write(&dir.join(format!("{rock}.xyzr")), text.as_bytes())
+}
+
 /// Write `run.json` to `out`: version, run id, command lines, hashes of the input files.
 pub fn write_run(
     out: &Path,

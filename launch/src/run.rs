@@ -62,7 +62,9 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let show = request.bar && std::io::stderr().is_terminal();
     let jobs: Vec<Job> = plan.members.iter().map(|m| job(m, &plan, request, &owner, show)).collect();
     let log = out.join(run_dir::LOG);
+    let mut clusters = reports.iter().flat_map(|(_, report)| &report.clusters);
     write_record(&owner, &scene, &resolved, &jobs)
+        .and_then(|()| clusters.try_for_each(|(rock, text)| record::write_cluster(&out, rock, text)))
         .map_err(|e| Stop::input(format!("{}: cannot be written to: {e}", out.display())))?;
     owner.share_with_children();
 

@@ -60,28 +60,44 @@ impl<'a> Balls<'a> {
 
     /// The largest ball that touches at the surface point `at` (unit `inward` points inwards), smaller by the tolerance.
     pub fn touching(&self, at: &Vector3<f64>, inward: &Vector3<f64>) -> Sphere {
-        let mut radius = 0.5 * self.size;
+        self.shrunk(at, inward, 0.5 * self.size).0
+    }
+
+    /// The same ball, and whether one beyond a thin part of the solid was left out for it: if not, a trusting search finds
+    /// the same one.
+    fn shrunk(&self, at: &Vector3<f64>, inward: &Vector3<f64>, from: f64) -> (Sphere, bool) {
+        let mut radius = from;
+        let mut left = false;
         for _ in 0..MOST_SHRINKINGS {
             let centre = at + inward * radius;
             let tolerance = self.tolerance.max(self.share * radius);
             let Some(near) = self.tree.nearly_nearest(&centre, radius - tolerance, tolerance) else {
                 if self.leaves(at, inward, tolerance) {
+                    left = true;
                     radius = 0.5 * tolerance;
                     continue;
                 }
-                return Sphere { centre, radius: radius - tolerance };
+                return (Sphere { centre, radius: radius - tolerance }, left);
             };
             let chord = near.point - at;
             let depth = inward.dot(&chord);
             let smaller = self.tangent(at, inward, &near).unwrap_or(chord.norm_squared() / (2.0 * depth));
             if depth <= 0.0 || smaller >= radius - 0.5 * tolerance {
-                return Sphere { centre, radius: near.square.sqrt() - tolerance };
+                return (Sphere { centre, radius: near.square.sqrt() - tolerance }, left);
             }
             radius = smaller;
         }
         let centre = at + inward * radius;
         let free = self.tree.nearest(&centre, radius).map_or(radius, |n| n.square.sqrt());
-        Sphere { centre, radius: free }
+        (Sphere { centre, radius: free }, left)
+    }
+
+    /// Radii [m] of the ball that touches at `at`: known to lie in the solid, and trusted to. Both are sought below `most`.
+    pub fn radii(&self, at: &Vector3<f64>, inward: &Vector3<f64>, most: f64) -> [f64; 2] {
+        let from = most.min(0.5 * self.size);
+        let (ball, left) = Self { careful: true, ..*self }.shrunk(at, inward, from);
+        let trusted = if left { Self { careful: false, ..*self }.touching(at, inward) } else { ball };
+        [ball.radius, trusted.radius]
     }
 
     /// Whether the solid is thinner at `at` than `tolerance` [m]. A ball beyond it, outside of the solid, contains

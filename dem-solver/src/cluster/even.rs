@@ -8,10 +8,12 @@
 use super::Accuracy;
 use super::ball::Balls;
 use super::bound::VOLUME;
+use super::compare::{self, Comparison};
 use super::cover::Cover;
 use super::files;
 use super::index::SphereIndex;
 use super::make::{Fit, Maker, larger};
+use super::probe::Place;
 use crate::rock::Sphere;
 use nalgebra::Vector3;
 
@@ -33,9 +35,13 @@ pub(super) const FINE: f64 = 0.0025;
 /// Clusters that were measured, and the best of them.
 pub(super) struct Best<'a, 'b> {
     maker: &'a Maker<'b>,
+    comparison: Comparison<'b>,
     best: Option<(f64, Vec<Sphere>)>,
-    /// The balls of which the best one was made by growing.
+    /// The balls of which the best one was made by growing, and by how much [m].
     balls: Vec<Sphere>,
+    pub(super) grown: f64,
+    /// Where its error is large.
+    pub(super) places: Vec<Place>,
 }
 
 impl Best<'_, '_> {
@@ -44,15 +50,18 @@ impl Best<'_, '_> {
         if cluster.is_empty() {
             return false;
         }
-        let found = Accuracy::roughly(self.maker.surface, &cluster);
+        let volume = self.comparison.volume(&cluster);
         let doubt = match self.maker.wish.fit {
-            Fit::Volume => 1.0 + (found.volume.abs() - 0.01).max(0.0) / VOLUME,
+            Fit::Volume => 1.0 + (volume.abs() - 0.01).max(0.0) / VOLUME,
             _ => 1.0,
         } * files::groups(&cluster) as f64;
-        let error = weight * doubt * found.largest();
+        let least = self.best.as_ref().map_or(f64::INFINITY, |(error, _)| error / (weight * doubt));
+        let found = self.comparison.of(&cluster, least);
+        let error = weight * doubt * found.there.max(found.back);
         let better = self.best.as_ref().is_none_or(|(least, _)| error < *least);
         if better {
             self.best = Some((error, cluster));
+            self.places = found.places;
         }
         better
     }
@@ -69,7 +78,7 @@ impl Best<'_, '_> {
             better |= self.add(maker.joined_by_growing(balls, gap, grown), weight);
         }
         if better {
-            self.balls = balls.to_vec();
+            (self.balls, self.grown) = (balls.to_vec(), grown);
         }
         better
     }
@@ -89,21 +98,35 @@ impl Maker<'_> {
             self.relax(&mut found);
             found
         });
-        let gap =
-            [&guessed, &even, &relaxed].into_iter().flatten().map(|f| f.1).fold(f64::INFINITY, f64::min);
-        let samples = self.samples(if gap.is_finite() { 0.5 * gap } else { self.surface.size() });
+        self.settle(guessed.into_iter().collect(), [even, relaxed].into_iter().flatten().collect())
+    }
+
+    /// The best of covers, each with the gap that it leaves [m], with some spheres moved where that makes it better. Others
+    /// must be better than the `preferred` ones by a share.
+    pub(super) fn settle(
+        &mut self,
+        preferred: Vec<(Cover, f64)>,
+        others: Vec<(Cover, f64)>,
+    ) -> (Vec<Sphere>, Accuracy) {
+        let gap = preferred.iter().chain(&others).map(|f| f.1).fold(f64::INFINITY, f64::min);
+        let gap = if gap.is_finite() { gap } else { 2.0 * self.surface.size() };
+        let samples = self.samples(0.5 * gap);
+        let few = self.at_most(gap, 0.9, compare::MOST_SAMPLES + self.surface.points.len());
         let maker = &*self;
-        let mut best = Best { maker, best: None, balls: Vec::new() };
-        for (found, weight) in [(guessed, BETTER), (even, 1.0), (relaxed, 1.0)] {
-            let Some((cover, gap)) = found else { continue };
-            best.add_grown(&cover.balls, gap, weight);
+        let comparison = Comparison::new(maker.surface, maker.tree, few);
+        let mut best =
+            Best { maker, comparison, best: None, balls: Vec::new(), grown: 0.0, places: Vec::new() };
+        for (weight, covers) in [(BETTER, preferred), (1.0, others)] {
+            for (cover, gap) in covers {
+                best.add_grown(&cover.balls, gap, weight);
+            }
         }
         let balls = best.balls.clone();
         if balls.len() > 2 {
             maker.refine(&samples, &mut best, balls);
         }
         let cluster = best.best.map_or_else(|| vec![maker.middle], |(_, cluster)| cluster);
-        let accuracy = Accuracy::of(maker.surface, &cluster);
+        let accuracy = Accuracy::with(self.surface, &mut self.sizes, &cluster);
         (cluster, accuracy)
     }
 
@@ -146,16 +169,22 @@ impl Maker<'_> {
         let samples = self.samples(0.5 * *largest);
         let balls = Balls::new(self.tree, self.surface.size(), FINE * self.middle.radius);
         let least = self.wish.smallest_radius;
-        for _ in 0..MOST_ROUNDS {
-            let index = SphereIndex::new(&cover.balls);
-            let mut own: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); cover.balls.len()];
-            let mut gap = 0.0_f64;
-            for p in &samples.points {
+        let nearest = |balls: &[Sphere]| -> Vec<(f64, usize)> {
+            let index = SphereIndex::new(balls);
+            let near = |p| {
                 let (distance, near) = index.nearest(p);
-                gap = gap.max(distance);
-                own[index.place(near)].push(*p);
+                (distance, index.place(near))
+            };
+            samples.points.iter().map(near).collect()
+        };
+        let furthest = |near: &[(f64, usize)]| near.iter().map(|n| n.0).fold(0.0, f64::max);
+        let mut near = nearest(&cover.balls);
+        *largest = furthest(&near);
+        for _ in 0..MOST_ROUNDS {
+            let mut own: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); cover.balls.len()];
+            for (p, (_, ball)) in samples.points.iter().zip(&near) {
+                own[*ball].push(*p);
             }
-            *largest = gap;
             let mut moved = cover.balls.clone();
             for (ball, own) in moved.iter_mut().zip(&own) {
                 let away = |b: &Sphere| {
@@ -166,12 +195,12 @@ impl Maker<'_> {
                     *ball = found;
                 }
             }
-            let index = SphereIndex::new(&moved);
-            let after = samples.points.iter().map(|p| index.nearest(p).0).fold(0.0, f64::max);
-            if after >= gap {
+            let after = nearest(&moved);
+            let gap = furthest(&after);
+            if gap >= *largest {
                 break;
             }
-            (cover.balls, *largest) = (moved, after);
+            (cover.balls, near, *largest) = (moved, after, gap);
         }
     }
 

@@ -1,4 +1,4 @@
-//! The sphere of a cluster that reaches nearest to a point.
+//! The sphere of a cluster that reaches nearest to a point, and the first one that a ray enters.
 
 use crate::rock::Sphere;
 use nalgebra::Vector3;
@@ -34,11 +34,6 @@ impl SphereIndex {
     /// Smallest distance of `from` to a sphere's surface, negative inside of one (then that of the sphere in
     /// which it lies deepest) [m], and the number of the sphere for [`sphere`](Self::sphere).
     pub fn nearest(&self, from: &Vector3<f64>) -> (f64, u32) {
-        self.nearest_but(from, None)
-    }
-
-    /// The same of all spheres but one.
-    pub fn nearest_but(&self, from: &Vector3<f64>, but: Option<u32>) -> (f64, u32) {
         let (mut best, mut found) = (f64::INFINITY, 0);
         let mut stack = [(0_u32, f64::NEG_INFINITY); 64];
         let mut height = 1;
@@ -54,21 +49,131 @@ impl SphereIndex {
                     let sphere = &self.spheres[k];
                     let reach = best + sphere.radius;
                     let square = (from - sphere.centre).norm_squared();
-                    if reach > 0.0 && square < reach * reach && but != Some(k as u32) {
+                    if reach > 0.0 && square < reach * reach {
                         best = square.sqrt() - sphere.radius;
                         found = k as u32;
                     }
                 }
                 continue;
             }
-            let (left, right) = (at + 1, node.first);
-            let (l, r) = (self.bound(left, from), self.bound(right, from));
-            let (near, far) = if l <= r { ((left, l), (right, r)) } else { ((right, r), (left, l)) };
-            stack[height] = far;
-            stack[height + 1] = near;
-            height += 2;
+            height = self.push_children(at, from, &mut stack, height);
         }
         (best, found)
+    }
+
+    /// Whether a point lies deeper than `by` [m] in one of the spheres.
+    pub fn holds(&self, point: &Vector3<f64>, by: f64) -> bool {
+        let mut stack = [0_u32; 64];
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let at = stack[height];
+            let node = &self.nodes[at as usize];
+            if self.bound(at, point) >= -by {
+                continue;
+            }
+            if node.count == 0 {
+                (stack[height], stack[height + 1]) = (node.first, at + 1);
+                height += 2;
+            } else if self.spheres[node.first as usize..(node.first + node.count) as usize]
+                .iter()
+                .any(|s| holds(s, point, by))
+            {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The two spheres nearest to `from`: distances [m] as of [`nearest`](Self::nearest), and numbers. The second one of a
+    /// single sphere is infinitely far away.
+    pub fn nearest_two(&self, from: &Vector3<f64>) -> [(f64, u32); 2] {
+        let mut found = [(f64::INFINITY, 0); 2];
+        let mut stack = [(0_u32, f64::NEG_INFINITY); 64];
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let (at, bound) = stack[height];
+            if bound >= found[1].0 {
+                continue;
+            }
+            let node = &self.nodes[at as usize];
+            if node.count == 0 {
+                height = self.push_children(at, from, &mut stack, height);
+                continue;
+            }
+            for k in node.first..node.first + node.count {
+                let sphere = &self.spheres[k as usize];
+                let distance = (from - sphere.centre).norm() - sphere.radius;
+                if distance < found[0].0 {
+                    found = [(distance, k), found[0]];
+                } else if distance < found[1].0 {
+                    found[1] = (distance, k);
+                }
+            }
+        }
+        found
+    }
+
+    /// Length of the ray from `from`, outside of all spheres, along the unit vector `along` until it enters the first
+    /// one [m]; `None` if it enters none within `most`.
+    pub fn entry(&self, from: &Vector3<f64>, along: &Vector3<f64>, most: f64) -> Option<f64> {
+        let inverse = along.map(|a| 1.0 / a);
+        let mut first = most;
+        let mut stack = [(0_u32, 0.0); 64];
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let (at, enters) = stack[height];
+            if enters > first {
+                continue;
+            }
+            let node = &self.nodes[at as usize];
+            if node.count == 0 {
+                let mut children = [node.first, at + 1].map(|c| (c, self.enters_box(c, from, &inverse)));
+                if children[0].1 < children[1].1 {
+                    children.swap(0, 1);
+                }
+                for child in children.into_iter().filter(|(_, enters)| *enters <= first) {
+                    stack[height] = child;
+                    height += 1;
+                }
+                continue;
+            }
+            for sphere in &self.spheres[node.first as usize..(node.first + node.count) as usize] {
+                first = entry(sphere, from, along).map_or(first, |t| t.min(first));
+            }
+        }
+        (first < most).then_some(first)
+    }
+
+    /// Length of a ray until it enters the box around the spheres of a node [m]; infinite if it misses it.
+    fn enters_box(&self, node: u32, from: &Vector3<f64>, inverse: &Vector3<f64>) -> f64 {
+        let node = &self.nodes[node as usize];
+        let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
+        for axis in 0..3 {
+            let a = (node.lowest[axis] - node.largest - from[axis]) * inverse[axis];
+            let b = (node.highest[axis] + node.largest - from[axis]) * inverse[axis];
+            // Along a face of the box 0 times infinity is no number, and counts for nothing here.
+            (enters, leaves) = (enters.max(a.min(b)), leaves.min(a.max(b)));
+        }
+        if enters <= leaves { enters } else { f64::INFINITY }
+    }
+
+    /// Put both children of a node on a stack, the nearer one on top; the stack's new height.
+    fn push_children(
+        &self,
+        at: u32,
+        from: &Vector3<f64>,
+        stack: &mut [(u32, f64); 64],
+        height: usize,
+    ) -> usize {
+        let (left, right) = (at + 1, self.nodes[at as usize].first);
+        let (l, r) = (self.bound(left, from), self.bound(right, from));
+        let (near, far) = if l <= r { ((left, l), (right, r)) } else { ((right, r), (left, l)) };
+        stack[height] = far;
+        stack[height + 1] = near;
+        height + 2
     }
 
     /// The numbers of all spheres that overlap `sphere`; it is one of them if it is in the index.
@@ -121,14 +226,29 @@ impl SphereIndex {
     }
 }
 
+/// Whether a point lies deeper than `by` [m] in `sphere`.
+pub fn holds(sphere: &Sphere, point: &Vector3<f64>, by: f64) -> bool {
+    let within = sphere.radius - by;
+    within > 0.0 && (point - sphere.centre).norm_squared() < within * within
+}
+
+/// Length of a ray from a point outside of `sphere` until it enters it [m].
+pub fn entry(sphere: &Sphere, from: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
+    let arm = sphere.centre - from;
+    let middle = arm.dot(along);
+    let square = middle * middle - arm.norm_squared() + sphere.radius * sphere.radius;
+    (middle > 0.0 && square > 0.0).then(|| middle - square.sqrt())
+}
+
 fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, spheres: &[Sphere]) {
     let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    let mut largest = 0.0_f64;
+    let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
     for i in order.iter() {
         let sphere = &spheres[*i as usize];
         lowest = lowest.inf(&sphere.centre);
         highest = highest.sup(&sphere.centre);
         largest = largest.max(sphere.radius);
+        least = least.min(sphere.radius);
     }
     let at = nodes.len();
     nodes.push(Node { lowest, highest, first, count: order.len() as u32, largest });
@@ -136,9 +256,14 @@ fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, spheres: &[Sphere
         return;
     }
     let axis = (highest - lowest).iamax();
+    // Large spheres apart from small ones: the largest of a node decides how near all of it may be.
+    let by_size = largest - least > (highest - lowest)[axis];
     let half = order.len() / 2;
     order.select_nth_unstable_by(half, |a, b| {
-        let at = |i: &u32| spheres[*i as usize].centre[axis];
+        let at = |i: &u32| {
+            let sphere = &spheres[*i as usize];
+            if by_size { sphere.radius } else { sphere.centre[axis] }
+        };
         at(a).total_cmp(&at(b)).then(a.cmp(b))
     });
     let (left, right) = order.split_at_mut(half);
@@ -173,7 +298,15 @@ mod tests {
             let other =
                 spheres.iter().map(|s| (p - s.centre).norm() - s.radius).filter(|d| *d > every + 1e-15);
             let second = other.fold(f64::INFINITY, f64::min);
-            assert!((index.nearest_but(&p, Some(sphere)).0 - second).abs() < 1e-15);
+            assert_eq!(index.holds(&p, 0.03), every < -0.03);
+            let two = index.nearest_two(&p);
+            assert_eq!(two[0], (distance, sphere));
+            assert!((two[1].0 - second).abs() < 1e-15);
+            let along = Vector3::new(at(i, 1.9), at(i, 0.53), at(i, 6.7)).normalize();
+            let enters = spheres.iter().filter_map(|s| entry(s, &p, &along)).fold(2.0, f64::min);
+            if distance > 0.0 {
+                assert_eq!(index.entry(&p, &along, 2.0).unwrap_or(2.0), enters);
+            }
             let around = Sphere { centre: p, radius: 0.1 };
             let touching = spheres.iter().filter(|s| (p - s.centre).norm() < s.radius + 0.1).count();
             assert_eq!(index.overlapping(&around).len(), touching);

@@ -74,23 +74,21 @@ pub fn measured(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -
     let count = wish.spheres.max(1) as usize;
     let middle = largest(surface, &tree);
     let thick = middle.radius;
-    let sizes = Sizes::new(&tree, surface.size()).trusting();
+    let mut sizes = Sizes::new(surface, &tree);
+    sizes.trust(true);
     let mut maker = Maker { surface, tree: &tree, sizes, middle, count, wish };
     let covers = maker.by_guesses(&mut progress);
     let tried = tried(&covers);
     let found = maker.best(covers);
     progress(1.0);
     // Samples that see thin parts too.
-    maker.sizes = Sizes::new(&tree, surface.size());
+    maker.sizes.trust(false);
     if let Some((cover, gap)) = &found
         && maker.is_settled(cover)
     {
         let seen = maker.seen(&cover.balls, *gap);
         if seen <= COARSE * thick && seen <= 2.0 * gap {
-            let grown = maker.growth(&cover.balls, *gap);
-            let spheres = larger(&cover.balls, grown);
-            let accuracy = Accuracy::of(surface, &spheres);
-            return (spheres, accuracy);
+            return maker.settle(found.into_iter().collect(), Vec::new());
         }
     }
     maker.search_further(found, tried)
@@ -106,7 +104,7 @@ fn tried(covers: &[Cover]) -> (f64, f64) {
 /// About the largest ball in the solid inside `surface`, with the tree `tree`.
 pub fn largest(surface: &Surface, tree: &SurfaceTree) -> Sphere {
     let size = surface.size();
-    let mut sizes = Sizes::new(tree, size);
+    let mut sizes = Sizes::new(surface, tree);
     let balls = Balls::new(tree, size, 1e-6 * size);
     let mut error = 0.05 * size;
     loop {
@@ -122,7 +120,7 @@ pub fn largest(surface: &Surface, tree: &SurfaceTree) -> Sphere {
 pub(super) struct Maker<'a> {
     pub(super) surface: &'a Surface,
     pub(super) tree: &'a SurfaceTree,
-    sizes: Sizes<'a>,
+    pub(super) sizes: Sizes<'a>,
     /// About the largest ball.
     pub(super) middle: Sphere,
     pub(super) count: usize,
@@ -215,10 +213,15 @@ impl Maker<'_> {
 
     /// Samples that fit `error` [m], or coarser ones where those would be too many.
     pub(super) fn samples(&mut self, error: f64) -> Samples {
+        self.at_most(error, DENSITY, most_samples(self.surface, self.count))
+    }
+
+    /// Samples closer than a share of what a ball covers up to `error` [m], or coarser ones where those would be more
+    /// than `most`.
+    pub(super) fn at_most(&mut self, error: f64, share: f64, most: usize) -> Samples {
         let mut error = error.max(1e-6 * self.surface.size());
-        let most = most_samples(self.surface, self.count);
         loop {
-            match samples::corners(self.surface, &mut self.sizes, error, DENSITY, most) {
+            match samples::corners(self.surface, &mut self.sizes, error, share, most) {
                 Some(found) => return found,
                 None => error *= 1.5,
             }

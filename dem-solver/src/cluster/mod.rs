@@ -6,25 +6,30 @@
 //! - [`cover`]: balls, until nothing lies further outside than a given error
 //! - [`make`]: the error that a number of spheres reaches, and the spheres
 //! - [`even`]: a second search where the first does not settle
-//! - [`refine`]: spheres moved to where the error is largest
+//! - [`refine`], [`seen`], [`compare`]: spheres moved to where the error is largest
 //! - [`bound`]: whether that error is small enough, and what to try if it is not
-//! - [`index`], [`accuracy`], [`pits`], [`volume`]: the error of any cluster, measured
+//! - [`index`], [`accuracy`], [`probe`], [`pits`], [`volume`]: the error of any cluster, measured
 //! - [`files`]: `x y z r` text and Kratos `.clu`
+//! - [`kept`]: a cluster beside its scene, so that a run does not make it twice
 //! - [`command`]: `dem-solver cluster`
 
 pub mod accuracy;
 pub mod ball;
 pub mod bound;
 pub mod command;
+pub mod compare;
 pub mod cover;
 pub mod even;
 pub mod files;
 pub mod gaps;
 pub mod index;
+pub mod kept;
 pub mod make;
 pub mod pits;
+pub mod probe;
 pub mod refine;
 pub mod samples;
+pub mod seen;
 pub mod volume;
 
 pub use accuracy::Accuracy;

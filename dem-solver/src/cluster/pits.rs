@@ -3,17 +3,23 @@
 //! The distance to the solid's surface of a point that moves over a sphere grows until another sphere stops it, and then along
 //! the circle of both until a third one does. Points sampled on spheres find about where; the corner itself is computed.
 
-use super::accuracy::around;
-use super::index::SphereIndex;
+use super::index::{SphereIndex, holds};
+use super::probe::around;
 use crate::rock::Sphere;
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
 
-/// Spheres next to a place that are looked at: pairs of them are some hundreds.
-const MOST_NEIGHBOURS: usize = 24;
+/// Spheres next to a place that are looked at: pairs of them are some hundreds; and of these the ones whose circles are
+/// followed to their deepest points.
+const MOST_NEIGHBOURS: usize = 16;
+const FOLLOWED: usize = 8;
+/// Share of its distance to the surface by which the view from a place begins above it.
+const ABOVE: f64 = 1e-3;
 /// Steps from a place to a deeper one, and along a circle to its deepest point.
 const MOST_STEPS: usize = 40;
 const TURNS: usize = 3;
+/// Most steps over one sphere.
+const MOST_TURNS: usize = 60;
 
 /// A place on a sphere, and its distance to the solid's surface [m].
 #[derive(Debug, Clone, Copy)]
@@ -41,25 +47,30 @@ impl Pits<'_> {
     /// none lies between it and the nearest point of that surface: what is closed in between spheres touches nothing.
     pub fn depth(&self, point: &Vector3<f64>, least: f64) -> Option<f64> {
         // In this order: most points lie in a sphere, and most of the others are near enough.
-        if self.index.nearest(point).0 < -self.tight || self.tree.nearest(point, least).is_some() {
+        if self.index.holds(point, self.tight) || self.tree.nearest(point, least).is_some() {
             return None;
         }
         let near = self.tree.nearest(point, f64::INFINITY)?;
         let (out, length) = (near.point - point, near.square.sqrt());
-        let mut t = 1e-3 * length;
-        while t < length {
-            let gap = self.index.nearest(&(point + out * (t / length))).0;
-            if gap < -self.tight {
-                return None;
-            }
-            t += gap.max(1e-3 * length);
+        // From a little above the spheres that the point lies on.
+        let above = point + out * ABOVE;
+        let along = out.try_normalize(0.0)?;
+        let rest = length * (1.0 - 2.0 * ABOVE);
+        if self.index.holds(&above, self.tight) || self.index.entry(&above, &along, rest).is_some() {
+            return None;
         }
         Some(length)
     }
 
-    /// The deepest place that is reached from `pit` by corners of three spheres, each deeper than the last.
-    pub fn deepest(&self, mut pit: Pit) -> Pit {
+    /// The deepest place that is reached from `pit` by corners of three spheres, each deeper than the last. At one of the
+    /// places `known`, from which another search went on, this one ends; it adds its own.
+    pub fn deepest(&self, mut pit: Pit, known: &mut Vec<Vector3<f64>>) -> Pit {
         for _ in 0..MOST_STEPS {
+            let near = |k: &Vector3<f64>| (k - pit.point).norm_squared() <= (10.0 * self.tight).powi(2);
+            if known.iter().any(near) {
+                break;
+            }
+            known.push(pit.point);
             match self.deeper(&pit) {
                 Some(found) => pit = found,
                 None => break,
@@ -79,38 +90,63 @@ impl Pits<'_> {
         };
         others.sort_by(|a, b| away(a).total_cmp(&away(b)));
         others.truncate(MOST_NEIGHBOURS);
+        let others: Vec<(u32, Sphere)> = others.into_iter().map(|k| (k, *self.index.sphere(k))).collect();
         let mut best: Option<Pit> = None;
         let mut look = |point: Vector3<f64>, sphere: u32| {
+            // Most corners lie in one of these.
+            if others.iter().any(|(_, s)| holds(s, &point, self.tight)) {
+                return;
+            }
             let least = best.map_or(pit.depth * (1.0 + 1e-9) + self.tight, |b| b.depth);
             if let Some(depth) = self.depth(&point, least) {
                 best = Some(Pit { point, depth, sphere });
             }
         };
-        for (i, a) in others.iter().enumerate() {
-            let Some(circle) = Circle::of(&own, self.index.sphere(*a)) else { continue };
-            look(self.bottom(&circle, &pit.point), *a);
-            for b in &others[i + 1..] {
-                for corner in circle.corners(self.index.sphere(*b)).into_iter().flatten() {
-                    look(corner, *a);
+        let circles: Vec<(usize, Circle)> =
+            others.iter().enumerate().filter_map(|(i, (_, s))| Some((i, Circle::of(&own, s)?))).collect();
+        for (i, circle) in &circles {
+            for (_, other) in &others[i + 1..] {
+                for corner in circle.corners(other).into_iter().flatten() {
+                    look(corner, others[*i].0);
                 }
             }
+        }
+        if best.is_none() {
+            let mut look = |point: Vector3<f64>, sphere: u32| {
+                let least = best.map_or(pit.depth * (1.0 + 1e-9) + self.tight, |b| b.depth);
+                if let Some(depth) = self.depth(&point, least) {
+                    best = Some(Pit { point, depth, sphere });
+                }
+            };
+            circles
+                .iter()
+                .take(FOLLOWED)
+                .for_each(|(i, circle)| look(self.bottom(circle, &pit.point), others[*i].0));
         }
         best.or_else(|| self.further(pit, &own))
     }
 
-    /// A deeper place on the sphere `own` beside `pit`: in a hole through a plate it is where both faces are as far.
+    /// A deeper place on the sphere `own` beside `pit`, by smaller and smaller steps: in a hole through a plate it is where
+    /// both faces are as far.
     fn further(&self, pit: &Pit, own: &Sphere) -> Option<Pit> {
+        let mut best = *pit;
         let mut turn = 0.5;
-        while turn > 1e-4 {
-            for along in around(&((pit.point - own.centre) / own.radius), turn) {
+        for _ in 0..MOST_TURNS {
+            let before = best.depth;
+            for along in around(&((best.point - own.centre) / own.radius), turn) {
                 let point = own.centre + along * own.radius;
-                if let Some(depth) = self.depth(&point, pit.depth * (1.0 + 1e-9) + self.tight) {
-                    return Some(Pit { point, depth, ..*pit });
+                if let Some(depth) = self.depth(&point, best.depth * (1.0 + 1e-9) + self.tight) {
+                    best = Pit { point, depth, ..best };
                 }
             }
-            turn *= 0.5;
+            if best.depth == before {
+                turn *= 0.5;
+            }
+            if turn < 1e-5 {
+                break;
+            }
         }
-        None
+        (best.depth > pit.depth).then_some(best)
     }
 
     /// The point of a circle that is deepest, beginning at the one next to `at`.
@@ -188,7 +224,8 @@ mod tests {
         let pits = Pits { tree: &tree, index: &index, tight: 1e-12 };
         let start = spheres[0].centre + Vector3::new(-0.5, 0.0, 0.75_f64.sqrt()) * r;
         let depth = pits.depth(&start, 0.0).expect("nothing lies above it");
-        let found = pits.deepest(Pit { point: start, depth, sphere: index.nearest(&start).1 });
+        let start = Pit { point: start, depth, sphere: index.nearest(&start).1 };
+        let found = pits.deepest(start, &mut Vec::new());
         let exact = 0.1 - (r * r - s * s / 3.0).sqrt();
         assert!(depth < 0.5 * exact && (found.depth - exact).abs() < 1e-12, "{found:?}, {exact}");
     }

@@ -3,20 +3,25 @@
 //! A cover is made for the gaps that samples see before its balls grow. What is measured at last are the gaps that are left
 //! then, and the depth of pits between spheres; here both decide.
 
-use super::accuracy::{Place, worst};
 use super::ball::Balls;
 use super::even::Best;
 use super::index::SphereIndex;
 use super::make::{Maker, larger};
+use super::probe::Place;
 use super::samples::Samples;
+use super::seen::View;
 use crate::rock::Sphere;
 
-/// Share of the spheres that is moved in a round, in so many batches, and most rounds in a row that are no better.
+/// Share of the spheres that is moved in a round, in so many batches; after a round that is no better, so many times fewer.
 const MOVED: f64 = 0.1;
 const BATCHES: usize = 4;
+const FEWER: f64 = 3.0;
+/// Most rounds in a row of the fewest that are no better.
 const VAIN: usize = 2;
+/// Share of these that goes to places that were found when the best cluster was measured.
+const KNOWN: f64 = 0.5;
 /// Most rounds, for clusters of up to so many spheres.
-const ROUNDS: [(usize, usize); 3] = [(500, 4), (2000, 2), (6000, 1)];
+const ROUNDS: [(usize, usize); 3] = [(500, 5), (2000, 3), (6000, 2)];
 /// Share of the error that a new ball leaves at the place it is made for.
 const SHARE: f64 = 0.5;
 
@@ -24,15 +29,17 @@ impl Maker<'_> {
     /// Move spheres of the best cluster to where its error is largest, as long as that makes it better.
     pub(super) fn refine(&self, samples: &Samples, best: &mut Best, mut balls: Vec<Sphere>) {
         let rounds = ROUNDS.iter().find(|(most, _)| self.count <= *most).map_or(0, |(_, rounds)| *rounds);
-        let mut vain = 0;
+        let (mut share, mut vain) = (MOVED, 0);
         for _ in 0..rounds {
-            let tried = self.moved(samples, &balls);
+            let tried = self.moved(samples, &balls, share, best, vain == 0);
             let gap = super::make::furthest(&tried, samples);
             if best.add_grown(&tried, gap, 1.0) {
                 (balls, vain) = (tried, 0);
+            } else if share * (balls.len() as f64) > 1.0 {
+                share /= FEWER;
             } else {
-                vain += 1;
-                balls = tried;
+                // Some steps on from a place that is no better may lead to one that is.
+                (balls, vain) = (tried, vain + 1);
             }
             if vain == VAIN {
                 break;
@@ -40,22 +47,49 @@ impl Maker<'_> {
         }
     }
 
-    /// The balls with some of them moved.
-    fn moved(&self, samples: &Samples, balls: &[Sphere]) -> Vec<Sphere> {
-        let many = ((MOVED * balls.len() as f64).ceil() as usize).min(balls.len() / 2);
+    /// The balls with a share of them moved; whether they are the `known` best ones, of which it is known where they are worst.
+    fn moved(
+        &self,
+        samples: &Samples,
+        balls: &[Sphere],
+        share: f64,
+        best: &Best,
+        known: bool,
+    ) -> Vec<Sphere> {
+        let many = ((share * balls.len() as f64).ceil() as usize).min(balls.len() / 2);
         let mut kept = without(balls, samples, many);
         let all = Balls::new(self.tree, self.surface.size(), super::even::FINE * self.middle.radius);
-        for batch in 0..BATCHES {
-            let missing = self.count.saturating_sub(kept.len()).div_ceil(BATCHES - batch);
-            let gap = super::make::furthest(&kept, samples);
-            let grown = larger(&kept, self.growth(&kept, gap));
-            for Place { point, inward, depth } in worst(self.tree, samples, &grown, missing) {
+        let mut view = View::new(self.tree, samples, &larger(&kept, best.grown));
+        // First where it is known to be worst, which between samples none of them sees.
+        let mut places = apart(&best.places, if known { KNOWN * many as f64 } else { 0.0 });
+        for batch in 0..=BATCHES {
+            let before = kept.len();
+            let missing = self.count.saturating_sub(before);
+            if batch > 0 {
+                places = view.worst(missing.div_ceil(BATCHES + 1 - batch));
+            }
+            for Place { point, inward, depth } in places.drain(..).take(missing) {
                 let found = all.near(&point, &inward, SHARE * depth, self.wish.smallest_radius);
                 kept.extend(found.filter(|b| b.radius > 0.0 && b.radius >= self.wish.smallest_radius));
             }
+            view.add(&larger(&kept[before..], best.grown));
         }
         kept
     }
+}
+
+/// The worst ones of places, at most about `many`, none within its own depth of a worse one.
+fn apart(places: &[Place], many: f64) -> Vec<Place> {
+    let mut chosen: Vec<Place> = Vec::new();
+    for place in places {
+        if chosen.len() as f64 >= many {
+            break;
+        }
+        if chosen.iter().all(|c| (c.point - place.point).norm_squared() > place.depth * place.depth) {
+            chosen.push(*place);
+        }
+    }
+    chosen
 }
 
 /// The balls without those `many` whose places others come nearest to.
@@ -64,8 +98,7 @@ fn without(balls: &[Sphere], samples: &Samples, many: usize) -> Vec<Sphere> {
     // How far samples would lie from all others, for each ball the most of those that are nearest to it.
     let mut required = vec![f64::NEG_INFINITY; balls.len()];
     for p in &samples.points {
-        let (_, near) = index.nearest(p);
-        let (other, _) = index.nearest_but(p, Some(near));
+        let [(_, near), (other, _)] = index.nearest_two(p);
         let place = index.place(near);
         required[place] = required[place].max(other);
     }

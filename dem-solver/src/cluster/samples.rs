@@ -8,7 +8,7 @@ use super::ball::Balls;
 use crate::shape::Surface;
 use crate::shape::tree::{Feature, SurfaceTree};
 use nalgebra::Vector3;
-use std::collections::{HashMap, HashSet};
+use rustc_hash::FxHashSet;
 
 /// Points of a surface.
 #[derive(Debug, Clone, Default)]
@@ -22,25 +22,59 @@ pub struct Samples {
     pub slope: Vec<f64>,
 }
 
-/// The size of the ball that touches at a place, kept for the next time that it is asked for.
+/// The sizes of the balls that touch in the middles of parts of the triangles, kept for the next time that they are asked
+/// for.
 pub struct Sizes<'a> {
     balls: Balls<'a>,
-    known: HashMap<[u64; 3], f64>,
+    careful: bool,
+    /// First one for each triangle, then the two halves of a part next to each other.
+    parts: Vec<Part>,
 }
 
+/// A part of a triangle.
+#[derive(Clone, Copy)]
+struct Part {
+    /// Radii of the ball that touches in its middle ([`Balls::radii`]) [m]; not yet known: no numbers.
+    radii: [f64; 2],
+    /// Its first half; 0: not yet halved.
+    halves: u32,
+}
+
+const UNKNOWN: Part = Part { radii: [f64::NAN; 2], halves: 0 };
+
 impl<'a> Sizes<'a> {
-    /// Sizes in the solid inside the surface of `tree`, whose box has the diagonal `size` [m].
-    pub fn new(tree: &'a SurfaceTree, size: f64) -> Self {
-        Self { balls: Balls::new(tree, size, 1e-7 * size).roughly(), known: HashMap::new() }
+    /// Sizes in the solid inside `surface` with the tree `tree`.
+    pub fn new(surface: &Surface, tree: &'a SurfaceTree) -> Self {
+        let size = surface.size();
+        let balls = Balls::new(tree, size, 1e-7 * size).roughly();
+        Self { balls, careful: true, parts: vec![UNKNOWN; surface.triangles.len()] }
     }
 
-    /// The same sizes, but beyond thin parts of the solid too ([`Balls::trusting`]).
-    pub fn trusting(self) -> Self {
-        Self { balls: self.balls.trusting(), ..self }
+    /// From now on the same sizes, but beyond thin parts of the solid too ([`Balls::trusting`]), or no longer.
+    pub fn trust(&mut self, trusting: bool) {
+        self.careful = !trusting;
     }
 
-    fn radius(&mut self, at: &Vector3<f64>, inward: &Vector3<f64>) -> f64 {
-        *self.known.entry(key(at)).or_insert_with(|| self.balls.touching(at, inward).radius)
+    /// The tree of the surface.
+    pub fn tree(&self) -> &'a SurfaceTree {
+        self.balls.tree()
+    }
+
+    fn radius(&mut self, part: u32, at: &Vector3<f64>, inward: &Vector3<f64>, most: f64) -> f64 {
+        let part = &mut self.parts[part as usize];
+        if part.radii[0].is_nan() {
+            part.radii = self.balls.radii(at, inward, most);
+        }
+        part.radii[usize::from(!self.careful)]
+    }
+
+    /// The first half of a part; the second one follows it.
+    fn halves(&mut self, part: u32) -> u32 {
+        if self.parts[part as usize].halves == 0 {
+            self.parts[part as usize].halves = self.parts.len() as u32;
+            self.parts.extend([UNKNOWN; 2]);
+        }
+        self.parts[part as usize].halves
     }
 }
 
@@ -52,12 +86,18 @@ fn key(p: &Vector3<f64>) -> [u64; 3] {
 struct Piece {
     corners: [(Vector3<f64>, u8); 3],
     triangle: usize,
+    /// Its number in [`Sizes`].
+    part: u32,
     /// Radius of the ball that touches in the middle of the piece from which this one was cut [m].
     radius: f64,
 }
 
 /// A piece smaller than this share of the ball at the piece from which it was cut has about that ball.
 const SAME_BALL: f64 = 0.3;
+
+/// The ball in the middle of a piece is at most so many times that of the piece from which it was cut: else a smaller one
+/// does too, and samples are denser than they must be.
+const GROWS: f64 = 4.0;
 
 /// Where a point with these edges lies on its triangle.
 fn feature(edges: u8) -> Feature {
@@ -84,7 +124,8 @@ fn cut(
     let mut stack = Vec::new();
     for triangle in 0..surface.triangles.len() {
         let [a, b, c] = surface.corners(triangle);
-        stack.push(Piece { corners: [(a, 0b101), (b, 0b011), (c, 0b110)], triangle, radius: 0.0 });
+        let corners = [(a, 0b101), (b, 0b011), (c, 0b110)];
+        stack.push(Piece { corners, triangle, part: triangle as u32, radius: 0.0 });
         let inward = -surface.normal(triangle);
         while let Some(part) = stack.pop() {
             let p = part.corners.map(|c| c.0);
@@ -94,7 +135,8 @@ fn cut(
             let mut radius = part.radius;
             let small = longest <= 0.5 * share * error || {
                 if longest > SAME_BALL * radius {
-                    radius = sizes.radius(&((p[0] + p[1] + p[2]) / 3.0), &inward);
+                    let most = if radius > 0.0 { GROWS * radius } else { f64::INFINITY };
+                    radius = sizes.radius(part.part, &((p[0] + p[1] + p[2]) / 3.0), &inward, most);
                 }
                 longest <= share * ((2.0 * radius * error).sqrt() + 0.5 * error)
             };
@@ -107,8 +149,10 @@ fn cut(
             let ((a, in_a), (b, in_b), apex) =
                 (part.corners[k], part.corners[(k + 1) % 3], part.corners[(k + 2) % 3]);
             let middle = ((a + b) / 2.0, in_a & in_b);
-            stack.push(Piece { corners: [middle, (b, in_b), apex], triangle: part.triangle, radius });
-            stack.push(Piece { corners: [(a, in_a), middle, apex], triangle: part.triangle, radius });
+            let first = sizes.halves(part.part);
+            let half = |part: u32, corners| Piece { corners, triangle, part, radius };
+            stack.push(half(first + 1, [middle, (b, in_b), apex]));
+            stack.push(half(first, [(a, in_a), middle, apex]));
         }
     }
 }
@@ -117,7 +161,7 @@ fn cut(
 pub fn corners(surface: &Surface, sizes: &mut Sizes, error: f64, share: f64, most: usize) -> Option<Samples> {
     let tree = sizes.balls.tree();
     let mut samples = Samples::default();
-    let mut known: HashSet<[u64; 3]> = HashSet::new();
+    let mut known: FxHashSet<[u64; 3]> = FxHashSet::default();
     cut(surface, sizes, error, share, |part, triangle| {
         for (p, edges) in part {
             if known.insert(key(p)) {
@@ -161,7 +205,7 @@ mod tests {
     fn samples_stand_on_the_surface_and_are_denser_at_edges() {
         let surface = builtin::cuboid(Vector3::repeat(1.0));
         let tree = SurfaceTree::new(&surface);
-        let mut sizes = Sizes::new(&tree, 3.0_f64.sqrt());
+        let mut sizes = Sizes::new(&surface, &tree);
         let samples = corners(&surface, &mut sizes, 0.01, 0.5, 1_000_000).expect("fewer");
         let (mut at_edges, mut inside) = (0, 0);
         for (p, inward) in samples.points.iter().zip(&samples.inward) {

@@ -1,16 +1,18 @@
 //! Rocks: what is constant of them, and what moves.
 //!
 //! - [`cluster`]: the spheres that fill a box
+//! - [`exposed`]: how much of the surface of each sphere lies outside the others
 //! - [`outermost`]: the spheres that may be the furthest in a direction, or touch a plane together
 //! - [`solid`]: mass, inertia and surface of the true solid
 //! - [`rotation`]: free rotation that keeps the angular momentum
 
 pub mod cluster;
+pub mod exposed;
 pub mod outermost;
 pub mod rotation;
 pub mod solid;
 
-use crate::cluster::{Accuracy, Bound, MOST_SPHERES, Wish, files};
+use crate::cluster::{Accuracy, Bound, MOST_SPHERES, Wish, files, kept};
 use crate::gate::units::extent;
 use crate::settings::rock::Method;
 use crate::settings::{Cluster, RockSettings, Shape};
@@ -19,6 +21,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use solid::Solid;
+use std::path::Path;
 
 /// One sphere of a cluster.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +67,8 @@ pub struct Rock {
     pub solid: Solid,
     /// The error of the spheres, where making them took measuring it.
     accuracy: Option<Accuracy>,
+    /// A file of the spheres for the run to read, where making them takes time ([`kept`]).
+    pub made: Option<String>,
 }
 
 /// Refuse a least radius with which no sphere fits into the rock.
@@ -93,7 +98,7 @@ impl Rock {
             .mass
             .unwrap_or_else(|| settings.density.expect("mass or density, checked") * solid.volume());
         let cluster = settings.cluster.clone().unwrap_or_default();
-        let Spheres { mut spheres, origin, outermost, facing, notice, accuracy } =
+        let Spheres { mut spheres, origin, outermost, facing, notice, accuracy, made } =
             match (&settings.shape, &cluster.file) {
                 (_, Some(file)) => Spheres::read(file).map_err(|e| refuse("cluster.file", e))?,
                 (Shape::Sphere { radius }, None) => Spheres::single(*radius),
@@ -103,7 +108,7 @@ impl Rock {
                 (shape, None) => {
                     let (surface, _) = shape.surface(false).map_err(|e| refuse("shape", e))?;
                     check_smallest(at, &surface, &cluster, scene)?;
-                    Spheres::medial(&surface, &cluster, &settings.name)
+                    Spheres::medial(&surface, &cluster, &settings.name, &kept::place(scene, &settings.name))
                         .map_err(|e| refuse("cluster.spheres", e))?
                 }
             };
@@ -126,6 +131,7 @@ impl Rock {
             largest_radius: 0.0,
             solid,
             accuracy,
+            made,
             spheres,
         };
         for sphere in &rock.spheres {
@@ -240,6 +246,25 @@ struct Spheres {
     facing: Option<f64>,
     notice: Option<String>,
     accuracy: Option<Accuracy>,
+    made: Option<String>,
+}
+
+/// Spheres that are made now, with their error.
+fn made(
+    surface: &Surface,
+    wish: &Wish,
+    bound: &Bound,
+    name: &str,
+) -> Result<(Vec<Sphere>, Option<Accuracy>), InputError> {
+    tracing::info!("rock `{name}`: making a cluster of {} spheres", wish.spheres);
+    let mut printed = 0.0;
+    let (spheres, accuracy) = bound.make(surface, wish, NAMED, |done| {
+        if done >= printed + 0.25 {
+            printed = done;
+            tracing::info!("rock `{name}`: cluster {:.0} % done", 100.0 * done);
+        }
+    })?;
+    Ok((spheres, Some(accuracy)))
 }
 
 /// How a scene writes the number of spheres and the largest error.
@@ -254,6 +279,7 @@ impl Spheres {
             facing: Some(1.0),
             notice: None,
             accuracy: None,
+            made: None,
         }
     }
 
@@ -272,24 +298,26 @@ impl Spheres {
             facing: Some((x * y).max(y * z).max(x * z)),
             notice,
             accuracy: None,
+            made: None,
         })
     }
 
-    fn medial(surface: &Surface, cluster: &Cluster, name: &str) -> Result<Self, InputError> {
+    /// Spheres of any shape; those that a file `at` holds where it was made for the same.
+    fn medial(surface: &Surface, cluster: &Cluster, name: &str, at: &Path) -> Result<Self, InputError> {
         let wish = Wish {
             spheres: cluster.spheres.unwrap_or(1).clamp(1, MOST_SPHERES),
             fit: cluster.fit.unwrap_or_default(),
             smallest_radius: cluster.smallest_radius.unwrap_or(0.0),
         };
-        tracing::info!("rock `{name}`: making a cluster of {} spheres", wish.spheres);
-        let mut printed = 0.0;
         let bound = Bound::of(surface, cluster.largest_error);
-        let (spheres, accuracy) = bound.make(surface, &wish, NAMED, |done| {
-            if done >= printed + 0.25 {
-                printed = done;
-                tracing::info!("rock `{name}`: cluster {:.0} % done", 100.0 * done);
+        let (spheres, accuracy) = match kept::read(at, surface, &wish, &bound) {
+            Some(spheres) => {
+                tracing::info!("rock `{name}`: {} spheres of {}", spheres.len(), at.display());
+                (spheres, None)
             }
-        })?;
+            None => made(surface, &wish, &bound, name)?,
+        };
+        let text = kept::text(surface, &wish, &bound, &spheres);
         let notice = (spheres.len() < wish.spheres as usize).then(|| {
             format!(
                 "{} spheres cover the shape down to the chords of its triangles; {} were asked for",
@@ -297,8 +325,8 @@ impl Spheres {
                 wish.spheres
             )
         });
-        let accuracy = Some(accuracy);
-        Ok(Self { spheres, origin: "medial".into(), outermost: None, facing: None, notice, accuracy })
+        let (origin, made) = ("medial".into(), Some(text));
+        Ok(Self { spheres, origin, outermost: None, facing: None, notice, accuracy, made })
     }
 
     fn read(file: &std::path::Path) -> Result<Self, InputError> {
@@ -310,7 +338,7 @@ impl Spheres {
             )
         });
         let origin = format!("of {}", file.display());
-        Ok(Self { spheres, origin, outermost: None, facing: None, notice, accuracy: None })
+        Ok(Self { spheres, origin, outermost: None, facing: None, notice, accuracy: None, made: None })
     }
 }
 

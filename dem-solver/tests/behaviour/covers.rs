@@ -3,7 +3,7 @@
 use crate::sampled::Sampled;
 use crate::solids::solid;
 use dem_solver::DemSolver;
-use dem_solver::cluster::{Accuracy, Bound, Fit, Wish, files, make, measured};
+use dem_solver::cluster::{Accuracy, Bound, Fit, Wish, files, kept, make, measured};
 use dem_solver::rock::Sphere;
 use dem_solver::shape::{Surface, builtin};
 use interface_defs::toolkit::program::Options;
@@ -259,7 +259,7 @@ fn more_spheres_are_never_worse() {
     ] {
         let surface = solid(name);
         let mut last = f64::INFINITY;
-        for spheres in [8, 32, 128, 400] {
+        for spheres in [8, 48, 300] {
             let error = Accuracy::of(&surface, &cluster(&surface, spheres, Fit::Volume)).largest();
             assert!(error < 1.1 * last, "{name}, {spheres} spheres: {error} m after {last} m");
             last = error;
@@ -273,9 +273,13 @@ fn more_spheres_are_never_worse() {
 fn the_largest_error_is_what_ever_finer_points_on_both_surfaces_find() {
     for (name, spheres) in [
         ("cube:0.41", 300),
+        ("box:0.2,0.4,0.6", 8),
+        ("box:2,1,0.2", 64),
         ("box:2,1,0.1", 300),
         ("box:2,1,0.1", 1000),
         ("box:2,0.2,0.2", 64),
+        ("norm_rock_221:0.05", 8),
+        ("ellipsoid:0.3,0.2,0.15", 8),
         ("ead_block:0.41", 300),
         ("ellipsoid:1,0.1,0.1", 30),
         ("disc", 64),
@@ -291,7 +295,7 @@ fn the_largest_error_is_what_ever_finer_points_on_both_surfaces_find() {
         let surface = solid(name);
         let (cluster, stated) = measured(&surface, &wish(spheres, Fit::Volume), |_| ());
         let (stated, sampled) = (stated.largest(), Sampled::of(&surface, &cluster).largest());
-        assert!(sampled <= 1.01 * stated, "{name}, {spheres}: {sampled} sampled, {stated} stated");
+        assert!(sampled <= 1.003 * stated, "{name}, {spheres}: {sampled} sampled, {stated} stated");
         assert!(stated <= 1.1 * sampled, "{name}, {spheres}: {stated} stated, {sampled} sampled");
     }
 }
@@ -391,6 +395,39 @@ fn a_scene_whose_spheres_do_not_stand_for_its_rock_is_refused_at_their_number() 
         refused(&format!("{cube}cluster = {{ spheres = 64, largest_error = 0.01 }}")).expect("refused");
     assert!(sharp.contains("beyond cluster.largest_error"), "{sharp}");
     assert_eq!(refused(&format!("{cube}cluster = {{ spheres = 64, largest_error = 0.06 }}")), None);
+}
+
+/// What the check of a scene hands over is what the run reads: the same spheres bit for bit, and they are not made again.
+#[test]
+fn the_cluster_that_a_check_has_made_is_not_made_again() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let file = dir.path().join("scene.toml");
+    let scene = "end_time = 1.0\n[[rock]]\nname = \"block\"\nposition = [0.0, 0.0, 5.0]\ndensity = 2600.0\n\
+                 shape = { type = \"ead_block\", size = 0.5 }\ncluster.spheres = 20\n";
+    std::fs::write(&file, scene).expect("written");
+    let scene = || Scene::load(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let spheres = || {
+        let solver = DemSolver::new(&scene(), &Options::default()).unwrap_or_else(|e| panic!("{e}"));
+        solver.model().rocks[0].spheres.clone()
+    };
+    let report = dem_solver::check::check(&scene()).unwrap_or_else(|e| panic!("{e}"));
+    let text = &report.clusters["block"];
+    let made = spheres();
+    std::fs::create_dir(dir.path().join("clusters")).expect("created");
+    let kept = dir.path().join("clusters/block.xyzr");
+    std::fs::write(&kept, text).expect("written");
+    assert_eq!(spheres(), made);
+    // A cluster for the same wish with one sphere less: if it is read, it was not made.
+    let surface = solid("ead_block:0.5");
+    let bound = Bound::of(&surface, None);
+    let fewer = files::read_text(text.as_bytes()).expect("spheres")[1..].to_vec();
+    let wish = wish(20, Fit::Volume);
+    std::fs::write(&kept, kept::text(&surface, &wish, &bound, &fewer)).expect("written");
+    assert_eq!(spheres().len(), 19);
+    std::fs::write(&kept, format!("{}1\n", text.trim_end())).expect("written");
+    assert_eq!(spheres(), made, "changed by hand: made again");
+    let again = dem_solver::check::check(&scene()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(&again.clusters["block"], text);
 }
 
 /// Clusters of thick solids, on which figures of scenes depend, have not changed.

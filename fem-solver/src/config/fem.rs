@@ -46,8 +46,23 @@ pub struct FemConfig {
     /// equilibrium is unstable; the summary gives limit points and branch points. Default: the loads are constant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path_speed: Option<f64>,
+    /// With `path_speed`: where a path goes on from a branch point behind which more directions are unstable. Default
+    /// `straight`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path_at_branch: Option<AtBranch>,
     /// Accept a `time_step` above the critical one (`central_difference` only). Default false.
     pub allow_unstable: bool,
+}
+
+/// Where a path goes on from a branch point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AtBranch {
+    /// On the path that it came by, which is unstable from there.
+    #[default]
+    Straight,
+    /// Into the path that crosses: a perfect structure buckles.
+    Turn,
 }
 
 /// Scheme in time.
@@ -120,6 +135,11 @@ impl FemConfig {
                 let what = format!("path_speed is for static, not for {}", self.integrator.name());
                 return Err(scene.invalid("fem.path_speed", what));
             }
+        }
+        if self.path_at_branch.is_some() && self.path_speed.is_none() {
+            return Err(scene
+                .invalid("fem.path_at_branch", "without path_speed there is no path that could branch")
+                .try_instead("write path_speed too, or leave out path_at_branch"));
         }
         let gamma = self.gamma.unwrap_or(0.5);
         self.parameter(scene, "rho_inf", self.rho_inf, Integrator::GeneralizedAlpha, 0.0..=1.0)?;
@@ -196,6 +216,12 @@ mod tests {
         let message = refused("integrator = \"bossak\"\nrho_inf = 0.8");
         assert!(message.starts_with("s.toml:3:"), "{message}");
         assert!(message.contains("belongs to the integrator generalized_alpha"), "{message}");
+    }
+
+    #[test]
+    fn a_branch_needs_a_path() {
+        let message = refused("integrator = \"static\"\npath_at_branch = \"turn\"");
+        assert!(message.starts_with("s.toml:3:") && message.contains("write path_speed too"), "{message}");
     }
 
     #[test]

@@ -18,6 +18,9 @@ const ROUNDS: usize = 3;
 /// A direction is exact enough where its residual is this part of what it is a difference of.
 const REFINED: f64 = 1e-12;
 
+/// Rounds of inverse iteration.
+const SOFTEST: usize = 4;
+
 /// Newton with one degree of freedom held, and its memory.
 pub struct Corrector {
     settings: NewtonConfig,
@@ -159,6 +162,23 @@ impl Corrector {
             direction[*dof] = *a;
         }
         Ok(rate)
+    }
+
+    /// Into `direction`, its largest displacement 1: the direction in which the tangent that was factorised last, which is
+    /// (almost) singular, resists least.
+    pub fn softest(&mut self, model: &Model, direction: &mut [f64]) {
+        // By inverse iteration from what has a share of every direction.
+        self.of_load.iter_mut().enumerate().for_each(|(i, x)| *x = (1.7 * i as f64 + 1.0).sin());
+        for _ in 0..SOFTEST {
+            self.tangent.solve(&mut self.of_load);
+            let Some(most) = self.moves_most(model) else { return };
+            let size = 1.0 / self.of_load[most];
+            self.of_load.iter_mut().for_each(|x| *x *= size);
+        }
+        direction.fill(0.0);
+        for (x, dof) in self.of_load.iter().zip(self.tangent.dofs()) {
+            direction[*dof] = *x;
+        }
     }
 
     /// The free displacement that moves most under the loads.

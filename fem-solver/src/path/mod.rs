@@ -11,7 +11,8 @@
 //!
 //! How long a step is, the path says and not the output: the directions at both ends and the chord between them may differ by
 //! [`TURN`] at most, of the displacements as of the load; and Newton returns within [`FEW`] iterations. Else the step is
-//! shortened and taken anew. Rows of output shorten a step to their own place, and leave the length of the next as it is.
+//! shortened and taken anew; corners, where something goes slack or taut, are leapt over. Rows of output shorten a step to
+//! their own place, and leave the length of the next as it is.
 //!
 //! The number of negative pivots of `K` says how many directions are unstable. Along a smooth path, the sign of its
 //! determinant and that of `df/ds` change together; where one of both changes alone, the path has crossed a branch, or the
@@ -22,6 +23,7 @@
 
 mod corrector;
 mod critical;
+mod heading;
 
 use crate::assembly::{Assembly, Event};
 use crate::config::NewtonConfig;
@@ -29,9 +31,10 @@ use crate::kernel::Kernel;
 use crate::lanes::work;
 use crate::model::Model;
 use crate::newton::{Failure, Info};
-use crate::state::{Along, Kind, State};
+use crate::state::{Along, Critical, Kind, State};
 use corrector::Corrector;
 use critical::{Lost, Probe, Search};
+use heading::{Heading, angle, inner, norm};
 
 /// Angle by which directions may turn in one step [rad].
 const TURN: f64 = 0.3;
@@ -41,17 +44,23 @@ const AIM: f64 = 0.12;
 const FEW: u32 = 8;
 /// Iterations up to which steps may grow.
 const EASY: u64 = 4;
-/// Length of the first step, of the longest and of the shortest, relative to the extent of the structure.
+/// Length of the first step and of the longest, relative to the extent of the structure.
 const FIRST: f64 = 1e-4;
 const LONGEST: f64 = 0.05;
-const SHORTEST: f64 = 1e-10;
-/// A step so short turns as far as it will: there the path has a corner, where something goes slack or taut.
-const CORNER: f64 = 1e-7;
+/// Where steps so short still turn too far, the path has a corner: something goes slack or taut. Steps of these lengths, all
+/// relative to the extent of the structure, leap over it, if the chord turns by no more than this [rad].
+const CORNER: f64 = 1e-6;
+const LEAPS: [f64; 4] = [1e-4, 3e-4, 1e-3, 3e-3];
+const LEAP_TURN: f64 = 1.0;
+/// Largest change of the load factor, relative, in a step at whose end something breaks.
+const BREAKS_WITHIN: f64 = 1e-3;
 
 /// Memory of a step.
 pub struct Path {
     /// Way of the degree of freedom that moves most, per unit of time [m/s].
     speed: f64,
+    /// Whether it turns where it branches.
+    turns: bool,
     extent: f64,
     corrector: Corrector,
     /// Displacement and direction at the start of the step, and at its end.
@@ -60,6 +69,8 @@ pub struct Path {
     direction: Vec<f64>,
     end: Vec<f64>,
     end_direction: Vec<f64>,
+    /// Memory of what would break; empty where nothing can.
+    history: Vec<f64>,
 }
 
 /// A step that was taken: what its end is like, and what it took.
@@ -84,12 +95,13 @@ struct Tried {
 }
 
 impl Path {
-    /// For `model`, at `speed` [m/s].
-    pub fn new(model: &Model, settings: NewtonConfig, speed: f64) -> Self {
+    /// For `model`, at `speed` [m/s]; `turns` where it branches, or goes straight on.
+    pub fn new(model: &Model, settings: NewtonConfig, speed: f64, turns: bool) -> Self {
         let n = model.dof_count();
         let memory = || vec![0.0; n];
         Self {
             speed,
+            turns,
             extent: model.extent(),
             corrector: Corrector::new(model, settings),
             before: memory(),
@@ -97,6 +109,11 @@ impl Path {
             direction: memory(),
             end: memory(),
             end_direction: memory(),
+            history: if model.elements.iter().any(|e| e.can_break()) {
+                model.start_history()
+            } else {
+                Vec::new()
+            },
         }
     }
 
@@ -147,24 +164,97 @@ impl Path {
                 steps if steps < 2.0 => 0.5 * remaining,
                 _ => stride,
             };
-            let outcome = self.attempt(model, state, (time, way), &mut info);
+            let outcome = if stride < CORNER * self.extent {
+                self.leap(model, state, (time, remaining), &mut info)
+            } else {
+                self.attempt(model, state, (time, way), &mut info)
+            };
+            let outcome = outcome.and_then(|tried| {
+                let leapt = stride < CORNER * self.extent;
+                let late = !leapt && self.breaks_late(model, state, tried.probe.way);
+                if late { Err(Failure::Turns { angle: tried.turn }) } else { Ok(tried) }
+            });
             match outcome {
                 Ok(tried) => {
+                    let way = tried.probe.way;
                     self.accept(model, state, time + way / self.speed, way, &tried);
                     let length = if way >= remaining { h } else { way / self.speed };
                     return Ok(Taken { length, tension: tried.tension, info, refused });
                 }
                 Err(failure) => {
-                    state.displacement.copy_from_slice(&self.before);
-                    state.factor = state.factor_before;
-                    state.along.stride = 0.35 * way;
+                    self.go_back(state);
                     refused += 1;
-                    if state.along.stride < SHORTEST * self.extent {
+                    if stride < CORNER * self.extent {
                         return Err(failure);
                     }
+                    state.along.stride = 0.35 * way;
                 }
             }
         }
+    }
+
+    /// Whether something breaks in the step, which is so long that the load at which it does stays unknown.
+    fn breaks_late(&mut self, model: &Model, state: &State, way: f64) -> bool {
+        let change = (state.factor - state.factor_before).abs();
+        if self.history.is_empty()
+            || change <= BREAKS_WITHIN * state.factor.abs()
+            || way <= 3.0 * CORNER * self.extent
+        {
+            return false;
+        }
+        self.history.copy_from_slice(&state.history);
+        self.corrector.assembly.settle(&model.elements, &state.displacement, &mut self.history);
+        !self.corrector.assembly.broken().is_empty()
+    }
+
+    fn go_back(&self, state: &mut State) {
+        state.critical.truncate(state.along.critical);
+        state.along.turned = false;
+        state.displacement.copy_from_slice(&self.before);
+        state.factor = state.factor_before;
+    }
+
+    /// Leap over a corner of the path, by `remaining` [m] at most.
+    fn leap(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        (time, remaining): (f64, f64),
+        info: &mut Info,
+    ) -> Result<Tried, Failure> {
+        let n = 3 * model.node_count();
+        let mut last = Failure::Turns { angle: LEAP_TURN };
+        for share in LEAPS {
+            let way = (share * self.extent).min(remaining);
+            self.go_back(state);
+            let mut tried = match self.go(model, state, way, u32::MAX, info) {
+                Ok(tried) => tried,
+                Err(failure) => {
+                    last = failure;
+                    continue;
+                }
+            };
+            let chord = self.chord(&state.displacement, &self.set_out, n);
+            if chord > LEAP_TURN {
+                last = Failure::Turns { angle: chord };
+                continue;
+            }
+            if self.chord(&state.displacement, &self.direction, n) > TURN {
+                // Where cables are slack the tangent may not be that of the path: the chord tells where it goes.
+                tried.probe.rate = self.along_chord(state, n);
+            }
+            if (tried.probe.rate < 0.0) != (state.along.rate < 0.0) {
+                let ends = [state.factor_before, state.factor];
+                let most = if state.along.rate > 0.0 { f64::max } else { f64::min };
+                let factor = most(ends[0], ends[1]);
+                let (time, negative) = (time + way / self.speed, tried.probe.negative);
+                state.critical.push(Critical { time, factor, negative, kind: Kind::Limit });
+            }
+            tried.turn = AIM;
+            state.along.stride = FIRST * self.extent;
+            return Ok(tried);
+        }
+        Err(last)
     }
 
     /// Try a step of `way`. What is found critical in it is appended to the state.
@@ -175,9 +265,8 @@ impl Path {
         (time, way): (f64, f64),
         info: &mut Info,
     ) -> Result<Tried, Failure> {
-        let tried = self.go(model, state, way, info)?;
-        let free = state.along.broke || way <= CORNER * self.extent;
-        if tried.turn > TURN && !free {
+        let tried = self.go(model, state, way, FEW, info)?;
+        if tried.turn > TURN && !state.along.anew {
             return Err(Failure::Turns { angle: tried.turn });
         }
         let low = Probe {
@@ -187,14 +276,47 @@ impl Path {
             negative: state.along.negative,
             log_determinant: tried.probe.log_determinant,
         };
-        if low.differs(&tried.probe) && !state.along.broke {
+        if low.differs(&tried.probe) && !state.along.anew {
+            let known = state.critical.len();
             self.look_for_critical(model, state, (time, way), (low, tried.probe), info)?;
+            let branch = |p: &Critical| p.kind == Kind::Branch && p.negative > low.negative;
+            if self.turns
+                && let Some(at) = state.critical[known..].iter().position(branch)
+            {
+                state.critical.truncate(known + at + 1);
+                return self.turn(model, state, time, info);
+            }
         }
         Ok(tried)
     }
 
+    /// Go to the branch point found last, and set out along the path that crosses there.
+    fn turn(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        time: f64,
+        info: &mut Info,
+    ) -> Result<Tried, Failure> {
+        let point = state.critical[state.critical.len() - 1];
+        let mut tried = self.go(model, state, (point.time - time) * self.speed, FEW, info)?;
+        self.corrector.softest(model, &mut self.direction);
+        // The load of a path that crosses stands still, or nearly so; how stable that path is, its first step finds.
+        (tried.probe.rate, tried.probe.negative, tried.turn) = (0.0, state.along.negative, 0.0);
+        state.along.stride = FIRST * self.extent;
+        state.along.turned = true;
+        Ok(tried)
+    }
+
     /// To the place `way` from the start of the step.
-    fn go(&mut self, model: &Model, state: &mut State, way: f64, info: &mut Info) -> Result<Tried, Failure> {
+    fn go(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        way: f64,
+        most: u32,
+        info: &mut Info,
+    ) -> Result<Tried, Failure> {
         let n = 3 * model.node_count();
         let dofs = self.corrector.tangent.dofs();
         let size = |i: &usize| if dofs[*i] < n { self.set_out[dofs[*i]].abs() } else { 0.0 };
@@ -204,8 +326,7 @@ impl Path {
             *u = u0 + way * d;
         }
         state.factor = state.factor_before + way * state.along.rate;
-        let (most, last) = (self.corrector.most_iterations(), info.iterations);
-        let most = if way <= CORNER * self.extent { most } else { most.min(FEW) };
+        let (most, last) = (most.min(self.corrector.most_iterations()), info.iterations);
         let tension = self.corrector.correct(model, state, (&self.before, control), most, info)?;
         let mut rate = self.corrector.direction(model, state, &mut self.direction, info)?;
         let (old, new) = (&self.set_out[..n], &self.direction[..n]);
@@ -220,7 +341,7 @@ impl Path {
         }
         let mut turn = angle(before.cosine(&after, inner(old, &self.direction[..n])));
         turn = turn.max(angle(before.cosine_of_shapes(&after, inner(old, &self.direction[..n]))));
-        turn = turn.max(self.chord(&state.displacement[..n]));
+        turn = turn.max(self.chord(&state.displacement, &self.direction, n));
         let probe = Probe {
             way,
             factor: state.factor,
@@ -231,12 +352,22 @@ impl Path {
         Ok(Tried { probe, tension, turn, iterations: info.iterations - last })
     }
 
-    /// Angle of the chord of the step with its later end.
-    fn chord(&self, u: &[f64]) -> f64 {
-        let moves = || u.iter().zip(&self.before).map(|(a, b)| a - b);
-        let product: f64 = moves().zip(&self.direction).map(|(m, d)| m * d).sum();
-        let size = moves().map(|m| m * m).sum::<f64>().sqrt() * norm(&self.direction[..u.len()]);
+    /// Angle of the chord of the step with a direction, of their first `n` degrees of freedom: displacements.
+    fn chord(&self, u: &[f64], direction: &[f64], n: usize) -> f64 {
+        let moves = || u[..n].iter().zip(&self.before).map(|(a, b)| a - b);
+        let product: f64 = moves().zip(direction).map(|(m, d)| m * d).sum();
+        let size = moves().map(|m| m * m).sum::<f64>().sqrt() * norm(&direction[..n]);
         if size > 0.0 { angle(product / size) } else { 0.0 }
+    }
+
+    /// Take the chord of the step for the direction of the path; returns the change of the load factor along it.
+    fn along_chord(&mut self, state: &State, n: usize) -> f64 {
+        for ((d, u1), u0) in self.direction.iter_mut().zip(&state.displacement).zip(&self.before) {
+            *d = u1 - u0;
+        }
+        let most = self.direction[..n].iter().fold(0.0, |a, d| f64::max(a, d.abs()));
+        self.direction.iter_mut().for_each(|d| *d /= most);
+        (state.factor - state.factor_before) / most
     }
 
     /// Find the limit points and branch points of the step, and come back to its end.
@@ -252,7 +383,7 @@ impl Path {
         self.end_direction.copy_from_slice(&self.direction);
         let (known, speed) = (state.critical.len(), self.speed);
         let mut found = std::mem::take(&mut state.critical);
-        let mut probe = |way: f64| self.go(model, state, way, info).ok().map(|tried| tried.probe);
+        let mut probe = |way: f64| self.go(model, state, way, FEW, info).ok().map(|tried| tried.probe);
         // The start again, for the sake of its determinant.
         low.log_determinant = probe(0.0).map_or(high.log_determinant, |p| p.log_determinant);
         let mut search = Search { probe: &mut probe, length: way, time, speed, found: &mut found };
@@ -306,7 +437,7 @@ impl Path {
         let aim = way * (AIM / tried.turn.max(f64::MIN_POSITIVE));
         let stride = aim.clamp(0.5 * along.stride, growth * along.stride);
         along.stride = stride.min(LONGEST * self.extent);
-        along.broke = false;
+        along.anew = std::mem::take(&mut along.turned);
         // The work of the loads: their mean over the step, as straight as the step is.
         let mean = 0.5 * (state.factor_before + state.factor);
         state.received += mean * work(&model.live_load, &state.displacement, &self.before);
@@ -316,7 +447,9 @@ impl Path {
             return;
         }
         assembly.settle(&model.elements, &state.displacement, &mut state.history);
-        state.along.broke = !assembly.broken().is_empty();
+        if !assembly.broken().is_empty() {
+            (state.along.anew, state.along.stride) = (true, FIRST * self.extent);
+        }
         let broken = assembly.broken().iter();
         state.events.extend(broken.map(|(element, tension)| Event {
             time,
@@ -324,45 +457,4 @@ impl Path {
             tension: *tension,
         }));
     }
-}
-
-/// The direction of a path: its displacements, and its load in units of the steepest that there was.
-#[derive(Clone, Copy)]
-struct Heading {
-    size: f64,
-    load: f64,
-}
-
-impl Heading {
-    fn new(displacement: &[f64], rate: f64, steepest: f64) -> Self {
-        let size = norm(displacement);
-        let load = if steepest > 0.0 { rate / (size * steepest) } else { 0.0 };
-        Self { size, load }
-    }
-
-    /// Product of two directions, `inner` being that of their displacements.
-    fn dot(&self, other: &Self, inner: f64) -> f64 {
-        inner / (self.size * other.size) + self.load * other.load
-    }
-
-    fn cosine(&self, other: &Self, inner: f64) -> f64 {
-        self.dot(other, inner) / (1.0 + self.load * self.load).sqrt() / (1.0 + other.load * other.load).sqrt()
-    }
-
-    /// Of the displacements alone.
-    fn cosine_of_shapes(&self, other: &Self, inner: f64) -> f64 {
-        inner / (self.size * other.size)
-    }
-}
-
-fn angle(cosine: f64) -> f64 {
-    cosine.clamp(-1.0, 1.0).acos()
-}
-
-fn inner(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn norm(x: &[f64]) -> f64 {
-    inner(x, x).sqrt()
 }

@@ -24,8 +24,10 @@ pub struct Frame {
     pub young: f64,
     pub area: f64,
     pub inertia: f64,
-    /// Load at the factor 1: corner and force in x and z.
-    pub load: (usize, [f64; 2]),
+    /// Loads at the factor 1: corner and force in x and z.
+    pub loads: Vec<(usize, [f64; 2])>,
+    /// The corner that is watched.
+    pub watched: usize,
 }
 
 impl Frame {
@@ -61,8 +63,17 @@ impl Frame {
         let own: Vec<_> = self.held.iter().map(|(corner, _)| self.node(*corner)).collect();
         let inner: Vec<_> = inner.into_iter().filter(|i| !own.contains(i)).collect();
         let ends_held: Vec<_> = [0, count - 1].into_iter().filter(|i| !own.contains(i)).collect();
-        let (corner, [fx, fz]) = self.load;
-        let at = points[self.node(corner)];
+        let loads: String = self
+            .loads
+            .iter()
+            .map(|(corner, [fx, fz])| {
+                format!(
+                    "[[structure.loads]]\nnodes = [{}]\nforce = [{fx:?}, 0.0, {fz:?}]\n",
+                    self.node(*corner)
+                )
+            })
+            .collect();
+        let at = points[self.node(self.watched)];
         format!(
             r#"
 end_time = 1.0
@@ -84,9 +95,7 @@ young = {young:?}
 area = {area:?}
 inertia = [{inertia:?}, {inertia:?}]
 density = 1.0
-[[structure.loads]]
-nodes = [{loaded}]
-force = [{fx:?}, 0.0, {fz:?}]
+{loads}
 [fem]
 integrator = "static"
 path_speed = {speed:?}
@@ -100,7 +109,6 @@ quantity = "displacement"
             young = self.young,
             area = self.area,
             inertia = self.inertia,
-            loaded = self.node(corner),
             x = at[0],
             z = at[1],
         )
@@ -117,7 +125,8 @@ pub fn lee(cuts: usize) -> Frame {
         young: 7.2e10,
         area: 6e-4,
         inertia: 2e-8,
-        load: (2, [0.0, -1.0]),
+        loads: vec![(2, [0.0, -1.0])],
+        watched: 2,
     }
 }
 
@@ -207,7 +216,8 @@ pub fn toggle(cuts: usize) -> Frame {
         young: 1.03e7,
         area: 1.885e6 / 1.03e7,
         inertia: 9.27e3 / 1.03e7,
-        load: (1, [0.0, -1.0]),
+        loads: vec![(1, [0.0, -1.0])],
+        watched: 1,
     }
 }
 
@@ -230,8 +240,37 @@ pub fn column(beams: usize, bow: f64) -> Frame {
         young,
         area,
         inertia,
-        load: (beams, [0.0, -euler]),
+        loads: vec![(beams, [0.0, -euler])],
+        watched: beams,
     }
+}
+
+/// Half span [m], rise [m] and `E I` [N m2] of the arch, and its rise over the radius of gyration of its section.
+pub const ARCH: [f64; 4] = [5.0, 0.1, 7e5, 5.5];
+
+/// A shallow arch, pinned, in the shape of a sine, under a sine of load whose largest value is 1 N/m.
+pub fn arch(beams: usize) -> Frame {
+    let [half, rise, bending, slender] = ARCH;
+    let part = |i: usize| i as f64 / beams as f64;
+    let sine = |i: usize| (std::f64::consts::PI * part(i)).sin();
+    let (length, area) = (2.0 * half / beams as f64, 1e-2);
+    let inertia = area * (rise / slender).powi(2);
+    Frame {
+        corners: (0..=beams).map(|i| [2.0 * half * part(i), rise * sine(i)]).collect(),
+        cuts: vec![1; beams],
+        clamped: false,
+        held: Vec::new(),
+        young: bending / inertia,
+        area,
+        inertia,
+        loads: (1..beams).map(|i| (i, [0.0, -length * sine(i)])).collect(),
+        watched: beams / 2,
+    }
+}
+
+/// The same scene with a path that turns into branches.
+pub fn turning(text: &str) -> String {
+    text.replace("[[gauge]]", "path_at_branch = \"turn\"\n[[gauge]]")
 }
 
 /// The first `rows` rows of a path, one every `window` [s].

@@ -39,7 +39,7 @@ impl<'a> Rod<'a> {
         Self { frame, unknowns: Unknowns::zeros(), before: Unknowns::zeros(), moved: [0.0; 2] }
     }
 
-    /// Where the loaded corner is, and what is wrong at the end.
+    /// Where the watched corner is, and what is wrong at the end.
     fn shoot(&self, unknowns: &Unknowns) -> ([f64; 2], [f64; 3]) {
         let f = self.frame;
         let (bending, axial) = (f.young * f.inertia, f.young * f.area);
@@ -74,10 +74,12 @@ impl<'a> Rod<'a> {
                     at = add(&at, &k, weight * h / 6.0);
                 }
             }
-            if side + 1 == f.load.0 {
+            if side + 1 == f.watched {
                 let [x, z] = f.corners[side + 1];
                 loaded = [at.x - x, at.z - z];
-                n = [n[0] - load * f.load.1[0], n[1] - load * f.load.1[1]];
+            }
+            for (_, force) in f.loads.iter().filter(|(corner, _)| *corner == side + 1) {
+                n = [n[0] - load * force[0], n[1] - load * force[1]];
             }
         }
         let end = f.corners[f.corners.len() - 1];
@@ -90,7 +92,7 @@ impl<'a> Rod<'a> {
         (loaded, [at.x - end[0], if free { n[1] } else { at.z - end[1] }, third])
     }
 
-    /// The load, and where the loaded corner has moved, when that of the two displacements that has changed more since
+    /// The load, and where the watched corner has moved, when that of the two displacements that has changed more since
     /// the last call is as in `moved`.
     pub fn follow(&mut self, moved: [f64; 2]) -> (f64, [f64; 2]) {
         let given = usize::from((moved[1] - self.moved[1]).abs() > (moved[0] - self.moved[0]).abs());
@@ -102,7 +104,7 @@ impl<'a> Rod<'a> {
             force,
             force,
             if f.clamped { force * length } else { 1.0 },
-            force / f.load.1[0].hypot(f.load.1[1]),
+            force / f.loads[0].1[0].hypot(f.loads[0].1[1]),
         );
         let wrong = |u: &Unknowns| {
             let (at, [a, b, c]) = self.shoot(u);

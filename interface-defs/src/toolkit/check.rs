@@ -35,6 +35,9 @@ pub struct CheckReport {
     /// Of a structure: the mesh that it offers to contact at t = 0, after form finding, without masses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interface: Option<InterfaceMesh>,
+    /// Of rocks: the file with the spheres that were made for each, by its name, so that a run need not make them again.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub clusters: BTreeMap<String, String>,
 }
 
 impl CheckReport {
@@ -140,13 +143,14 @@ mod tests {
                 lines: vec![[0, 0]],
                 ..InterfaceMesh::default()
             }),
+            clusters: [("rock".into(), "0 0 0 1\n".into())].into(),
         };
         let read = CheckReport::from_json(&report.to_json()).expect("JSON");
         report.numbers.remove("critical_step_s");
         report.resolved["dem"].as_table_mut().expect("a table").remove("limit");
         assert_eq!(read.resolved, report.resolved);
         assert_eq!((read.builds, read.warnings), (report.builds, report.warnings));
-        assert_eq!(read.interface, report.interface);
+        assert_eq!((read.interface, read.clusters), (report.interface, report.clusters));
         // serde_json may be off by one unit in the last place when it reads; these numbers are for show.
         assert!((read.numbers["time_step_s"] - report.numbers["time_step_s"]).abs() <= f64::EPSILON);
         assert_eq!(read.numbers.len(), 1);

@@ -21,6 +21,8 @@ pub const FIELDS: &str = "fields";
 pub const SCENE: &str = "scene.toml";
 /// Version, command lines, hashes.
 pub const RECORD: &str = "run.json";
+/// The spheres that were made for rocks before the start.
+pub const CLUSTERS: &str = "clusters";
 /// What each process printed.
 pub const LOG: &str = "log";
 
@@ -52,10 +54,11 @@ fn remove_results(dir: &Path) -> io::Result<()> {
     remove_all(&dir.join(FIELDS), is_field_file)
 }
 
-/// Remove what the launcher of an older run wrote: scene, record, logs.
+/// Remove what the launcher of an older run wrote: scene, record, clusters, logs.
 pub fn remove_record(dir: &Path) -> io::Result<()> {
     remove(&dir.join(SCENE))?;
     remove(&dir.join(RECORD))?;
+    remove_all(&dir.join(CLUSTERS), |name| name.ends_with(".xyzr"))?;
     remove_all(&dir.join(LOG), |name| name.ends_with(".log"))
 }
 

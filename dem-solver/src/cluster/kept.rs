@@ -1,0 +1,80 @@
+//! A cluster beside the scene that it was made for: `rockfall run` makes it once, before the start, and the run reads it.
+//!
+//! The file begins with a key: a hash of the surface, of what was asked for, and of the spheres themselves. One that is of
+//! another shape, or that was changed by hand, has another key, and the cluster is made again.
+
+use super::{Bound, Wish, files};
+use crate::rock::Sphere;
+use crate::shape::Surface;
+use interface_defs::ipc::domain::fnv1a;
+use interface_defs::toolkit::run_dir;
+use interface_defs::toolkit::scene::Scene;
+use std::path::{Path, PathBuf};
+
+/// The line that holds the key.
+const KEY: &str = "# key: ";
+
+/// Where the cluster of the rock `name` may lie: in a folder beside the scene.
+pub fn place(scene: &Scene, name: &str) -> PathBuf {
+    scene.resolve(&Path::new(run_dir::CLUSTERS).join(format!("{name}.xyzr")))
+}
+
+/// The text of the file for a cluster that was made of `surface`.
+pub fn text(surface: &Surface, wish: &Wish, bound: &Bound, spheres: &[Sphere]) -> String {
+    let made =
+        format!("made by dem-solver {}: the spheres [m] of a rock, in its shape's own axes", version());
+    let key = key(surface, wish, bound, spheres);
+    files::text(&[made], spheres).replacen('\n', &format!("\n{KEY}{key}\n"), 1)
+}
+
+/// The spheres of the file, if it was written for this surface and wish.
+pub fn read(file: &Path, surface: &Surface, wish: &Wish, bound: &Bound) -> Option<Vec<Sphere>> {
+    let bytes = std::fs::read(file).ok()?;
+    let spheres = files::read_text(&bytes).ok()?;
+    let stated = std::str::from_utf8(&bytes).ok()?.lines().find_map(|line| line.strip_prefix(KEY))?;
+    (stated == key(surface, wish, bound, &spheres)).then_some(spheres)
+}
+
+fn version() -> &'static str {
+    env!("CARGO_PKG_VERSION")
+}
+
+fn key(surface: &Surface, wish: &Wish, bound: &Bound, spheres: &[Sphere]) -> String {
+    let mut bytes = format!("{} {wish:?} {bound:?}", version()).into_bytes();
+    let points = surface.points.iter().flat_map(|p| [p.x, p.y, p.z]);
+    let numbers = points.chain(spheres.iter().flat_map(|s| [s.centre.x, s.centre.y, s.centre.z, s.radius]));
+    bytes.extend(numbers.flat_map(|n| n.to_bits().to_le_bytes()));
+    bytes.extend(surface.triangles.iter().flatten().flat_map(|k| k.to_le_bytes()));
+    format!("fnv1a64:{:016x}", fnv1a(&bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cluster::Fit;
+    use crate::shape::builtin;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn a_kept_cluster_is_taken_for_the_same_wish_alone_and_as_it_was_written() {
+        let surface = builtin::cuboid(Vector3::new(0.3, 0.2, 0.1));
+        let wish = Wish { spheres: 2, fit: Fit::Volume, smallest_radius: 0.0 };
+        let bound = Bound::of(&surface, None);
+        let ball = |x: f64| Sphere { centre: Vector3::new(x, 1.0 / 3.0, 1e-7), radius: 0.1 + x };
+        let spheres = vec![ball(0.01), ball(0.02)];
+        let dir = tempfile::tempdir().expect("a directory");
+        let file = dir.path().join("rock.xyzr");
+        let read = |surface: &Surface, wish: &Wish, bound: &Bound| read(&file, surface, wish, bound);
+        assert_eq!(read(&surface, &wish, &bound), None, "there is none");
+        let written = text(&surface, &wish, &bound, &spheres);
+        std::fs::write(&file, &written).expect("written");
+        assert_eq!(read(&surface, &wish, &bound).as_ref(), Some(&spheres), "bit for bit");
+        assert_eq!(read(&surface, &Wish { spheres: 3, ..wish }, &bound), None);
+        assert_eq!(read(&surface, &Wish { fit: Fit::Inside, ..wish }, &bound), None);
+        assert_eq!(read(&surface, &wish, &Bound::of(&surface, Some(0.1))), None);
+        let other = builtin::cuboid(Vector3::new(0.3, 0.2, 0.100_000_1));
+        assert_eq!(read(&other, &wish, &Bound::of(&surface, None)), None);
+        std::fs::write(&file, written.replace("0.12", "0.13")).expect("written");
+        assert_eq!(read(&surface, &wish, &bound), None, "changed by hand");
+    }
+}
