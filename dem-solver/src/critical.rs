@@ -15,6 +15,7 @@
 use crate::contact::Law;
 use crate::contact::laws::Laws;
 use crate::contact::rolling::STIFFNESS;
+use crate::contact::whole::Whole;
 use crate::ground::Ground;
 use crate::rock::Rock;
 use crate::settings::{DemSettings, EffectiveMass, RockSettings, RollingName, Settings};
@@ -35,6 +36,9 @@ const STEP_WITHOUT_CONTACT: f64 = 1e-3;
 
 /// Largest turn in one step that the scene leaves open [rad].
 pub const TURN: f64 = 0.02;
+
+/// The same of a rock that touches as a whole, in its radius; at 0.25 a run is stopped.
+const STRIDE_OF_WHOLE: f64 = 0.2;
 
 /// Largest way of a surface point in one step that the scene leaves open, in radii of the smallest sphere; at 0.5 a run
 /// is stopped lest thin parts pass unseen.
@@ -62,6 +66,7 @@ impl Steps {
     pub fn new(
         settings: &Settings,
         rocks: &[Rock],
+        wholes: &[Option<Whole>],
         laws: Option<&Laws>,
         ground: Option<&Ground>,
         scene: &Scene,
@@ -93,10 +98,20 @@ impl Steps {
             steps.step = steps.step.min(TURN / spin);
             // The fastest that a point of the surface gets when speed turns into spin too.
             let lever = (1.0 + rock.mass * rock.arm * rock.arm / rock.inertia.min()).sqrt();
-            stride = stride.min(STRIDE * rock.smallest_radius / (speed * lever));
+            // With a net it is the spheres that must not pass; on terrain alone the rock.
+            let whole = wholes[at].as_ref();
+            let alone = whole.filter(|_| !scene.has("structure"));
+            let passing = alone.map_or(STRIDE * rock.smallest_radius, |w| STRIDE_OF_WHOLE * w.radius);
+            stride = stride.min(passing / (speed * lever));
             // A rock that never moves lands nowhere, and may still be touched by a wall.
             for law in laws.iter().flat_map(|laws| laws.of(&table.material)) {
-                on_wall = on_wall.and(steps.limit(rock, law, if speed > 0.0 { speed } else { 1.0 }));
+                let speed = if speed > 0.0 { speed } else { 1.0 };
+                if let Some(whole) = whole.filter(|_| law.whole) {
+                    on_wall = on_wall.and(steps.limit_whole(rock, whole, law, speed));
+                }
+                if alone.is_none() || !law.whole {
+                    on_wall = on_wall.and(steps.limit(rock, law, speed));
+                }
             }
         }
         steps.limit_between(settings, rocks, laws, &speeds, on_wall);
@@ -161,6 +176,16 @@ impl Steps {
         self.contact = self.contact.min(law.normal.duration(radius, rock.mass / face, speed));
         self.stiffness = self.stiffness.max(flat);
         Mode { square: fastest, ratio }
+    }
+
+    /// A rock that touches as a whole, at the stiffest on its widest face.
+    fn limit_whole(&mut self, rock: &Rock, whole: &Whole, law: &Law, speed: f64) -> Mode {
+        let seat = whole.landing(rock, law, 1.0 / rock.mass, speed);
+        let mode = Mode { square: seat.square, ratio: seat.ratio };
+        self.critical = self.critical.min(critical(mode.square.sqrt(), mode.ratio));
+        self.contact = self.contact.min(seat.duration);
+        self.stiffness = self.stiffness.max(seat.stiffness);
+        mode
     }
 
     /// Contacts between rocks, each of which may be pressed on a wall, and between two others, at the

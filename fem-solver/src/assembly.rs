@@ -140,6 +140,15 @@ impl Assembly {
         }
     }
 
+    /// `history` becomes that at `u` where nodes turn, and stays as it is elsewhere.
+    pub fn settle_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
+        for (i, element) in elements.iter().enumerate().filter(|(_, element)| element.rotates()) {
+            self.respond(i, element, u, history, None);
+            let own = &mut history[self.places[i].history.clone()];
+            own.copy_from_slice(&self.history[..own.len()]);
+        }
+    }
+
     /// Elements that broke as the history was last settled, and what they carried [N].
     pub fn broken(&self) -> &[(u32, f64)] {
         &self.broken

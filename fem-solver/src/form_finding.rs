@@ -2,13 +2,16 @@
 //!
 //! Newton from the structure as modelled. A net that is slack or without tension has no stiffness
 //! across its plane there; it starts from a slightly sagged shape instead, the one that a soap
-//! film of the same mesh would take (for a square net the sin-sin shape). What does not converge
-//! under the whole load is loaded in steps.
+//! film of the same mesh would take (for a square net the sin-sin shape). What Newton alone does not
+//! bring to rest falls and swings until it does ([`kinetic`]).
+
+pub mod kinetic;
 
 use crate::assembly::Assembly;
 use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
 use crate::element::{AnyElement, Cable};
+use crate::form_finding::kinetic::Swing;
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, OnIteration, Problem, spring_dofs};
@@ -17,16 +20,19 @@ use nalgebra::Matrix3;
 
 /// Depth of the sagged start, relative to the extent of the structure.
 const START_SAG: f64 = 1e-3;
-/// Settings of the iteration: the residual must lie at the level of rounding.
-const SETTINGS: NewtonConfig = NewtonConfig { tolerance: 1e-12, max_iterations: 200, line_search: true };
+/// Residual, relative to the forces: the level of rounding.
+const TOLERANCE: f64 = 1e-12;
+/// Most iterations where the scene does not say: from the structure as modelled, from a peak of the kinetic energy, and
+/// with friction of ropes.
+const MOST: (u32, u32, u32) = (200, 12, 60);
+/// Peaks after which a form that is not stable is taken: nothing but a mechanism, which no force moves, is left.
+const PATIENCE: usize = 3;
 /// Most steps of dynamic relaxation; Newton goes on from wherever it is then.
 const MOST_RELAXING: usize = 20_000;
 /// Residual, relative to the support forces, at which Newton takes over.
 const RELAXED: f64 = 1e-4;
 /// Steps after which the masses of dynamic relaxation are taken anew at the next peak.
 const RETAKEN: usize = 50;
-/// Most load steps before it gives up.
-const MOST_STEPS: u32 = 32;
 
 /// A structure in equilibrium.
 #[derive(Debug, Clone)]
@@ -40,7 +46,7 @@ pub struct Form {
 }
 
 /// Displacements [m] of static equilibrium under the dead load, moving supports at their place at
-/// t = 0, and what it took.
+/// t = 0, and what it took. `most` bounds the Newton iterations of each approach; by default as many as it makes sense.
 ///
 /// Ropes with friction have many forms; where Newton does not come to one at once, they hang as they would without it,
 /// with the same tension in every segment: a form that friction holds, too.
@@ -48,15 +54,17 @@ pub fn find_form(
     model: &Model,
     newton: &mut Newton,
     way: FormFinding,
+    most: Option<u32>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
     let rough = |e: &AnyElement| matches!(e, AnyElement::SlidingCable(rope) if rope.friction > 0.0);
     if !model.elements.iter().any(rough) {
-        return find(model, newton, way, MOST_STEPS, on_iteration);
+        return find(model, newton, way, most, on_iteration);
     }
-    match find(model, newton, way, 1, on_iteration) {
+    let mut start = Start::new(model, newton, way);
+    match start.by_newton(model, newton, most.unwrap_or(MOST.2), on_iteration) {
         Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {}
-        done => return done,
+        done => return done.map(|form| (form, start.done)),
     }
     let mut smooth = model.clone();
     for element in &mut smooth.elements {
@@ -64,7 +72,7 @@ pub fn find_form(
             *rope = rope.smooth();
         }
     }
-    let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), way, MOST_STEPS, on_iteration)?;
+    let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), way, most, on_iteration)?;
     let mut assembly = Assembly::new(&smooth);
     let histories = model.elements.iter().enumerate().map(|(i, element)| match element {
         AnyElement::SlidingCable(rope) => rope.hung(assembly.gather(i, &form.displacement)),
@@ -75,83 +83,141 @@ pub fn find_form(
     Ok((form, info))
 }
 
-/// The same by `most` load steps at most.
+/// The same where no rope has friction.
 fn find(
     model: &Model,
     newton: &mut Newton,
     way: FormFinding,
-    most: u32,
+    most: Option<u32>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
-    let mut start = vec![0.0; model.dof_count()];
-    let history = model.start_history();
-    let mut assembly = Assembly::new(model);
-    model.prescribe(0.0, &mut start);
-    let mut done = Info::default();
-    if newton.tangent.is_empty() {
-        return Ok((Form { displacement: start, history, smoothed: false }, done));
-    }
-    match way {
-        FormFinding::ForceDensity => keep_force_densities(model, newton, &mut start),
-        FormFinding::DynamicRelaxation => relax(model, newton, &history, &mut start),
-        FormFinding::Static | FormFinding::None => {}
-    }
-    newton.tangent.assemble(model, &start, &history, 1.0, Slack::Exact);
-    done.factorisations += 1;
-    if newton.tangent.factorise().is_err() {
-        sag(model, newton, &mut start);
-        done.factorisations += 1;
-    }
-    let mut steps = 1;
-    loop {
-        let mut form = Form { displacement: start.clone(), history: history.clone(), smoothed: false };
-        match loaded(model, newton, &mut assembly, steps, &mut form, &mut done, on_iteration) {
-            Ok(()) => return Ok((form, done)),
-            Err(failure @ (Failure::Stopped(_) | Failure::Broken { .. })) => return Err(failure),
-            Err(failure) if steps >= most => return Err(failure),
-            Err(_) => steps *= 2,
+    let mut start = Start::new(model, newton, way);
+    let form = match start.by_newton(model, newton, most.unwrap_or(MOST.0), on_iteration) {
+        Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {
+            start.swinging(model, newton, most.unwrap_or(MOST.1), on_iteration)
         }
+        done => done,
+    };
+    Ok((form?, start.done))
+}
+
+/// Where an approach begins.
+struct Start {
+    u: Vec<f64>,
+    /// The same where Newton begins, which needs stiffness in every direction.
+    sagged: Vec<f64>,
+    history: Vec<f64>,
+    done: Info,
+}
+
+impl Start {
+    fn new(model: &Model, newton: &mut Newton, way: FormFinding) -> Self {
+        let mut u = vec![0.0; model.dof_count()];
+        let mut history = model.start_history();
+        model.prescribe(0.0, &mut u);
+        let mut done = Info::default();
+        if newton.tangent.is_empty() {
+            return Self { sagged: u.clone(), u, history, done };
+        }
+        match way {
+            FormFinding::ForceDensity => keep_force_densities(model, newton, &mut u),
+            FormFinding::DynamicRelaxation => relax(model, newton, &mut history, &mut u),
+            FormFinding::Static | FormFinding::None => {}
+        }
+        newton.tangent.assemble(model, &u, &history, 1.0, Slack::Exact);
+        done.factorisations += 1;
+        let mut sagged = u.clone();
+        if newton.tangent.factorise().is_err() {
+            sag(model, newton, &mut sagged);
+            done.factorisations += 1;
+        }
+        Self { u, sagged, history, done }
+    }
+
+    /// By Newton alone.
+    fn by_newton(
+        &mut self,
+        model: &Model,
+        newton: &mut Newton,
+        most: u32,
+        on_iteration: OnIteration,
+    ) -> Result<Form, Failure> {
+        if newton.tangent.is_empty() {
+            return Ok(Form { displacement: self.u.clone(), history: self.history.clone(), smoothed: false });
+        }
+        settled(model, newton, &self.sagged, &self.history, most, &mut self.done, on_iteration)
+    }
+
+    /// Falling and swinging, by Newton from each peak of the kinetic energy.
+    fn swinging(
+        &mut self,
+        model: &Model,
+        newton: &mut Newton,
+        most: u32,
+        on_iteration: OnIteration,
+    ) -> Result<Form, Failure> {
+        let Self { u, history, done, .. } = self;
+        let mut unstable = 0;
+        Swing::new(model).to_rest(
+            newton,
+            u,
+            history,
+            done,
+            on_iteration,
+            |newton, u, history, done, on_iteration| {
+                match settled(model, newton, u, history, most, done, on_iteration) {
+                    // A post on its tip is in balance, too: it falls on.
+                    Ok(_) if done.unstable.is_some() && unstable < PATIENCE => {
+                        unstable += 1;
+                        Ok(None)
+                    }
+                    Ok(form) => Ok(Some(form)),
+                    Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => Ok(None),
+                    Err(failure) => Err(failure),
+                }
+            },
+        )
     }
 }
 
-/// Equilibrium in `steps` steps of the load.
-fn loaded(
+/// Equilibrium under the dead load by Newton from `u`, and the history there.
+fn settled(
     model: &Model,
     newton: &mut Newton,
-    assembly: &mut Assembly,
-    steps: u32,
-    form: &mut Form,
+    u: &[f64],
+    history: &[f64],
+    most: u32,
     done: &mut Info,
     on_iteration: OnIteration,
-) -> Result<(), Failure> {
-    let zero = vec![0.0; form.displacement.len()];
-    for step in 1..=steps {
-        let part = f64::from(step) / f64::from(steps);
-        let load: Vec<f64> = model.dead_load.iter().map(|p| part * p).collect();
-        let problem = Problem {
-            load: &load,
-            start: &zero,
-            inertia: 0.0,
-            share: 1.0,
-            mean_stress: false,
-            history: &form.history,
-            viscosity: (&[], 0.0),
-        };
-        let mut before = done.iterations;
-        let info = newton.solve(model, &problem, &SETTINGS, &mut form.displacement, &mut |_, residual| {
-            before += 1;
-            on_iteration(before, residual)
-        })?;
-        assembly.settle(&model.elements, &form.displacement, &mut form.history);
-        if let Some((element, tension)) = assembly.broken().first() {
-            return Err(Failure::Broken { element: *element as usize, tension: *tension, part });
-        }
-        done.iterations += info.iterations;
-        done.factorisations += info.factorisations;
-        done.unstable = info.unstable;
-        done.shifted_at = done.shifted_at.or(info.shifted_at);
+) -> Result<Form, Failure> {
+    let zero = vec![0.0; u.len()];
+    let mut form = Form { displacement: u.to_vec(), history: history.to_vec(), smoothed: false };
+    let problem = Problem {
+        load: &model.dead_load,
+        start: &zero,
+        inertia: 0.0,
+        share: 1.0,
+        mean_stress: false,
+        history,
+        viscosity: (&[], 0.0),
+    };
+    let settings = NewtonConfig { tolerance: TOLERANCE, max_iterations: Some(most), line_search: true };
+    let (begun, mut count) = (done.iterations, 0);
+    let outcome = newton.solve(model, &problem, &settings, &mut form.displacement, &mut |_, residual| {
+        count += 1;
+        on_iteration(begun + count, residual)
+    });
+    done.iterations += count;
+    let info = outcome?;
+    let mut assembly = Assembly::new(model);
+    assembly.settle(&model.elements, &form.displacement, &mut form.history);
+    if let Some((element, tension)) = assembly.broken().first() {
+        return Err(Failure::Broken { element: *element as usize, tension: *tension, part: 1.0 });
     }
-    Ok(())
+    done.factorisations += info.factorisations;
+    done.unstable = info.unstable;
+    done.shifted_at = done.shifted_at.or(info.shifted_at);
+    Ok(form)
 }
 
 /// Move `u` to where every cable keeps its force per length `q_0` as modelled: `sum q_0 (x_j - x_i) = -p`, one linear
@@ -185,7 +251,7 @@ fn keep_force_densities(model: &Model, newton: &mut Newton, u: &mut [f64]) {
 /// stiffness when all is taut; what stiffens beyond is noticed by forces that grow, and the masses are taken anew.
 ///
 /// Source: Cundall (1976), Explicit finite-difference methods in geomechanics; handbook 2.8.
-fn relax(model: &Model, newton: &mut Newton, history: &[f64], u: &mut [f64]) {
+fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64]) {
     let mut kernel = Kernel::new(&model.cables, model.node_count());
     let mut assembly = Assembly::new(model);
     let springs = spring_dofs(model);
@@ -222,6 +288,7 @@ fn relax(model: &Model, newton: &mut Newton, history: &[f64], u: &mut [f64]) {
             continue;
         }
         u.iter_mut().zip(&velocity).for_each(|(u, v)| *u += v);
+        assembly.settle_rotations(&model.elements, u, history);
     }
 }
 

@@ -20,7 +20,7 @@ pub enum Probe {
     Velocity(Vec<usize>),
     /// Force of the supports.
     Force(Vec<Foot>),
-    /// Axial force or elongation.
+    /// Axial force, elongation or bending moment.
     Lines(Lines),
     /// Height between two groups.
     Height(Height),
@@ -47,10 +47,11 @@ impl Probe {
                 Self::Force(feet)
             }
             Quantity::Height => Self::Height(Height::of(scene, key, model, nodes, gauge)?),
-            Quantity::Tension | Quantity::Elongation => {
+            Quantity::Tension | Quantity::Elongation | Quantity::BendingMoment => {
                 let lines = Lines::of(model, &nodes, gauge);
                 if lines.count == 0 {
-                    let what = format!("there is no cable at the gauge `{name}`");
+                    let kind = if gauge.quantity == Quantity::BendingMoment { "beam" } else { "cable" };
+                    let what = format!("there is no {kind} at the gauge `{name}`");
                     return Err(scene.invalid(key, what));
                 }
                 Self::Lines(lines)
@@ -82,7 +83,11 @@ impl Probe {
     pub fn quantity(&self) -> (&'static str, &'static str) {
         match self {
             Self::Force(_) => ("force", "N"),
-            Self::Lines(lines) if lines.elongation => ("elongation", "m"),
+            Self::Lines(lines) => match lines.quantity {
+                Quantity::Elongation => ("elongation", "m"),
+                Quantity::BendingMoment => ("bending_moment", "N m"),
+                _ => ("tension", "N"),
+            },
             _ => ("tension", "N"),
         }
     }
@@ -113,7 +118,8 @@ impl Probe {
                     |end: &str, slot| (Gauge::new(format!("{name}_{quantity}_{end}"), unit), slot);
                 let mut all = if first > 0 { vector('f', unit, "sum") } else { Vec::new() };
                 all.extend([of_members("min", first), of_members("max", first + 1)]);
-                if first == 0 {
+                // The old name; what is new has none.
+                if first == 0 && quantity != "bending_moment" {
                     all.push((Gauge::new(format!("{name}_{quantity}"), unit), 1));
                 }
                 all
@@ -207,23 +213,41 @@ impl Height {
     }
 }
 
-/// Elements whose axial force, or elongation, is recorded. A member is a line of an element (a segment of a rope, a side
-/// of a ring); of an elongation, a whole element.
+/// Elements whose axial force, elongation or bending moment is recorded. A member is a line of an element (a segment of a
+/// rope, a side of a ring); of an elongation or a moment, a whole element.
 #[derive(Debug, Clone)]
 pub struct Lines {
     cables: Vec<usize>,
     elements: Vec<usize>,
-    elongation: bool,
+    /// Of beams at a point: which of their ends are there.
+    ends: Vec<[bool; 2]>,
+    quantity: Quantity,
     count: usize,
 }
 
 impl Lines {
     fn of(model: &Model, nodes: &[usize], gauge: &GaugeConfig) -> Self {
-        let (cables, elements) = Self::elements(model, nodes, gauge);
-        let elongation = gauge.quantity == Quantity::Elongation;
-        let lines = |e: &usize| if elongation { 1 } else { model.elements[*e].force_count() };
-        let count = cables.len() + elements.iter().map(lines).sum::<usize>();
-        Self { cables, elements, elongation, count }
+        let (mut cables, mut elements) = Self::elements(model, nodes, gauge);
+        let quantity = gauge.quantity;
+        let mut ends = Vec::new();
+        if quantity == Quantity::BendingMoment {
+            cables.clear();
+            elements.retain(|e| model.elements[*e].has_moments());
+            let counts = |node: &usize| gauge.at.is_none() || nodes.contains(node);
+            ends.extend(elements.iter().map(|e| {
+                let own = model.elements[*e].nodes();
+                [counts(&own[0]), counts(&own[1])]
+            }));
+        }
+        let mut lines = Self { cables, elements, ends, quantity, count: 0 };
+        let others = lines.elements.iter().map(|e| lines.members_of(model, *e)).sum::<usize>();
+        lines.count = lines.cables.len() + others;
+        lines
+    }
+
+    /// Members that an element has.
+    fn members_of(&self, model: &Model, element: usize) -> usize {
+        if self.quantity == Quantity::Tension { model.elements[element].force_count() } else { 1 }
     }
 
     /// The cables and the other elements that have lines.
@@ -255,19 +279,29 @@ impl Lines {
         let u = &state.displacement;
         for cable in self.cables.iter().map(|c| &model.cables[*c]) {
             let w = model.relative(u, cable);
-            take(if self.elongation {
+            take(if self.quantity == Quantity::Elongation {
                 (cable.span + w).norm() - cable.span.norm()
             } else {
                 cable.tension(&w)
             });
         }
-        for i in &self.elements {
+        for (number, i) in self.elements.iter().enumerate() {
             let element = &model.elements[*i];
             let history = assembly.history(*i, &state.history);
             let own = assembly.gather(*i, u);
-            if self.elongation {
-                take(element.elongation(own));
-                continue;
+            match self.quantity {
+                Quantity::Elongation => {
+                    take(element.elongation(own));
+                    continue;
+                }
+                Quantity::BendingMoment => {
+                    let bending = element.moments(own, history).bending;
+                    let size = |end: usize| bending[0][end].hypot(bending[1][end]);
+                    let ends = (0..2).filter(|end| self.ends[number][*end]);
+                    take(ends.map(size).fold(0.0, f64::max));
+                    continue;
+                }
+                _ => {}
             }
             let forces = &mut forces[..element.line_count()];
             element.line_forces(own, history, forces);
@@ -283,7 +317,7 @@ impl Lines {
         }
         let mut left = member - self.cables.len();
         for element in &self.elements {
-            let lines = if self.elongation { 1 } else { model.elements[*element].force_count() };
+            let lines = self.members_of(model, *element);
             if left < lines {
                 return model.member_name(*element, (lines > 1).then_some(left));
             }

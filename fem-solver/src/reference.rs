@@ -41,6 +41,16 @@ const HISTORY: &[Entry] = &[
     ),
     history("<gauge>_elongation", "m", "gauge `elongation` of one member: against the length as modelled"),
     history("<gauge>_elongation_{min,max}", "m", "smallest and largest elongation of the members of a group"),
+    history(
+        "<gauge>_bending_moment",
+        "N m",
+        "gauge `bending_moment` of one beam: magnitude, of both planes together",
+    ),
+    history(
+        "<gauge>_bending_moment_{min,max}",
+        "N m",
+        "the same of the least and the most bent beam of a group, at the more bent of its ends",
+    ),
     history("<gauge>_height", "m", "gauge `height`: height left between two groups, against gravity"),
     history("energy_kinetic_fem", "J", "kinetic energy of the structure"),
     history(

@@ -100,10 +100,12 @@ impl Start {
                         "form finding: iteration {iteration}, residual {residual:.1e} times its limit"
                     ))
                 };
-                find_form(model, &mut newton, way, &mut told).map_err(|failure| match failure {
-                    Failure::Stopped(fault) => NoStart::Stopped(fault),
-                    failure => NoStart::Input(not_found(scene, model, way, &failure)),
-                })?
+                find_form(model, &mut newton, way, config.fem.newton.max_iterations, &mut told).map_err(
+                    |failure| match failure {
+                        Failure::Stopped(fault) => NoStart::Stopped(fault),
+                        failure => NoStart::Input(not_found(scene, model, way, &failure)),
+                    },
+                )?
             }
         };
         let mut force = model.dead_load.clone();

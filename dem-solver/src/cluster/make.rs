@@ -69,7 +69,20 @@ pub fn make(surface: &Surface, wish: &Wish, progress: impl FnMut(f64)) -> Vec<Sp
 }
 
 /// The same, with their error.
-pub fn measured(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> (Vec<Sphere>, Accuracy) {
+pub fn measured(surface: &Surface, wish: &Wish, progress: impl FnMut(f64)) -> (Vec<Sphere>, Accuracy) {
+    let (spheres, accuracy) = with_repeats(surface, wish, progress);
+    (without_repeats(spheres), accuracy)
+}
+
+/// Each sphere once, in their order: symmetric bodies may send two to one place.
+fn without_repeats(mut spheres: Vec<Sphere>) -> Vec<Sphere> {
+    let mut seen = std::collections::HashSet::with_capacity(spheres.len());
+    let key = |s: &Sphere| [s.centre.x, s.centre.y, s.centre.z, s.radius].map(f64::to_bits);
+    spheres.retain(|s| seen.insert(key(s)));
+    spheres
+}
+
+fn with_repeats(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> (Vec<Sphere>, Accuracy) {
     let tree = SurfaceTree::new(surface);
     let count = wish.spheres.max(1) as usize;
     let middle = largest(surface, &tree);
@@ -276,4 +289,16 @@ fn to_volume(surface: &Surface, balls: &[Sphere], gap: f64) -> f64 {
         if found < 0.0 { low = (at, found) } else { high = (at, found) }
     }
     low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_spheres_at_one_place_one_stays_and_the_order_too() {
+        let sphere = |x: f64, radius: f64| Sphere { centre: nalgebra::Vector3::new(x, 0.0, 0.0), radius };
+        let spheres = vec![sphere(2.0, 1.0), sphere(1.0, 1.0), sphere(2.0, 1.0), sphere(2.0, 0.5)];
+        assert_eq!(without_repeats(spheres), [sphere(2.0, 1.0), sphere(1.0, 1.0), sphere(2.0, 0.5)]);
+    }
 }

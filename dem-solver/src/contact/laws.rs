@@ -87,8 +87,20 @@ impl<'a> WallLaws<'a> {
     /// The law of element number `element`.
     #[inline]
     pub fn of(&self, element: u32) -> &'a Law {
+        &self.laws[self.number(element) as usize]
+    }
+
+    /// The number of that law.
+    #[inline]
+    pub fn number(&self, element: u32) -> u16 {
         let material = if self.materials.is_empty() { 0 } else { self.materials[element as usize] };
-        &self.laws[self.row[material as usize] as usize]
+        self.row[material as usize]
+    }
+
+    /// The numbers of all laws, each once.
+    pub fn distinct(self) -> impl Iterator<Item = u16> + 'a {
+        let row = self.row;
+        row.iter().enumerate().filter(move |(at, law)| !row[..*at].contains(law)).map(|(_, law)| *law)
     }
 
     /// Whether any of them says yes.

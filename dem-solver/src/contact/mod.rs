@@ -8,6 +8,7 @@
 //!
 //! [`pair`] applies the law to one contact, of a sphere with a wall or with another sphere;
 //! [`laws`] knows which law a pair of materials has, its moduli combined by [`elastic`];
+//! [`whole`] is the contact of a rock with terrain that does not depend on its spheres, found and summed up in [`landed`];
 //! [`evaluate`] sums up all contacts of one rock with a wall at one instant, [`touch`] finds them; [`standing`]
 //! does both for terrain, [`rocks`] for two rocks. [`faces`] shares out contacts without a jump over edges.
 
@@ -15,6 +16,7 @@ pub mod damping;
 pub mod elastic;
 pub mod evaluate;
 pub mod faces;
+pub mod landed;
 pub mod laws;
 pub mod memory;
 pub mod normal;
@@ -25,8 +27,9 @@ pub mod rolling;
 pub mod standing;
 pub mod tangential;
 pub mod touch;
+pub mod whole;
 
-use crate::settings::{ContactSettings, EffectiveMass, RollingName};
+use crate::settings::{ContactSettings, EffectiveMass, LawName, RollingName};
 use damping::Damping;
 use elastic::Elastic;
 use normal::Normal;
@@ -47,6 +50,8 @@ pub enum Partner {
 pub struct Law {
     /// Elastic force along the normal.
     pub normal: Normal,
+    /// On terrain: of the rock as a whole ([`whole`]).
+    pub whole: bool,
     /// Dashpot; `None`: elastic.
     pub damping: Option<Damping>,
     /// Friction; `None`: smooth.
@@ -87,7 +92,8 @@ impl Law {
             friction: settings.rolling_friction,
             damping: settings.rolling_damping.unwrap_or(0.0),
         });
-        Self { normal, damping, tangential, rolling }
+        let whole = settings.law == LawName::HertzRock && partner == Partner::Wall;
+        Self { normal, whole, damping, tangential, rolling }
     }
 
     /// Whether the forces depend on velocities.
@@ -109,6 +115,9 @@ impl Law {
     /// In words, with numbers.
     pub fn describe(&self) -> String {
         let mut text = self.normal.describe();
+        if self.whole {
+            text += " of the rock as a whole with terrain";
+        }
         match &self.damping {
             Some(d) => {
                 text += &format!(

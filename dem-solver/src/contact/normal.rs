@@ -43,7 +43,7 @@ impl Normal {
     pub fn new(settings: &ContactSettings, sides: Option<&Elastic>) -> Self {
         let modulus = || sides.expect("checked: the law has a modulus or a stiffness").modulus();
         match (settings.law, settings.stiffness) {
-            (LawName::HertzMindlin, _) => Self::Hertz(modulus()),
+            (LawName::HertzMindlin | LawName::HertzRock, _) => Self::Hertz(modulus()),
             (LawName::Linear, Some(stiffness)) => Self::Linear(stiffness),
             (LawName::Linear, None) => {
                 let area = (INDENTATION * (2.0 - INDENTATION)).sqrt();
@@ -63,6 +63,14 @@ impl Normal {
             }
             Self::Linear(stiffness) => linear(stiffness, overlap),
             Self::LinearPerRadius(per_radius) => linear(per_radius * radius, overlap),
+        }
+    }
+
+    /// E* [Pa], where the force follows from it by Hertz.
+    pub fn modulus(&self) -> Option<f64> {
+        match *self {
+            Self::Hertz(modulus) => Some(modulus),
+            Self::Linear(_) | Self::LinearPerRadius(_) => None,
         }
     }
 

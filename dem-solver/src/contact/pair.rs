@@ -72,29 +72,33 @@ impl Law {
     /// The answer to `meeting` in the middle of a step of `h` [s] (0: at an instant that no step surrounds).
     #[inline]
     pub fn answer(&self, meeting: &Meeting, past: &Past, h: f64) -> Answer {
-        let normal = &meeting.normal;
         let load = self.normal.load(meeting.radius, meeting.overlap);
+        let mut pressed = load.force;
+        if self.damping.is_some() {
+            let viscous = meeting.dashpot * load.stiffness.sqrt() * meeting.velocity.dot(&meeting.normal);
+            // Rocks do not stick.
+            pressed = (load.force + viscous).max(0.0);
+        }
+        self.answer_pressed(load, pressed, meeting, past, h)
+    }
+
+    /// The same where elastic load and normal force [N] are known: parts along the surface.
+    #[inline]
+    pub fn answer_pressed(&self, load: Load, pressed: f64, meeting: &Meeting, past: &Past, h: f64) -> Answer {
+        let normal = &meeting.normal;
         let approach = meeting.velocity.dot(normal);
         let zero = Vector3::zeros();
         let mut answer = Answer {
             load,
-            force: zero,
+            force: normal * -pressed,
             moment: zero,
             spring: zero,
             rolled: zero,
-            damped: 0.0,
+            damped: (pressed - load.force) * approach,
             rubbed: 0.0,
             sheared: 0.0,
             jumped: 0.0,
         };
-        let mut pressed = load.force;
-        if self.damping.is_some() {
-            let viscous = meeting.dashpot * load.stiffness.sqrt() * approach;
-            // Rocks do not stick.
-            pressed = (load.force + viscous).max(0.0);
-            answer.damped = (pressed - load.force) * approach;
-        }
-        answer.force = normal * -pressed;
         if let Some(tangential) = &self.tangential {
             let slip = meeting.velocity - normal * approach;
             let mut spring =

@@ -28,9 +28,14 @@ pub fn linear_restitution(g: f64) -> f64 {
     (-exponent).exp()
 }
 
+/// Damping ratio of the linear contact of the same restitution as a Hertz contact with ratio `g`.
+pub fn linear_of_hertz(g: f64) -> f64 {
+    1.2_f64.sqrt() * g
+}
+
 /// Restitution of a Hertz contact with damping ratio `g` >= 0.
 pub fn hertz_restitution(g: f64) -> f64 {
-    linear_restitution(1.2_f64.sqrt() * g)
+    linear_restitution(linear_of_hertz(g))
 }
 
 /// Damping ratio of a linear contact with restitution `e` in (0, 1].

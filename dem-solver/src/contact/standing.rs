@@ -289,19 +289,19 @@ impl Standing {
 }
 
 /// Own vectors along the axes of space.
-enum Turned {
+pub(super) enum Turned {
     /// All centres are the centre of mass.
     Centred,
     By(Matrix3<f64>),
 }
 
 impl Turned {
-    fn new(rock: &Rock, now: &Motion) -> Self {
+    pub(super) fn new(rock: &Rock, now: &Motion) -> Self {
         if rock.arm == 0.0 { Self::Centred } else { Self::By(now.rotation()) }
     }
 
     #[inline]
-    fn of(&self, own: &Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn of(&self, own: &Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::Centred => *own,
             Self::By(rotation) => rotation * own,

@@ -6,8 +6,11 @@
 use super::start;
 use super::units::short;
 use crate::contact::normal::Normal;
+use crate::contact::whole::Whole;
 use crate::ground::Ground;
 use crate::rock::Rock;
+use crate::rock::exposed::direction;
+use crate::settings::LawName;
 use crate::solver::Model;
 use nalgebra::Vector3;
 
@@ -36,6 +39,10 @@ pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
         // Of the terrain where no zone lies; a zone may never be touched.
         let Some(law) = model.ground_rows.get(at).and_then(|row| row.first()) else { continue };
         let normal = &laws[*law as usize].normal;
+        if let Some(whole) = &model.wholes[at] {
+            warnings.extend(of_whole(model, at, whole, normal, energy));
+            continue;
+        }
         let deepest = worst(rock, normal, energy);
         if deepest <= LIMIT {
             continue;
@@ -48,9 +55,11 @@ pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
                 .stiffness
                 .map(|k| format!("stiffness = {} N/m", short(k * times))),
         };
+        let law = (settings.contacts[*law as usize].law == LawName::HertzMindlin)
+            .then(|| format!("contact.{law}.law = \"hertz_rock\""));
         let radius =
             larger(rock, deepest).map(|r| format!("cluster.smallest_radius = {} m (about)", short(r)));
-        let cures: Vec<String> = [radius, stiffness].into_iter().flatten().collect();
+        let cures: Vec<String> = [law, radius, stiffness].into_iter().flatten().collect();
         let cure = match cures.join(" or ") {
             none if none.is_empty() => "larger spheres keep".into(),
             cures => format!("{cures} keeps"),
@@ -67,6 +76,49 @@ pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
     warnings
 }
 
+/// The same of a rock that touches as a whole.
+fn of_whole(model: &Model, at: usize, whole: &Whole, normal: &Normal, energy: f64) -> Option<String> {
+    let rock = &model.rocks[at];
+    let modulus = normal.modulus().expect("checked: it has a modulus");
+    let deepest = worst_whole(rock, whole, modulus, energy);
+    (deepest > LIMIT).then(|| {
+        // What a contact stores is in proportion to its stiffness.
+        let times = least_above(|times| worst_whole(rock, whole, modulus, energy / times) <= LIMIT);
+        let law = model.ground_rows[at][0] as usize;
+        let young = model.settings.contacts[law].young.expect("checked: the law needs it") * times;
+        format!(
+            "rock.{at}: rock `{}` lands on the terrain with up to {} J and is expected to go in by up to {} of its radius of {} m, \
+             above {LIMIT}; young = {} Pa keeps it below",
+            rock.name,
+            short(energy),
+            short(deepest),
+            short(whole.radius),
+            short(young)
+        )
+    })
+}
+
+/// How deep a rock that touches as a whole goes into a plane with `energy` [J], over its radius, in the worst of the turns.
+pub fn worst_whole(rock: &Rock, whole: &Whole, modulus: f64, energy: f64) -> f64 {
+    let of = |turn: usize| {
+        let down = direction(turn, TURNS);
+        let ends: Vec<f64> = rock.spheres.iter().map(|s| s.centre.dot(&down) + s.radius).collect();
+        let first = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let stored = |way: f64| {
+            let overlaps = ends.iter().enumerate().map(|(k, end)| (k as u32, way - (first - end)));
+            let sum = overlaps.filter(|(_, d)| *d > 0.0).map(|(k, d)| whole.part(k, d)).sum();
+            whole.pressed(modulus, whole.equivalent(sum)).energy
+        };
+        let (mut low, mut high) = (0.0, 2.0 * whole.radius);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if stored(middle) < energy { low = middle } else { high = middle }
+        }
+        high / whole.radius
+    };
+    (0..TURNS).map(of).fold(0.0, f64::max)
+}
+
 /// Smallest radius for the limit to hold [m], where the rock has spheres of that size: the overlap over the radius falls
 /// with the radius to the power of 1.2 where one sphere carries all, and less where several share.
 fn larger(rock: &Rock, deepest: f64) -> Option<f64> {
@@ -77,14 +129,19 @@ fn larger(rock: &Rock, deepest: f64) -> Option<f64> {
 /// How many times as stiff the contact must be for the limit to hold.
 pub fn stiffer(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
     // What a contact stores is in proportion to its stiffness.
+    least_above(|times| worst(rock, normal, energy / times) <= LIMIT)
+}
+
+/// The least number above 1, to half a per cent, from which on `holds` does; 1e12 where none is.
+fn least_above(holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high): (f64, f64) = (1.0, 2.0);
-    while worst(rock, normal, energy / high) > LIMIT && high < 1e12 {
+    while !holds(high) && high < 1e12 {
         low = high;
         high *= 2.0;
     }
     for _ in 0..8 {
         let middle = f64::sqrt(low * high);
-        if worst(rock, normal, energy / middle) > LIMIT { low = middle } else { high = middle }
+        if holds(middle) { high = middle } else { low = middle }
     }
     high
 }
@@ -92,15 +149,7 @@ pub fn stiffer(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
 /// Deepest overlap over its radius of any sphere of a rock that is pressed on a plane with `energy` [J], in the worst of
 /// the turns; infinite beyond twice the largest radius.
 pub fn worst(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
-    (0..TURNS).map(|turn| pressed(rock, normal, energy, &direction(turn))).fold(0.0, f64::max)
-}
-
-/// Points spread evenly over a sphere.
-fn direction(number: usize) -> Vector3<f64> {
-    let z = 1.0 - (2 * number + 1) as f64 / TURNS as f64;
-    let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt()) * number as f64;
-    let across = (1.0 - z * z).sqrt();
-    Vector3::new(across * turn.cos(), across * turn.sin(), z)
+    (0..TURNS).map(|turn| pressed(rock, normal, energy, &direction(turn, TURNS))).fold(0.0, f64::max)
 }
 
 fn pressed(rock: &Rock, normal: &Normal, energy: f64, down: &Vector3<f64>) -> f64 {
@@ -157,6 +206,23 @@ mod tests {
             let exact = law.deepest(0.2, 80.0, 5.0) / 0.2;
             assert!((worst(&ball, &law, 0.5 * 80.0 * 25.0) / exact - 1.0).abs() < 1e-9);
         }
+    }
+
+    /// Of one ball the closed form; of a cube the corner, and the modulus that is proposed keeps it at the limit.
+    #[test]
+    fn a_rock_as_a_whole_goes_in_as_deep_as_the_closed_form_says() {
+        let ball = rock(Shape::Sphere { radius: 0.2 }, 1, 80.0);
+        let exact = Normal::Hertz(2e8).deepest(0.2, 80.0, 5.0) / 0.2;
+        let found = worst_whole(&ball, &Whole::new(&ball), 2e8, 0.5 * 80.0 * 25.0);
+        assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
+        let cube = rock(Shape::Box { size: [0.8; 3] }, 512, 1382.4);
+        let (whole, energy) = (Whole::new(&cube), 0.5 * 1382.4 * 15.8_f64.powi(2));
+        let corner = worst_whole(&cube, &whole, 3.2e10, energy);
+        // An elastic landing on its corner, computed: 0.0257 (tests/terrain/whole.rs).
+        assert!((corner / 0.0257 - 1.0).abs() < 0.1, "{corner}");
+        let times = least_above(|times| worst_whole(&cube, &whole, 1e6, energy / times) <= LIMIT);
+        let kept = worst_whole(&cube, &whole, 1e6 * times, energy);
+        assert!(kept <= LIMIT && kept > 0.95 * LIMIT, "{kept}");
     }
 
     /// The spheres of an irregular block reach down to small ones; with the radius that is proposed they carry the landing.

@@ -45,10 +45,16 @@ impl Face {
         [self.start, self.start + self.edges[0], self.start + self.edges[1]]
     }
 
+    /// Height of `centre` over its plane, below 0 behind it [m].
+    #[inline]
+    pub fn over_plane(&self, centre: &Vector3<f64>) -> f64 {
+        self.normal.dot(&(centre - self.start))
+    }
+
     /// Distance of `centre` from its plane, on either side [m].
     #[inline]
     pub fn off_plane(&self, centre: &Vector3<f64>) -> f64 {
-        self.normal.dot(&(centre - self.start)).abs()
+        self.over_plane(centre).abs()
     }
 
     /// From `centre` to its closest point [m], and what that lies on.
@@ -82,6 +88,62 @@ impl Face {
         }
         // Along the normal: the foot is then the same from every triangle of a plane, to rounding.
         (self.normal * -self.normal.dot(&at), Feature::Face)
+    }
+}
+
+/// Two triangles are equally near a point if their squared distances differ by this share: rounding.
+const TIE: f64 = 1e-9;
+
+/// The nearest of some triangles to a point, and on which side of them it lies.
+#[derive(Debug, Clone, Copy)]
+pub struct Nearest {
+    /// Square of the distance [m2]; infinite before the first triangle.
+    pub square: f64,
+    /// To the nearest point [m].
+    pub to_point: Vector3<f64>,
+    /// What that lies on.
+    pub feature: Feature,
+    /// Sum of the unit normals of all triangles that are as near.
+    pub up: Vector3<f64>,
+    /// Their number.
+    pub as_near: u32,
+}
+
+impl Default for Nearest {
+    fn default() -> Self {
+        Self {
+            square: f64::INFINITY,
+            to_point: Vector3::zeros(),
+            feature: Feature::Face,
+            up: Vector3::zeros(),
+            as_near: 0,
+        }
+    }
+}
+
+impl Nearest {
+    /// Take in one more; true if it is nearer than all before.
+    #[inline]
+    pub fn take(&mut self, face: &Face, place: &Vector3<f64>) -> bool {
+        let over = face.over_plane(place);
+        if over * over > self.square * (1.0 + TIE) {
+            return false;
+        }
+        let (to_point, feature) = face.closest(place);
+        let square = to_point.norm_squared();
+        let nearer = square < self.square * (1.0 - TIE);
+        if nearer {
+            *self = Self { square, to_point, feature, up: face.normal, as_near: 1 };
+        } else if square <= self.square * (1.0 + TIE) {
+            self.up += face.normal;
+            self.as_near += 1;
+        }
+        nearer
+    }
+
+    /// Whether the point lies behind them.
+    pub fn is_inside(&self) -> bool {
+        self.to_point.dot(&self.up) > 0.0
     }
 }
 

@@ -10,12 +10,14 @@
 //! - [`face`]: one of its triangles
 //! - [`look`]: what the terrain is asked
 //! - [`slope`]: one that is generated
+//! - `winding`: which side is up
 
 pub mod face;
 pub mod look;
 pub mod read;
 pub mod relief;
 pub mod slope;
+mod winding;
 pub mod zones;
 
 use crate::search::boxes::{Bounds, BoxTree, morton_order};

@@ -1,11 +1,13 @@
 //! Rocks: what is constant of them, and what moves.
 //!
 //! - [`cluster`]: the spheres that fill a box
+//! - [`exposed`]: how much of the surface of each sphere lies outside the others
 //! - [`outermost`]: the spheres that may be the furthest in a direction, or touch a plane together
 //! - [`solid`]: mass, inertia and surface of the true solid
 //! - [`rotation`]: free rotation that keeps the angular momentum
 
 pub mod cluster;
+pub mod exposed;
 pub mod outermost;
 pub mod rotation;
 pub mod solid;

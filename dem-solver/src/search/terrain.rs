@@ -7,7 +7,7 @@
 use super::course::Course;
 use super::tree::{Slab, SphereTree};
 use crate::ground::Ground;
-use crate::ground::face::Face;
+use crate::ground::face::{Face, Nearest};
 use crate::rock::{Motion, Rock};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -54,6 +54,8 @@ pub struct Surroundings {
     pub pairs: Vec<Pair>,
     searched: Option<(Vector3<f64>, UnitQuaternion<f64>)>,
     skin: f64,
+    /// How deep inside the terrain a centre is looked for [m]; 0: only what touches from outside is listed.
+    deep: f64,
     /// How far no point of the rock has moved further since the pairs were searched [m].
     pub moved: f64,
     /// Times that pairs were searched.
@@ -63,9 +65,9 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// Of `rock`, with room for what it usually meets.
-    pub fn new(rock: &Rock) -> Self {
-        let mut it = Self { coverage: f64::NEG_INFINITY, ..Self::default() };
+    /// Of `rock`, with room for what it usually touches; centres up to `deep` [m] inside are listed with the surface above.
+    pub fn new(rock: &Rock, deep: f64) -> Self {
+        let mut it = Self { coverage: f64::NEG_INFINITY, deep, ..Self::default() };
         it.near.reserve(1024);
         it.faces.reserve(1024);
         it.round.reserve(1024);
@@ -97,11 +99,13 @@ impl Surroundings {
             }
         }
         let speed = now.velocity.norm() + now.angular_momentum.norm() / rock.inertia.min() * rock.arm;
-        let least = SKIN[0] * rock.smallest_radius;
-        let most = (SKIN[1] * rock.smallest_radius).max(SKIN[2] * tree.reach);
+        // Where centres may pass the surface the smallest sphere decides nothing.
+        let size = if self.deep > 0.0 { SKIN[2] * tree.reach } else { rock.smallest_radius };
+        let least = SKIN[0] * size;
+        let most = (SKIN[1] * size).max(SKIN[2] * tree.reach);
         let skin = reach + (STRIDES * speed * h).clamp(least, most);
-        self.look_around(tree, ground, now, skin);
-        self.search(tree, now, skin);
+        self.look_around(tree, ground, now, skin.max(self.deep));
+        self.search(rock, tree, now, skin);
     }
 
     /// Make sure that every triangle that is nearer than `further` [m] to the rock's reach is kept.
@@ -173,7 +177,23 @@ impl Surroundings {
         (least, least == end)
     }
 
-    fn search(&mut self, tree: &SphereTree, now: &Motion, skin: f64) {
+    /// Whether a node of the terrain, one within what is kept, lies on a border: its triangles do not go all around it.
+    pub fn is_on_border(&self, ground: &Ground, node: u32) -> bool {
+        let (mut triangles, mut others) = (0, 0);
+        let of_node = |t: &&u32| ground.triangles[**t as usize].contains(&node);
+        for t in self.near.iter().filter(of_node) {
+            triangles += 1;
+            for other in ground.triangles[*t as usize].into_iter().filter(|n| *n != node) {
+                // Counted where it is named first.
+                let before = self.near.iter().take_while(|b| *b != t).filter(of_node);
+                others +=
+                    usize::from(!before.into_iter().any(|b| ground.triangles[*b as usize].contains(&other)));
+            }
+        }
+        others != triangles
+    }
+
+    fn search(&mut self, rock: &Rock, tree: &SphereTree, now: &Motion, skin: f64) {
         self.searched = Some((now.position, now.orientation));
         (self.skin, self.moved) = (skin, 0.0);
 
@@ -182,7 +202,8 @@ impl Surroundings {
         let single = tree.single();
         let to_own = now.rotation().transpose();
         let pairs = &mut self.pairs;
-        let reach = tree.reach + skin;
+        let deep = self.deep;
+        let reach = tree.reach + skin.max(deep);
         for (place, (middle, radius)) in self.round.iter().enumerate() {
             let limit = reach + radius;
             if (middle - now.position).norm_squared() > limit * limit {
@@ -200,6 +221,16 @@ impl Surroundings {
                         add(0, it.closest(&now.position).0.norm() - radius);
                     }
                 }
+                None if deep > 0.0 => {
+                    let seen = it.seen(&to_own, &now.position);
+                    tree.near_face_or_behind(&Slab::new(&seen), skin, deep, |sphere, k| {
+                        let distance = seen.closest(&sphere.centre).0.norm();
+                        let gap = distance - sphere.radius;
+                        if gap <= skin || (distance <= deep && seen.over_plane(&sphere.centre) <= 0.0) {
+                            pairs.push(Pair { sphere: k, triangle, face, gap });
+                        }
+                    });
+                }
                 None => {
                     let seen = it.seen(&to_own, &now.position);
                     // The tree holds the spheres with their radii.
@@ -210,5 +241,48 @@ impl Surroundings {
             }
         }
         self.pairs.sort_unstable_by_key(|p| (p.sphere, p.face));
+        if deep > 0.0 {
+            self.keep_what_is_inside(rock, now, skin);
+        }
+    }
+
+    /// Of the pairs that are listed since the centre lies behind the triangle's plane, keep those of spheres that are inside:
+    /// the nearest of all triangles says so.
+    fn keep_what_is_inside(&mut self, rock: &Rock, now: &Motion, skin: f64) {
+        let rotation = now.rotation();
+        let mut pairs = std::mem::take(&mut self.pairs);
+        let mut kept = 0;
+        let mut first = 0;
+        while first < pairs.len() {
+            let number = pairs[first].sphere;
+            let end = first + pairs[first..].iter().take_while(|p| p.sphere == number).count();
+            let sphere = &rock.spheres[number as usize];
+            let place = now.position + rotation * sphere.centre;
+            let behind = |p: &Pair| self.faces[p.face as usize].over_plane(&place) <= 0.0;
+            let inside = pairs[first..end].iter().any(behind) && self.is_inside(&place);
+            for at in first..end {
+                let pair = pairs[at];
+                // Inside, the sphere touches whatever it moves.
+                if inside || pair.gap <= skin {
+                    pairs[kept] = Pair { gap: if inside { f64::NEG_INFINITY } else { pair.gap }, ..pair };
+                    kept += 1;
+                }
+            }
+            first = end;
+        }
+        pairs.truncate(kept);
+        self.pairs = pairs;
+    }
+
+    /// Whether a point lies behind the nearest of the kept triangles.
+    fn is_inside(&self, place: &Vector3<f64>) -> bool {
+        let mut nearest = Nearest::default();
+        for (face, (middle, radius)) in self.faces.iter().zip(&self.round) {
+            let limit = nearest.square.sqrt() * (1.0 + ROUNDING) + radius;
+            if (middle - place).norm_squared() <= limit * limit {
+                nearest.take(face, place);
+            }
+        }
+        nearest.is_inside()
     }
 }

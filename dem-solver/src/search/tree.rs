@@ -42,6 +42,19 @@ impl Slab {
     }
 }
 
+impl Slab {
+    /// The same where centres may lie up to `deep` [m] behind the face: whether one of the box may be listed that is nearer
+    /// than `limit` [m] in front.
+    #[inline]
+    fn may_hold(&self, bounds: &Bounds, limit: f64, deep: f64) -> bool {
+        let (middle, half) = bounds.middle_and_half();
+        let (over, wide) = (self.normal.dot(&(middle - self.start)), self.normal.abs().dot(&half));
+        let [lowest, highest] = &self.bounds;
+        let beside = (lowest - middle - half).sup(&(middle - half - highest)).max();
+        over - wide <= limit && over + wide >= -limit.max(deep) && beside <= limit.max(deep)
+    }
+}
+
 impl SphereTree {
     /// The tree over `spheres`.
     pub fn new(spheres: &[Sphere]) -> Self {
@@ -85,6 +98,24 @@ impl SphereTree {
     pub fn near_face(&self, face: &Slab, limit: f64, mut found: impl FnMut(&Sphere, u32)) {
         self.tree.visit(
             |bounds| face.distance(bounds) <= limit,
+            |i| {
+                let (sphere, number) = &self.spheres[i];
+                found(sphere, *number);
+                true
+            },
+        );
+    }
+
+    /// The same with those whose centre lies up to `deep` [m] behind the triangle.
+    pub fn near_face_or_behind(
+        &self,
+        face: &Slab,
+        limit: f64,
+        deep: f64,
+        mut found: impl FnMut(&Sphere, u32),
+    ) {
+        self.tree.visit(
+            |bounds| face.may_hold(bounds, limit, deep),
             |i| {
                 let (sphere, number) = &self.spheres[i];
                 found(sphere, *number);

@@ -15,7 +15,8 @@ pub struct ContactSettings {
     /// pair that no other table names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<[String; 2]>,
-    /// Normal law: `hertz_mindlin` (force ~ overlap^1.5) or `linear` (force ~ overlap).
+    /// Normal law: `hertz_rock` (force ~ overlap^1.5 of the rock as a whole: does not depend on the number of spheres; for
+    /// terrain), `hertz_mindlin` (the same of each sphere by its own radius) or `linear` (force ~ overlap).
     pub law: LawName,
     /// Young's modulus of the rock [Pa]. `linear` takes it or `stiffness`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -184,10 +185,24 @@ pub(super) fn rename_partner(
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LawName {
-    /// Hertz normal and Mindlin tangential stiffness, both growing with the overlap.
+    /// Hertz normal and Mindlin tangential stiffness, both growing with the overlap; each sphere by its own radius.
     HertzMindlin,
+    /// The same of the rock as a whole, by its own radius, whatever spheres cover it: on terrain. With a net and between
+    /// rocks it is `hertz_mindlin`.
+    HertzRock,
     /// Constant stiffnesses.
     Linear,
+}
+
+impl LawName {
+    /// As the scene writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::HertzMindlin => "hertz_mindlin",
+            Self::HertzRock => "hertz_rock",
+            Self::Linear => "linear",
+        }
+    }
 }
 
 /// Which mass m* a contact's dashpot is scaled with.
@@ -211,15 +226,15 @@ impl ContactSettings {
     pub(super) fn check(&self, scene: &Scene, number: usize) -> Result<(), InputError> {
         let invalid = |key: &str, what: String| scene.invalid(&format!("contact.{number}.{key}"), what);
         match (self.law, self.young, self.stiffness) {
-            (LawName::HertzMindlin, _, Some(_)) => {
+            (LawName::HertzMindlin | LawName::HertzRock, _, Some(_)) => {
                 return Err(invalid(
                     "stiffness",
-                    "the stiffness of `hertz_mindlin` follows from `young`".into(),
+                    format!("the stiffness of `{}` follows from `young`", self.law.name()),
                 )
                 .try_instead("leave it out, or write law = \"linear\""));
             }
-            (LawName::HertzMindlin, None, None) => {
-                return Err(invalid("young", "`hertz_mindlin` needs `young` [Pa]".into()));
+            (LawName::HertzMindlin | LawName::HertzRock, None, None) => {
+                return Err(invalid("young", format!("`{}` needs `young` [Pa]", self.law.name())));
             }
             (LawName::Linear, Some(_), Some(_)) => {
                 return Err(invalid(
@@ -232,6 +247,13 @@ impl ContactSettings {
                 return Err(invalid("stiffness", "`linear` needs `stiffness` [N/m] or `young` [Pa]".into()));
             }
             _ => {}
+        }
+        if self.law == LawName::HertzRock && self.effective_mass == EffectiveMass::Rock {
+            return Err(invalid(
+                "effective_mass",
+                "`hertz_rock` knows the mass that its force acts on".into(),
+            )
+            .try_instead("leave it out"));
         }
         let above_zero = [
             ("young", self.young),

@@ -200,6 +200,12 @@ fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
     }
     let contacts: Vec<toml::Table> = scene.read("contact")?.unwrap_or_default();
     let dem: toml::Table = scene.read("dem")?.unwrap_or_default();
+    let of_rocks = |table: &toml::Table| table.get("law").and_then(|law| law.as_str()) == Some("hertz_rock");
+    if let Some(number) = contacts.iter().position(of_rocks) {
+        return Err(scene
+            .invalid(&format!("contact.{number}.law"), "`hertz_rock` is a contact of rocks with terrain")
+            .try_instead("separate spheres take hertz_mindlin: each is a rock of its own"));
+    }
     let of_contacts = contacts.iter().enumerate().flat_map(|(number, table)| {
         let keys = OF_ROCKS_IN_CONTACT.into_iter().filter(|key| table.contains_key(*key));
         keys.map(move |key| (format!("contact.{number}.{key}"), key))

@@ -59,7 +59,10 @@ impl Case<'_> {
     }
 
     fn radius(&self) -> f64 {
-        self.pair.map_or(self.rock().smallest_radius, |[smallest, ..]| smallest)
+        let whole =
+            self.model.wholes[self.rock].as_ref().filter(|_| matches!(self.against, Against::Terrain));
+        let own = whole.map_or(self.rock().smallest_radius, |whole| whole.radius);
+        self.pair.map_or(own, |[smallest, ..]| smallest)
     }
 
     /// Why the surface goes too far in one step, at `speed` [m/s].

@@ -4,7 +4,7 @@
 //! - [`zone`]: a rock's surroundings in a window
 //! - [`window`]: the steps ([`step`]) of a window ([`cut`], [`watch`](mod@watch), [`cause`]), and [`flight`] elsewhere
 //! - [`meetings`]: rocks that meet each other; [`kicks`]: how far they may throw each other in a window
-//! - [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
+//! - `rows`: which law is between what; [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
 //! - [`gauges`], [`measures`], [`verdict`] ([`outline`]), [`fields`], [`trajectory`], [`picture`]: what is reported of it
 
 pub mod cause;
@@ -19,6 +19,7 @@ pub mod meetings;
 pub mod outline;
 pub mod path;
 pub mod picture;
+mod rows;
 pub mod state;
 pub mod step;
 pub mod stretch;
@@ -30,12 +31,13 @@ pub mod window;
 pub mod zone;
 
 use crate::contact::laws::Laws;
+use crate::contact::whole::Whole;
 use crate::critical::Steps;
 use crate::gate;
 use crate::ground::Ground;
 use crate::rock::Rock;
 use crate::search::tree::SphereTree;
-use crate::settings::{ContactSelection, RockSettings, STRUCTURE, Settings, limits};
+use crate::settings::{ContactSelection, STRUCTURE, Settings, limits};
 use crate::wall::Wall;
 use crate::wall::hierarchy::Crossings;
 use fields::Fields;
@@ -50,6 +52,7 @@ use interface_defs::{
 };
 use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
+use rows::{rows, rows_of_rocks, whole_rocks};
 use state::State;
 use trajectory::Trajectory;
 use window::Run;
@@ -88,6 +91,8 @@ pub struct Model {
     pub rows: Vec<Vec<u16>>,
     /// For each rock the numbers of its laws with the materials of the terrain.
     pub ground_rows: Vec<Vec<u16>>,
+    /// For each rock with such a law there what its contact with the terrain as a whole needs.
+    pub wholes: Vec<Option<Whole>>,
     /// For each rock the numbers of its laws with all rocks; `None`: rocks do not meet.
     pub rock_rows: Option<Vec<Vec<u16>>>,
     /// The step.
@@ -129,6 +134,7 @@ impl DemSolver {
         let laws = Laws::new(&settings.contacts);
         let mut ground = settings.terrain.as_ref().map(|terrain| Ground::of(scene, terrain)).transpose()?;
         let (mut ground_rows, mut choices) = (Vec::new(), Vec::new());
+        let mut wholes = vec![None; rocks.len()];
         if let Some(ground) = &mut ground {
             let Some(laws) = &laws else {
                 return Err(scene
@@ -140,10 +146,18 @@ impl DemSolver {
             };
             ground_rows = rows(laws, &settings, &ground.materials)
                 .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
+            wholes = whole_rocks(laws, &ground_rows, &rocks, scene)?;
+            if wholes.iter().any(Option::is_some) {
+                let mixed = ground.face_up();
+                ground.notices.extend(mixed);
+            }
             notices.extend(ground.notices.iter().cloned());
-            let (continuous, why) = settings.dem.contact_selection.choose("terrain", || ground.unshared());
-            ground.continuous = continuous;
-            choices.push(why);
+            if wholes.iter().any(Option::is_none) {
+                let (continuous, why) =
+                    settings.dem.contact_selection.choose("terrain", || ground.unshared());
+                ground.continuous = continuous;
+                choices.push(why);
+            }
         }
         let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
         let rock_rows = rows_of_rocks(laws.as_ref(), &settings, scene)?;
@@ -153,7 +167,7 @@ impl DemSolver {
             );
         }
         let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
-        let steps = Steps::new(&settings, &rocks, laws.as_ref(), ground.as_ref(), scene)?;
+        let steps = Steps::new(&settings, &rocks, &wholes, laws.as_ref(), ground.as_ref(), scene)?;
         let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
         let mut state = State::start(&settings, &rocks, &origin);
         let model = Model {
@@ -165,6 +179,7 @@ impl DemSolver {
             laws,
             rows: Vec::new(),
             ground_rows,
+            wholes,
             rock_rows,
             steps,
             shortcuts: options.shortcuts,
@@ -301,55 +316,6 @@ impl DemSolver {
         }
         Ok(Some(wall))
     }
-}
-
-/// For each rock the numbers of its laws with `walls`. Errs with what is missing, and what to try.
-fn rows(laws: &Laws, settings: &Settings, walls: &[String]) -> Result<Vec<Vec<u16>>, (String, String)> {
-    let row = |rock: &RockSettings| {
-        laws.row(&rock.material, walls).map_err(|wall| {
-            let rock = &rock.material;
-            (
-                format!("no table [[contact]] is for `{rock}` and `{wall}`"),
-                format!(
-                    "add one with between = [\"{rock}\", \"{wall}\"], or one without `between` for all others"
-                ),
-            )
-        })
-    };
-    settings.rocks.iter().map(row).collect()
-}
-
-/// For each rock the numbers of its laws with all rocks, its own left open; `None` with one rock, or
-/// without any law.
-fn rows_of_rocks(
-    laws: Option<&Laws>,
-    settings: &Settings,
-    scene: &Scene,
-) -> Result<Option<Vec<Vec<u16>>>, InputError> {
-    let Some(laws) = laws.filter(|_| settings.rocks.len() > 1) else { return Ok(None) };
-    let mut all = Vec::with_capacity(settings.rocks.len());
-    for (a, one) in settings.rocks.iter().enumerate() {
-        let mut row = Vec::with_capacity(settings.rocks.len());
-        for (b, other) in settings.rocks.iter().enumerate() {
-            match laws.number(&one.material, &other.material) {
-                Some(number) => row.push(number as u16),
-                None if a == b => row.push(0),
-                None => {
-                    let what = format!(
-                        "no table [[contact]] is for `{}` and `{}`, of which rocks `{}` and `{}` are",
-                        one.material, other.material, one.name, other.name
-                    );
-                    let advice = format!(
-                        "add one with between = [\"{}\", \"{}\"], or one without `between` for all others",
-                        one.material, other.material
-                    );
-                    return Err(scene.invalid("rock", what).try_instead(advice));
-                }
-            }
-        }
-        all.push(row);
-    }
-    Ok(Some(all))
 }
 
 /// What the names of a rock's measures begin with: its name where there are several.

@@ -10,17 +10,21 @@
 use super::Model;
 use super::state::Body;
 use crate::contact::Law;
+use crate::contact::landed::Landed;
 use crate::contact::laws::WallLaws;
 use crate::contact::rolling::STIFFNESS;
+use crate::contact::whole::Whole;
 use crate::critical::{DEEP, TURN, critical};
 use crate::ground::Ground;
-use crate::rock::Rock;
+use crate::rock::{Motion, Rock};
 use crate::search::terrain::Surroundings;
 use crate::settings::{DemSettings, EffectiveMass, RollingName};
 use nalgebra::Vector3;
 
 /// Spheres within this share of the smallest radius count; a stretch ends before a rock has moved by it.
 const NEAR: f64 = 0.1;
+/// The same of a rock that touches as a whole, in its radius.
+const NEAR_WHOLE: f64 = 0.01;
 /// Most steps of the scene in a stretch.
 const MOST: usize = 64;
 /// Smallest approach that is reckoned with, as a share of the speed of the rock's fastest point.
@@ -60,24 +64,35 @@ pub fn next(
     ground: &Ground,
     laws: WallLaws,
     around: &mut Surroundings,
+    landed: &mut Landed,
     rock: usize,
     body: &Body,
     h: f64,
     most: usize,
 ) -> Stretch {
     let (it, now) = (&model.rocks[rock], &body.motion);
-    let reach = NEAR * it.smallest_radius;
+    let whole = model.wholes[rock].as_ref();
+    let reach = whole.map_or(NEAR * it.smallest_radius, |whole| NEAR_WHOLE * whole.radius);
     around.update(it, &model.trees[rock], ground, now, h, reach);
     let turn = now.angular_momentum.norm() / it.inertia.min();
     let fastest = now.velocity.norm() + turn * it.arm + model.settings.gravity.norm() * h;
     let steps = ((reach / (fastest * h)) as usize).clamp(1, most.min(MOST));
+    let per_contact = model.settings.dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
+    if let Some(whole) = whole {
+        landed.find(it, whole, ground, around, now, reach);
+        if landed.contacts.is_empty() {
+            return Stretch { steps, parts: steps };
+        }
+        let longest = of_whole(it, whole, landed, laws, now, SLOWEST * fastest, per_contact).min(TURN / turn);
+        let parts = ((h * steps as f64 / longest).ceil() as usize).clamp(1, steps);
+        return Stretch { steps, parts };
+    }
     let near = near(it, laws, around, body, reach);
     if near.count == 0.0 || steps == 1 {
         return Stretch { steps, parts: steps };
     }
     let stored = 2.0 * near.energy * near.across / near.count;
     let speed = (near.approach * near.approach + stored).sqrt().max(SLOWEST * fastest);
-    let per_contact = model.settings.dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
     let mut longest = TURN / turn;
     for number in laws.row {
         longest = longest.min(step(&laws.laws[*number as usize], it, &near, speed, per_contact));
@@ -85,6 +100,33 @@ pub fn next(
     // Never finer than the scene says.
     let parts = ((h * steps as f64 / longest).ceil() as usize).clamp(1, steps);
     Stretch { steps, parts }
+}
+
+/// The step [s] that a rock asks for which touches as a whole; `landed` holds the spheres that do, or are about to.
+fn of_whole(
+    rock: &Rock,
+    whole: &Whole,
+    landed: &Landed,
+    laws: WallLaws,
+    now: &Motion,
+    slowest: f64,
+    per_contact: f64,
+) -> f64 {
+    let spin = rock.spin(now);
+    let (mut approach, mut mobility) = (slowest, 1.0 / rock.mass);
+    for contact in &landed.contacts {
+        let arm = contact.arm();
+        let lever = now.orientation.inverse_transform_vector(&arm.cross(&contact.normal));
+        mobility = mobility.max(1.0 / rock.mass + lever.dot(&lever.component_div(&rock.inertia)));
+        approach = approach.max((now.velocity + spin.cross(&arm)).dot(&contact.normal).abs());
+    }
+    let speed = (approach * approach + 2.0 * landed.energy(whole, laws) * mobility).sqrt();
+    let step = |law: u16| {
+        let landing = whole.landing(rock, &laws.laws[law as usize], mobility, speed);
+        let stable = DemSettings::TIME_STEP_SCALE * critical(landing.square.sqrt(), landing.ratio);
+        stable.min(landing.duration / per_contact)
+    };
+    laws.distinct().map(step).fold(f64::INFINITY, f64::min)
 }
 
 /// The step [s] that a law asks for.

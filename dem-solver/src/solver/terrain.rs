@@ -6,12 +6,15 @@ use super::path::{LOOK, jump_height};
 use super::state::{Against, Body, State};
 use super::stretch::{self, Stretch};
 use super::trajectory::Row;
-use super::watch::{watch, watch_gap};
+use super::watch::{watch, watch_gap, watch_whole};
 use crate::contact::evaluate::Sums;
+use crate::contact::landed::Landed;
 use crate::contact::laws::WallLaws;
 use crate::contact::standing::Standing;
+use crate::contact::whole::Whole;
+use crate::critical::DEEP;
 use crate::ground::Ground;
-use crate::rock::Motion;
+use crate::rock::{Motion, Rock};
 use crate::search::terrain::Surroundings;
 use interface_defs::Fault;
 
@@ -32,6 +35,7 @@ pub struct OnTerrain {
     /// What is near each rock.
     pub around: Vec<Surroundings>,
     standing: Vec<Standing>,
+    landed: Vec<Landed>,
     /// Rows of the window under way; none are kept where nobody writes them.
     pub rows: Option<Vec<Row>>,
 }
@@ -39,9 +43,22 @@ pub struct OnTerrain {
 impl OnTerrain {
     /// For the rocks of a model.
     pub fn new(model: &Model, rows: bool) -> Self {
-        let around: Vec<_> = model.rocks.iter().map(Surroundings::new).collect();
-        let standing = |rock: &crate::rock::Rock| Standing::new(4 * rock.spheres.len() + 64);
-        Self { standing: model.rocks.iter().map(standing).collect(), around, rows: rows.then(Vec::new) }
+        let deep = |whole: &Option<Whole>| whole.as_ref().map_or(0.0, |whole| DEEP * whole.radius);
+        let rocks = model.rocks.iter().zip(&model.wholes);
+        let around = rocks.clone().map(|(rock, whole)| Surroundings::new(rock, deep(whole))).collect();
+        let of_spheres = |(rock, whole): (&Rock, &Option<Whole>)| match whole {
+            None => Standing::new(4 * rock.spheres.len() + 64),
+            Some(_) => Standing::default(),
+        };
+        let of_rock = |(rock, whole): (&Rock, &Option<Whole>)| {
+            Landed::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
+        };
+        Self {
+            standing: rocks.clone().map(of_spheres).collect(),
+            landed: rocks.clone().map(of_rock).collect(),
+            around,
+            rows: rows.then(Vec::new),
+        }
     }
 
     /// Times that pairs were searched, and that triangles were looked for.
@@ -64,7 +81,7 @@ impl OnTerrain {
         if body.contacts == 0 || model.settings.dem.time_step.is_some() {
             return Stretch::ONE;
         }
-        stretch::next(model, ground, laws, &mut self.around[0], 0, body, h, most)
+        stretch::next(model, ground, laws, &mut self.around[0], &mut self.landed[0], 0, body, h, most)
     }
 
     /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`;
@@ -88,6 +105,14 @@ impl OnTerrain {
             body.ground_memories.clear();
             return Ok((Sums::default(), 0));
         }
+        if let Some(whole) = &model.wholes[rock] {
+            let landed = &mut self.landed[rock];
+            landed.find(it, whole, ground, around, now, 0.0);
+            let sums = landed.forces(it, whole, laws, now, h, &body.ground_memories);
+            watch_whole(model, rock, whole, now, &sums, h, time)?;
+            std::mem::swap(&mut body.ground_memories, &mut landed.memories);
+            return Ok((sums, landed.contacts.len()));
+        }
         standing.find(it, ground, around, now);
         let sums = standing.forces(it, laws, ground, now, h, &body.ground_memories);
         let law = model.ground_rows[rock].first().map(|law| *law as usize);
@@ -107,6 +132,11 @@ impl OnTerrain {
         let it = &model.rocks[rock];
         let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
         around.update(it, &model.trees[rock], ground, now, model.steps.step, 0.0);
+        if let Some(whole) = &model.wholes[rock] {
+            let landed = &mut self.landed[rock];
+            landed.find(it, whole, ground, around, now, 0.0);
+            return (landed.energy(whole, laws), landed.contacts.len());
+        }
         standing.find(it, ground, around, now);
         (standing.energy(laws), standing.contacts.len())
     }

@@ -10,3 +10,4 @@ mod meshes;
 mod net;
 mod readers;
 mod way;
+mod whole;

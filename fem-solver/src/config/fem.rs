@@ -6,6 +6,9 @@ use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Most iterations of one step where the scene does not say.
+const MOST_ITERATIONS: u32 = 30;
+
 /// Integrator, time step, Newton iteration.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -85,15 +88,24 @@ pub enum Integrator {
 pub struct NewtonConfig {
     /// Largest residual, relative to the largest of load, internal force and inertia. Default 1e-10.
     pub tolerance: f64,
-    /// Most iterations of one step. Default 30.
-    pub max_iterations: u32,
+    /// Most iterations of one step, and of each time that form finding begins anew. Default: 30 of a step, 200 of form
+    /// finding.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_iterations: Option<u32>,
     /// Whether a step that overshoots is shortened. Default true; false is for comparison.
     pub line_search: bool,
 }
 
 impl Default for NewtonConfig {
     fn default() -> Self {
-        Self { tolerance: 1e-10, max_iterations: 30, line_search: true }
+        Self { tolerance: 1e-10, max_iterations: None, line_search: true }
+    }
+}
+
+impl NewtonConfig {
+    /// Most iterations of one step.
+    pub fn most_iterations(&self) -> u32 {
+        self.max_iterations.unwrap_or(MOST_ITERATIONS)
     }
 }
 
@@ -104,7 +116,7 @@ impl FemConfig {
             positive(scene, "fem.time_step", step, "s")?;
         }
         positive(scene, "fem.newton.tolerance", self.newton.tolerance, "")?;
-        if self.newton.max_iterations == 0 {
+        if self.newton.max_iterations == Some(0) {
             return Err(
                 scene.invalid("fem.newton.max_iterations", "no Newton iteration is allowed; write 1 or more")
             );

@@ -50,4 +50,8 @@ pub enum Quantity {
     /// Elongation [m] against the structure as modelled, of the same elements: `_elongation`; of several
     /// `_elongation_min`, `_elongation_max`.
     Elongation,
+    /// Bending moment [N m] of the beams at the point, there; of a group of beams, the larger of both ends of each. Its
+    /// magnitude, of both planes together: `_bending_moment`; of several `_bending_moment_min`, `_bending_moment_max`. What is
+    /// broken counts as 0.
+    BendingMoment,
 }

@@ -155,7 +155,8 @@ part! {
         /// Torsion constant [m4]. Default the sum of `inertia`, exact for circular sections.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         torsion: Option<f64>,
-        /// Density [kg/m3].
+        /// Density [kg/m3]; `static` alone does without. Default 0.
+        #[serde(default)]
         density: f64,
         /// A direction that lies in the plane of the first bending. Default z, or x for upright beams.
         #[serde(default, skip_serializing_if = "Option::is_none")]

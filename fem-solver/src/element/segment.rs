@@ -11,6 +11,8 @@ pub struct Segment {
     pub length: f64,
     /// Its length squared less that as modelled [m2], without the cancellation of two large squares.
     pub growth: f64,
+    /// Below this distance of its nodes the length is blunted [m]; 0 = it is not.
+    blunt: f64,
 }
 
 impl Segment {
@@ -19,12 +21,39 @@ impl Segment {
     pub fn new(modelled: &Vector3<f64>, u: &[f64], first: usize, second: usize, stride: usize) -> Self {
         let w = vector(u, second * stride) - vector(u, first * stride);
         let span = modelled + w;
-        Self { span, length: span.norm(), growth: w.dot(&(2.0 * modelled + w)) }
+        Self { span, length: span.norm(), growth: w.dot(&(2.0 * modelled + w)), blunt: 0.0 }
     }
 
-    /// Unit vector along it; 0 where it has no length.
+    /// The same where two nodes may run up to each other: closer than `least` [m] the length is `d^2 / (2 least) + least / 2`
+    /// in place of the distance `d`.
+    ///
+    /// The distance itself has a kink at 0: a rope that pulls two nodes together ends there, with a tangent that grows
+    /// without bound and a direction that says nothing. The blunted one is smooth, convex and exact from `least` on, as two
+    /// shackles of that size are.
+    pub fn blunted(mut self, least: f64) -> Self {
+        if self.length < least {
+            self.length = self.length * self.length / (2.0 * least) + 0.5 * least;
+            self.blunt = least;
+        }
+        self
+    }
+
+    /// Derivative of the length by the place of the second node: the unit vector along it, shorter where it is blunted; 0
+    /// where the nodes lie on each other.
     pub fn direction(&self) -> Vector3<f64> {
-        if self.length > 0.0 { self.span / self.length } else { Vector3::zeros() }
+        let reach = if self.blunt > 0.0 { self.blunt } else { self.length };
+        if reach > 0.0 { self.span / reach } else { Vector3::zeros() }
+    }
+
+    /// Distance of its nodes [m].
+    pub fn distance(&self) -> f64 {
+        if self.blunt > 0.0 { self.span.norm() } else { self.length }
+    }
+
+    /// Unit vector along it; 0 where the nodes lie on each other.
+    pub fn unit(&self) -> Vector3<f64> {
+        let distance = self.distance();
+        if distance > 0.0 { self.span / distance } else { Vector3::zeros() }
     }
 
     /// Green-Lagrange strain against the unstretched `rest`, where `modelled` is the span as modelled.
@@ -36,6 +65,9 @@ impl Segment {
     /// `axial t t^T + N/l (I - t t^T)`.
     pub fn tangent(&self, axial: f64, force: f64) -> Matrix3<f64> {
         let t = self.direction();
+        if self.blunt > 0.0 {
+            return axial * t * t.transpose() + Matrix3::from_diagonal_element(force / self.blunt);
+        }
         let across = if self.length > 0.0 { force / self.length } else { 0.0 };
         (axial - across) * t * t.transpose() + Matrix3::from_diagonal_element(across)
     }

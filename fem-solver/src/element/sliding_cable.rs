@@ -50,6 +50,8 @@ pub struct SlidingCable {
 
 /// With friction a segment counts as long as this part of the shortest as modelled at least.
 const LEAST: f64 = 0.5;
+/// Part of its length as modelled below which a segment is blunted, as the shackles of its nodes touch.
+const BLUNT: f64 = 0.05;
 
 const BROKEN: usize = 0;
 const LOST: usize = 1;
@@ -101,19 +103,24 @@ impl SlidingCable {
     pub fn hung(&self, u: &[f64]) -> Vec<f64> {
         let mut history = self.start_history();
         if self.friction > 0.0 {
-            let lengths = self.spans.iter().enumerate().map(|(i, s)| Segment::new(s, u, i, i + 1, 3).length);
-            let lengths: Vec<f64> = lengths.collect();
+            let lengths: Vec<f64> = self.pieces(u).map(|s| s.length).collect();
             let share = self.total() / lengths.iter().sum::<f64>();
             history[RESTS..].iter_mut().zip(lengths).for_each(|(rest, l)| *rest = share * l);
         }
         history
     }
 
+    /// Its segments where its nodes are displaced by `u`.
+    fn pieces(&self, u: &[f64]) -> impl Iterator<Item = Segment> {
+        let spans = self.spans.iter().enumerate();
+        spans.map(|(i, span)| Segment::new(span, u, i, i + 1, 3).blunted(BLUNT * span.norm()))
+    }
+
     fn shape(&self, u: &[f64], history: &[f64]) -> RefMut<'_, Shape> {
         let mut borrowed = self.memory.0.borrow_mut();
         let shape = &mut *borrowed;
         shape.segments.clear();
-        shape.segments.extend(self.spans.iter().enumerate().map(|(i, s)| Segment::new(s, u, i, i + 1, 3)));
+        shape.segments.extend(self.pieces(u));
         shape.lengths.clear();
         shape.lengths.extend(shape.segments.iter().map(|s| s.length));
         let count = self.spans.len();
@@ -133,9 +140,10 @@ impl SlidingCable {
         }
         shape.factors.clear();
         shape.factors.extend(
-            shape.segments.windows(2).map(|pair| {
-                (self.friction * capstan::wrap(&pair[0].direction(), &pair[1].direction())).exp()
-            }),
+            shape
+                .segments
+                .windows(2)
+                .map(|pair| (self.friction * capstan::wrap(&pair[0].unit(), &pair[1].unit())).exp()),
         );
         shape.returned.slide(&self.law(), &shape.lengths, &history[RESTS..], &shape.factors);
         let tensions = shape.forces.iter_mut().zip(&shape.returned.tension);
@@ -172,13 +180,13 @@ impl SlidingCable {
             // Displacement of the node lengthens the segment before it and shortens the one behind it.
             for (segment, sign) in [(node.checked_sub(1), 1.0), (Some(node).filter(|n| *n < count), -1.0)] {
                 let Some(i) = segment else { continue };
-                let along = shape.segments[i].direction();
-                shape.by_length[i] = sign * along[c];
+                shape.by_length[i] = sign * shape.segments[i].direction()[c];
+                let along = shape.segments[i].unit();
                 let mut unit = Vector3::zeros();
                 unit[c] = sign;
-                let turn = (unit - along * along.dot(&unit)) / shape.lengths[i];
+                let turn = (unit - along * along.dot(&unit)) / shape.segments[i].distance();
                 for inner in [i.checked_sub(1), Some(i).filter(|i| i + 1 < count)].into_iter().flatten() {
-                    let other = shape.segments[if inner == i { i + 1 } else { i - 1 }].direction();
+                    let other = shape.segments[if inner == i { i + 1 } else { i - 1 }].unit();
                     let (cosine, sine) = (along.dot(&other), along.cross(&other).norm());
                     // At 0 and at pi the angle has no slope; friction has none to first order there.
                     if sine > 1e-9 * cosine.abs() {
@@ -348,8 +356,7 @@ impl Element for SlidingCable {
     }
 
     fn utilisation(&self, u: &[f64], force: f64) -> f64 {
-        let lengths = self.spans.iter().enumerate().map(|(i, s)| Segment::new(s, u, i, i + 1, 3).length);
-        self.rupture.share(force, self.strain(lengths.sum()))
+        self.rupture.share(force, self.strain(self.pieces(u).map(|s| s.length).sum()))
     }
 
     fn section(&self) -> f64 {
@@ -357,8 +364,7 @@ impl Element for SlidingCable {
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {
-        let pieces = self.spans.iter().enumerate();
-        pieces.map(|(i, span)| Segment::new(span, u, i, i + 1, 3).length - span.norm()).sum()
+        self.pieces(u).zip(&self.spans).map(|(piece, span)| piece.length - span.norm()).sum()
     }
 }
 
@@ -404,6 +410,26 @@ mod tests {
                     case.conservative = friction == 0.0;
                     case.check_all();
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn nodes_that_run_up_to_each_other_keep_a_slope_and_a_tangent() {
+        let mut noise = random(5);
+        for stretch in [1.02, 0.97] {
+            let (rope, points) = (rope(&points(), stretch, 0.0), points());
+            // The second inner node lies on the first, beside it, and just outside of what is blunted.
+            for apart in [0.0, 0.3, 0.9, 1.1] {
+                let mut u: Vec<f64> = (0..15).map(|_| 0.02 * noise()).collect();
+                let least = BLUNT * rope.spans[1].norm();
+                let aside = apart * least * Vector3::new(noise(), noise(), noise()).normalize();
+                for c in 0..3 {
+                    u[6 + c] = u[3 + c] - rope.spans[1][c] + aside[c];
+                }
+                let case = Case::new(&rope, &points, &u);
+                case.derivatives();
+                assert!(case.force().iter().all(|f| f.is_finite()), "{apart}: {:?}", case.force());
             }
         }
     }

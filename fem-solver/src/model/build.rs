@@ -4,6 +4,7 @@ use super::Model;
 use super::base::{Base, Cell};
 use super::parts::Made;
 use super::support::Motion;
+use crate::config::part::PartConfig;
 use crate::config::structure::{CableConfig, Stated, StructureConfig, Where};
 use crate::config::{Config, not_negative, positive};
 use crate::element::{Cable, PointMass, Spring};
@@ -302,6 +303,17 @@ impl Model {
         }
         if config.fem.integrator == crate::config::Integrator::Static {
             return Ok(());
+        }
+        let weightless = |part: &PartConfig| matches!(part, PartConfig::Beam(beam) if beam.density <= 0.0);
+        if let Some(i) = config.structure.parts.iter().position(weightless) {
+            let key = format!("structure.parts.{i}");
+            let what = format!(
+                "the beams `{}` have no density: nothing resists their turning",
+                config.structure.parts[i].head().0
+            );
+            return Err(scene
+                .invalid(&key, what)
+                .try_instead("write density, for steel 7850; or choose integrator = \"static\""));
         }
         match (0..self.nodes.len()).find(|n| self.mass[*n] <= 0.0 && !self.fully_held(*n)) {
             Some(node) => Err(scene

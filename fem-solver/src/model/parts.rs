@@ -354,7 +354,7 @@ fn beam(
     key.positive("young", part.young, "Pa")?;
     key.positive("area", part.area, "m2")?;
     key.positive("inertia", part.inertia[0].min(part.inertia[1]), "m4")?;
-    key.positive("density", part.density, "kg/m3")?;
+    key.not_negative("density", part.density, "kg/m3")?;
     key.not_negative("radius", part.radius.unwrap_or(0.0), "m")?;
     let shear = part.shear.unwrap_or(part.young / 2.6);
     key.positive("shear", shear, "Pa")?;

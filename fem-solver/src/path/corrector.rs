@@ -68,7 +68,7 @@ impl Corrector {
 
     /// Most iterations that a step may take.
     pub fn most_iterations(&self) -> u32 {
-        self.settings.max_iterations
+        self.settings.most_iterations()
     }
 
     /// Newton, with the free degree of freedom `control` held; `before` is where the step began. Returns the largest

@@ -23,6 +23,7 @@
 
 mod corrector;
 mod critical;
+mod heading;
 
 use crate::assembly::{Assembly, Event};
 use crate::config::NewtonConfig;
@@ -33,6 +34,7 @@ use crate::newton::{Failure, Info};
 use crate::state::{Along, Critical, Kind, State};
 use corrector::Corrector;
 use critical::{Lost, Probe, Search};
+use heading::{Heading, angle, inner, norm};
 
 /// Angle by which directions may turn in one step [rad].
 const TURN: f64 = 0.3;
@@ -50,6 +52,8 @@ const LONGEST: f64 = 0.05;
 const CORNER: f64 = 1e-6;
 const LEAPS: [f64; 4] = [1e-4, 3e-4, 1e-3, 3e-3];
 const LEAP_TURN: f64 = 1.0;
+/// Largest change of the load factor, relative, in a step at whose end something breaks.
+const BREAKS_WITHIN: f64 = 1e-3;
 
 /// Memory of a step.
 pub struct Path {
@@ -65,6 +69,8 @@ pub struct Path {
     direction: Vec<f64>,
     end: Vec<f64>,
     end_direction: Vec<f64>,
+    /// Memory of what would break; empty where nothing can.
+    history: Vec<f64>,
 }
 
 /// A step that was taken: what its end is like, and what it took.
@@ -103,6 +109,11 @@ impl Path {
             direction: memory(),
             end: memory(),
             end_direction: memory(),
+            history: if model.elements.iter().any(|e| e.can_break()) {
+                model.start_history()
+            } else {
+                Vec::new()
+            },
         }
     }
 
@@ -158,6 +169,11 @@ impl Path {
             } else {
                 self.attempt(model, state, (time, way), &mut info)
             };
+            let outcome = outcome.and_then(|tried| {
+                let leapt = stride < CORNER * self.extent;
+                let late = !leapt && self.breaks_late(model, state, tried.probe.way);
+                if late { Err(Failure::Turns { angle: tried.turn }) } else { Ok(tried) }
+            });
             match outcome {
                 Ok(tried) => {
                     let way = tried.probe.way;
@@ -177,7 +193,23 @@ impl Path {
         }
     }
 
+    /// Whether something breaks in the step, which is so long that the load at which it does stays unknown.
+    fn breaks_late(&mut self, model: &Model, state: &State, way: f64) -> bool {
+        let change = (state.factor - state.factor_before).abs();
+        if self.history.is_empty()
+            || change <= BREAKS_WITHIN * state.factor.abs()
+            || way <= 3.0 * CORNER * self.extent
+        {
+            return false;
+        }
+        self.history.copy_from_slice(&state.history);
+        self.corrector.assembly.settle(&model.elements, &state.displacement, &mut self.history);
+        !self.corrector.assembly.broken().is_empty()
+    }
+
     fn go_back(&self, state: &mut State) {
+        state.critical.truncate(state.along.critical);
+        state.along.turned = false;
         state.displacement.copy_from_slice(&self.before);
         state.factor = state.factor_before;
     }
@@ -415,7 +447,9 @@ impl Path {
             return;
         }
         assembly.settle(&model.elements, &state.displacement, &mut state.history);
-        state.along.anew |= !assembly.broken().is_empty();
+        if !assembly.broken().is_empty() {
+            (state.along.anew, state.along.stride) = (true, FIRST * self.extent);
+        }
         let broken = assembly.broken().iter();
         state.events.extend(broken.map(|(element, tension)| Event {
             time,
@@ -423,45 +457,4 @@ impl Path {
             tension: *tension,
         }));
     }
-}
-
-/// The direction of a path: its displacements, and its load in units of the steepest that there was.
-#[derive(Clone, Copy)]
-struct Heading {
-    size: f64,
-    load: f64,
-}
-
-impl Heading {
-    fn new(displacement: &[f64], rate: f64, steepest: f64) -> Self {
-        let size = norm(displacement);
-        let load = if steepest > 0.0 { rate / (size * steepest) } else { 0.0 };
-        Self { size, load }
-    }
-
-    /// Product of two directions, `inner` being that of their displacements.
-    fn dot(&self, other: &Self, inner: f64) -> f64 {
-        inner / (self.size * other.size) + self.load * other.load
-    }
-
-    fn cosine(&self, other: &Self, inner: f64) -> f64 {
-        self.dot(other, inner) / (1.0 + self.load * self.load).sqrt() / (1.0 + other.load * other.load).sqrt()
-    }
-
-    /// Of the displacements alone.
-    fn cosine_of_shapes(&self, other: &Self, inner: f64) -> f64 {
-        inner / (self.size * other.size)
-    }
-}
-
-fn angle(cosine: f64) -> f64 {
-    cosine.clamp(-1.0, 1.0).acos()
-}
-
-fn inner(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn norm(x: &[f64]) -> f64 {
-    inner(x, x).sqrt()
 }

@@ -188,3 +188,88 @@ fn an_elastica_bends_as_far_as_it_should_with_an_error_of_second_order() {
         assert!((fine.0 - w).abs() < 0.3 * (coarse.0 - w).abs() + 1e-6, "{load}: {coarse:?} {fine:?}");
     }
 }
+
+/// A cantilever of 2 m along x in four beams, clamped at its first node, 10 N up and 20 N sideways at its tip.
+fn loaded(density: &str, fem: &str) -> String {
+    format!(
+        r#"
+end_time = 1.0
+[structure]
+nodes = [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0], [1.5, 0.0, 0.0], [2.0, 0.0, 0.0]]
+supports = [{{ nodes = [0], rotations = "xyz" }}]
+loads = [{{ nodes = [4], force = [0.0, 20.0, 10.0] }}]
+[[structure.parts]]
+name = "post"
+element = "beam"
+cells = [[0, 1], [1, 2], [2, 3], [3, 4]]
+young = 2e11
+area = 4e-3
+inertia = [2e-5, 8e-6]
+{density}
+[fem]
+{fem}
+[[gauge]]
+name = "foot"
+at = [0.0, 0.0, 0.0]
+quantity = "bending_moment"
+[[gauge]]
+name = "middle"
+at = [1.0, 0.0, 0.0]
+quantity = "bending_moment"
+[[gauge]]
+name = "all"
+group = "post"
+quantity = "bending_moment"
+"#
+    )
+}
+
+#[test]
+fn gauges_tell_the_bending_moments_of_beams_which_need_no_density_in_statics() {
+    let mut run = Run::alone(&loaded("", "integrator = \"static\""), 0.1);
+    run.step(0.1, &[]);
+    // Of both planes together: 500^1/2 N times the lever; the tip moves by 1e-5 of it.
+    let force = 500.0_f64.sqrt();
+    for (gauge, lever) in [
+        ("foot_bending_moment", 2.0),
+        ("middle_bending_moment_min", 1.0),
+        ("middle_bending_moment_max", 1.0),
+        ("all_bending_moment_max", 2.0),
+        ("all_bending_moment_min", 0.5),
+    ] {
+        let value = run.value(gauge);
+        assert!((value - force * lever).abs() < 1e-3 * force, "{gauge}: {value}");
+    }
+    let measures = interface_defs::solver::Solver::finish(&mut run.solver).unwrap().measures;
+    let most =
+        measures.iter().find(|m| m.name.starts_with("all_bending_moment_max @ ")).expect("with its member");
+    assert_eq!(most.unit, "N m");
+    assert!(most.name.contains("(0.0 0.0 0.0) to (0.5 0.0 0.0)"), "{}", most.name);
+}
+
+#[test]
+fn beams_without_density_do_not_move_in_time() {
+    for density in ["", "density = 0.0"] {
+        for fem in ["integrator = \"newmark\"", "integrator = \"central_difference\"\ntime_step = 1e-6"] {
+            let scene = crate::common::scene(&loaded(density, fem));
+            let options = interface_defs::toolkit::program::Options { out: None, shortcuts: true };
+            let message = match fem_solver::FemSolver::new(&scene, &options) {
+                Err(error) => error.to_string(),
+                Ok(_) => panic!("must be refused"),
+            };
+            assert!(
+                message.starts_with("test.toml:7:") && message.contains("`post` have no density"),
+                "{message}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_gauge_of_bending_moments_wants_beams() {
+    let text = loaded("", "integrator = \"static\"").replace("group = \"post\"", "group = \"supports\"");
+    let scene = crate::common::scene(&text);
+    let options = interface_defs::toolkit::program::Options { out: None, shortcuts: true };
+    let error = fem_solver::FemSolver::new(&scene, &options).err().expect("must be refused").to_string();
+    assert!(error.contains("there is no beam at the gauge `all`"), "{error}");
+}

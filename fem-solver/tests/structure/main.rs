@@ -18,6 +18,7 @@ mod input;
 mod meshes;
 mod mutations;
 mod paths;
+mod rest;
 mod statics;
 mod verdict;
 

@@ -292,3 +292,42 @@ quantity = "displacement"
         }
     }
 }
+
+#[test]
+fn what_tears_along_a_path_does_so_at_its_strength() {
+    // A weak cable beside three strong ones, torn in the middle of a step of any length.
+    let text = r#"
+end_time = 1.0
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0]]
+supports = [{ nodes = [0, 2, 3, 4] }]
+loads = [{ nodes = [1], force = [1.0, 0.2, -1.0] }]
+cable = { young = 1e11, area = 1e-4, density = 0.0 }
+[[structure.parts]]
+name = "weak"
+element = "cable"
+cells = [[0, 1]]
+rupture_force = 5e4
+[[structure.parts]]
+name = "strong"
+element = "cable"
+cells = [[1, 2], [1, 3], [1, 4]]
+prestress = 1e7
+[fem]
+integrator = "static"
+path_speed = 1.0
+[[gauge]]
+name = "watched"
+at = [1.0, 0.0, 0.0]
+quantity = "displacement"
+"#;
+    for (window, rows) in [(0.01, 20), (0.2, 1)] {
+        let (mut run, points) = follow(text, window, rows);
+        let warnings = run.solver.finish().expect("is prepared").warnings;
+        let torn = warnings.iter().find(|w| w.starts_with("rupture at")).expect("tears");
+        let force: f64 =
+            torn.split("under ").nth(1).and_then(|w| w.split(' ').next()).unwrap().parse().unwrap();
+        assert!((5e4..5e4 * 1.002).contains(&force), "{torn}");
+        assert!(points[rows - 1].load > 1e5, "and goes on: {points:?}");
+    }
+}

@@ -86,6 +86,7 @@ const VARIANTS: [TangentialName; 3] =
 fn law(sides: Elastic, friction: f64, restitution: f64, history: TangentialName) -> Law {
     let ratio = if restitution < 1.0 { hertz_ratio(restitution) } else { 0.0 };
     Law {
+        whole: false,
         normal: Normal::Hertz(sides.modulus()),
         damping: (ratio > 0.0).then_some(Damping { ratio, mass: EffectiveMass::Rock }),
         tangential: (friction > 0.0).then_some(Tangential {
