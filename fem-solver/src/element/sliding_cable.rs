@@ -50,8 +50,9 @@ pub struct SlidingCable {
 
 /// With friction a segment counts as long as this part of the shortest as modelled at least.
 const LEAST: f64 = 0.5;
-/// Part of its length as modelled below which a segment is blunted, as the shackles of its nodes touch.
-const BLUNT: f64 = 0.05;
+/// Part of its length as modelled below which a segment is blunted. Small enough to be seen nowhere else: under 1 000 kJ the barrier's
+/// largest reaction over 1 ms is 567 kN with 0.01, 0.001 and without, 627 kN with 0.05, where nodes run up to the heads of posts.
+const BLUNT: f64 = 1e-3;
 
 const BROKEN: usize = 0;
 const LOST: usize = 1;
