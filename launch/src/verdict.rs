@@ -54,10 +54,10 @@ pub fn verdict(outcome: &Outcome, leader: &str, log: &Path) -> Result<(), Stop> 
 
 /// A process that ended without a word from the leader about it.
 fn lost(end: &End, log: &Path) -> Stop {
-    let told = error_in(&read(log, end.name));
-    match (end.status.code(), told) {
-        (Some(2), Some(told)) => Stop::input(format!("{}: {told}", end.name)),
-        (Some(_), Some(told)) => Stop::failed(format!("{} failed: {told}", end.name)),
+    let cause = error_in(&read(log, end.name));
+    match (end.status.code(), cause) {
+        (Some(2), Some(cause)) => Stop::input(format!("{}: {cause}", end.name)),
+        (Some(_), Some(cause)) => Stop::failed(format!("{} failed: {cause}", end.name)),
         (Some(0), None) => {
             Stop::failed(format!("{} ended before the run was over{}", end.name, quote(log, end.name)))
         }
@@ -73,7 +73,7 @@ fn how(status: ExitStatus) -> String {
     }
 }
 
-/// The error that a program has told last: from its `error: ` to the end.
+/// The error that a program has cause last: from its `error: ` to the end.
 pub fn error_in(text: &str) -> Option<String> {
     let at = text.rfind("\nerror: ").map(|at| at + 1).or(text.starts_with("error: ").then_some(0))?;
     Some(text[at + "error: ".len()..].trim_end().to_owned())

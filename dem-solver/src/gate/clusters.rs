@@ -33,7 +33,7 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Res
     let ratios = [0, 1, 2].map(|a| theirs[a] / ours[a]);
     let worst = ratios.iter().map(|r| r.max(1.0 / r)).fold(1.0, f64::max);
     let shift = (0..3).map(|a| off[a].abs() / ours[a]).fold(0.0, f64::max);
-    let told = format!("rock `{}`: {sizes}", rock.name);
+    let described = format!("rock `{}`: {sizes}", rock.name);
     let refuse = |what: String, cure: &str| {
         Err(scene.invalid(&format!("rock.{at}.cluster.file"), what).try_instead(cure.to_owned()))
     };
@@ -44,7 +44,7 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Res
         } else {
             "make one of this shape with `dem-solver cluster`, or name the shape that it is of"
         };
-        return refuse(told, cure);
+        return refuse(described, cure);
     }
     let shifted = format!(
         "rock `{}`: the middle of the spheres of {name} lies {} off that of the shape",
@@ -60,7 +60,7 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Res
     let mut warnings = Vec::new();
     if worst > EDGES[0] {
         warnings.push(format!(
-            "rock.{at}.cluster.file: {told}; are its radii diameters, or is it of another rock?"
+            "rock.{at}.cluster.file: {described}; are its radii diameters, or is it of another rock?"
         ));
     }
     if shift > MIDDLES[0] {
