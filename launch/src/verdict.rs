@@ -16,7 +16,7 @@ pub fn verdict(outcome: &Outcome, leader: &str, log: &Path) -> Result<(), Stop> 
     let at = outcome.ends.iter().position(|end| end.name == leader);
     let Some(at) = at else { return Err(Stop::failed(format!("{leader} was never started"))) };
     let lead = &outcome.ends[at];
-    // Who ended first, before its time: the cause, unless the leader tells another one.
+    // Who ended first, before its time: the cause, unless the leader names another one.
     let first = outcome.ends[..at].first().filter(|end| !end.forced);
     if lead.status.success() {
         return Ok(());
@@ -73,7 +73,7 @@ fn how(status: ExitStatus) -> String {
     }
 }
 
-/// The error that a program has cause last: from its `error: ` to the end.
+/// The error that a program has reported last: from its `error: ` to the end.
 pub fn error_in(text: &str) -> Option<String> {
     let at = text.rfind("\nerror: ").map(|at| at + 1).or(text.starts_with("error: ").then_some(0))?;
     Some(text[at + "error: ".len()..].trim_end().to_owned())
