@@ -101,7 +101,10 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
         model.node_count(),
         counts(model)
     )];
-    let at_rest = if start.at_rest { "at rest in static equilibrium" } else { "still, not in equilibrium" };
+    let at_rest = match start.at_rest {
+        true => "at rest in static equilibrium".to_owned(),
+        false => format!("let go, {:.1e} of the support forces unbalanced", start.unbalanced),
+    };
     let hangs = sag.map_or(String::new(), |sag| format!(", its lowest node {sag:.6} m below the supports"));
     lines.push(format!(
         "t = 0: {at_rest}{hangs}, largest cable force {:.4e} N ({} Newton iterations)",

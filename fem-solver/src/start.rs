@@ -30,8 +30,10 @@ pub struct Start {
     pub history: Vec<f64>,
     /// Force of dead load and elements on every degree of freedom [N].
     pub force: Vec<f64>,
-    /// Whether it is in static equilibrium.
+    /// Whether it is in static equilibrium, to rounding.
     pub at_rest: bool,
+    /// Force that nothing balances, over the forces of supports and dead load.
+    pub unbalanced: f64,
     /// Highest angular frequency [rad/s]; 0 in statics.
     pub frequency: f64,
     /// Critical step of central differences [s], infinite where nothing is stiff.
@@ -169,6 +171,7 @@ impl Start {
             history,
             force,
             at_rest,
+            unbalanced: if residual == 0.0 { 0.0 } else { residual / scale },
             frequency,
             critical_step,
             time_step,
