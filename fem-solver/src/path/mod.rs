@@ -10,13 +10,13 @@
 //! system stays regular at limit points of load and of displacement alike.
 //!
 //! How long a step is, the path says and not the output: the directions at both ends and the chord between them may differ by
-//! [`TURN`] at most, of the displacements as of the load; and Newton returns within [`FEW`] iterations. Else the step is
+//! `TURN` at most, of the displacements as of the load; and Newton returns within `FEW` iterations. Else the step is
 //! shortened and taken anew; corners, where something goes slack or taut, are leapt over. Rows of output shorten a step to
 //! their own place, and leave the length of the next as it is.
 //!
 //! The number of negative pivots of `K` says how many directions are unstable. Along a smooth path, the sign of its
 //! determinant and that of `df/ds` change together; where one of both changes alone, the path has crossed a branch, or the
-//! step has jumped to another path. [`critical`] finds which, and where.
+//! step has jumped to another path. `critical` finds which, and where.
 //!
 //! Source: Rheinboldt (1981), Numer. Math. 37, 1 (local parameters); Riks (1979), Int. J. Solids Structures 15, 529;
 //! Wagner and Wriggers (1988), Eng. Comput. 5, 103 (critical points by the number of negative pivots).
