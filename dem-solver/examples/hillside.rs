@@ -96,11 +96,11 @@ fn fall(solver: &mut DemSolver, output: &mut [f64], k: usize) -> Result<Fall, St
     let path = &body.path;
     let overlap = body.deepest.largest().map_or(0.0, |(overlap, _)| overlap);
     let end = path.ending.map_or(body.motion.position, |end| end.position);
-    let way = end - from;
+    let travel = end - from;
     Ok(Fall {
         numbers: [
-            way.xy().norm(),
-            way.y,
+            travel.xy().norm(),
+            travel.y,
             path.ending.map_or(END, |end| end.time),
             1e3 * path.in_contact / path.impacts.max(1) as f64,
             path.highest.0,

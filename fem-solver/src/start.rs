@@ -93,7 +93,7 @@ impl Start {
             }
             way => {
                 let mut last: Option<Instant> = None;
-                let mut told = |iteration, residual| {
+                let mut report = |iteration, residual| {
                     if last.is_some_and(|at| at.elapsed() < BETWEEN_REPORTS) {
                         return Ok(());
                     }
@@ -102,7 +102,7 @@ impl Start {
                         "form finding: iteration {iteration}, residual {residual:.1e} times its limit"
                     ))
                 };
-                find_form(model, &mut newton, way, config.fem.newton.max_iterations, &mut told).map_err(
+                find_form(model, &mut newton, way, config.fem.newton.max_iterations, &mut report).map_err(
                     |failure| match failure {
                         Failure::Stopped(fault) => NoStart::Stopped(fault),
                         failure => NoStart::Input(not_found(scene, model, way, &failure)),

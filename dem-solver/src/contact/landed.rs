@@ -56,7 +56,7 @@ pub struct Group<'a> {
     weights: f64,
     /// Dashpot force along the sum of the contacts [N].
     viscous: f64,
-    /// Mass that the force meets [kg].
+    /// Mass that the force acts on [kg].
     mass: f64,
 }
 

@@ -8,7 +8,7 @@
 //!   deepest places, and converges as the spheres get smaller, over a face, an edge and a corner alike;
 //! - `U = 8/15 E* sqrt(R) D^(5/2)` is the energy, that of Hertz. Forces are its derivatives, `F_i = F w_i` with
 //!   `F = 4/3 E* sqrt(R) D^(3/2)` and `w_i = dD / dd_i`, so that elastic contact conserves energy;
-//! - the dashpot acts on `s = sqrt(2 U)`: `F_v = 2 g sqrt(m*) ds/dt`, with the mass m* that the force meets and the damping ratio g
+//! - the dashpot acts on `s = sqrt(2 U)`: `F_v = 2 g sqrt(m*) ds/dt`, with the mass m* that the force acts on and the damping ratio g
 //!   of a linear spring. With any U, `m v dv/dx = -U' - c v` is then the linear oscillator `v dv/ds = -s/m - 2 g v / sqrt(m)`:
 //!   the restitution asked for is met exactly over faces, edges and corners;
 //! - stiffness, dashpot and rolling resistance of the tangential parts are shared out as the force is.
@@ -103,7 +103,7 @@ impl Whole {
         Pressed { overlap, stiffness, force, energy: 0.4 * force * overlap }
     }
 
-    /// The stiffest landing at `speed` [m/s] under `law`: flat, on a plane face as wide as the rock, where the force meets the
+    /// The stiffest landing at `speed` [m/s] under `law`: flat, on a plane face as wide as the rock, where the force acts on the
     /// inverse mass `mobility` [1/kg].
     pub fn landing(&self, rock: &Rock, law: &Law, mobility: f64, speed: f64) -> Landing {
         let energy = 0.5 * speed * speed / mobility;
