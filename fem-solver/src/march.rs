@@ -121,6 +121,13 @@ impl March {
                 committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof);
             }
         }
+        if let Some(motion) = &start.motion {
+            committed.velocity.copy_from_slice(&motion.velocity);
+            if motion.acceleration.len() == committed.acceleration.len() {
+                committed.acceleration.copy_from_slice(&motion.acceleration);
+            }
+        }
+        [committed.dissipated, committed.received, committed.support_work] = start.booked;
         let reaction = recorder.total_reaction(&start.force, &start.displacement);
         let size = reaction.iter().map(|r| r * r).sum::<f64>().sqrt();
         let at_start = |value| Peak { value, time: 0.0 };

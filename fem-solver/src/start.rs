@@ -4,13 +4,15 @@ use crate::assembly::Assembly;
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::critical_step::highest_frequency;
-use crate::form_finding::{Form, find_form};
+use crate::form_finding::{Basis, Form, find_form_from};
+use crate::inherited::Inherited;
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, spring_dofs};
 use interface_defs::message::Fault;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from::At;
 use std::time::{Duration, Instant};
 
 /// Residual, relative to the largest of load and internal force, below which a structure is at rest.
@@ -28,6 +30,10 @@ pub struct Start {
     pub displacement: Vec<f64>,
     /// History of the elements there.
     pub history: Vec<f64>,
+    /// How it moves; `None`: not at all.
+    pub motion: Option<Motion>,
+    /// What the books begin with: energy dissipated by damping, work of the interface force, of moving supports [J].
+    pub booked: [f64; 3],
     /// Force of dead load and elements on every degree of freedom [N].
     pub force: Vec<f64>,
     /// Whether it is in static equilibrium, to rounding.
@@ -48,6 +54,15 @@ pub struct Start {
     pub warnings: Vec<String>,
     /// The Newton iteration, for the implicit schemes.
     pub newton: Newton,
+}
+
+/// Motion with which a structure starts.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// Velocity [m/s].
+    pub velocity: Vec<f64>,
+    /// Acceleration [m/s2]; empty where only a balance of forces tells it.
+    pub acceleration: Vec<f64>,
 }
 
 /// Told what is done.
@@ -76,6 +91,7 @@ impl Start {
         scene: &Scene,
         config: &Config,
         model: &Model,
+        inherited: Option<&Inherited>,
         on_progress: OnProgress,
     ) -> Result<Self, NoStart> {
         on_progress(format!(
@@ -85,12 +101,12 @@ impl Start {
         ))
         .map_err(NoStart::Stopped)?;
         let mut newton = Newton::new(model);
-        let (Form { displacement, history, smoothed }, form_finding) = match config.structure.form_finding {
-            FormFinding::None => {
-                let mut u = vec![0.0; model.dof_count()];
-                model.prescribe(0.0, &mut u);
-                (Form { displacement: u, history: model.start_history(), smoothed: false }, Info::default())
-            }
+        let moves = inherited.filter(|inherited| inherited.at == At::Motion);
+        let basis = inherited
+            .map(|Inherited { end, .. }| Basis { displacement: &end.displacement, history: &end.history });
+        let way = if moves.is_some() { FormFinding::None } else { config.structure.form_finding };
+        let (Form { displacement, history, smoothed }, form_finding) = match way {
+            FormFinding::None => (as_it_is(model, basis), Info::default()),
             way => {
                 let mut last: Option<Instant> = None;
                 let mut report = |iteration, residual| {
@@ -102,18 +118,26 @@ impl Start {
                         "form finding: iteration {iteration}, residual {residual:.1e} times its limit"
                     ))
                 };
-                find_form(model, &mut newton, way, config.fem.newton.max_iterations, &mut report).map_err(
-                    |failure| match failure {
+                let most = config.fem.newton.max_iterations;
+                find_form_from(model, &mut newton, way, most, basis, &mut report).map_err(|failure| {
+                    match failure {
                         Failure::Stopped(fault) => NoStart::Stopped(fault),
                         failure => NoStart::Input(not_found(scene, model, way, &failure)),
-                    },
-                )?
+                    }
+                })?
             }
         };
         let mut force = model.dead_load.clone();
         let mut kernel = Kernel::new(&model.cables, model.node_count());
         let cables = kernel.pull(&displacement, &mut force);
-        let others = Assembly::new(model).pull(&model.elements, &displacement, &history, &mut force);
+        let mut assembly = Assembly::new(model);
+        let others = assembly.pull(&model.elements, &displacement, &history, &mut force);
+        let booked = match inherited {
+            Some(Inherited { at: At::Motion, end, .. }) => end.booked,
+            // The books begin anew: what the elements have dissipated by now is none of this run's.
+            Some(_) => [-assembly.energy(&model.elements, &displacement, &history).dissipated, 0.0, 0.0],
+            None => [0.0; 3],
+        };
         let cable_force = cables.max(others).sqrt();
         for (dof, k) in spring_dofs(model) {
             force[dof] -= k * displacement[dof];
@@ -127,6 +151,7 @@ impl Start {
         };
         let critical_step = 2.0 / frequency;
         let mut warnings = model.warnings.clone();
+        warnings.extend(inherited.iter().flat_map(|from| from.warnings.iter().cloned()));
         if model.added_mass > 0.0 {
             let all: f64 = model.mass.iter().sum();
             warnings.push(format!(
@@ -165,10 +190,12 @@ impl Start {
         }
         let time_step =
             time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
-        let at_rest = residual <= AT_REST * scale || residual == 0.0;
+        let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
         Ok(Self {
             displacement,
             history,
+            motion: moves.map(|from| from.motion(config.fem.integrator.name())),
+            booked,
             force,
             at_rest,
             unbalanced: if residual == 0.0 { 0.0 } else { residual / scale },
@@ -181,6 +208,14 @@ impl Start {
             newton,
         })
     }
+}
+
+/// The structure as modelled, or as it was left.
+fn as_it_is(model: &Model, basis: Option<Basis>) -> Form {
+    let mut u = basis.map_or_else(|| vec![0.0; model.dof_count()], |basis| basis.displacement.to_vec());
+    model.prescribe(0.0, &mut u);
+    let history = basis.map_or_else(|| model.start_history(), |basis| basis.history.to_vec());
+    Form { displacement: u, history, smoothed: false }
 }
 
 fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {
