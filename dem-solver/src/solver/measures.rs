@@ -207,7 +207,7 @@ fn impact(rock: &Rock, settings: &Settings, passage: &Passage, ago: f64) -> Impa
 
 /// Measures of the committed state, and warnings: a reason for each that is absent.
 pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, warnings: &mut Vec<String>) {
-    for (number, rock) in model.rocks.iter().enumerate() {
+    for (number, rock) in model.rocks.iter().enumerate().take(model.settings.named()) {
         let (body, prefix) = (&state.bodies[number], prefix(model, number));
         let mut tell = Tell { prefix: &prefix, rock: &rock.name, out, warnings };
         if net {
@@ -223,6 +223,7 @@ pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, 
                 Against::Terrain if model.wholes[number].is_some() => "raise contact.young",
                 Against::Terrain => "raise contact.young or cluster.smallest_radius",
                 Against::Rocks => "of the smaller sphere; raise contact.young",
+                Against::Sides => "raise contact.young",
             };
             tell.warnings.push(format!(
                 "rock `{}`: overlap of {depth:.2} radii with {} at {time:.4} s, beyond {DEEP} the contact law does not \

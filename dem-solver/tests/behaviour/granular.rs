@@ -232,7 +232,6 @@ fn what_makes_no_sense_of_spheres_is_refused_with_its_place() {
         ),
         (format!("{text}time_step = 0.01\n"), "above the critical step"),
         (format!("{text}threads = 0\n"), "1 to 256"),
-        (format!("{text}[[rock]]\nposition = [0, 0, 0]\n"), "beside `rock`"),
         (text[..text.find("[[contact]]").expect("there")].to_owned(), "no contact law"),
         (
             text.replace("[box]", "[[spheres]]\ncount = 50\nradius = [0.01, 0.01]\ndensity = 2500.0\n[box]"),
