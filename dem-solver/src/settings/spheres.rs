@@ -1,4 +1,4 @@
-//! `[[spheres]]` and `[box]`: many separate spheres, and the walls around them.
+//! `[[spheres]]` and `[box]`: many separate spheres, and the sides around them and around rocks.
 
 use super::RockSettings;
 use crate::cluster::files;

@@ -319,6 +319,9 @@ fn spheres_of_a_file_start_where_it_has_them() {
         write(content);
         let message = build(&text).err().unwrap_or_else(|| panic!("not refused: {content}"));
         assert!(message.contains(expected) && message.starts_with("test.toml"), "{expected:?}: {message}");
+        // As `rockfall check` says it.
+        let checked = check(&Scene::from_text("test.toml", &text).expect("a scene")).expect_err("refused");
+        assert_eq!(checked.to_string(), message);
     }
     let missing = build(&scene("nowhere.xyzr")).err().expect("no such file");
     assert!(
