@@ -75,7 +75,7 @@ impl Energies {
             to.push(-state.support_work);
         }
         if self.timed_loads {
-            to.push(-state.load_work);
+            to.push(0.0 - state.load_work);
         }
         if !model.live_load.is_empty() {
             to.extend([state.factor, state.along.negative as f64]);
