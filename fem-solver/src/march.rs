@@ -118,7 +118,7 @@ impl March {
             events: Vec::with_capacity(model.elements.len()),
             ..State::default()
         };
-        if scheme.is_some_and(|s| s.inertia) && !(start.at_rest && !thrown) {
+        if scheme.is_some_and(|s| s.inertia) && (thrown || !start.at_rest) {
             // The first step of an implicit scheme starts from a balance of its own.
             for dof in (0..n).filter(|dof| !model.held[*dof]) {
                 let damped = model.damping * committed.velocity[dof];
