@@ -47,8 +47,8 @@ pub struct End {
     pub history: Vec<f64>,
     /// What has torn so far: number of the element, when in its own run [s], largest axial force [N].
     pub torn: Vec<(u32, f64, f64)>,
-    /// Energy dissipated by damping, work of the interface force, of moving supports, since the first run began [J].
-    pub booked: [f64; 3],
+    /// Energy dissipated by damping, work of the interface force, of moving supports, of loads with a history, since the first run began [J].
+    pub booked: [f64; 4],
 }
 
 /// Which structure a state is of.
@@ -179,7 +179,7 @@ impl End {
             acceleration: state.acceleration.clone(),
             history: state.history.clone(),
             torn: torn.collect(),
-            booked: [state.dissipated, state.received, state.support_work],
+            booked: [state.dissipated, state.received, state.support_work, state.load_work],
         }
     }
 
@@ -256,7 +256,7 @@ impl Inherited {
         }
         let near = SAME_PLACE * model.extent();
         let mut start = end.displacement.clone();
-        model.prescribe(0.0, &mut start);
+        model.prescribe_first(&mut start);
         let jump = (0..n).find(|dof| (start[*dof] - end.displacement[*dof]).abs() > near);
         let Some(dof) = jump else { return Ok(()) };
         let what = format!(

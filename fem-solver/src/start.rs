@@ -32,8 +32,9 @@ pub struct Start {
     pub history: Vec<f64>,
     /// How it moves; `None`: not at all.
     pub motion: Option<Motion>,
-    /// What the books begin with: energy dissipated by damping, work of the interface force, of moving supports [J].
-    pub booked: [f64; 3],
+    /// What the books begin with: energy dissipated by damping, work of the interface force, of moving supports, of loads
+    /// with a history [J].
+    pub booked: [f64; 4],
     /// Force of dead load and elements on every degree of freedom [N].
     pub force: Vec<f64>,
     /// Whether it is in static equilibrium, to rounding.
@@ -65,6 +66,20 @@ pub struct Motion {
     pub acceleration: Vec<f64>,
 }
 
+impl Motion {
+    /// Add it to velocities that the scene gives [m/s].
+    pub fn add_to(&self, velocity: &mut [f64]) {
+        velocity.iter_mut().zip(&self.velocity).for_each(|(v, own)| *v += own);
+    }
+
+    /// Keep its accelerations [m/s2], if they are known.
+    pub fn keep(&self, acceleration: &mut [f64]) {
+        if self.acceleration.len() == acceleration.len() {
+            acceleration.copy_from_slice(&self.acceleration);
+        }
+    }
+}
+
 /// Told what is done.
 pub type OnProgress<'a> = &'a mut dyn FnMut(String) -> Result<(), Fault>;
 
@@ -94,6 +109,8 @@ impl Start {
         inherited: Option<&Inherited>,
         on_progress: OnProgress,
     ) -> Result<Self, NoStart> {
+        let (whole, at_start) = (model, model.at_start());
+        let model = &*at_start;
         on_progress(format!(
             "{} nodes, {} elements: analysing",
             model.node_count(),
@@ -127,7 +144,7 @@ impl Start {
                 })?
             }
         };
-        let mut force = model.dead_load.clone();
+        let mut force = model.load_at_start(&displacement);
         let mut kernel = Kernel::new(&model.cables, model.node_count());
         let cables = kernel.pull(&displacement, &mut force);
         let mut assembly = Assembly::new(model);
@@ -135,8 +152,8 @@ impl Start {
         let booked = match inherited {
             Some(Inherited { at: At::Motion, end, .. }) => end.booked,
             // The books begin anew: what the elements have dissipated by now is none of this run's.
-            Some(_) => [-assembly.energy(&model.elements, &displacement, &history).dissipated, 0.0, 0.0],
-            None => [0.0; 3],
+            Some(_) => [-assembly.energy(&model.elements, &displacement, &history).dissipated, 0.0, 0.0, 0.0],
+            None => [0.0; 4],
         };
         let cable_force = cables.max(others).sqrt();
         for (dof, k) in spring_dofs(model) {
@@ -144,10 +161,18 @@ impl Start {
         }
         let residual = newton.tangent.dofs().iter().map(|dof| force[*dof].powi(2)).sum::<f64>().sqrt();
         let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
+        // What is let go later moves in the steps to come, not in form finding.
+        let mut of_run = (!whole.until.is_empty()).then(|| Newton::new(whole));
         let frequency = match config.fem.integrator {
             Integrator::Static => 0.0,
-            _ if newton.tangent.is_empty() => 0.0,
-            _ => highest_frequency(model, &mut newton.tangent, &displacement, &history),
+            _ => {
+                let tangent = &mut of_run.as_mut().unwrap_or(&mut newton).tangent;
+                if tangent.is_empty() {
+                    0.0
+                } else {
+                    highest_frequency(whole, tangent, &displacement, &history)
+                }
+            }
         };
         let critical_step = 2.0 / frequency;
         let mut warnings = model.warnings.clone();
@@ -205,7 +230,7 @@ impl Start {
             cable_force,
             form_finding,
             warnings,
-            newton,
+            newton: of_run.unwrap_or(newton),
         })
     }
 }
@@ -213,7 +238,7 @@ impl Start {
 /// The structure as modelled, or as it was left.
 fn as_it_is(model: &Model, basis: Option<Basis>) -> Form {
     let mut u = basis.map_or_else(|| vec![0.0; model.dof_count()], |basis| basis.displacement.to_vec());
-    model.prescribe(0.0, &mut u);
+    model.prescribe_first(&mut u);
     let history = basis.map_or_else(|| model.start_history(), |basis| basis.history.to_vec());
     Form { displacement: u, history, smoothed: false }
 }

@@ -16,11 +16,13 @@ mod gate;
 mod generated;
 mod groups;
 mod input;
+mod loads;
 mod meshes;
 mod mutations;
 mod paths;
 mod rest;
 mod statics;
+mod supports;
 mod verdict;
 
 use interface_defs::toolkit::alloc::CountingAllocator;
