@@ -169,10 +169,13 @@ impl Start {
             if statics && model.moving.is_empty() && steady {
                 return Err(NoStart::Input(mechanism(scene, model, dof)));
             }
-            warnings.push(format!(
-                "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
-                model.dof_name(dof)
-            ));
+            let held = if statics {
+                "what moves or loads it must stiffen it first"
+            } else {
+                "it is held there by nothing but inertia"
+            };
+            warnings
+                .push(format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof)));
         }
         let time_step =
             time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
