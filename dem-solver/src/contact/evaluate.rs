@@ -147,7 +147,7 @@ impl Evaluation {
             self.rows.push(meeting, past, number);
         }
         self.rows.answer(scene.laws.laws, h);
-        for (contact, answer) in self.touch.contacts.iter().zip(&self.rows.answers) {
+        for (contact, answer) in self.touch.contacts.iter().zip(self.rows.answers()) {
             let sphere = &scene.rock.spheres[contact.sphere as usize];
             let element = &scene.list.elements[contact.element as usize];
             if scene.laws.of(element.number).remembers() {
@@ -162,7 +162,7 @@ impl Evaluation {
                 });
             }
             let arm = arm(scene, contact);
-            let force = sums.add(answer, contact.share, &arm, contact.overlap / sphere.radius);
+            let force = sums.add(&answer, contact.share, &arm, contact.overlap / sphere.radius);
             let [a, b, c] = element.nodes.map(|n| n as usize);
             let [na, nb, nc] = contact.weights;
             let f = &mut self.node_forces;

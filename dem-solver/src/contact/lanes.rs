@@ -14,83 +14,210 @@ use interface_defs::wide;
 use nalgebra::Vector3;
 
 /// Contacts that are computed together.
-const WIDTH: usize = 8;
+pub const WIDTH: usize = 8;
 
 /// A number of each of them.
 type Column = [f64; WIDTH];
 
+/// Fewest contacts of a block for which all of it is computed at once.
+const WORTH: usize = 3;
+
 /// What goes in.
+#[derive(Debug, Clone)]
 struct Given {
     normal: [Column; 3],
     velocity: [Column; 3],
+    spin: [Column; 3],
     overlap: Column,
     radius: Column,
     dashpot: Column,
+    inertia: Column,
     spring: [Column; 3],
+    moment: [Column; 3],
+    jump: [Column; 3],
     /// Overlap in the step before.
     before: Column,
 }
 
 /// What comes out.
+#[derive(Debug, Clone)]
 struct Found {
     stiffness: Column,
     elastic: Column,
     energy: Column,
     pressed: Column,
     approach: Column,
+    damped: Column,
     force: [Column; 3],
     spring: [Column; 3],
+    moment: [Column; 3],
+    rolled: [Column; 3],
     rubbed: Column,
     sheared: Column,
+    jumped: Column,
 }
 
-impl Given {
-    #[inline(always)]
-    fn of(meetings: &[Meeting; WIDTH], pasts: &[Past; WIDTH]) -> Self {
-        let of = |read: fn(&Meeting) -> f64| std::array::from_fn(|l| read(&meetings[l]));
-        let vector = |read: fn(&Meeting) -> &Vector3<f64>| {
-            std::array::from_fn(|a| std::array::from_fn(|l| read(&meetings[l])[a]))
-        };
-        Self {
-            normal: vector(|m| &m.normal),
-            velocity: vector(|m| &m.velocity),
-            overlap: of(|m| m.overlap),
-            radius: of(|m| m.radius),
-            dashpot: of(|m| m.dashpot),
-            spring: std::array::from_fn(|a| std::array::from_fn(|l| pasts[l].spring[a])),
-            before: std::array::from_fn(|l| pasts[l].overlap),
-        }
-    }
+/// Up to [`WIDTH`] contacts under one law.
+#[derive(Debug, Clone)]
+pub struct Block {
+    /// Number of the law.
+    pub law: u16,
+    /// Contacts in it.
+    pub count: usize,
+    /// Whether one of them has moved between two windows.
+    jumps: bool,
+    given: Given,
+    found: Found,
 }
 
-impl Found {
-    const NONE: Self = Self {
-        stiffness: [0.0; WIDTH],
-        elastic: [0.0; WIDTH],
-        energy: [0.0; WIDTH],
-        pressed: [0.0; WIDTH],
-        approach: [0.0; WIDTH],
-        force: [[0.0; WIDTH]; 3],
-        spring: [[0.0; WIDTH]; 3],
-        rubbed: [0.0; WIDTH],
-        sheared: [0.0; WIDTH],
+const ZERO: Column = [0.0; WIDTH];
+
+impl Block {
+    /// An empty one.
+    pub const EMPTY: Self = Self {
+        law: 0,
+        count: 0,
+        jumps: false,
+        given: Given {
+            normal: [ZERO; 3],
+            velocity: [ZERO; 3],
+            spin: [ZERO; 3],
+            overlap: ZERO,
+            radius: ZERO,
+            dashpot: ZERO,
+            inertia: ZERO,
+            spring: [ZERO; 3],
+            moment: [ZERO; 3],
+            jump: [ZERO; 3],
+            before: ZERO,
+        },
+        found: Found {
+            stiffness: ZERO,
+            elastic: ZERO,
+            energy: ZERO,
+            pressed: ZERO,
+            approach: ZERO,
+            damped: ZERO,
+            force: [ZERO; 3],
+            spring: [ZERO; 3],
+            moment: [ZERO; 3],
+            rolled: [ZERO; 3],
+            rubbed: ZERO,
+            sheared: ZERO,
+            jumped: ZERO,
+        },
     };
 
+    /// Begin anew under law number `law`.
+    pub fn begin(&mut self, law: u16) {
+        (self.law, self.count, self.jumps) = (law, 0, false);
+    }
+
+    /// Whether there is no room left.
     #[inline(always)]
-    fn of(&self, l: usize) -> Answer {
+    pub fn is_full(&self) -> bool {
+        self.count == WIDTH
+    }
+
+    /// Add a contact; there must be room.
+    #[inline(always)]
+    pub fn push(&mut self, meeting: &Meeting, past: &Past) {
+        let (l, to) = (self.count % WIDTH, &mut self.given);
+        for a in 0..3 {
+            to.normal[a][l] = meeting.normal[a];
+            to.velocity[a][l] = meeting.velocity[a];
+            to.spin[a][l] = meeting.spin[a];
+            to.spring[a][l] = past.spring[a];
+            to.moment[a][l] = past.moment[a];
+            to.jump[a][l] = past.jump[a];
+        }
+        to.overlap[l] = meeting.overlap;
+        to.radius[l] = meeting.radius;
+        to.dashpot[l] = meeting.dashpot;
+        to.inertia[l] = meeting.inertia;
+        to.before[l] = past.overlap;
+        self.jumps |= past.jump != Vector3::zeros();
+        self.count += 1;
+    }
+
+    /// Contact number `l`.
+    fn contact(&self, l: usize) -> (Meeting, Past) {
+        let given = &self.given;
         let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
-        let load = Load { stiffness: self.stiffness[l], force: self.elastic[l], energy: self.energy[l] };
+        let meeting = Meeting {
+            normal: vector(&given.normal),
+            overlap: given.overlap[l],
+            radius: given.radius[l],
+            velocity: vector(&given.velocity),
+            spin: vector(&given.spin),
+            inertia: given.inertia[l],
+            dashpot: given.dashpot[l],
+        };
+        let past = Past {
+            spring: vector(&given.spring),
+            moment: vector(&given.moment),
+            overlap: given.before[l],
+            jump: vector(&given.jump),
+        };
+        (meeting, past)
+    }
+
+    /// The answer to contact number `l`.
+    #[inline(always)]
+    pub fn answer(&self, l: usize) -> Answer {
+        let found = &self.found;
+        let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
+        let load = Load { stiffness: found.stiffness[l], force: found.elastic[l], energy: found.energy[l] };
         Answer {
             load,
-            force: vector(&self.force),
-            moment: Vector3::zeros(),
-            spring: vector(&self.spring),
-            rolled: Vector3::zeros(),
-            damped: (self.pressed[l] - load.force) * self.approach[l],
-            rubbed: self.rubbed[l],
-            sheared: self.sheared[l],
-            jumped: 0.0,
+            force: vector(&found.force),
+            moment: vector(&found.moment),
+            spring: vector(&found.spring),
+            rolled: vector(&found.rolled),
+            damped: found.damped[l],
+            rubbed: found.rubbed[l],
+            sheared: found.sheared[l],
+            jumped: found.jumped[l],
         }
+    }
+
+    /// Compute the answers in the middle of a step of `h` [s] (0: at an instant).
+    pub fn compute(&mut self, law: &Law, h: f64) {
+        if self.count < WORTH || self.jumps || law.rolling.is_some() {
+            for l in 0..self.count {
+                let (meeting, past) = self.contact(l);
+                self.take(l, &law.answer(&meeting, &past, h));
+            }
+            return;
+        }
+        let (given, found) = (&self.given, &mut self.found);
+        (found.moment, found.rolled, found.jumped) = ([ZERO; 3], [ZERO; 3], ZERO);
+        press(law, given, found);
+        match &law.tangential {
+            Some(tangential) => {
+                let [friction, carried] = variants(tangential, given, &found.approach);
+                grip(tangential, given, &friction, &carried, h, found);
+            }
+            None => (found.spring, found.rubbed, found.sheared) = ([ZERO; 3], ZERO, ZERO),
+        }
+    }
+
+    /// Keep the answer to contact number `l`.
+    fn take(&mut self, l: usize, answer: &Answer) {
+        let found = &mut self.found;
+        for a in 0..3 {
+            found.force[a][l] = answer.force[a];
+            found.moment[a][l] = answer.moment[a];
+            found.spring[a][l] = answer.spring[a];
+            found.rolled[a][l] = answer.rolled[a];
+        }
+        found.stiffness[l] = answer.load.stiffness;
+        found.elastic[l] = answer.load.force;
+        found.energy[l] = answer.load.energy;
+        found.damped[l] = answer.damped;
+        found.rubbed[l] = answer.rubbed;
+        found.sheared[l] = answer.sheared;
+        found.jumped[l] = answer.jumped;
     }
 }
 
@@ -128,6 +255,7 @@ wide! {
             let pressed = if damped { pushed } else { found.elastic[l] };
             found.approach[l] = approach;
             found.pressed[l] = pressed;
+            found.damped[l] = (pressed - found.elastic[l]) * approach;
             for a in 0..3 {
                 found.force[a][l] = n[a] * -pressed;
             }
@@ -230,32 +358,6 @@ fn variants(tangential: &Tangential, given: &Given, approach: &Column) -> [Colum
     [friction, carried]
 }
 
-impl Law {
-    /// The answers to `meetings` in the middle of a step of `h` [s] (0: at an instant), added to `answers`.
-    pub fn answers(&self, meetings: &[Meeting], pasts: &[Past], h: f64, answers: &mut Vec<Answer>) {
-        let ((wide, rest), (wide_pasts, rest_pasts)) =
-            (meetings.as_chunks::<WIDTH>(), pasts.as_chunks::<WIDTH>());
-        let one_by_one = |meetings: &[Meeting], pasts: &[Past], answers: &mut Vec<Answer>| {
-            answers.extend(meetings.iter().zip(pasts).map(|(meeting, past)| self.answer(meeting, past, h)));
-        };
-        for (meetings, pasts) in wide.iter().zip(wide_pasts) {
-            if self.rolling.is_some() || pasts.iter().any(|past| past.jump != Vector3::zeros()) {
-                one_by_one(meetings, pasts, answers);
-                continue;
-            }
-            let given = Given::of(meetings, pasts);
-            let mut found = Found::NONE;
-            press(self, &given, &mut found);
-            if let Some(tangential) = &self.tangential {
-                let [friction, carried] = variants(tangential, &given, &found.approach);
-                grip(tangential, &given, &friction, &carried, h, &mut found);
-            }
-            answers.extend((0..WIDTH).map(|l| found.of(l)));
-        }
-        one_by_one(rest, rest_pasts, answers);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -329,7 +431,13 @@ mod tests {
             }
             for h in [0.0, 1e-5] {
                 let mut answers = Vec::new();
-                law.answers(&meetings, &pasts, h, &mut answers);
+                let mut block = Block::EMPTY;
+                for (meetings, pasts) in meetings.chunks(WIDTH).zip(pasts.chunks(WIDTH)) {
+                    block.begin(0);
+                    meetings.iter().zip(pasts).for_each(|(meeting, past)| block.push(meeting, past));
+                    block.compute(law, h);
+                    answers.extend((0..meetings.len()).map(|l| block.answer(l)));
+                }
                 for ((meeting, past), found) in meetings.iter().zip(&pasts).zip(&answers) {
                     let alone = law.answer(meeting, past, h);
                     assert_eq!(

@@ -152,7 +152,7 @@ impl Evaluation {
             self.rows.push(meeting, past(&mut old, contact, &to_space), 0);
         }
         self.rows.answer(std::slice::from_ref(law), h);
-        for (contact, answer) in self.contacts.iter().zip(&self.rows.answers) {
+        for (contact, answer) in self.contacts.iter().zip(self.rows.answers()) {
             if law.remembers() {
                 after.push(Held {
                     rocks: two.numbers,
@@ -162,7 +162,8 @@ impl Evaluation {
                     overlap: contact.overlap,
                 });
             }
-            let force = both.first.add(answer, 1.0, &contact.point, contact.overlap / radii(two, contact)[1]);
+            let force =
+                both.first.add(&answer, 1.0, &contact.point, contact.overlap / radii(two, contact)[1]);
             both.torque -= (contact.point - pose.position).cross(&force) + answer.moment;
         }
         both.first.force = to_space * both.first.force;

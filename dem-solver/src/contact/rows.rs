@@ -2,58 +2,60 @@
 //! answers all of them together, and what they amount to is summed up once.
 
 use super::Law;
+use super::lanes::{Block, WIDTH};
 use super::pair::{Answer, Meeting, Past};
 use nalgebra::Vector3;
 
 /// The contacts and the answers, in the order in which they were added; buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
-    meetings: Vec<Meeting>,
-    pasts: Vec<Past>,
-    /// Runs of contacts with one law: its number, and where the run ends.
-    runs: Vec<(u16, usize)>,
-    /// What the law answered.
-    pub answers: Vec<Answer>,
+    blocks: Vec<Block>,
+    /// Blocks in use.
+    used: usize,
 }
 
 impl Rows {
-    /// Room for so many contacts.
+    /// Room for so many contacts of one law.
     pub fn reserve(&mut self, contacts: usize) {
-        self.meetings.reserve(contacts);
-        self.pasts.reserve(contacts);
-        self.answers.reserve(contacts);
-        // Each contact may have a law of its own.
-        self.runs.reserve(contacts);
+        let blocks = contacts.div_ceil(WIDTH).max(self.blocks.len());
+        self.blocks.resize(blocks, Block::EMPTY);
     }
 
     /// Begin anew.
     pub fn clear(&mut self) {
-        self.meetings.clear();
-        self.pasts.clear();
-        self.runs.clear();
-        self.answers.clear();
+        self.used = 0;
     }
 
     /// Add a contact under law number `law`.
-    #[inline]
+    #[inline(always)]
     pub fn push(&mut self, meeting: Meeting, past: Past, law: u16) {
-        self.meetings.push(meeting);
-        self.pasts.push(past);
-        match self.runs.last_mut() {
-            Some((known, end)) if *known == law => *end += 1,
-            _ => self.runs.push((law, self.meetings.len())),
+        let fits = |block: &Block| block.law == law && !block.is_full();
+        if self.used == 0 || !fits(&self.blocks[self.used - 1]) {
+            self.begin(law);
         }
+        self.blocks[self.used - 1].push(&meeting, &past);
+    }
+
+    #[inline(never)]
+    fn begin(&mut self, law: u16) {
+        if self.used == self.blocks.len() {
+            self.blocks.push(Block::EMPTY);
+        }
+        self.blocks[self.used].begin(law);
+        self.used += 1;
     }
 
     /// Answer all contacts in the middle of a step of `h` [s]; `laws` are those that the numbers mean.
     pub fn answer(&mut self, laws: &[Law], h: f64) {
-        self.answers.clear();
-        let mut from = 0;
-        for &(law, to) in &self.runs {
-            let (meetings, pasts) = (&self.meetings[from..to], &self.pasts[from..to]);
-            laws[law as usize].answers(meetings, pasts, h, &mut self.answers);
-            from = to;
+        for block in &mut self.blocks[..self.used] {
+            block.compute(&laws[block.law as usize], h);
         }
+    }
+
+    /// The answers.
+    #[inline(always)]
+    pub fn answers(&self) -> impl Iterator<Item = Answer> + '_ {
+        self.blocks[..self.used].iter().flat_map(|block| (0..block.count).map(|l| block.answer(l)))
     }
 }
 

@@ -175,14 +175,15 @@ impl Standing {
 
     /// Make of the candidates from `first` on, all of one sphere, contacts that are continuous over edges and corners.
     fn share_out(&mut self, first: usize, ground: &Ground, position: &Vector3<f64>) {
-        // Mostly one triangle, away from its edges.
-        let [one, ..] = self.contacts[first..] else { return };
-        if self.contacts.len() == first + 1 && one.feature == Feature::Face {
-            return;
+        // Mostly one triangle, away from its edges. It was written just now: to copy it whole would wait for that.
+        match &self.contacts[first..] {
+            [] => return,
+            [one] if one.feature == Feature::Face => return,
+            _ => {}
         }
         self.spare.clear();
         self.spare.extend(self.contacts.drain(first..));
-        let centre = position + one.centre;
+        let centre = position + self.spare[0].centre;
         self.met.clear();
         self.met.extend(self.spare.iter().map(|contact| {
             let corners = ground.corners(contact.triangle);
@@ -286,7 +287,7 @@ impl Standing {
             self.rows.push(meeting, past, number);
         }
         self.rows.answer(laws.laws, h);
-        for (contact, answer) in self.contacts.iter().zip(&self.rows.answers) {
+        for (contact, answer) in self.contacts.iter().zip(self.rows.answers()) {
             if laws.of(contact.triangle).remembers() {
                 self.memories.push(Memory {
                     sphere: contact.sphere,
@@ -298,7 +299,7 @@ impl Standing {
                     energy: answer.sheared,
                 });
             }
-            sums.add(answer, contact.share, &contact.arm(), contact.overlap / contact.radius);
+            sums.add(&answer, contact.share, &contact.arm(), contact.overlap / contact.radius);
         }
         sums
     }
