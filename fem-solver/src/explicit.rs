@@ -12,9 +12,10 @@
 //! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
 //! `h < 2 / w`, whatever the damping.
 
+use crate::applied::Applied;
 use crate::assembly::{Assembly, Event};
 use crate::kernel::Kernel;
-use crate::lanes::{LANES, add, total, wide};
+use crate::lanes::{LANES, add, total, wide, work};
 use crate::model::Model;
 use crate::newton::spring_dofs;
 use crate::state::State;
@@ -30,8 +31,14 @@ pub struct Explicit {
     inverse_mass: Vec<f64>,
     /// Mass of each degree of freedom, 0 where held [kg].
     mass: Vec<f64>,
+    /// Degrees of freedom that supports let go.
+    released: Vec<usize>,
     /// Dead load and what loads the structure now [N].
     load: Vec<f64>,
+    /// Loads with a history over the step; and without them, what loads the structure, and where it was. Empty without.
+    applied: Applied,
+    steady: Vec<f64>,
+    before: Vec<f64>,
     /// Displacement in the middle of the last step [m].
     pub middle: Vec<f64>,
     /// Force of load and elements on each degree of freedom there [N]; the inertia of held nodes
@@ -49,6 +56,8 @@ impl Explicit {
         let mass = free_masses(model);
         let n = model.dof_count();
         let (assembly, springs) = (Assembly::new(model), spring_dofs(model));
+        let applied = Applied::new(model);
+        let own = if applied.is_empty() { 0 } else { n };
         Self {
             kernel: Kernel::new(&model.cables, model.node_count()),
             cables_only: assembly.is_empty() && springs.is_empty() && model.moving.is_empty(),
@@ -56,7 +65,11 @@ impl Explicit {
             springs,
             inverse_mass: mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect(),
             mass,
+            released: model.released(),
             load: model.dead_load.clone(),
+            applied,
+            steady: model.dead_load[..own].to_vec(),
+            before: vec![0.0; own],
             middle: vec![0.0; n],
             force: vec![0.0; n],
             support_velocity: vec![0.0; model.moving.len()],
@@ -66,10 +79,22 @@ impl Explicit {
     /// From now on the constant force `outer` [N] loads the structure, beside the dead load.
     pub fn load(&mut self, model: &Model, outer: &[f64]) {
         add(&mut self.load, &model.dead_load, outer);
+        let own = self.steady.len();
+        self.steady.copy_from_slice(&self.load[..own]);
     }
 
     /// Advance `state` from `time` by `h` [s]. Returns the largest tension in the middle of the step, squared [N2].
     pub fn step(&mut self, model: &Model, state: &mut State, time: f64, h: f64) -> f64 {
+        if !self.applied.is_empty() {
+            self.before.copy_from_slice(&state.displacement);
+            self.applied.mean(model, time, time + h);
+            add(&mut self.load, &self.steady, &self.applied.force);
+        }
+        for dof in &self.released {
+            let mass = if model.holds(*dof, time, h) { 0.0 } else { model.dof_mass(*dof) };
+            self.mass[*dof] = mass;
+            self.inverse_mass[*dof] = if mass > 0.0 { 1.0 / mass } else { 0.0 };
+        }
         let damping = 0.5 * model.damping * h;
         let kick = Kick { keep: (1.0 - damping) / (1.0 + damping), gain: h / (1.0 + damping), half: 0.5 * h };
         let (largest, squares) = if self.cables_only {
@@ -80,14 +105,24 @@ impl Explicit {
         state.dissipated += 0.25 * model.damping * h * squares;
         self.dash(model, state, h);
         for ((dof, motion), v0) in model.moving.iter().zip(&self.support_velocity) {
+            if !model.holds(*dof, time, h) {
+                continue;
+            }
             let (before, after) = (motion.at(time), motion.at(time + h));
             let v1 = (after - before) / h;
             state.support_work -= self.force[*dof] * (after - before);
             let mass = model.dof_mass(*dof);
             self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
             state.velocity[*dof] = v1;
+            if !model.held[*dof] {
+                // What is let go later takes the kinetic energy along that its support has given it.
+                state.support_work += 0.5 * mass * (v1 * v1 - v0 * v0);
+            }
         }
-        model.prescribe(time + h, &mut state.displacement);
+        model.prescribe(time + h, (time, h), &mut state.displacement);
+        if !self.applied.is_empty() {
+            state.load_work += work(&self.applied.force, &state.displacement, &self.before);
+        }
         largest
     }
 
@@ -114,7 +149,7 @@ impl Explicit {
     fn step_whole(&mut self, model: &Model, state: &mut State, time: f64, h: f64, kick: &Kick) -> (f64, f64) {
         let all = 0..model.dof_count();
         self.begin(all.clone(), state, kick.half);
-        model.prescribe(time + 0.5 * h, &mut self.middle);
+        model.prescribe(time + 0.5 * h, (time, h), &mut self.middle);
         let mut largest = self.kernel.pull(&self.middle, &mut self.force);
         if !self.assembly.is_empty() {
             let history = &mut state.history;
@@ -131,6 +166,7 @@ impl Explicit {
         for (dof, k) in &self.springs {
             self.force[*dof] -= k * self.middle[*dof];
         }
+        self.applied.press_on(model, &self.middle, &mut self.force);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];
         }
@@ -164,7 +200,7 @@ impl Explicit {
     /// one, as the damping of all is.
     fn dash(&mut self, model: &Model, state: &mut State, h: f64) {
         for (dof, viscosity) in &model.dashpots {
-            if model.held[*dof] {
+            if self.inverse_mass[*dof] == 0.0 {
                 continue;
             }
             let (mass, after) = (self.mass[*dof], state.velocity[*dof]);

@@ -12,11 +12,12 @@
 //!
 //! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
 
+use crate::applied::Applied;
 use crate::assembly::{Assembly, Event};
 use crate::config::{FemConfig, Integrator, NewtonConfig};
 use crate::explicit::free_masses;
 use crate::kernel::Kernel;
-use crate::lanes::{add, sum_of};
+use crate::lanes::{add, add_to, sum_of, work};
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, Problem, spring_dofs};
 use crate::state::State;
@@ -98,6 +99,11 @@ pub struct Implicit {
     /// Mean force of load and elements over the last step [N]; see [`crate::explicit::Explicit::force`].
     pub force: Vec<f64>,
     load: Vec<f64>,
+    /// Degrees of freedom that supports let go, and those of them that are held now.
+    released: Vec<usize>,
+    fixed: Vec<usize>,
+    /// Loads with a history where the step balances, later at its end; and those at its start.
+    applied: [Applied; 2],
     before: Vec<f64>,
     squares: Vec<f64>,
     /// Velocity of the supports that move, at the step's start [m/s].
@@ -120,6 +126,9 @@ impl Implicit {
             middle: vec![0.0; n],
             force: vec![0.0; n],
             load: vec![0.0; n],
+            released: model.released(),
+            fixed: model.released(),
+            applied: [Applied::new(model), Applied::new(model)],
             before: vec![0.0; n],
             squares: vec![0.0; n],
             support_velocity: vec![0.0; model.moving.len()],
@@ -140,6 +149,7 @@ impl Implicit {
         let damping = model.damping;
         let known = if inertia { self.known_inertia(damping, h) } else { Known::default() };
         self.before.copy_from_slice(&state.displacement);
+        self.let_go(model, state, time, h);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];
         }
@@ -155,7 +165,8 @@ impl Implicit {
                 state.displacement[i] += h * v0 + 0.5 * h * h * a0;
             }
         }
-        model.prescribe(time + h, &mut state.displacement);
+        self.begin_applied(model, time, h);
+        model.prescribe(time + h, (time, h), &mut state.displacement);
         let factor = if inertia {
             (1.0 - alpha_m) / (beta * h * h) + damping * (1.0 - alpha_f) * gamma / (beta * h)
         } else {
@@ -168,6 +179,7 @@ impl Implicit {
             share: 1.0 - alpha_f,
             mean_stress: self.scheme.takes_mean_only(),
             history: &state.history,
+            pressures: &self.applied[0].pressures,
             viscosity: (&self.viscosity, if inertia { (1.0 - alpha_f) * gamma / (beta * h) } else { 0.0 }),
         };
         let info = self.newton.solve(
@@ -179,6 +191,7 @@ impl Implicit {
         )?;
         self.advance_rates(damping, state, h);
         let largest = self.balance(model, state, load);
+        self.end_applied(model, state, time + h);
         if !self.assembly.is_empty() {
             self.assembly.settle(&model.elements, &state.displacement, &mut state.history);
             let broken = self.assembly.broken().iter();
@@ -188,8 +201,67 @@ impl Implicit {
                 tension: *tension,
             }));
         }
-        self.book_supports(model, state, h);
+        self.book_supports(model, state, time, h);
         Ok((largest, info))
+    }
+
+    /// What supports hold in this step, of what they let go; the rest has its mass, and a balance of its own to start from.
+    fn let_go(&mut self, model: &Model, state: &mut State, time: f64, h: f64) {
+        if self.released.is_empty() {
+            return;
+        }
+        self.fixed.clear();
+        for dof in &self.released {
+            let held = model.holds(*dof, time, h);
+            let mass = if held { 0.0 } else { model.dof_mass(*dof) };
+            self.mass[*dof] = mass;
+            if held {
+                self.fixed.push(*dof);
+            } else if self.scheme.inertia && state.acceleration[*dof] == 0.0 && !state.force.is_empty() {
+                let viscosity = self.viscosity.get(*dof).copied().unwrap_or(0.0);
+                let damped = (model.damping + viscosity / mass) * state.velocity[*dof];
+                state.acceleration[*dof] = state.force[*dof] / mass - damped;
+            }
+        }
+        self.newton.fix(&self.fixed);
+    }
+
+    /// Loads with a history where the step balances: their mean over it, or what they are there.
+    fn begin_applied(&mut self, model: &Model, time: f64, h: f64) {
+        let [balance, start] = &mut self.applied;
+        if balance.is_empty() {
+            return;
+        }
+        if self.scheme.takes_mean_only() {
+            balance.mean(model, time, time + h);
+        } else {
+            start.at(model, time);
+            start.press(model, &self.before);
+            balance.at(model, time + (1.0 - self.scheme.alpha_f) * h);
+        }
+        add_to(&mut self.load, &balance.force);
+    }
+
+    /// Their work over the step, and their share of its force.
+    fn end_applied(&mut self, model: &Model, state: &mut State, end: f64) {
+        let [now, start] = &mut self.applied;
+        if now.is_empty() {
+            return;
+        }
+        let (after, before) = (&state.displacement, &self.before);
+        if self.scheme.takes_mean_only() {
+            now.press(model, &self.middle);
+            add_to(&mut self.force, &now.force);
+            state.load_work += work(&now.force, after, before);
+            return;
+        }
+        // Their work is that of the mean of both ends, as the trapezoidal rule does it.
+        now.at(model, end);
+        now.press(model, after);
+        state.load_work += 0.5 * (work(&now.force, after, before) + work(&start.force, after, before));
+        // The force at the start has its share of the mean already: it is that of the last step's end.
+        self.force.iter_mut().zip(&now.force).for_each(|(mean, f)| *mean += 0.5 * f);
+        add_to(&mut state.force, &now.force);
     }
 
     /// The cables and the other elements.
@@ -275,14 +347,21 @@ impl Implicit {
     }
 
     /// Work of supports that move, and what their nodes' inertia adds to their force.
-    fn book_supports(&mut self, model: &Model, state: &mut State, h: f64) {
+    fn book_supports(&mut self, model: &Model, state: &mut State, time: f64, h: f64) {
         for ((dof, _), v0) in model.moving.iter().zip(&self.support_velocity) {
+            if !model.holds(*dof, time, h) {
+                continue;
+            }
             let du = state.displacement[*dof] - self.before[*dof];
             state.support_work -= self.force[*dof] * du;
             if self.scheme.inertia {
                 let mass = model.dof_mass(*dof);
                 let v1 = state.velocity[*dof];
                 self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
+                if !model.held[*dof] {
+                    // What is let go later takes the kinetic energy along that its support has given it.
+                    state.support_work += 0.5 * mass * (v1 * v1 - v0 * v0);
+                }
             }
         }
     }

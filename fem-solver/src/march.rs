@@ -1,5 +1,7 @@
 //! A prepared structure: one window after the other.
 
+mod load_steps;
+
 use crate::config::Config;
 use crate::config::fem::AtBranch;
 use crate::energy::Energies;
@@ -8,6 +10,7 @@ use crate::implicit::{Implicit, Scheme};
 use crate::lanes::{add, work};
 use crate::loads::{Loads, difference_to_node_major, to_node_major};
 use crate::model::Model;
+use crate::newton::{Failure, Info};
 use crate::path::Path;
 use crate::record::{Largest, Recorder, Step};
 use crate::start::Start;
@@ -16,6 +19,7 @@ use interface_defs::field::{Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
 use interface_defs::solver::Window;
+use load_steps::Control;
 use std::ops::Range;
 
 /// A window in which Newton fails is cut into at most so many times the steps before it is given up.
@@ -67,6 +71,8 @@ pub struct March {
     rest_force: Vec<f64>,
     nodes: usize,
     time_step: f64,
+    /// Load steps of statics that adapt.
+    load_steps: Option<Box<Control>>,
     shortcuts: bool,
     skipped: bool,
     displacement_samples: Vec<Range<usize>>,
@@ -103,22 +109,29 @@ impl March {
         let scheme = Scheme::of(&config.fem);
         let ends = if loads.has_end() { n } else { 0 };
         let balances_at_end = scheme.is_some_and(|s| !s.takes_mean_only());
+        let mut velocity = model.start_velocity.clone();
+        let thrown = velocity.iter().any(|v| *v != 0.0);
+        velocity.resize(n, 0.0);
         let mut committed = State {
             displacement: start.displacement.clone(),
-            velocity: vec![0.0; n],
+            velocity,
             acceleration: vec![0.0; if scheme.is_some() { n } else { 0 }],
             force: if balances_at_end { start.force.clone() } else { Vec::new() },
             load: vec![0.0; ends],
-            at_rest: start.at_rest && config.fem.path_speed.is_none(),
+            at_rest: start.at_rest && !thrown && config.fem.path_speed.is_none(),
             history: start.history.clone(),
             groups: recorder.groups(),
             events: Vec::with_capacity(model.elements.len()),
             ..State::default()
         };
-        if scheme.is_some_and(|s| s.inertia) && !start.at_rest {
+        if scheme.is_some_and(|s| s.inertia) && (thrown || !start.at_rest) {
             // The first step of an implicit scheme starts from a balance of its own.
-            for dof in (0..n).filter(|dof| !model.held[*dof]) {
-                committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof);
+            for dof in (0..n).filter(|dof| !model.held_first(*dof)) {
+                let damped = model.damping * committed.velocity[dof];
+                committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof) - damped;
+            }
+            for (dof, viscosity) in model.dashpots.iter().filter(|(dof, _)| !model.held_first(*dof)) {
+                committed.acceleration[*dof] -= viscosity * committed.velocity[*dof] / model.dof_mass(*dof);
             }
         }
         let reaction = recorder.total_reaction(&start.force, &start.displacement);
@@ -147,6 +160,7 @@ impl March {
             },
             recorder: recorder.at_end(scheme.is_some_and(|s| !s.inertia)),
             loads,
+            load_steps: Control::new(&config.fem, &committed, model),
             trial: State { events: Vec::with_capacity(model.elements.len()), ..committed.clone() },
             nodes: model.node_count(),
             committed,
@@ -159,7 +173,7 @@ impl March {
             parts: each.into_iter().fold(1, least_common_multiple),
             displacement_samples,
             velocity_samples,
-            energy_now: Vec::with_capacity(7),
+            energy_now: Vec::with_capacity(9),
             part_start: vec![0.0; n],
             end_loads: vec![0.0; n],
             counts: Counts {
@@ -195,8 +209,8 @@ impl March {
         output: &mut [f64],
     ) -> Result<(), Fault> {
         self.trial.copy_from(&self.committed);
-        let supports_rest = || model.moving.iter().all(|(_, m)| m.rests(window.start, window.end()));
-        self.skipped = self.shortcuts && self.committed.at_rest && !self.loads.any(input) && supports_rest();
+        let rests = || model.rests(window.start, window.end());
+        self.skipped = self.shortcuts && self.committed.at_rest && !self.loads.any(input) && rests();
         if self.skipped {
             self.rest(model, window.end(), window.length);
             self.answer_all(output);
@@ -238,7 +252,11 @@ impl March {
         loop {
             match self.advance_by(model, window, input, output, finer) {
                 Ok(()) => return Ok(()),
-                Err(fault) if finer >= FINEST || !matches!(self.engine, Engine::Implicit(_)) => {
+                Err(fault)
+                    if finer >= FINEST
+                        || self.load_steps.is_some()
+                        || !matches!(self.engine, Engine::Implicit(_)) =>
+                {
                     return Err(fault);
                 }
                 Err(_) => {
@@ -262,7 +280,8 @@ impl March {
         self.recorder.begin();
         (self.trial.along.lowest, self.trial.along.highest) = (self.trial.factor, self.trial.factor);
         let part = Window { length: window.length / self.parts as f64, ..*window };
-        let steps = part.steps(self.time_step) * self.parts * finer;
+        let own = if self.load_steps.is_some() { 1 } else { part.steps(self.time_step) };
+        let steps = own * self.parts * finer;
         let h = window.length / steps as f64;
         let per_load = steps / self.loads.parts();
         for step in 0..steps {
@@ -281,6 +300,16 @@ impl March {
                 self.answer(step + 1, steps, output);
                 continue;
             }
+            if self.load_steps.is_some() {
+                let place = (step % per_load, per_load);
+                self.by_load_steps(model, (time, window.start + (step + 1) as f64 * h), place).map_err(
+                    |what| {
+                        Fault::window(format!("window {} from {:.6e} s: {what}", window.number, window.start))
+                    },
+                )?;
+                self.answer(step + 1, steps, output);
+                continue;
+            }
             let tension = self.step(model, time, h, step % per_load, per_load).map_err(|what| {
                 Fault::window(format!(
                     "window {} from {:.6e} s, step {} of {steps}: {what}; a shorter window or fem.time_step may do",
@@ -295,7 +324,7 @@ impl March {
             self.record(model, window.start + (step + 1) as f64 * h, h, tension);
             self.answer(step + 1, steps, output);
         }
-        if !matches!(self.engine, Engine::Path(_)) {
+        if !matches!(self.engine, Engine::Path(_)) && self.load_steps.is_none() {
             self.counts.steps += steps as u64;
         }
         Ok(())
@@ -311,39 +340,51 @@ impl March {
                 Ok(explicit.step(model, &mut self.trial, time, h).sqrt())
             }
             Engine::Path(_) => unreachable!("a path has steps of its own"),
-            Engine::Implicit(implicit) => {
-                self.part_start.copy_from_slice(&self.trial.displacement);
-                let scheme = implicit.scheme;
-                let load = self.loads.of_step(&scheme, step, steps);
-                let (largest, info) = implicit
-                    .step(model, &mut self.trial, &load, time, h)
-                    .map_err(|failure| failure.describe(model))?;
-                self.counts.newton += info.iterations;
-                if let Some(dof) = info.shifted_at {
-                    if self.counts.shifted == 0 {
-                        tracing::warn!(
-                            "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (reported once)",
-                            model.dof_name(dof)
-                        );
-                    }
-                    self.counts.shifted += 1;
-                }
-                self.counts.unstable += u64::from(info.unstable.is_some());
-                self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
-                self.counts.factorisations += info.factorisations;
-                self.counts.kept_factors += info.kept_factors;
-                let (after, before) = (&self.trial.displacement, &self.part_start);
-                if scheme.takes_mean_only() {
-                    self.trial.received += work(load.balance, after, before);
-                } else if !self.trial.load.is_empty() {
-                    // The mean of both ends, as the trapezoidal rule does its work.
-                    add(&mut self.end_loads, &self.trial.load, load.end);
-                    self.trial.received += 0.5 * work(&self.end_loads, after, before);
-                    self.trial.load.copy_from_slice(load.end);
-                }
-                Ok(largest.sqrt())
-            }
+            Engine::Implicit(_) => self
+                .implicit_step(model, time, h, |x| (step as f64 + x) / steps as f64)
+                .map(|(tension, _)| tension)
+                .map_err(|failure| failure.describe(model)),
         }
+    }
+
+    /// One implicit step, whose begin and end, at 0 and 1, are these shares of the part of the window; returns the largest tension in it, and the
+    /// iterations.
+    fn implicit_step(
+        &mut self,
+        model: &Model,
+        time: f64,
+        h: f64,
+        share: impl Fn(f64) -> f64,
+    ) -> Result<(f64, Info), Failure> {
+        let Engine::Implicit(implicit) = &mut self.engine else { return Err(Failure::Unstable { dof: 0 }) };
+        self.part_start.copy_from_slice(&self.trial.displacement);
+        let scheme = implicit.scheme;
+        let load = self.loads.between(&scheme, share);
+        let (largest, info) = implicit.step(model, &mut self.trial, &load, time, h)?;
+        self.counts.newton += info.iterations;
+        if let Some(dof) = info.shifted_at {
+            if self.counts.shifted == 0 {
+                tracing::warn!(
+                    "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (reported once)",
+                    model.dof_name(dof)
+                );
+            }
+            self.counts.shifted += 1;
+        }
+        self.counts.unstable += u64::from(info.unstable.is_some());
+        self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
+        self.counts.factorisations += info.factorisations;
+        self.counts.kept_factors += info.kept_factors;
+        let (after, before) = (&self.trial.displacement, &self.part_start);
+        if scheme.takes_mean_only() {
+            self.trial.received += work(load.balance, after, before);
+        } else if !self.trial.load.is_empty() {
+            // The mean of both ends, as the trapezoidal rule does its work.
+            add(&mut self.end_loads, &self.trial.load, load.end);
+            self.trial.received += 0.5 * work(&self.end_loads, after, before);
+            self.trial.load.copy_from_slice(load.end);
+        }
+        Ok((largest.sqrt(), info))
     }
 
     /// Along the path of equilibrium from `time` to `end`, by as many steps as it takes.

@@ -65,6 +65,7 @@ const HISTORY: &[Entry] = &[
         "energy that brakes, plastic strain, friction, dashpots and rupture have dissipated",
     ),
     history("energy_received_fem", "J", "work of the contact forces on the structure"),
+    history("energy_loads_fem", "J", "work that loads with a history and pressures have done, negated"),
     history("energy_supports_fem", "J", "work that moving supports have done, negated"),
     history("load_factor", "1", "`fem.path_speed`: factor of the loads"),
     history(
@@ -124,7 +125,7 @@ const COUNTS: &[Entry] = &[
     count("factorisations", "factorisations of the tangent matrix"),
     count("kept_factors", "factorisations saved, as the tangent had not changed"),
     count("refined_windows", "windows in which Newton failed and that were repeated with shorter steps"),
-    count("refused_steps", "`fem.path_speed`: steps that were shortened and taken anew"),
+    count("refused_steps", "`fem.path_speed`, `fem.load_steps`: steps that were shortened and taken anew"),
     count("shifted_tangents", "steps with a tangent matrix that was not positive definite and was shifted"),
 ];
 

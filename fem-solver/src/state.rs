@@ -33,6 +33,8 @@ pub struct State {
     pub received: f64,
     /// Work of moving supports since t = 0 [J].
     pub support_work: f64,
+    /// Work of loads with a history and of pressure since t = 0 [J].
+    pub load_work: f64,
     /// At rest in static equilibrium, as it was at t = 0.
     pub at_rest: bool,
     /// Largest values so far.
@@ -44,7 +46,7 @@ pub struct State {
 /// How a path of equilibrium goes on.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Along {
-    /// Length of the next step [m]; 0 before the first.
+    /// Length of the next step [m], of a load step [s]; 0 before the first.
     pub stride: f64,
     /// Change of the load factor per way of the degree of freedom that moves most [1/m].
     pub rate: f64,
@@ -162,6 +164,7 @@ impl State {
         self.dissipated = other.dissipated;
         self.received = other.received;
         self.support_work = other.support_work;
+        self.load_work = other.load_work;
         self.at_rest = other.at_rest;
         self.peaks = other.peaks;
         self.groups.copy_from_slice(&other.groups);

@@ -4,6 +4,8 @@ use crate::assembly::Assembly;
 use crate::element::Cable;
 use crate::linear_solver::Cholesky;
 use crate::model::Model;
+use crate::model::timed::TimedLoad;
+use crate::pressure::{dofs_of_face, face_tangent};
 use nalgebra::Matrix3;
 
 /// Marks a degree of freedom that a support holds.
@@ -42,6 +44,10 @@ pub struct Tangent {
     /// Those of them that stand for their mirror image too; ascending. An element that comes back to a node, as a closed
     /// rope does, has entries beside its diagonal that lie on the structure's.
     mirrored: Vec<u32>,
+    /// Positions of the lower triangle of each face that pressure acts on, by rows, one after the other.
+    faces: Vec<u32>,
+    /// For each free degree of freedom whether a support that lets go later holds it now; empty without such supports.
+    fixed: Vec<bool>,
     /// Memory of [`Tangent::bound`].
     sums: Vec<f64>,
     cholesky: Cholesky,
@@ -84,6 +90,11 @@ impl Tangent {
         let place = |at: Option<(usize, usize)>| at.map_or(sink, |(i, j)| position(i, j)) as u32;
         let cables = places.iter().map(|p| p.map(place)).collect();
         let elements = others.iter().map(|at| place(*at)).collect();
+        // The nodes of a face are those of one element, whose entries the pattern has.
+        let faces = model.timed.iter().flat_map(|load| &load.faces);
+        let faces = faces
+            .flat_map(|face| triangle(&free, &dofs_of_face(face, model.node_count())).collect::<Vec<_>>());
+        let faces = faces.map(place).collect();
         let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
         let cholesky = Cholesky::new(dofs.len(), &starts, &rows);
         let count = dofs.len();
@@ -98,6 +109,8 @@ impl Tangent {
             assembly,
             elements,
             mirrored,
+            faces,
+            fixed: vec![false; if model.until.is_empty() { 0 } else { count }],
             sums: vec![0.0; count],
             cholesky,
             revision: 0,
@@ -207,6 +220,21 @@ impl Tangent {
         }
     }
 
+    /// Add `share` times what the pressures [Pa] on the faces of `loads` take from the stiffness at `u`: its symmetric part,
+    /// which is all of it but at free edges.
+    pub fn add_pressures(&mut self, loads: &[TimedLoad], pressures: &[f64], u: &[f64], share: f64) {
+        let mut places = self.faces.chunks_exact(45);
+        for (load, pressure) in loads.iter().zip(pressures) {
+            for (face, places) in load.faces.iter().zip(&mut places) {
+                let k = face_tangent(&load.corners(face, u), *pressure);
+                let entries = (0..9).flat_map(|row| (0..=row).map(move |column| (row, column)));
+                for ((row, column), at) in entries.zip(places) {
+                    self.values[*at as usize] += 0.5 * share * (k[row][column] + k[column][row]);
+                }
+            }
+        }
+    }
+
     /// Add `factor` [1/s2] times the lumped masses.
     pub fn add_mass(&mut self, model: &Model, factor: f64) {
         for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
@@ -260,9 +288,34 @@ impl Tangent {
         self.diagonal.iter().map(|at| self.values[*at]).fold(0.0, f64::max)
     }
 
+    /// From now on these degrees of freedom of the structure, and no others, are fixed beside those that are held.
+    pub fn fix(&mut self, dofs: &[usize]) {
+        self.fixed.fill(false);
+        for free in dofs.iter().map(|dof| self.free[*dof]).filter(|free| *free != HELD) {
+            self.fixed[free] = true;
+        }
+    }
+
+    /// Take what is fixed out of the system: it keeps a diagonal of its own.
+    fn leave_out_fixed(&mut self) {
+        if !self.fixed.contains(&true) {
+            return;
+        }
+        let diagonal = self.largest_diagonal().max(f64::MIN_POSITIVE);
+        for j in 0..self.dofs.len() {
+            for at in self.starts[j]..self.starts[j + 1] {
+                let row = self.rows[at];
+                if self.fixed[j] || self.fixed[row] {
+                    self.values[at] = if row == j { diagonal } else { 0.0 };
+                }
+            }
+        }
+    }
+
     /// Factorise what was assembled; the error is the degree of freedom of the structure whose pivot is the first that
     /// is not positive.
     pub fn factorise(&mut self) -> Result<(), usize> {
+        self.leave_out_fixed();
         let outcome = self.cholesky.factorise(&self.values[..self.rows.len()]);
         outcome.map_err(|pivot| self.dofs[pivot.unknown])
     }
@@ -270,6 +323,7 @@ impl Tangent {
     /// The same with pivots of either sign; returns how many are negative. The error is a degree of freedom of the structure
     /// where the tangent is no number.
     pub fn factorise_signed(&mut self) -> Result<usize, usize> {
+        self.leave_out_fixed();
         let outcome = self.cholesky.factorise_signed(&self.values[..self.rows.len()]);
         outcome.map_err(|pivot| self.dofs[pivot.unknown])
     }

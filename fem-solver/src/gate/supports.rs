@@ -1,12 +1,17 @@
 //! Supports, loads and gravity: what holds, what moves, what pulls.
 
 use crate::config::Config;
+use crate::config::structure::SupportEntry;
 use crate::model::Model;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
 /// Motion of a support over the extent of the structure that no one can mean.
 const FARTHEST: f64 = 5.0;
+/// Angle from which on something is said [rad]: two turns.
+const MOST_TURN: f64 = 4.0 * std::f64::consts::PI;
+/// Speed that no one can mean [m/s]: that of sound in steel.
+const FASTEST: f64 = 5000.0;
 /// End of a motion over that of the run from which on something is said.
 const LATER: f64 = 100.0;
 
@@ -32,8 +37,10 @@ pub fn judge(
     }
     judge_motions(scene, config, model, warnings)?;
     judge_loads(scene, config, model, warnings)?;
+    judge_histories(scene, config, warnings);
+    judge_velocities(scene, config, model, warnings)?;
     let all_held = (0..model.node_count()).filter(|n| used[*n]).all(|n| model.fully_held(n));
-    if all_held && model.moving.is_empty() && used.contains(&true) {
+    if all_held && model.moving.is_empty() && model.until.is_empty() && used.contains(&true) {
         let what = format!(
             "the supports hold all {} nodes of the structure: nothing of it can move",
             model.node_count()
@@ -48,7 +55,11 @@ pub fn judge(
             .invalid(key, what)
             .try_instead("hold the frame alone, as in supports = [{ group = \"frame\" }]"));
     }
-    if !model.held.contains(&true) && model.springs.is_empty() && model.down.is_some() {
+    if !model.held.contains(&true)
+        && model.until.is_empty()
+        && model.springs.is_empty()
+        && model.down.is_some()
+    {
         warnings.push(
             "structure: nothing holds the structure: it falls; supports = [{ group = \"name of a group\" }]"
                 .into(),
@@ -66,6 +77,7 @@ fn judge_motions(
 ) -> Result<(), InputError> {
     let (extent, Ok(end_time)) = (model.extent(), scene.end_time()) else { return Ok(()) };
     for (i, entry) in config.structure.supports.iter().enumerate() {
+        judge_release(entry, i, end_time, warnings);
         let key = format!("structure.supports.{i}.motion");
         let furthest = |row: &[f64; 4]| row[1..].iter().map(|u| u * u).sum::<f64>().sqrt();
         let most = entry.motion.iter().map(furthest).fold(0.0, f64::max);
@@ -85,6 +97,25 @@ fn judge_motions(
         }
     }
     Ok(())
+}
+
+/// Supports that let go after the end, and angles in degrees.
+fn judge_release(entry: &SupportEntry, i: usize, end_time: f64, warnings: &mut Vec<String>) {
+    if let Some(time) = entry.released_at.filter(|time| *time > end_time) {
+        warnings.push(format!(
+            "structure.supports.{i}.released_at: it lets go at {time} s, and the run ends at end_time = {end_time} s: 100 ms is \
+             0.1"
+        ));
+    }
+    let angles = entry.turning.iter().flat_map(|turning| &turning.angles);
+    let most = angles.map(|row| row[1].abs()).fold(0.0, f64::max);
+    if most > MOST_TURN {
+        warnings.push(format!(
+            "structure.supports.{i}.turning.angles: {most} rad are {:.1} turns; rows are [t, angle] in s and rad: 90 degrees \
+             are 1.5708",
+            most / std::f64::consts::TAU
+        ));
+    }
 }
 
 /// Loads that go straight into supports.
@@ -109,13 +140,63 @@ fn judge_loads(
     Ok(())
 }
 
+/// Histories of loads that do nothing, or nothing before the end.
+fn judge_histories(scene: &Scene, config: &Config, warnings: &mut Vec<String>) {
+    let Ok(end_time) = scene.end_time() else { return };
+    let loads = config.structure.loads.iter().map(|e| &e.history).enumerate();
+    let loads = loads.map(|(i, rows)| (format!("structure.loads.{i}.history"), rows));
+    let pressures = config.structure.pressures.iter().map(|e| &e.history).enumerate();
+    let pressures = pressures.map(|(i, rows)| (format!("structure.pressures.{i}.history"), rows));
+    for (key, rows) in loads.chain(pressures) {
+        let Some(last) = rows.last().map(|row| row[0]) else { continue };
+        if rows.iter().all(|row| row[1] == 0.0) {
+            warnings.push(format!("{key}: all factors are 0: it loads nothing"));
+        } else if last > LATER * end_time {
+            warnings.push(format!(
+                "{key}: it goes on until {last} s, and the run ends at end_time = {end_time} s; rows are [t, factor] in s: \
+                 100 ms is 0.1"
+            ));
+        }
+    }
+}
+
+/// Velocities that no net has, and those of nodes that are held.
+fn judge_velocities(
+    scene: &Scene,
+    config: &Config,
+    model: &Model,
+    warnings: &mut Vec<String>,
+) -> Result<(), InputError> {
+    for (i, entry) in config.structure.velocities.iter().enumerate() {
+        let key = format!("structure.velocities.{i}");
+        let speed = entry.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if speed > FASTEST {
+            let what = format!("nodes start at {speed} m/s, faster than sound in steel");
+            return Err(scene
+                .invalid(&format!("{key}.velocity"), what)
+                .try_instead("metres per second: 90 km/h is 25.0"));
+        }
+        let nodes = model.place(scene, &key, entry.place())?;
+        let held = |node: &usize| (0..3).all(|c| entry.velocity[c] == 0.0 || model.held[model.dof(*node, c)]);
+        if speed > 0.0 && !nodes.is_empty() && nodes.iter().all(held) {
+            warnings.push(format!(
+                "{key}: supports hold its {} nodes in the direction of the velocity, so they stay at rest",
+                nodes.len()
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Whether there is weight; where there are rocks, who computes them judges gravity.
 pub fn judge_gravity(scene: &Scene, config: &Config, warnings: &mut Vec<String>) {
     if scene.has("rock") || !config.structure.dead_load {
         return;
     }
     let size = config.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    if size == 0.0 && !scene.has("gravity") && config.structure.loads.is_empty() {
+    let table = &config.structure;
+    let moved = !(table.loads.is_empty() && table.pressures.is_empty() && table.velocities.is_empty());
+    if size == 0.0 && !scene.has("gravity") && !moved {
         warnings.push(
             "structure: there is no gravity: the structure has no weight; gravity = [0.0, 0.0, -9.81], or structure.dead_load = false"
                 .into(),

@@ -15,11 +15,15 @@ mod gate;
 mod generated;
 mod groups;
 mod input;
+mod load_steps;
+mod loads;
 mod meshes;
 mod mutations;
 mod paths;
+mod pressures;
 mod rest;
 mod statics;
+mod supports;
 mod verdict;
 
 use interface_defs::toolkit::alloc::CountingAllocator;
