@@ -226,6 +226,12 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// The first where `first` is true.
+#[inline(always)]
+fn choose(first: bool, a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [if first { a[0] } else { b[0] }, if first { a[1] } else { b[1] }, if first { a[2] } else { b[2] }]
+}
+
 wide! {
     /// The elastic load, and the normal force with the dashpot.
     fn press(law: &Law, given: &Given, found: &mut Found) {
@@ -256,9 +262,9 @@ wide! {
             found.approach[l] = approach;
             found.pressed[l] = pressed;
             found.damped[l] = (pressed - found.elastic[l]) * approach;
-            for a in 0..3 {
-                found.force[a][l] = n[a] * -pressed;
-            }
+            found.force[0][l] = n[0] * -pressed;
+            found.force[1][l] = n[1] * -pressed;
+            found.force[2][l] = n[2] * -pressed;
         }
     }
 }
@@ -302,30 +308,27 @@ wide! {
             let beside = limit2 - dot(trial, trial);
             let room = if beside > 0.0 { beside } else { 0.0 };
             let share = ((against * against + viscous2 * room).sqrt() - against) / viscous2;
-            let share = if share < 0.0 { 0.0 } else if share > 1.0 { 1.0 } else { share };
+            let share = share.clamp(0.0, 1.0);
             let share = if dot(sum, sum) <= limit2 { 1.0 } else { share };
             let stuck = [
                 trial[0] + viscous[0] * share,
                 trial[1] + viscous[1] * share,
                 trial[2] + viscous[2] * share,
             ];
-            let mut end = [0.0; 3];
-            let mut rubbed = [0.0; 3];
-            for a in 0..3 {
-                let elastic = if slides { cut[a] } else { trial[a] };
-                let force = if slides { cut[a] } else { stuck[a] };
-                end[a] = elastic - half[a];
-                found.force[a][l] += force;
-                rubbed[a] = force;
-            }
+            let elastic = choose(slides, cut, trial);
+            let force = choose(slides, cut, stuck);
+            let end = [elastic[0] - half[0], elastic[1] - half[1], elastic[2] - half[2]];
             let size = dot(end, end).sqrt();
             let shorter = limit / size;
             let shorter = if size > limit { shorter } else { 1.0 };
             let end = [end[0] * shorter, end[1] * shorter, end[2] * shorter];
-            for a in 0..3 {
-                found.spring[a][l] = end[a];
-            }
-            found.rubbed[l] = 0.0 - dot(rubbed, slip);
+            found.force[0][l] += force[0];
+            found.force[1][l] += force[1];
+            found.force[2][l] += force[2];
+            found.spring[0][l] = end[0];
+            found.spring[1][l] = end[1];
+            found.spring[2][l] = end[2];
+            found.rubbed[l] = 0.0 - dot(force, slip);
             found.sheared[l] = 0.5 * dot(end, end) / stiffness;
         }
     }
@@ -338,10 +341,10 @@ fn variants(tangential: &Tangential, given: &Given, approach: &Column) -> [Colum
     match tangential.history {
         TangentialName::Incremental => {}
         TangentialName::UnloadingScaled => {
-            for l in 0..WIDTH {
-                let (overlap, before) = (given.overlap[l], given.before[l]);
+            let overlaps = given.overlap.iter().zip(&given.before);
+            for (carried, (overlap, before)) in carried.iter_mut().zip(overlaps) {
                 let less = (overlap / before).sqrt();
-                carried[l] = if overlap < before { less } else { 1.0 };
+                *carried = if overlap < before { less } else { 1.0 };
             }
         }
         TangentialName::Secant => {
