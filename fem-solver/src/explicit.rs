@@ -12,7 +12,7 @@
 //! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
 //! `h < 2 / w`, whatever the damping.
 
-use crate::assembly::{Assembly, Event};
+use crate::assembly::Assembly;
 use crate::kernel::Kernel;
 use crate::lanes::{LANES, add, total, wide};
 use crate::model::Model;
@@ -88,6 +88,7 @@ impl Explicit {
             state.velocity[*dof] = v1;
         }
         model.prescribe(time + h, &mut state.displacement);
+        state.dissipated += self.assembly.book_rupture(&model.elements, &state.displacement, &state.history);
         largest
     }
 
@@ -117,16 +118,10 @@ impl Explicit {
         model.prescribe(time + 0.5 * h, &mut self.middle);
         let mut largest = self.kernel.pull(&self.middle, &mut self.force);
         if !self.assembly.is_empty() {
-            let history = &mut state.history;
-            let pulled =
-                self.assembly.pull_and_settle(&model.elements, &self.middle, history, &mut self.force);
+            let (history, u) = (&mut state.history, (&state.displacement[..], &self.middle[..]));
+            let pulled = self.assembly.pull_and_settle(&model.elements, u, history, &mut self.force);
             largest = largest.max(pulled);
-            let broken = self.assembly.broken().iter();
-            state.events.extend(broken.map(|(element, tension)| Event {
-                time: time + h,
-                element: *element,
-                tension: *tension,
-            }));
+            state.events.extend(self.assembly.broken().iter().map(|broken| broken.event(time, h)));
         }
         for (dof, k) in &self.springs {
             self.force[*dof] -= k * self.middle[*dof];

@@ -21,6 +21,18 @@ use std::ops::Range;
 /// A window in which Newton fails is cut into at most so many times the steps before it is given up.
 const FINEST: usize = 8;
 
+/// Explicit steps are no longer than this part of the critical step in windows from the first on in which something broke.
+///
+/// A load that rises over many steps moves slow modes alone; what a rupture lets go swings in the fastest ones, and wires
+/// around it turn slack and taut at every swing. The energy of a mode at an instant is wrong by `(w h / 2)^2` of its kinetic
+/// energy: with half the critical step by a quarter, with this step by a sixtieth.
+const TORN_SHARE: f64 = 0.125;
+/// An implicit step ends where something breaks: a window in which that used more of its strength than all of it and this
+/// part is cut into more steps.
+const BREAKS_WITHIN: f64 = 0.01;
+/// At most so many times the steps.
+const FINEST_TORN: usize = 64;
+
 /// The scheme in time.
 enum Engine {
     Explicit(Box<Explicit>),
@@ -67,6 +79,10 @@ pub struct March {
     rest_force: Vec<f64>,
     nodes: usize,
     time_step: f64,
+    /// Longest explicit step once something has broken [s].
+    torn_step: f64,
+    /// Largest share of its strength that anything used as it broke in an implicit step of the window.
+    broke_under: f64,
     shortcuts: bool,
     skipped: bool,
     displacement_samples: Vec<Range<usize>>,
@@ -153,6 +169,11 @@ impl March {
             origin: start.displacement,
             rest_force: start.force,
             time_step: start.time_step,
+            torn_step: match scheme {
+                None => start.time_step.min(TORN_SHARE * start.critical_step),
+                Some(_) => start.time_step,
+            },
+            broke_under: 0.0,
             shortcuts,
             skipped: false,
             gauges_from: layout.len(),
@@ -226,7 +247,8 @@ impl March {
         self.trial.groups = groups;
     }
 
-    /// Advance over the window; where Newton fails, again from its start with twice the steps.
+    /// Advance over the window; where Newton fails, again from its start with twice the steps. Where something breaks in it
+    /// for the first time, again with the steps of a torn structure; where that is far beyond its strength, with more.
     fn advance(
         &mut self,
         model: &Model,
@@ -235,20 +257,41 @@ impl March {
         output: &mut [f64],
     ) -> Result<(), Fault> {
         let mut finer = 1;
+        let mut longest = self.longest_step(!self.committed.events.is_empty());
         loop {
-            match self.advance_by(model, window, input, output, finer) {
-                Ok(()) => return Ok(()),
+            match self.advance_by(model, window, input, output, (longest, finer)) {
+                Ok(()) => {
+                    let torn = self.longest_step(!self.trial.events.is_empty());
+                    let late = ((self.broke_under - 1.0) / BREAKS_WITHIN).clamp(0.0, FINEST_TORN as f64);
+                    if torn < longest {
+                        longest = torn;
+                    } else if late > 1.0 && finer < FINEST_TORN {
+                        finer = (finer * (late.ceil() as usize).next_power_of_two()).min(FINEST_TORN);
+                    } else {
+                        return Ok(());
+                    }
+                    self.begin_again();
+                }
                 Err(fault) if finer >= FINEST || !matches!(self.engine, Engine::Implicit(_)) => {
                     return Err(fault);
                 }
                 Err(_) => {
                     finer *= 2;
                     self.counts.refined += 1;
-                    self.trial.copy_from(&self.committed);
-                    self.trial.at_rest = false;
+                    self.begin_again();
                 }
             }
         }
+    }
+
+    /// The longest step of a structure that is torn or not [s].
+    fn longest_step(&self, torn: bool) -> f64 {
+        if torn { self.torn_step } else { self.time_step }
+    }
+
+    fn begin_again(&mut self) {
+        self.trial.copy_from(&self.committed);
+        self.trial.at_rest = false;
     }
 
     fn advance_by(
@@ -257,12 +300,13 @@ impl March {
         window: &Window,
         input: &[f64],
         output: &mut [f64],
-        finer: usize,
+        (longest, finer): (f64, usize),
     ) -> Result<(), Fault> {
         self.recorder.begin();
+        self.broke_under = 0.0;
         (self.trial.along.lowest, self.trial.along.highest) = (self.trial.factor, self.trial.factor);
         let part = Window { length: window.length / self.parts as f64, ..*window };
-        let steps = part.steps(self.time_step) * self.parts * finer;
+        let steps = part.steps(longest) * self.parts * finer;
         let h = window.length / steps as f64;
         let per_load = steps / self.loads.parts();
         for step in 0..steps {
@@ -332,6 +376,9 @@ impl March {
                 self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
                 self.counts.factorisations += info.factorisations;
                 self.counts.kept_factors += info.kept_factors;
+                if scheme.inertia {
+                    self.broke_under = self.broke_under.max(implicit.broke_under());
+                }
                 let (after, before) = (&self.trial.displacement, &self.part_start);
                 if scheme.takes_mean_only() {
                     self.trial.received += work(load.balance, after, before);

@@ -185,7 +185,7 @@ part! {
 }
 
 part! {
-    /// Membranes.
+    /// Membranes: triangles and quadrilaterals.
     MembranePart {
         /// Thickness [m].
         thickness: f64,
@@ -202,7 +202,7 @@ part! {
         /// Second Piola-Kirchhoff prestress along `along` and across it [Pa]. Default 0.
         #[serde(default)]
         prestress: [f64; 2],
-        /// Direction of the first fibre, or of the prestress; its part in the plane counts. Default x, or z for triangles
+        /// Direction of the first fibre, or of the prestress; its part in the plane counts. Default x, or z for faces
         /// normal to x.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         along: Option<[f64; 3]>,
@@ -213,7 +213,7 @@ part! {
 }
 
 part! {
-    /// Thin shells.
+    /// Thin shells: triangles. A quadrilateral is split into two of them, along its shorter diagonal.
     ShellPart {
         /// Thickness [m].
         thickness: f64,
@@ -260,7 +260,7 @@ impl PartConfig {
             Self::Cable(_) | Self::SlidingCable(_) => (2, usize::MAX),
             Self::Brake(_) | Self::Beam(_) => (2, 2),
             Self::Ring(_) => (3, 4),
-            Self::Membrane(_) | Self::Shell(_) => (3, 3),
+            Self::Membrane(_) | Self::Shell(_) => (3, 4),
             Self::None(_) => (0, usize::MAX),
         }
     }

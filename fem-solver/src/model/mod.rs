@@ -13,6 +13,7 @@ pub mod numbering;
 mod parts;
 mod ropes;
 pub mod support;
+mod surfaces;
 
 use crate::element::{AnyElement, Cable, PointMass, Spring};
 use crate::tangent::Tangent;

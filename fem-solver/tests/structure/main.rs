@@ -20,6 +20,8 @@ mod mutations;
 mod paths;
 mod rest;
 mod statics;
+mod surfaces;
+mod tearing;
 mod verdict;
 
 use interface_defs::toolkit::alloc::CountingAllocator;
