@@ -2,7 +2,10 @@
 
 use crate::gate::start;
 use crate::net_contact;
-use crate::settings::{ContactSettings, DemSettings, RockSettings, Settings, Shape, TerrainSettings};
+use crate::settings::{
+    BoxSettings, ContactSettings, DemSettings, RockSettings, Settings, Shape, SpheresSettings,
+    TerrainSettings,
+};
 use crate::solver::DemSolver;
 use interface_defs::InterfaceMesh;
 use interface_defs::toolkit::check::CheckReport;
@@ -13,13 +16,20 @@ use serde::Serialize;
 
 /// Seconds per step and rock without contacts, as measured on one core of 2.5 GHz.
 const SECONDS_PER_STEP: f64 = 2e-6;
+/// Neighbours of a sphere that lies among others.
+const NEIGHBOURS: f64 = 6.0;
 /// Seconds per touching pair and step, likewise.
 const SECONDS_PER_PAIR: f64 = 5e-8;
 
 #[derive(Serialize)]
 struct Resolved<'a> {
     gravity: [f64; 3],
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
     rock: &'a [RockSettings],
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    spheres: &'a [SpheresSettings],
+    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    sides: Option<&'a BoxSettings>,
     #[serde(skip_serializing_if = "Option::is_none")]
     contact: Option<&'a [ContactSettings]>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -55,7 +65,24 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
         ..CheckReport::default()
     };
     let (mut seconds, mut spheres, mut mass) = (0.0, 0, 0.0);
-    for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks) {
+    let named = model.settings.named();
+    for group in &model.settings.spheres {
+        let [least, most] = group.radii();
+        report.builds.push(format!(
+            "`{}`: {} spheres of {least} to {most} m radius, each a rock of its own",
+            group.name,
+            group.total()
+        ));
+    }
+    for rock in &model.rocks[named..] {
+        seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * NEIGHBOURS;
+        spheres += 1;
+        mass += rock.mass;
+    }
+    if !model.planes.is_empty() {
+        report.builds.push(format!("box of {} planes", model.planes.len()));
+    }
+    for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks).take(named) {
         report.builds.push(format!(
             "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
              radius {:.6} m{}",
@@ -85,7 +112,7 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
     if let Some(ground) = &model.ground {
         report.builds.push(ground.describe());
         report.builds.extend_from_slice(solver.choices());
-        for (at, rock) in model.rocks.iter().enumerate() {
+        for (at, rock) in model.rocks.iter().enumerate().take(named) {
             if let Some(height) = start::height(ground, &model.settings, at) {
                 let what = format!("rock `{}`: its centre starts {height:.2} m above the terrain", rock.name);
                 report.builds.push(what);
@@ -131,7 +158,9 @@ fn resolved(settings: &Settings) -> toml::Table {
     let dem = if settings.contacts.is_empty() { settings.dem.clone() } else { settings.dem.filled_in() };
     let tables = Resolved {
         gravity: settings.gravity.into(),
-        rock: &settings.rocks,
+        rock: &settings.rocks[..settings.named()],
+        spheres: &settings.spheres,
+        sides: settings.sides.as_ref(),
         contact: (!settings.contacts.is_empty()).then_some(&settings.contacts),
         terrain: settings.terrain.as_ref(),
         dem,

@@ -79,20 +79,14 @@ impl Steps {
             speed: 0.0,
             longest: STEP_WITHOUT_CONTACT,
         };
-        let mut speeds = Vec::with_capacity(rocks.len());
         let mut stride = f64::INFINITY;
-        for (rock, table) in rocks.iter().zip(&settings.rocks) {
-            let velocity = nalgebra::Vector3::from(table.velocity);
-            let mut speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
-            if let Some(ground) = ground {
-                speed = speed.min(fastest_on(ground, settings, rock, table));
-            }
-            speeds.push(speed);
-        }
+        let examples = settings.examples();
+        let speeds = speeds(settings, rocks, ground);
         // Of the stiffest contact with a wall.
         let mut on_wall = Mode::default();
-        for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate() {
-            let speed = if laws.is_some() { kicked(rocks, &speeds, at) } else { speeds[at] };
+        for &at in &examples {
+            let (rock, table) = (&rocks[at], &settings.rocks[at]);
+            let speed = if laws.is_some() { kicked(rocks, &examples, &speeds, at) } else { speeds[at] };
             steps.speed = steps.speed.max(speed);
             let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
             steps.step = steps.step.min(TURN / spin);
@@ -114,7 +108,7 @@ impl Steps {
                 }
             }
         }
-        steps.limit_between(settings, rocks, laws, &speeds, on_wall);
+        steps.limit_between(settings, rocks, laws, (&examples, &speeds), on_wall);
         let coarse = steps.contact / COARSE_STEPS_PER_CONTACT;
         steps.longest = coarse.min(DemSettings::TIME_STEP_SCALE * steps.critical).min(steps.step).min(stride);
         let dem = &settings.dem;
@@ -195,13 +189,15 @@ impl Steps {
         settings: &Settings,
         rocks: &[Rock],
         laws: Option<&Laws>,
-        speeds: &[f64],
+        (examples, speeds): (&[usize], &[f64]),
         on_wall: Mode,
     ) {
         let Some(laws) = laws else { return };
         let mut between = Mode::default();
-        for b in 1..rocks.len() {
-            for a in 0..b {
+        for (k, &b) in examples.iter().enumerate() {
+            // Spheres of one table touch each other too.
+            let own = usize::from(b >= settings.named());
+            for &a in &examples[..k + own] {
                 let [one, other] = [a, b].map(|r| &settings.rocks[r].material);
                 let Some(number) = laws.number(one, other) else { continue };
                 // Two that are as fast as they can be may meet head on.
@@ -274,14 +270,41 @@ impl Mode {
     }
 }
 
+/// Largest speed that each rock may get by itself [m/s]; of a sphere that which any of its table may get.
+fn speeds(settings: &Settings, rocks: &[Rock], ground: Option<&Ground>) -> Vec<f64> {
+    let down = settings.down();
+    let of = |(rock, table): (&Rock, &RockSettings)| {
+        let velocity = nalgebra::Vector3::from(table.velocity);
+        let mut speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
+        if let Some(ground) = ground {
+            speed = speed.min(fastest_on(ground, settings, rock, table));
+        }
+        if let Some(sides) = &settings.sides {
+            let energy = rock.kinetic_energy(&rock.start(table, settings.gravity)) / rock.mass;
+            speed = speed.min((2.0 * (energy + settings.gravity.norm() * sides.height(&down))).sqrt());
+        }
+        speed
+    };
+    let mut speeds: Vec<f64> = rocks.iter().zip(&settings.rocks).map(of).collect();
+    let (_, loose) = speeds.split_at_mut(settings.named());
+    for number in 0..settings.spheres.len() {
+        let own = || settings.group.iter().map(move |group| usize::from(*group) == number);
+        let fastest =
+            loose.iter().zip(own()).filter(|(_, own)| *own).map(|(speed, _)| *speed).fold(0.0, f64::max);
+        loose.iter_mut().zip(own()).filter(|(_, own)| *own).for_each(|(speed, _)| *speed = fastest);
+    }
+    speeds
+}
+
 /// Speed with which rock number `at` may land once another has kicked it: head on, elastic, both as fast as they can be [m/s].
 /// One heavier than it throws it at up to twice its own speed; its equals take its speed from it and give theirs.
-fn kicked(rocks: &[Rock], speeds: &[f64], at: usize) -> f64 {
+fn kicked(rocks: &[Rock], examples: &[usize], speeds: &[f64], at: usize) -> f64 {
     let (mass, own) = (rocks[at].mass, speeds[at]);
-    let after = |(other, speed): (&Rock, &f64)| {
+    let after = |&by: &usize| {
+        let (other, speed) = (&rocks[by], speeds[by]);
         ((mass - other.mass).abs() * own + 2.0 * other.mass * speed) / (mass + other.mass)
     };
-    rocks.iter().zip(speeds).map(after).fold(own, f64::max)
+    examples.iter().map(after).fold(own, f64::max)
 }
 
 /// Speed that a rock cannot exceed above the lowest corner of the box around a terrain: all its energy in

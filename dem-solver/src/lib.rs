@@ -43,11 +43,11 @@ pub const PROGRAM: Program = Program {
     name: "dem-solver",
     role: "dem",
     about: "Contact solver: rocks as rigid clusters of spheres, on nets, on terrain and in flight",
-    build: |scene, options| match scene.has("spheres") {
+    build: |scene, options| match granular::are_alone(scene) {
         true => Ok(Box::new(granular::GranularSolver::new(scene, options)?)),
         false => Ok(Box::new(DemSolver::new(scene, options)?.guarded())),
     },
-    check: |scene, net| match scene.has("spheres") {
+    check: |scene, net| match granular::are_alone(scene) {
         true => granular::check::check(scene),
         false => check::check_with(scene, net),
     },

@@ -46,8 +46,16 @@ const HISTORY: &[Entry] = &[
     ),
     history("energy_received_dem", "J", "work that the moving interface mesh has done on the rocks"),
     history("contacts", "1", "number of contacts"),
-    history("fastest", "m/s", "`[[spheres]]`: speed of the fastest sphere"),
-    history("centre_of_mass_{x,y,z}", "m", "`[[spheres]]`: centre of mass of all spheres"),
+    history(
+        "fastest",
+        "m/s",
+        "`[[spheres]]` alone: speed of the fastest sphere; beside rocks, terrain or a structure `{spheres}_fastest`",
+    ),
+    history(
+        "centre_of_mass_{x,y,z}",
+        "m",
+        "`[[spheres]]` alone: centre of mass of all spheres; beside others `{spheres}_centre_of_mass_{x,y,z}`",
+    ),
 ];
 
 /// Of several rocks each name begins with `<rock>_`.

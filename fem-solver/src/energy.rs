@@ -15,6 +15,7 @@ pub struct Energies {
     /// Mass of each degree of freedom that takes part in the kinetic energy; empty in statics.
     mass: Vec<f64>,
     moving_supports: bool,
+    timed_loads: bool,
 }
 
 impl Energies {
@@ -24,6 +25,7 @@ impl Energies {
             springs: spring_dofs(model),
             mass: if inertia { free_masses(model) } else { Vec::new() },
             moving_supports: !model.moving.is_empty(),
+            timed_loads: !model.timed.is_empty(),
         }
     }
 
@@ -40,6 +42,9 @@ impl Energies {
             // Supports that move are a second source of work; it counts as their potential, negated.
             kinds.push(("energy_supports_fem", Role::Potential));
         }
+        if !model.timed.is_empty() {
+            kinds.push(("energy_loads_fem", Role::Potential));
+        }
         let energies = kinds.into_iter().map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") });
         let path: &[&str] =
             if model.live_load.is_empty() { &[] } else { &["load_factor", "negative_pivots"] };
@@ -47,7 +52,7 @@ impl Energies {
     }
 
     /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
-    /// supports have given, negated; and of a path the load factor and the negative pivots. Potential and stored energy count from the structure as modelled.
+    /// supports and loads with a history have given, negated; and of a path the load factor and the negative pivots. Potential and stored energy count from the structure as modelled.
     pub fn of(
         &self,
         model: &Model,
@@ -68,6 +73,9 @@ impl Energies {
         to.extend([kinetic, potential, stored, dissipated, state.received]);
         if self.moving_supports {
             to.push(-state.support_work);
+        }
+        if self.timed_loads {
+            to.push(0.0 - state.load_work);
         }
         if !model.live_load.is_empty() {
             to.extend([state.factor, state.along.negative as f64]);

@@ -12,9 +12,10 @@
 //! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
 //! `h < 2 / w`, whatever the damping.
 
+use crate::applied::Applied;
 use crate::assembly::Assembly;
 use crate::kernel::Kernel;
-use crate::lanes::{LANES, add, total, wide};
+use crate::lanes::{LANES, add, total, wide, work};
 use crate::model::Model;
 use crate::newton::spring_dofs;
 use crate::state::State;
@@ -32,6 +33,10 @@ pub struct Explicit {
     mass: Vec<f64>,
     /// Dead load and what loads the structure now [N].
     load: Vec<f64>,
+    /// Loads with a history over the step; and without them, what loads the structure, and where it was. Empty without.
+    applied: Applied,
+    steady: Vec<f64>,
+    before: Vec<f64>,
     /// Displacement in the middle of the last step [m].
     pub middle: Vec<f64>,
     /// Force of load and elements on each degree of freedom there [N]; the inertia of held nodes
@@ -49,6 +54,8 @@ impl Explicit {
         let mass = free_masses(model);
         let n = model.dof_count();
         let (assembly, springs) = (Assembly::new(model), spring_dofs(model));
+        let applied = Applied::new(model);
+        let own = if applied.is_empty() { 0 } else { n };
         Self {
             kernel: Kernel::new(&model.cables, model.node_count()),
             cables_only: assembly.is_empty() && springs.is_empty() && model.moving.is_empty(),
@@ -57,6 +64,9 @@ impl Explicit {
             inverse_mass: mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect(),
             mass,
             load: model.dead_load.clone(),
+            applied,
+            steady: model.dead_load[..own].to_vec(),
+            before: vec![0.0; own],
             middle: vec![0.0; n],
             force: vec![0.0; n],
             support_velocity: vec![0.0; model.moving.len()],
@@ -66,10 +76,17 @@ impl Explicit {
     /// From now on the constant force `outer` [N] loads the structure, beside the dead load.
     pub fn load(&mut self, model: &Model, outer: &[f64]) {
         add(&mut self.load, &model.dead_load, outer);
+        let own = self.steady.len();
+        self.steady.copy_from_slice(&self.load[..own]);
     }
 
     /// Advance `state` from `time` by `h` [s]. Returns the largest tension in the middle of the step, squared [N2].
     pub fn step(&mut self, model: &Model, state: &mut State, time: f64, h: f64) -> f64 {
+        if !self.applied.is_empty() {
+            self.before.copy_from_slice(&state.displacement);
+            self.applied.mean(model, time, time + h);
+            add(&mut self.load, &self.steady, &self.applied.force);
+        }
         let damping = 0.5 * model.damping * h;
         let kick = Kick { keep: (1.0 - damping) / (1.0 + damping), gain: h / (1.0 + damping), half: 0.5 * h };
         let (largest, squares) = if self.cables_only {
@@ -89,6 +106,9 @@ impl Explicit {
         }
         model.prescribe(time + h, &mut state.displacement);
         state.dissipated += self.assembly.book_rupture(&model.elements, &state.displacement, &state.history);
+        if !self.applied.is_empty() {
+            state.load_work += work(&self.applied.force, &state.displacement, &self.before);
+        }
         largest
     }
 
@@ -126,6 +146,7 @@ impl Explicit {
         for (dof, k) in &self.springs {
             self.force[*dof] -= k * self.middle[*dof];
         }
+        self.applied.press_on(model, &self.middle, &mut self.force);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];
         }

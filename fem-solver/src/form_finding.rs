@@ -15,6 +15,7 @@ use crate::form_finding::kinetic::Swing;
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, OnIteration, Problem, spring_dofs};
+use crate::pressure::press;
 use crate::tangent::Slack;
 use nalgebra::Matrix3;
 
@@ -191,6 +192,7 @@ fn settled(
     on_iteration: OnIteration,
 ) -> Result<Form, Failure> {
     let zero = vec![0.0; u.len()];
+    let pressures = model.pressures_at_start();
     let mut form = Form { displacement: u.to_vec(), history: history.to_vec(), smoothed: false };
     let problem = Problem {
         load: &model.dead_load,
@@ -200,6 +202,7 @@ fn settled(
         mean_stress: false,
         history,
         viscosity: (&[], 0.0),
+        pressures: &pressures,
     };
     let settings = NewtonConfig { tolerance: TOLERANCE, max_iterations: Some(most), line_search: true };
     let (begun, mut count) = (done.iterations, 0);
@@ -231,7 +234,7 @@ fn keep_force_densities(model: &Model, newton: &mut Newton, u: &mut [f64]) {
     if newton.tangent.factorise().is_err() {
         return;
     }
-    let mut force = model.dead_load.clone();
+    let mut force = model.load_at_start(u);
     for cable in &model.cables {
         let pull = density(cable) * (cable.span + model.relative(u, cable));
         for c in 0..3 {
@@ -253,6 +256,7 @@ fn keep_force_densities(model: &Model, newton: &mut Newton, u: &mut [f64]) {
 /// Source: Cundall (1976), Explicit finite-difference methods in geomechanics; handbook 2.8.
 fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64]) {
     let mut kernel = Kernel::new(&model.cables, model.node_count());
+    let pressures = model.pressures_at_start();
     let mut assembly = Assembly::new(model);
     let springs = spring_dofs(model);
     let n = u.len();
@@ -263,6 +267,7 @@ fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64])
     for _ in 0..MOST_RELAXING {
         force.copy_from_slice(&model.dead_load);
         kernel.pull(u, &mut force);
+        press(&model.timed, &pressures, u, &mut force);
         assembly.pull(&model.elements, u, history, &mut force);
         springs.iter().for_each(|(dof, k)| force[*dof] -= k * u[*dof]);
         let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
@@ -315,7 +320,8 @@ fn sag(model: &Model, newton: &mut Newton, u: &mut [f64]) {
         return;
     }
     let dofs = newton.tangent.dofs().to_vec();
-    let mut shape: Vec<f64> = dofs.iter().map(|dof| model.dead_load[*dof]).collect();
+    let load = model.load_at_start(u);
+    let mut shape: Vec<f64> = dofs.iter().map(|dof| load[*dof]).collect();
     newton.tangent.solve(&mut shape);
     let depth = shape.iter().fold(0.0, |a, b| f64::max(a, b.abs()));
     if depth > 0.0 {

@@ -12,11 +12,12 @@
 //!
 //! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
 
+use crate::applied::Applied;
 use crate::assembly::Assembly;
 use crate::config::{FemConfig, Integrator, NewtonConfig};
 use crate::explicit::free_masses;
 use crate::kernel::Kernel;
-use crate::lanes::{add, sum_of};
+use crate::lanes::{add, add_to, sum_of, work};
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, Problem, spring_dofs};
 use crate::state::State;
@@ -98,6 +99,8 @@ pub struct Implicit {
     /// Mean force of load and elements over the last step [N]; see [`crate::explicit::Explicit::force`].
     pub force: Vec<f64>,
     load: Vec<f64>,
+    /// Loads with a history where the step balances, later at its end; and those at its start.
+    applied: [Applied; 2],
     before: Vec<f64>,
     squares: Vec<f64>,
     /// Velocity of the supports that move, at the step's start [m/s].
@@ -120,6 +123,7 @@ impl Implicit {
             middle: vec![0.0; n],
             force: vec![0.0; n],
             load: vec![0.0; n],
+            applied: [Applied::new(model), Applied::new(model)],
             before: vec![0.0; n],
             squares: vec![0.0; n],
             support_velocity: vec![0.0; model.moving.len()],
@@ -155,6 +159,7 @@ impl Implicit {
                 state.displacement[i] += h * v0 + 0.5 * h * h * a0;
             }
         }
+        self.begin_applied(model, time, h);
         model.prescribe(time + h, &mut state.displacement);
         let factor = if inertia {
             (1.0 - alpha_m) / (beta * h * h) + damping * (1.0 - alpha_f) * gamma / (beta * h)
@@ -168,6 +173,7 @@ impl Implicit {
             share: 1.0 - alpha_f,
             mean_stress: self.scheme.takes_mean_only(),
             history: &state.history,
+            pressures: &self.applied[0].pressures,
             viscosity: (&self.viscosity, if inertia { (1.0 - alpha_f) * gamma / (beta * h) } else { 0.0 }),
         };
         let info = self.newton.solve(
@@ -179,6 +185,7 @@ impl Implicit {
         )?;
         self.advance_rates(damping, state, h);
         let largest = self.balance(model, state, load);
+        self.end_applied(model, state, time + h);
         if !self.assembly.is_empty() {
             self.assembly.settle(&model.elements, &state.displacement, &mut state.history);
             state.events.extend(self.assembly.broken().iter().map(|broken| broken.event(time, h)));
@@ -190,6 +197,44 @@ impl Implicit {
     /// Largest share of its strength that anything used as it broke in the last step; 0 where nothing did.
     pub fn broke_under(&self) -> f64 {
         self.assembly.broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
+    }
+
+    /// Loads with a history where the step balances: their mean over it, or what they are there.
+    fn begin_applied(&mut self, model: &Model, time: f64, h: f64) {
+        let [balance, start] = &mut self.applied;
+        if balance.is_empty() {
+            return;
+        }
+        if self.scheme.takes_mean_only() {
+            balance.mean(model, time, time + h);
+        } else {
+            start.at(model, time);
+            start.press(model, &self.before);
+            balance.at(model, time + (1.0 - self.scheme.alpha_f) * h);
+        }
+        add_to(&mut self.load, &balance.force);
+    }
+
+    /// Their work over the step, and their share of its force.
+    fn end_applied(&mut self, model: &Model, state: &mut State, end: f64) {
+        let [now, start] = &mut self.applied;
+        if now.is_empty() {
+            return;
+        }
+        let (after, before) = (&state.displacement, &self.before);
+        if self.scheme.takes_mean_only() {
+            now.press(model, &self.middle);
+            add_to(&mut self.force, &now.force);
+            state.load_work += work(&now.force, after, before);
+            return;
+        }
+        // Their work is that of the mean of both ends, as the trapezoidal rule does it.
+        now.at(model, end);
+        now.press(model, after);
+        state.load_work += 0.5 * (work(&now.force, after, before) + work(&start.force, after, before));
+        // The force at the start has its share of the mean already: it is that of the last step's end.
+        self.force.iter_mut().zip(&now.force).for_each(|(mean, f)| *mean += 0.5 * f);
+        add_to(&mut state.force, &now.force);
     }
 
     /// The cables and the other elements.

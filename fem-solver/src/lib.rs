@@ -20,6 +20,7 @@
 //! Displacements count from the structure as modelled inside, and from t = 0 at the interface.
 //! Nothing here knows what loads the structure.
 
+pub mod applied;
 pub mod assembly;
 pub mod check;
 pub mod config;
@@ -29,6 +30,7 @@ pub mod element;
 pub mod elimination;
 pub mod energy;
 pub mod explicit;
+pub mod failure;
 pub mod fields;
 pub mod form_finding;
 pub mod fronts;
@@ -46,6 +48,7 @@ pub mod model;
 pub mod moving_mean;
 pub mod newton;
 pub mod path;
+pub mod pressure;
 pub mod probe;
 pub mod read;
 pub mod record;

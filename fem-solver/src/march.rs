@@ -1,5 +1,8 @@
 //! A prepared structure: one window after the other.
 
+mod counts;
+
+pub use self::counts::Counts;
 use crate::config::Config;
 use crate::config::fem::AtBranch;
 use crate::energy::Energies;
@@ -38,31 +41,6 @@ enum Engine {
     Explicit(Box<Explicit>),
     Implicit(Box<Implicit>),
     Path(Box<Path>),
-}
-
-/// Work that was done, iterations of windows included, and windows that were skipped.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Counts {
-    /// Steps of the integrator.
-    pub steps: u64,
-    /// Newton iterations, form finding included.
-    pub newton: u64,
-    /// Factorisations, form finding included.
-    pub factorisations: u64,
-    /// Factorisations that were spared: the factor at hand was that of the tangent asked for.
-    pub kept_factors: u64,
-    /// Windows begun anew with twice the steps, because Newton had failed.
-    pub refined: u64,
-    /// Steps along a path of equilibrium that were taken anew, shorter.
-    pub refused: u64,
-    /// Steps with a tangent that was not positive and had to be shifted.
-    pub shifted: u64,
-    /// Those of them whose last tangent was such.
-    pub unstable: u64,
-    /// Degree of freedom of the pivot that was not positive, in the first of them.
-    pub unstable_at: Option<usize>,
-    /// Committed windows in which nothing loaded or moved the structure.
-    pub skipped: u64,
 }
 
 /// Everything that a window needs.
@@ -119,22 +97,29 @@ impl March {
         let scheme = Scheme::of(&config.fem);
         let ends = if loads.has_end() { n } else { 0 };
         let balances_at_end = scheme.is_some_and(|s| !s.takes_mean_only());
+        let mut velocity = model.start_velocity.clone();
+        let thrown = velocity.iter().any(|v| *v != 0.0);
+        velocity.resize(n, 0.0);
         let mut committed = State {
             displacement: start.displacement.clone(),
-            velocity: vec![0.0; n],
+            velocity,
             acceleration: vec![0.0; if scheme.is_some() { n } else { 0 }],
             force: if balances_at_end { start.force.clone() } else { Vec::new() },
             load: vec![0.0; ends],
-            at_rest: start.at_rest && config.fem.path_speed.is_none(),
+            at_rest: start.at_rest && !thrown && config.fem.path_speed.is_none(),
             history: start.history.clone(),
             groups: recorder.groups(),
             events: Vec::with_capacity(model.elements.len()),
             ..State::default()
         };
-        if scheme.is_some_and(|s| s.inertia) && !start.at_rest {
+        if scheme.is_some_and(|s| s.inertia) && (thrown || !start.at_rest) {
             // The first step of an implicit scheme starts from a balance of its own.
             for dof in (0..n).filter(|dof| !model.held[*dof]) {
-                committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof);
+                let damped = model.damping * committed.velocity[dof];
+                committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof) - damped;
+            }
+            for (dof, viscosity) in model.dashpots.iter().filter(|(dof, _)| !model.held[*dof]) {
+                committed.acceleration[*dof] -= viscosity * committed.velocity[*dof] / model.dof_mass(*dof);
             }
         }
         let reaction = recorder.total_reaction(&start.force, &start.displacement);
@@ -180,7 +165,7 @@ impl March {
             parts: each.into_iter().fold(1, least_common_multiple),
             displacement_samples,
             velocity_samples,
-            energy_now: Vec::with_capacity(7),
+            energy_now: Vec::with_capacity(9),
             part_start: vec![0.0; n],
             end_loads: vec![0.0; n],
             counts: Counts {
@@ -216,8 +201,8 @@ impl March {
         output: &mut [f64],
     ) -> Result<(), Fault> {
         self.trial.copy_from(&self.committed);
-        let supports_rest = || model.moving.iter().all(|(_, m)| m.rests(window.start, window.end()));
-        self.skipped = self.shortcuts && self.committed.at_rest && !self.loads.any(input) && supports_rest();
+        let rests = || model.rests(window.start, window.end());
+        self.skipped = self.shortcuts && self.committed.at_rest && !self.loads.any(input) && rests();
         if self.skipped {
             self.rest(model, window.end(), window.length);
             self.answer_all(output);

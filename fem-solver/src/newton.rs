@@ -8,11 +8,12 @@
 
 use crate::assembly::Assembly;
 use crate::config::NewtonConfig;
+pub use crate::failure::Failure;
 use crate::kernel::Kernel;
 use crate::model::Model;
+use crate::pressure::press;
 use crate::tangent::{Slack, Tangent};
 use interface_defs::message::Fault;
-use std::fmt;
 
 /// A statics or a step has settled where the last iteration moved less than this share of the whole way.
 pub(crate) const SETTLED: f64 = 1e-6;
@@ -48,6 +49,8 @@ pub struct Problem<'a> {
     pub history: &'a [f64],
     /// Viscosity of each degree of freedom [N s/m], empty = none, and what it counts in stiffness [1/s].
     pub viscosity: (&'a [f64], f64),
+    /// Pressure of each load of the model that presses on faces [Pa]; empty = none.
+    pub pressures: &'a [f64],
 }
 
 /// What an iteration did.
@@ -63,111 +66,6 @@ pub struct Info {
     pub unstable: Option<usize>,
     /// The same of the first tangent that had to be shifted.
     pub shifted_at: Option<usize>,
-}
-
-/// Why there is no solution.
-#[derive(Debug, Clone)]
-pub enum Failure {
-    /// The residual did not become small.
-    NotConverged {
-        /// Iterations done.
-        iterations: u32,
-        /// Norm of the last residual [N].
-        residual: f64,
-        /// What it had to be [N].
-        limit: f64,
-        /// Degree of freedom with the largest residual.
-        worst: usize,
-        /// Where the residual is small enough, but the last iterations still moved by more than 1e-6 of the
-        /// whole way: how far the last one moved [m].
-        moving: Option<f64>,
-        /// Degree of freedom of the first pivot that was not positive, if the last tangent had to be shifted.
-        unstable: Option<usize>,
-    },
-    /// The tangent stays indefinite, whatever is added to it.
-    Unstable {
-        /// Degree of freedom with the pivot that is not positive.
-        dof: usize,
-    },
-    /// A path of equilibrium turns by more than a step may, however short.
-    Turns {
-        /// By how much [rad].
-        angle: f64,
-    },
-    /// Something breaks before there is anything to touch it.
-    Broken {
-        /// Number of the element.
-        element: usize,
-        /// What it carried [N].
-        tension: f64,
-        /// Share of the dead load that acted.
-        part: f64,
-    },
-    /// Something does not come to rest: the fastest node, its speed [m/s], and how many are about as fast.
-    Moves(usize, f64, usize),
-    /// Whoever listens to the progress has stopped it.
-    Stopped(Fault),
-}
-
-impl Failure {
-    /// In words, with the names of nodes.
-    pub fn describe(&self, model: &Model) -> String {
-        match self {
-            Self::NotConverged { iterations, residual, limit, worst, moving, unstable } => {
-                let what = match moving {
-                    Some(way) => format!(
-                        "Newton did not converge: after {iterations} iterations the residual is small enough, {residual:.2e} N \
-                         of {limit:.2e} N allowed, but the last one still moved {way:.2e} m"
-                    ),
-                    None => format!(
-                        "Newton did not converge: residual {residual:.2e} N > {limit:.2e} N after {iterations} iterations, \
-                         largest at {}",
-                        model.dof_name(*worst)
-                    ),
-                };
-                let free = unstable.map_or(String::new(), |dof| {
-                    format!(
-                        "; the tangent is not positive, first at {} (free to move, slack, or buckled)",
-                        model.dof_name(dof)
-                    )
-                });
-                what + &free
-            }
-            Self::Unstable { dof } => format!(
-                "no stable equilibrium: a pivot at {} is not positive (slack, not connected to a support, or buckled)",
-                model.dof_name(*dof)
-            ),
-            Self::Turns { angle } => format!(
-                "the path of equilibrium turns by {:.0} degrees within its shortest step: it ends here, or jumps",
-                angle.to_degrees()
-            ),
-            Self::Broken { element, tension, part } => format!(
-                "{} breaks under {:.0} % of the dead load alone, at {tension:.4e} N",
-                model.member_name(*element, None),
-                100.0 * part
-            ),
-            Self::Moves(node, speed, count) => format!(
-                "it does not come to rest: node {} moves at {speed:.2e} m/s, and {count} nodes in all at a tenth of that or more",
-                model.node_name(*node)
-            ),
-            Self::Stopped(fault) => fault.message.clone(),
-        }
-    }
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::NotConverged { iterations, residual, .. } => {
-                write!(f, "residual {residual:.2e} N after {iterations} iterations")
-            }
-            Self::Unstable { dof } => write!(f, "unstable in degree of freedom {dof}"),
-            Self::Turns { angle } => write!(f, "the path turns by {angle:.3} rad"),
-            Self::Broken { element, tension, .. } => write!(f, "element {element} breaks at {tension:.4e} N"),
-            Self::Moves(node, speed, _) => write!(f, "node {node} moves at {speed:.2e} m/s"),
-            Self::Stopped(fault) => f.write_str(&fault.message),
-        }
-    }
 }
 
 /// Told after each iteration: its number and the residual relative to what is asked for.
@@ -209,6 +107,7 @@ struct Factored {
     history: Vec<f64>,
     /// Inertia, share, and what viscosity counts.
     numbers: [f64; 3],
+    pressures: Vec<f64>,
 }
 
 impl Factored {
@@ -225,6 +124,7 @@ impl Factored {
             && same(&self.numbers, &Self::numbers(problem))
             && same(&self.at, at)
             && same(&self.history, problem.history)
+            && same(&self.pressures, problem.pressures)
     }
 }
 
@@ -247,6 +147,7 @@ impl Newton {
             factored: Factored {
                 at: vec![0.0; n],
                 history: Vec::with_capacity(model.start_history().len()),
+                pressures: Vec::with_capacity(model.timed.len()),
                 ..Factored::default()
             },
             kernel: Kernel::new(&model.cables, model.node_count()),
@@ -357,7 +258,8 @@ impl Newton {
             self.residual[*dof] -= k * self.balance_at[*dof];
         }
         let internal = norm(&self.residual);
-        let (mut inertia, mut load) = (0.0, 0.0);
+        let pressing = press(&model.timed, problem.pressures, &self.balance_at, &mut self.residual);
+        let (mut inertia, mut load) = (0.0, pressing);
         for (i, r) in self.residual.iter_mut().enumerate() {
             let mut inert = problem.inertia * self.mass[i] * (u[i] - problem.start[i]);
             if let Some(c) = problem.viscosity.0.get(i) {
@@ -394,6 +296,7 @@ impl Newton {
         self.factored.revision = 0;
         loop {
             self.tangent.assemble(model, &self.balance_at, problem.history, problem.share, slack);
+            self.tangent.add_pressures(&model.timed, problem.pressures, &self.balance_at, problem.share);
             self.tangent.add_mass(model, problem.inertia);
             self.tangent.add_diagonal(problem.viscosity.0, problem.viscosity.1);
             let scale = self.tangent.largest_diagonal().max(f64::MIN_POSITIVE);
@@ -417,6 +320,8 @@ impl Newton {
             self.factored.at.copy_from_slice(&self.balance_at);
             self.factored.history.clear();
             self.factored.history.extend_from_slice(problem.history);
+            self.factored.pressures.clear();
+            self.factored.pressures.extend_from_slice(problem.pressures);
             self.factored.numbers = Factored::numbers(problem);
         }
         Ok(())

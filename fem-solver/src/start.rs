@@ -78,6 +78,8 @@ impl Start {
         model: &Model,
         on_progress: OnProgress,
     ) -> Result<Self, NoStart> {
+        let at_start = model.at_start();
+        let model = &*at_start;
         on_progress(format!(
             "{} nodes, {} elements: analysing",
             model.node_count(),
@@ -110,7 +112,7 @@ impl Start {
                 )?
             }
         };
-        let mut force = model.dead_load.clone();
+        let mut force = model.load_at_start(&displacement);
         let mut kernel = Kernel::new(&model.cables, model.node_count());
         let cables = kernel.pull(&displacement, &mut force);
         let others = Assembly::new(model).pull(&model.elements, &displacement, &history, &mut force);

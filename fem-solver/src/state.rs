@@ -33,6 +33,8 @@ pub struct State {
     pub received: f64,
     /// Work of moving supports since t = 0 [J].
     pub support_work: f64,
+    /// Work of loads with a history and of pressure since t = 0 [J].
+    pub load_work: f64,
     /// At rest in static equilibrium, as it was at t = 0.
     pub at_rest: bool,
     /// Largest values so far.
@@ -162,6 +164,7 @@ impl State {
         self.dissipated = other.dissipated;
         self.received = other.received;
         self.support_work = other.support_work;
+        self.load_work = other.load_work;
         self.at_rest = other.at_rest;
         self.peaks = other.peaks;
         self.groups.copy_from_slice(&other.groups);

@@ -4,6 +4,8 @@ use crate::assembly::Assembly;
 use crate::element::Cable;
 use crate::linear_solver::Cholesky;
 use crate::model::Model;
+use crate::model::timed::TimedLoad;
+use crate::pressure::{dofs_of_face, face_tangent};
 use nalgebra::Matrix3;
 
 /// Marks a degree of freedom that a support holds.
@@ -42,6 +44,8 @@ pub struct Tangent {
     /// Those of them that stand for their mirror image too; ascending. An element that comes back to a node, as a closed
     /// rope does, has entries beside its diagonal that lie on the structure's.
     mirrored: Vec<u32>,
+    /// Positions of the lower triangle of each face that pressure acts on, by rows, one after the other.
+    faces: Vec<u32>,
     /// Memory of [`Tangent::bound`].
     sums: Vec<f64>,
     cholesky: Cholesky,
@@ -84,6 +88,11 @@ impl Tangent {
         let place = |at: Option<(usize, usize)>| at.map_or(sink, |(i, j)| position(i, j)) as u32;
         let cables = places.iter().map(|p| p.map(place)).collect();
         let elements = others.iter().map(|at| place(*at)).collect();
+        // The nodes of a face are those of one element, whose entries the pattern has.
+        let faces = model.timed.iter().flat_map(|load| &load.faces);
+        let faces = faces
+            .flat_map(|face| triangle(&free, &dofs_of_face(face, model.node_count())).collect::<Vec<_>>());
+        let faces = faces.map(place).collect();
         let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
         let cholesky = Cholesky::new(dofs.len(), &starts, &rows);
         let count = dofs.len();
@@ -98,6 +107,7 @@ impl Tangent {
             assembly,
             elements,
             mirrored,
+            faces,
             sums: vec![0.0; count],
             cholesky,
             revision: 0,
@@ -202,6 +212,21 @@ impl Tangent {
                         self.values[self.elements[at as usize] as usize] += stiffness;
                     }
                     at += 1;
+                }
+            }
+        }
+    }
+
+    /// Add `share` times what the pressures [Pa] on the faces of `loads` take from the stiffness at `u`: its symmetric part,
+    /// which is all of it but at free edges.
+    pub fn add_pressures(&mut self, loads: &[TimedLoad], pressures: &[f64], u: &[f64], share: f64) {
+        let mut places = self.faces.chunks_exact(45);
+        for (load, pressure) in loads.iter().zip(pressures) {
+            for (face, places) in load.faces.iter().zip(&mut places) {
+                let k = face_tangent(&load.corners(face, u), *pressure);
+                let entries = (0..9).flat_map(|row| (0..=row).map(move |column| (row, column)));
+                for ((row, column), at) in entries.zip(places) {
+                    self.values[*at as usize] += 0.5 * share * (k[row][column] + k[column][row]);
                 }
             }
         }

@@ -18,8 +18,8 @@ use nalgebra::{Matrix3, Vector3};
 /// What a contact between rocks remembers from step to step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
-    /// Number of the pair of rocks.
-    pub rocks: u32,
+    /// Numbers of the second and of the first rock, in which order pairs are gone through.
+    pub rocks: [u32; 2],
     /// Numbers of the spheres of the first and of the second rock.
     pub spheres: [u32; 2],
     /// Force of the tangential spring on the first rock at the state's instant [N], along the axes of space.
@@ -33,8 +33,8 @@ pub struct Held {
 /// Two rocks at an instant.
 #[derive(Clone, Copy)]
 pub struct Two<'a> {
-    /// Number of the pair.
-    pub number: u32,
+    /// Numbers of the second and of the first.
+    pub numbers: [u32; 2],
     /// The rocks.
     pub rocks: [&'a Rock; 2],
     /// Their motions.
@@ -162,7 +162,7 @@ impl Evaluation {
             let answer = law.answer(&meeting, &past, h);
             if law.remembers() {
                 after.push(Held {
-                    rocks: two.number,
+                    rocks: two.numbers,
                     spheres: contact.spheres,
                     spring: to_space * answer.spring,
                     moment: to_space * answer.rolled,

@@ -1,4 +1,4 @@
-//! Contacts of one rock with the terrain at one instant, and their forces.
+//! Contacts of one rock with what stands still, terrain or the sides of a box, at one instant, and their forces.
 //!
 //! What stands still needs no nodes, no velocities and no forces of its own; all is done along the axes of
 //! space, in which it was prepared once. Signs and law are those of [`super::evaluate`].
@@ -13,6 +13,7 @@ use super::memory::{Heir, Memory, NONE, inherit, inherit_beside};
 use super::pair::{Meeting, Past};
 use crate::ground::Ground;
 use crate::rock::{Motion, Rock};
+use crate::search::cells::Plane;
 use crate::search::terrain::Surroundings;
 use crate::wall::closest::{Feature, on_face};
 use crate::wall::hierarchy::{Candidate, keep_contacts};
@@ -133,6 +134,33 @@ impl Standing {
         }
     }
 
+    /// Find the contacts with `planes` at `now`: what lies beyond one is pushed back, however far.
+    pub fn find_on_planes(&mut self, rock: &Rock, planes: &[Plane], now: &Motion) {
+        self.contacts.clear();
+        let rotation = Turned::new(rock, now);
+        for (sphere, it) in (0..).zip(&rock.spheres) {
+            let centre = rotation.of(&it.centre);
+            let place = now.position + centre;
+            for (number, plane) in (0..).zip(planes) {
+                let distance = plane.offset - plane.normal.dot(&place);
+                if distance < it.radius {
+                    self.contacts.push(Contact {
+                        normal: plane.normal,
+                        distance,
+                        overlap: it.radius - distance,
+                        centre,
+                        radius: it.radius,
+                        sphere,
+                        triangle: number,
+                        share: 1.0,
+                        key: number,
+                        feature: Feature::Face,
+                    });
+                }
+            }
+        }
+    }
+
     /// Make of the candidates from `first` on, all of one sphere, contacts that are continuous over edges and corners.
     fn share_out(&mut self, first: usize, ground: &Ground, position: &Vector3<f64>) {
         // Mostly one triangle, away from its edges.
@@ -187,12 +215,12 @@ impl Standing {
     }
 
     /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the memories after
-    /// it go to [`Standing::memories`].
+    /// it go to [`Standing::memories`]. Without `ground` the contacts are those with planes.
     pub fn forces(
         &mut self,
         rock: &Rock,
         laws: WallLaws,
-        ground: &Ground,
+        ground: Option<&Ground>,
         now: &Motion,
         h: f64,
         before: &[Memory],
@@ -209,10 +237,10 @@ impl Standing {
             self.heirs.clear();
             self.heirs.extend(0..before.len() as u32);
         } else if remembers {
-            let neighbours = |a: u32, b: u32| ground.share_a_node(a, b);
+            let neighbours = |a: u32, b: u32| ground.is_some_and(|ground| ground.share_a_node(a, b));
             let view = |contact| View { contact, way: sums.fastest * h };
             inherit(self.contacts.len(), |i| view(&self.contacts[i]), before, neighbours, &mut self.heirs);
-            if ground.continuous {
+            if ground.is_some_and(|ground| ground.continuous) {
                 inherit_beside(|i| view(&self.contacts[i]), before, &mut self.heirs);
             }
         }
@@ -326,6 +354,6 @@ impl Heir for View<'_> {
     }
     fn turn(&self) -> f64 {
         // Twice the way, for the spin that it does not show; and rounding.
-        2.0 * self.way / self.contact.distance + 1e-9
+        2.0 * self.way / self.contact.distance.abs() + 1e-9
     }
 }

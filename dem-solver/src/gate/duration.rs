@@ -28,7 +28,7 @@ pub fn check(model: &Model) -> Vec<String> {
         ));
     }
     let speed = settings.gravity.norm() * settings.end_time;
-    if model.ground.is_none() && speed > FALLEN {
+    if model.ground.is_none() && settings.sides.is_none() && speed > FALLEN {
         warnings.push(format!(
             "end_time: {} s, in which a free fall gets to {} m/s; were it in milliseconds, it would be end_time = {}",
             short(settings.end_time),
@@ -44,7 +44,7 @@ pub fn check(model: &Model) -> Vec<String> {
         ));
     }
     if let Some(ground) = &model.ground {
-        for at in 0..model.rocks.len() {
+        for at in settings.examples() {
             warnings.extend(flight(model, ground, at));
         }
     }

@@ -27,8 +27,9 @@ const HALVINGS: usize = 40;
 pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
     let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
     let mut warnings = Vec::new();
-    for (at, rock) in model.rocks.iter().enumerate() {
-        let settings = &model.settings;
+    let settings = &model.settings;
+    for at in settings.examples() {
+        let rock = &model.rocks[at];
         let Some(height) = start::height(ground, settings, at) else { continue };
         let mut motion = rock.start(&settings.rocks[at], settings.gravity);
         motion.position = Vector3::zeros();
@@ -65,8 +66,9 @@ pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
             cures => format!("{cures} keeps"),
         };
         warnings.push(format!(
-            "rock.{at}: rock `{}` lands on the terrain with up to {} m/s: its spheres (smallest radius {} m) are expected to overlap by up \
+            "{}: rock `{}` lands on the terrain with up to {} m/s: its spheres (smallest radius {} m) are expected to overlap by up \
              to {} of their radius, above {LIMIT}; {cure} it below",
+            settings.table(at),
             rock.name,
             short(speed),
             short(rock.smallest_radius),
@@ -87,8 +89,9 @@ fn of_whole(model: &Model, at: usize, whole: &Whole, normal: &Normal, energy: f6
         let law = model.ground_rows[at][0] as usize;
         let young = model.settings.contacts[law].young.expect("checked: the law needs it") * times;
         format!(
-            "rock.{at}: rock `{}` lands on the terrain with up to {} J and is expected to go in by up to {} of its radius of {} m, \
+            "{}: rock `{}` lands on the terrain with up to {} J and is expected to go in by up to {} of its radius of {} m, \
              above {LIMIT}; young = {} Pa keeps it below",
+            model.settings.table(at),
             rock.name,
             short(energy),
             short(deepest),

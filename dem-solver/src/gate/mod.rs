@@ -27,9 +27,12 @@ use interface_defs::toolkit::scene::Scene;
 /// What is wrong with gravity and with the units and the spheres of the rocks; else what the user should know of them.
 pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Vec<String>, InputError> {
     let mut warnings = gravity::check(settings.gravity, settings.terrain.is_some(), scene)?;
-    for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate() {
+    for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate().take(settings.named()) {
         warnings.extend(units::of_rock(at, rock, table, scene)?);
         warnings.extend(clusters::check(at, rock, table, scene)?);
+    }
+    for (at, group) in settings.spheres.iter().enumerate() {
+        warnings.extend(units::of_spheres(at, group, scene)?);
     }
     for (number, contact) in settings.contacts.iter().enumerate() {
         warnings.extend(units::of_contact(number, contact, scene)?);
@@ -53,9 +56,12 @@ pub fn of_spheres(settings: &GranularSettings, scene: &Scene) -> Result<Vec<Stri
 /// The same for rocks that start in the terrain, and for how they come down on it.
 pub fn of_model(model: &Model, scene: &Scene) -> Result<Vec<String>, InputError> {
     let mut warnings = duration::check(model);
+    start::in_box(model, scene)?;
     if let Some(ground) = &model.ground {
         for at in 0..model.rocks.len() {
             start::on_terrain(model, ground, at, scene)?;
+        }
+        for at in model.settings.examples() {
             warnings.extend(place::above(model, ground, at));
         }
         warnings.extend(landing::check(model, ground));

@@ -81,7 +81,8 @@ pub fn above(model: &Model, ground: &Ground, at: usize) -> Option<String> {
     let cure = other_heights(z - height, z)
         .unwrap_or("is its height right, and are the heights of the terrain in metres?");
     Some(format!(
-        "rock.{at}.position: rock `{}` starts {} m above the terrain; {cure}",
+        "{}: rock `{}` starts {} m above the terrain; {cure}",
+        model.settings.place_key(at),
         model.rocks[at].name,
         short(height)
     ))

@@ -64,7 +64,7 @@ pub fn check(model: &Model, wall: &Wall) -> Vec<String> {
         Some(ground) => on_terrain(model, ground, &net, at),
         None => in_flight(model, wall, &net, at),
     };
-    (0..model.rocks.len()).filter_map(of_rock).collect()
+    (0..model.settings.named()).filter_map(of_rock).collect()
 }
 
 fn instants(count: u32, end: f64) -> impl Iterator<Item = f64> {

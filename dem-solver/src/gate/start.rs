@@ -4,7 +4,8 @@ use super::units::short;
 use super::{place, reach};
 use crate::contact::Law;
 use crate::ground::Ground;
-use crate::rock::{Motion, Rock};
+use crate::rock::{Motion, Rock, Sphere};
+use crate::search::cells::Plane;
 use crate::search::tree::SphereTree;
 use crate::settings::Settings;
 use crate::solver::Model;
@@ -111,9 +112,8 @@ pub fn on_terrain(model: &Model, ground: &Ground, at: usize, scene: &Scene) -> R
     let table = &settings.rocks[at];
     let down = settings.down();
     let name = &start.rock.name;
-    let refuse = |what: String, cure: String| {
-        Err(scene.invalid(&format!("rock.{at}.position"), what).try_instead(cure))
-    };
+    let refuse =
+        |what: String, cure: String| Err(scene.invalid(&settings.place_key(at), what).try_instead(cure));
     let free = || {
         let by = start.until_free(&-down, |motion| in_terrain(&start, ground, motion, &down));
         freed(table.position, &-down, by)
@@ -159,6 +159,52 @@ pub fn on_terrain(model: &Model, ground: &Ground, at: usize, scene: &Scene) -> R
         ),
         free(),
     )
+}
+
+/// Refuse rocks that start with their surface beyond a side of the box.
+pub fn in_box(model: &Model, scene: &Scene) -> Result<(), InputError> {
+    for at in 0..model.rocks.len() {
+        let start = Start::of(model, at);
+        let Some(row) = model.side_rows.get(at) else { return Ok(()) };
+        let laws: Vec<&Law> =
+            model.laws.iter().flat_map(|laws| row.iter().map(|n| &laws.walls[usize::from(*n)])).collect();
+        let weight = start.rock.mass * model.settings.gravity.norm();
+        for plane in &model.planes {
+            let deepest = beyond(&start, plane, &start.motion);
+            let Some(deepest) = deepest.filter(|d| d.overlap > start.touches(d.sphere, &laws, weight)) else {
+                continue;
+            };
+            let way = -plane.normal;
+            let by = start.until_free(&way, |motion| beyond(&start, plane, motion));
+            let axis = plane.normal.iamax();
+            let side =
+                format!("{}{}", if plane.normal[axis] > 0.0 { "+" } else { "-" }, ["x", "y", "z"][axis]);
+            let what = format!(
+                "rock `{}` starts {} m beyond the side `{side}` of the box (sphere {} of radius {} m)",
+                start.rock.name,
+                short(deepest.overlap),
+                deepest.sphere,
+                short(start.rock.spheres[deepest.sphere as usize].radius)
+            );
+            return Err(scene.invalid(&model.settings.place_key(at), what).try_instead(freed(
+                model.settings.rocks[at].position,
+                &way,
+                by,
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The sphere of a rock that reaches furthest beyond a plane, if any does.
+fn beyond(start: &Start, plane: &Plane, motion: &Motion) -> Option<Deepest> {
+    let overlap = |sphere: &Sphere| {
+        let centre = motion.position + motion.orientation * sphere.centre;
+        sphere.radius + plane.normal.dot(&centre) - plane.offset
+    };
+    let all = (0..).zip(&start.rock.spheres).map(|(sphere, it)| (sphere, overlap(it)));
+    let (sphere, overlap) = all.filter(|(_, overlap)| *overlap > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(Deepest { overlap, sphere, element: 0 })
 }
 
 /// Whether a line along `down` through a point misses the box between two corners, judged across the axis that `down`
@@ -217,7 +263,7 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
         let [x, y, z] = (wall.nodes[a as usize] + model.origin).into();
         return Err(scene
             .invalid(
-                &format!("rock.{at}.position"),
+                &settings.place_key(at),
                 format!(
                     "rock `{}` starts inside the net: its sphere {} of radius {} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) \
                      by {} m",

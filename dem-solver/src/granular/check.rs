@@ -1,12 +1,12 @@
 //! What would be built of a scene of many spheres, with which step and at what cost.
 
-use super::Model;
+use super::GranularSolver;
 use crate::contact::laws::Laws;
-use crate::gate;
 use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings, limits};
 use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use serde::Serialize;
 
@@ -25,15 +25,16 @@ struct Resolved<'a> {
 
 /// Build everything of the scene, and say what it is.
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
-    let (model, start) = Model::new(scene)?;
+    let solver = GranularSolver::new(scene, &Options::default())?;
+    let model = solver.model();
     let (settings, steps) = (&model.settings, &model.steps);
-    let mut warnings = gate::of_spheres(settings, scene)?;
+    let mut warnings = solver.cautions.clone();
     warnings.extend(limits::of_contacts(&settings.contacts));
     warnings.extend(settings.notices.clone());
     let mut report = CheckReport { warnings, ..CheckReport::default() };
     for (number, group) in settings.spheres.iter().enumerate() {
-        let of = |i: &usize| usize::from(start.group[*i]) == number;
-        let mass: f64 = (0..start.mass.len()).filter(of).map(|i| start.mass[i]).sum();
+        let of = |i: &usize| usize::from(model.group[*i]) == number;
+        let mass: f64 = (0..model.mass.len()).filter(of).map(|i| model.mass[i]).sum();
         report.builds.push(format!(
             "`{}`: {} spheres of {} to {} m radius, {mass:.6} kg",
             group.name,
@@ -58,9 +59,9 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         ("critical_step_s", steps.critical),
         ("time_step_s", steps.step),
         ("contact_stiffness_n_per_m", steps.stiffness),
-        ("seconds_per_step", SECONDS_PER_SPHERE * start.mass.len() as f64),
-        ("spheres", start.mass.len() as f64),
-        ("mass_kg", start.mass.iter().sum()),
+        ("seconds_per_step", SECONDS_PER_SPHERE * model.mass.len() as f64),
+        ("spheres", model.mass.len() as f64),
+        ("mass_kg", model.mass.iter().sum()),
     ];
     report.numbers = numbers.map(|(name, value)| (name.to_owned(), value)).into();
     let tables = Resolved {

@@ -5,10 +5,10 @@
 //! share out blocks of spheres; who computes a block does not change a bit of it, and energies are
 //! summed up in the order of the blocks.
 
-use super::cells::{Pair, PairList, Plane};
 use super::state::Held;
 use crate::contact::Law;
 use crate::contact::pair::{Meeting, Past};
+use crate::search::cells::{Pair, PairList, Plane};
 use nalgebra::Vector3;
 
 /// Spheres of a block.

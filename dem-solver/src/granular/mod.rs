@@ -1,7 +1,5 @@
 //! Thousands of separate spheres that meet each other and the walls of a box.
 //!
-//! - [`place`]: where they start
-//! - [`cells`]: which of them may touch
 //! - [`forces`]: what the pairs do, in an order that does not depend on threads
 //! - [`run`]: the steps of a window
 //! - [`state`]: what is committed and what is tried
@@ -9,11 +7,9 @@
 //! - [`fields`](mod@fields), [`check`](mod@check): what is told of it
 
 pub mod cause;
-pub mod cells;
 pub mod check;
 pub mod fields;
 pub mod forces;
-pub mod place;
 pub mod run;
 pub mod state;
 pub mod steps;
@@ -21,9 +17,9 @@ pub mod steps;
 use crate::contact::Law;
 use crate::contact::laws::Laws;
 use crate::gate;
-use crate::settings::spheres::SIDES;
-use crate::settings::{GranularSettings, RollingName, limits};
-use cells::{Pair, Plane};
+use crate::search::cells::{Pair, Plane};
+use crate::settings::placement::Start;
+use crate::settings::{BoxSettings, GranularSettings, RollingName, limits};
 use fields::Fields;
 use interface_defs::message::{Gauge, Hello, Measure, Role, capability};
 use interface_defs::solver::OnProgress;
@@ -32,11 +28,18 @@ use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Fault, Plan, Ready, Solver, Statistics, Window};
 use nalgebra::Vector3;
-use place::Start;
 use rayon::ThreadPool;
 use run::Run;
 use state::State;
 use steps::Steps;
+
+/// Whether there are separate spheres in `scene` and nothing else that they could touch but a box: else each is a rock.
+pub fn are_alone(scene: &Scene) -> bool {
+    let others = ["rock", "terrain", "structure"];
+    let of_other_solver =
+        || matches!(scene.read::<toml::Table>("processes"), Ok(Some(table)) if table.contains_key("fem"));
+    scene.has("spheres") && !others.iter().any(|key| scene.has(key)) && !of_other_solver()
+}
 
 /// What does not change in a run.
 pub struct Model {
@@ -75,19 +78,7 @@ impl Model {
     /// Of a scene, and where its spheres start.
     pub fn new(scene: &Scene) -> Result<(Self, Start), InputError> {
         let settings = GranularSettings::of(scene)?;
-        let mut start = Start::default();
-        for (number, group) in settings.spheres.iter().enumerate() {
-            start.add(number, group).map_err(|room| {
-                let what = format!(
-                    "{} spheres of up to {} m radius: the region has room for {room}",
-                    group.total(),
-                    group.radii()[1]
-                );
-                scene
-                    .invalid(&format!("spheres.{number}.count"), what)
-                    .try_instead("fewer spheres, smaller ones or a larger region")
-            })?;
-        }
+        let start = Start::of(&settings.spheres, scene)?;
         let laws = Laws::new(&settings.contacts).expect("checked: there is a contact");
         let table = law_table(&settings, &laws).map_err(|(a, b)| {
             scene.invalid("contact", format!("no table [[contact]] is for `{a}` and `{b}`")).try_instead(
@@ -112,7 +103,7 @@ impl Model {
             inertia,
             group: start.group.clone(),
             smallest,
-            planes: planes(&settings),
+            planes: settings.walls.iter().flat_map(BoxSettings::planes).map(Plane::from).collect(),
             laws: all,
             table,
             rolls,
@@ -155,19 +146,6 @@ impl Model {
             }
         }
     }
-}
-
-fn planes(settings: &GranularSettings) -> Vec<Plane> {
-    let Some(walls) = &settings.walls else { return Vec::new() };
-    let plane = |(number, side): (usize, &&str)| {
-        let axis = number / 2;
-        let upper = number % 2 == 1;
-        let mut normal = Vector3::zeros();
-        normal[axis] = if upper { 1.0 } else { -1.0 };
-        let offset = if upper { walls.highest[axis] } else { -walls.lowest[axis] };
-        (!walls.open.iter().any(|open| open == side)).then_some(Plane { normal, offset })
-    };
-    SIDES.iter().enumerate().filter_map(plane).collect()
 }
 
 /// Law numbers of all pairs of groups and of groups with walls. Errs with the pair that has none.

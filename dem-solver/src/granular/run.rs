@@ -2,9 +2,9 @@
 
 use super::Model;
 use super::cause;
-use super::cells::{Pair, PairList};
 use super::forces::{BLOCK, Push, Scene, Seen, Sums};
 use super::state::{Held, State};
+use crate::search::cells::{Pair, PairList};
 use interface_defs::{Fault, Window};
 use nalgebra::Vector3;
 

@@ -1,7 +1,7 @@
 //! What a window of many spheres starts from and ends with, all at one instant. One array for each
 //! quantity; a sphere's number is its place.
 
-use super::place::Start;
+use crate::settings::placement::Start;
 use nalgebra::Vector3;
 
 /// What a pair that touches remembers.

@@ -8,14 +8,13 @@
 //!
 //! With damping ratio z the limit shrinks by `sqrt(1 + 4 z^2) - 2 z` ([`crate::critical`]).
 
-use super::place::Start;
 use crate::contact::Law;
 use crate::contact::rolling::STIFFNESS;
 use crate::critical::{DEEP, critical};
+use crate::settings::placement::Start;
 use crate::settings::{DemSettings, GranularSettings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
-use nalgebra::Vector3;
 
 /// Most spheres that touch one of equal size.
 const NEIGHBOURS: f64 = 12.0;
@@ -97,13 +96,7 @@ fn height(settings: &GranularSettings, start: &Start) -> f64 {
     let free = 0.5 * settings.gravity.norm() * settings.end_time * settings.end_time;
     let fastest = start.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
     let fall = free + fastest * settings.end_time;
-    match &settings.walls {
-        Some(walls) if walls.open.is_empty() => {
-            let size = Vector3::from(walls.highest) - Vector3::from(walls.lowest);
-            fall.min(size.component_mul(&down).abs().sum())
-        }
-        _ => fall,
-    }
+    settings.walls.as_ref().map_or(fall, |walls| fall.min(walls.height(&down)))
 }
 
 /// Overlap at which `law` carries `force` [N] at effective radius `radius`.

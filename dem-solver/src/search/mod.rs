@@ -12,6 +12,7 @@
 //! so that no result depends on when a list was made.
 
 pub mod boxes;
+pub mod cells;
 pub mod course;
 pub mod near;
 pub mod pairs;

@@ -3,6 +3,7 @@
 //! A pair is listed while its surfaces are closer than a skin. The list is good until the second rock,
 //! seen from the first, has moved by the skin: by the way of its centre and by its turn.
 
+use super::cells::PairList;
 use super::tree::SphereTree;
 use crate::rock::{Motion, Rock};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -60,7 +61,7 @@ impl RockPairs {
         };
         let few = surface(a).min(surface(b));
         Self {
-            pairs: Vec::with_capacity(16 * few + 64),
+            pairs: Vec::with_capacity((16 * few + 64).min(a.spheres.len() * b.spheres.len())),
             made: None,
             skin: SKIN * a.smallest_radius.min(b.smallest_radius),
             found: Vec::with_capacity(b.spheres.len()),
@@ -112,6 +113,58 @@ impl RockPairs {
             });
         }
         self.pairs.sort_unstable();
+    }
+}
+
+/// Skin of the list of [`NearRocks`], as a share of the smallest reach.
+const WIDE: f64 = 1.0;
+
+/// Which of many rocks may touch: those whose bounding spheres are closer than a skin, found on a grid. The list is good until
+/// some rock has moved by half of the skin.
+#[derive(Debug, Clone, Default)]
+pub struct NearRocks {
+    list: PairList,
+    position: Vec<Vector3<f64>>,
+    reach: Vec<f64>,
+    skin: f64,
+}
+
+impl NearRocks {
+    /// Of rocks that reach so far from their centres of mass [m].
+    pub fn new(reach: Vec<f64>) -> Self {
+        let skin = WIDE * reach.iter().copied().fold(f64::INFINITY, f64::min);
+        Self { position: Vec::with_capacity(reach.len()), reach, skin, ..Self::default() }
+    }
+
+    /// Make the list good for rocks at `position` [m]; true if it is another one now.
+    pub fn update(&mut self, position: impl Iterator<Item = Vector3<f64>>) -> bool {
+        self.position.clear();
+        self.position.extend(position);
+        let near = |(x, before): (&Vector3<f64>, &Vector3<f64>)| {
+            (x - before).norm() <= 0.5 * self.skin * (1.0 - ROUNDING)
+        };
+        let known = self.list.reference.len() == self.position.len();
+        if known && self.position.iter().zip(&self.list.reference).all(near) {
+            return false;
+        }
+        let pair = |_, second| crate::search::cells::Pair { second, law: 0, radius: 0.0, root_mass: 0.0 };
+        self.list.build(&self.position, &self.reach, &[], self.skin, pair);
+        true
+    }
+
+    /// The pairs, the smaller number first, by the second, then by the first.
+    pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        // The pairs themselves stand by their first: for each the end of those with it.
+        let first = |pair: u32| self.list.start.partition_point(|start| *start <= pair) - 1;
+        (0..self.reach.len()).flat_map(move |second| {
+            let back = self.list.back_start[second] as usize..self.list.back_start[second + 1] as usize;
+            self.list.back[back].iter().map(move |pair| [first(*pair), second])
+        })
+    }
+
+    /// Times that the list was made.
+    pub fn searches(&self) -> u64 {
+        self.list.searches
     }
 }
 

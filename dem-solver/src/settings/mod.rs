@@ -1,11 +1,13 @@
-//! The tables of a scene that belong to this solver: `[[rock]]`, `[[contact]]`, `[terrain]`, `[dem]`; or
-//! `[[spheres]]`, `[box]`, `[[contact]]`, `[dem]`.
+//! The tables of a scene that belong to this solver: `[[rock]]`, `[[spheres]]`, `[[contact]]`, `[terrain]`, `[box]`, `[dem]`.
+//!
+//! Spheres without rocks, terrain and structure are computed by [`crate::granular`]; beside them each is a rock of its own.
 //!
 //! Every struct here is what the user writes: names, units and defaults stand at its fields.
 
 pub mod contact;
 pub mod dem;
 pub mod limits;
+pub mod placement;
 pub mod rock;
 pub mod spheres;
 pub mod terrain;
@@ -24,8 +26,14 @@ use nalgebra::Vector3;
 /// All that this solver takes from a scene, checked, with defaults filled in.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// `[[rock]]`, at least one.
+    /// `[[rock]]`, and after them a rock for each sphere of `[[spheres]]`.
     pub rocks: Vec<RockSettings>,
+    /// `[[spheres]]`.
+    pub spheres: Vec<SpheresSettings>,
+    /// For each rock that is a sphere of `[[spheres]]` the number of that table.
+    pub group: Vec<u16>,
+    /// `[box]`.
+    pub sides: Option<BoxSettings>,
     /// `[[contact]]`, at most one for each pair of materials and one for all others.
     pub contacts: Vec<ContactSettings>,
     /// `[terrain]`.
@@ -48,39 +56,29 @@ impl Settings {
     /// Read and check them.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
         let mut rocks: Vec<RockSettings> = scene.read("rock")?.unwrap_or_default();
-        if scene.has("spheres") {
-            return Err(scene
-                .invalid(
-                    "spheres",
-                    "[[spheres]] beside [[rock]]: there is no contact between separate spheres and rocks in this version",
-                )
-                .try_instead("keep one of the two"));
-        }
-        if scene.has("box") {
-            return Err(unused(
-                scene,
-                "box",
-                "only separate spheres touch its sides, and the scene has no [[spheres]]",
-            ));
-        }
-        if rocks.is_empty() {
+        if rocks.is_empty() && !scene.has("spheres") {
             return Err(scene
                 .invalid("rock", "the scene has no rock")
                 .try_instead("add a table [[rock]] with position, mass and shape"));
         }
         rock::complete(&mut rocks, scene)?;
-        if scene.has("box") {
-            return Err(scene
-                .invalid("box", "[box] beside [[rock]]: in this version a box holds [[spheres]] only, rocks do not touch it")
-                .try_instead("leave it out, or model its sides as [terrain] or [structure]"));
+        let sides: Option<BoxSettings> = scene.read("box")?;
+        if let Some(sides) = &sides {
+            sides.check(scene)?;
         }
+        let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
+        spheres::complete(&mut groups, sides.as_ref(), scene)?;
+        let group = spheres::as_rocks(&groups, &mut rocks, scene)?;
         let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
         let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         let scale = dem.rename_scale(scene)?;
         dem.check(scene)?;
         if dem.threads.is_some() {
             return Err(scene
-                .invalid("dem.threads", "`threads` beside [[rock]]: they share the work of [[spheres]] only")
+                .invalid(
+                    "dem.threads",
+                    "`threads` beside [[rock]], [terrain] or [structure]: they share the work of [[spheres]] alone",
+                )
                 .try_instead("leave it out"));
         }
         let notes = [
@@ -92,10 +90,14 @@ impl Settings {
         if let Some(terrain) = &terrain {
             terrain.check(scene)?;
         }
-        contact::check_all(&contacts, &materials(&rocks, terrain.as_ref()), scene)?;
+        let known = materials(&rocks, terrain.as_ref(), sides.as_ref());
+        contact::check_all(&contacts, &known, scene)?;
         let output = Output::of(scene)?;
         Ok(Self {
             rocks,
+            spheres: groups,
+            group,
+            sides,
             contacts,
             terrain,
             dem,
@@ -105,6 +107,48 @@ impl Settings {
             fields: output.fields,
             notices: notes.into_iter().flatten().collect(),
         })
+    }
+
+    /// Number of rocks with a table `[[rock]]`; those that come after are spheres.
+    pub fn named(&self) -> usize {
+        self.rocks.len() - self.group.len()
+    }
+
+    /// The table of the scene that rock number `at` comes from: `rock.2`, `spheres.0`.
+    pub fn table(&self, at: usize) -> String {
+        match at.checked_sub(self.named()) {
+            None => format!("rock.{at}"),
+            Some(sphere) => format!("spheres.{}", self.group[sphere]),
+        }
+    }
+
+    /// The key that says where rock number `at` starts.
+    pub fn place_key(&self, at: usize) -> String {
+        let table = self.table(at);
+        match at.checked_sub(self.named()).map(|sphere| &self.spheres[usize::from(self.group[sphere])]) {
+            None => format!("{table}.position"),
+            Some(group) if group.file.is_some() => format!("{table}.file"),
+            Some(_) => format!("{table}.lowest"),
+        }
+    }
+
+    /// The rocks of `[[rock]]`, and of each table `[[spheres]]` the smallest and the largest one: what holds for these holds for
+    /// all of the table.
+    pub fn examples(&self) -> Vec<usize> {
+        let named = self.named();
+        let mut all: Vec<usize> = (0..named).collect();
+        for number in 0..self.spheres.len() {
+            let of = (0..self.group.len()).filter(|k| usize::from(self.group[*k]) == number);
+            let radius = |k: &usize| match self.rocks[named + k].shape {
+                Shape::Sphere { radius } => radius,
+                _ => 0.0,
+            };
+            let smallest = of.clone().min_by(|a, b| radius(a).total_cmp(&radius(b)));
+            let largest = of.max_by(|a, b| radius(a).total_cmp(&radius(b)));
+            all.extend(smallest.map(|k| named + k));
+            all.extend(largest.filter(|_| largest != smallest).map(|k| named + k));
+        }
+        all
     }
 
     /// Direction of gravity; without gravity: -z.
@@ -137,15 +181,6 @@ pub struct GranularSettings {
 impl GranularSettings {
     /// Read and check them.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
-        if scene.has("rock") || scene.has("structure") {
-            let key = if scene.has("rock") { "rock" } else { "structure" };
-            return Err(scene
-                .invalid(
-                    key,
-                    format!("[[spheres]] beside `{key}`: separate spheres have contact with each other and a [box] only"),
-                )
-                .try_instead("keep one of the two"));
-        }
         refuse_of_rocks(scene)?;
         let walls: Option<BoxSettings> = scene.read("box")?;
         if let Some(walls) = &walls {
@@ -180,11 +215,6 @@ impl GranularSettings {
     }
 }
 
-/// A table that nothing will use.
-fn unused(scene: &Scene, key: &str, why: &str) -> InputError {
-    scene.invalid(key, format!("nothing will use [{key}]: {why}")).try_instead(format!("leave [{key}] out"))
-}
-
 /// Keys of `[[contact]]` that rocks alone have.
 pub const OF_ROCKS_IN_CONTACT: [&str; 2] = ["effective_mass", "hierarchy"];
 
@@ -193,11 +223,6 @@ pub const OF_ROCKS_IN_DEM: [&str; 2] = ["contact_selection", "rotation"];
 
 /// Refuse beside `[[spheres]]` what rocks alone have.
 fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
-    if scene.has("terrain") {
-        return Err(scene
-            .invalid("terrain", "[terrain] beside [[spheres]]: in this version separate spheres touch each other and a [box] only")
-            .try_instead("leave it out, or use [[rock]]"));
-    }
     let contacts: Vec<toml::Table> = scene.read("contact")?.unwrap_or_default();
     let dem: toml::Table = scene.read("dem")?.unwrap_or_default();
     let of_rocks = |table: &toml::Table| table.get("law").and_then(|law| law.as_str()) == Some("hertz_rock");
@@ -226,14 +251,19 @@ fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
 /// Material of the structure's surface.
 pub const STRUCTURE: &str = "structure";
 
-/// Names of all materials of the scene, each once: those of the rocks, the structure's, the terrain's.
-fn materials(rocks: &[RockSettings], terrain: Option<&TerrainSettings>) -> Vec<String> {
+/// Names of all materials of the scene, each once: those of the rocks, the structure's, the terrain's, the box's.
+fn materials(
+    rocks: &[RockSettings],
+    terrain: Option<&TerrainSettings>,
+    sides: Option<&BoxSettings>,
+) -> Vec<String> {
     let of_rocks = rocks.iter().map(|r| r.material.as_str());
     let of_terrain = terrain.into_iter().flat_map(|t| {
         [t.material.as_str()].into_iter().chain(t.zone.iter().map(|zone| zone.material.as_str()))
     });
     let mut names: Vec<String> = Vec::new();
-    for name in of_rocks.chain([STRUCTURE]).chain(of_terrain) {
+    let of_box = sides.map(|sides| sides.material.as_str());
+    for name in of_rocks.chain([STRUCTURE]).chain(of_terrain).chain(of_box) {
         if !names.iter().any(|n| n == name) {
             names.push(name.into());
         }

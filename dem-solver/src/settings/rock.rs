@@ -85,6 +85,30 @@ pub enum Method {
     Medial,
 }
 
+impl RockSettings {
+    /// A sphere of `radius` [m] and `density` [kg/m3] that starts with this position [m] and velocity [m/s].
+    pub fn sphere(
+        name: String,
+        material: String,
+        radius: f64,
+        density: f64,
+        [position, velocity]: [[f64; 3]; 2],
+    ) -> Self {
+        Self {
+            name,
+            material,
+            position,
+            velocity,
+            orientation: no_turn(),
+            angular_velocity: [0.0; 3],
+            mass: None,
+            density: Some(density),
+            shape: Shape::Sphere { radius },
+            cluster: None,
+        }
+    }
+}
+
 impl Cluster {
     /// So many spheres.
     pub fn of(spheres: u32) -> Self {

@@ -1,10 +1,13 @@
-//! `[[spheres]]` and `[box]`: many separate spheres, and the walls around them.
+//! `[[spheres]]` and `[box]`: many separate spheres, and the sides around them and around rocks.
 
+use super::RockSettings;
 use crate::cluster::files;
 use crate::rock::Sphere;
+use crate::settings::placement::Start;
 use crate::shape::file::read_bytes;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -12,7 +15,7 @@ use std::path::PathBuf;
 /// Most spheres of a scene.
 pub const MOST: usize = 10_000_000;
 
-/// Separate spheres that differ in radius and place, instead of rocks.
+/// Separate spheres that differ in radius and place. Beside rocks, terrain or a structure each of them is a rock of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpheresSettings {
@@ -54,7 +57,7 @@ pub struct SpheresSettings {
     pub seed: u64,
 }
 
-/// Six fixed planes, inside of which the separate spheres are.
+/// Six fixed planes, inside of which rocks and separate spheres are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxSettings {
@@ -101,6 +104,28 @@ impl BoxSettings {
         sides.filter(closed).find(|(_, by)| *by > RESTING * sphere.radius)
     }
 
+    /// The planes of the sides that are closed: unit normal out of the box, and distance from the origin along it [m].
+    pub fn planes(&self) -> Vec<(Vector3<f64>, f64)> {
+        let plane = |(number, side): (usize, &&str)| {
+            let axis = number / 2;
+            let upper = number % 2 == 1;
+            let mut normal = Vector3::zeros();
+            normal[axis] = if upper { 1.0 } else { -1.0 };
+            let offset = if upper { self.highest[axis] } else { -self.lowest[axis] };
+            (!self.open.iter().any(|open| open == side)).then_some((normal, offset))
+        };
+        SIDES.iter().enumerate().filter_map(plane).collect()
+    }
+
+    /// Furthest that anything can fall along `down` (a unit vector) inside the box [m]; infinite where a side is open.
+    pub fn height(&self, down: &Vector3<f64>) -> f64 {
+        if !self.open.is_empty() {
+            return f64::INFINITY;
+        }
+        let size = Vector3::from(self.highest) - Vector3::from(self.lowest);
+        size.component_mul(down).abs().sum()
+    }
+
     /// Refuse what makes no sense.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
         if let Some(axis) = (0..3).find(|a| self.highest[*a] <= self.lowest[*a]) {
@@ -132,6 +157,39 @@ impl SpheresSettings {
         };
         self.radius.unwrap_or_else(read)
     }
+}
+
+/// Add a rock for each sphere of the `groups` to `rocks`; for each the number of its table.
+pub(super) fn as_rocks(
+    groups: &[SpheresSettings],
+    rocks: &mut Vec<RockSettings>,
+    scene: &Scene,
+) -> Result<Vec<u16>, InputError> {
+    for (number, group) in groups.iter().enumerate() {
+        let known =
+            rocks.iter().map(|rock| &rock.name).chain(groups[..number].iter().map(|other| &other.name));
+        if known.into_iter().any(|name| *name == group.name) {
+            let what = format!("`{}` is the name of a rock or of other spheres", group.name);
+            return Err(scene
+                .invalid(&format!("spheres.{number}.name"), what)
+                .try_instead("give each a name of its own"));
+        }
+    }
+    let start = Start::of(groups, scene)?;
+    let mut before = vec![0_usize; groups.len()];
+    for k in 0..start.radius.len() {
+        let group = &groups[usize::from(start.group[k])];
+        let number = &mut before[usize::from(start.group[k])];
+        *number += 1;
+        rocks.push(RockSettings::sphere(
+            format!("{}_{number}", group.name),
+            group.material.clone(),
+            start.radius[k],
+            group.density,
+            [start.position[k].into(), start.velocity[k].into()],
+        ));
+    }
+    Ok(start.group)
 }
 
 /// Fill in names and regions, read files; refuse what makes no sense.

@@ -44,6 +44,9 @@ impl Fields {
         for (number, rock) in model.rocks.iter().enumerate() {
             fields.radius.extend(rock.spheres.iter().map(|s| s.radius));
             fields.rock.extend(rock.spheres.iter().map(|_| number as f64));
+            if number >= model.settings.named() {
+                continue;
+            }
             let (nodes, triangles) = rock.solid.surface();
             fields.triangles.extend(triangles.iter().map(|t| t.map(|n| n + points)));
             points += nodes.len() as u32;
@@ -87,7 +90,7 @@ impl Fields {
 
     fn write(&mut self, model: &Model, state: &State) -> io::Result<()> {
         let (mut centres, mut velocities, mut corners) = (Vec::new(), Vec::new(), Vec::new());
-        for (rock, body) in model.rocks.iter().zip(&state.bodies) {
+        for (number, (rock, body)) in model.rocks.iter().zip(&state.bodies).enumerate() {
             let motion = &body.motion;
             let spin = rock.spin(motion);
             let place = motion.position + model.origin;
@@ -95,6 +98,9 @@ impl Fields {
                 let arm = motion.orientation * sphere.centre;
                 centres.extend_from_slice((place + arm).as_slice());
                 velocities.extend_from_slice((motion.velocity + spin.cross(&arm)).as_slice());
+            }
+            if number >= model.settings.named() {
+                continue;
             }
             for corner in rock.solid.surface().0 {
                 corners.extend_from_slice((place + motion.orientation * corner).as_slice());

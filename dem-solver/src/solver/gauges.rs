@@ -2,7 +2,6 @@
 
 use super::Model;
 use super::state::State;
-use crate::rock::Rock;
 use crate::settings::{RockSettings, Settings};
 use interface_defs::message::{Gauge, Role};
 use nalgebra::Vector3;
@@ -13,6 +12,8 @@ const PER_ROCK: usize = 14;
 const TOGETHER: usize = 6;
 /// Place of the stored energy among those.
 const STORED: usize = 2;
+/// Numbers of each table of separate spheres: the speed of the fastest, the centre of mass of all.
+const PER_GROUP: usize = 4;
 
 /// When the gauges are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,19 +45,20 @@ impl Gauges {
             origins: settings.rocks.iter().map(start).collect(),
             down: settings.down(),
             springs: 0.0,
-            values: Vec::with_capacity(PER_ROCK * settings.rocks.len() + TOGETHER),
+            values: Vec::with_capacity(Self::count(settings)),
         }
     }
 
     /// Their number.
-    pub fn count(rocks: &[Rock]) -> usize {
-        PER_ROCK * rocks.len() + TOGETHER
+    pub fn count(settings: &Settings) -> usize {
+        PER_ROCK * settings.named() + TOGETHER + PER_GROUP * settings.spheres.len()
     }
 
     /// Their names, in order.
-    pub fn declared(rocks: &[Rock]) -> Vec<Gauge> {
-        let mut gauges = Vec::with_capacity(Self::count(rocks));
-        for rock in rocks {
+    pub fn declared(model: &Model) -> Vec<Gauge> {
+        let settings = &model.settings;
+        let mut gauges = Vec::with_capacity(Self::count(settings));
+        for rock in model.rocks.iter().take(settings.named()) {
             for (name, unit) in [
                 ("x", "m"),
                 ("y", "m"),
@@ -86,13 +88,17 @@ impl Gauges {
             gauges.push(Gauge { role, ..Gauge::new(name, "J") });
         }
         gauges.push(Gauge::new("contacts", "1"));
+        for group in &settings.spheres {
+            gauges.push(Gauge::new(format!("{}_fastest", group.name), "m/s"));
+            let centre = ["x", "y", "z"].map(|axis| format!("{}_centre_of_mass_{axis}", group.name));
+            gauges.extend(centre.map(|name| Gauge::new(name, "m")));
+        }
         gauges
     }
 
     /// A window begins: smallest and largest are still open.
-    pub fn begin(&mut self, state: &State, output: &mut [f64]) {
+    pub fn begin(&mut self, output: &mut [f64]) {
         self.springs = 0.0;
-        debug_assert_eq!(output.len() / 3, PER_ROCK * state.bodies.len() + TOGETHER);
         for gauge in output.chunks_exact_mut(3) {
             (gauge[1], gauge[2]) = (f64::INFINITY, f64::NEG_INFINITY);
         }
@@ -111,7 +117,7 @@ impl Gauges {
     pub fn take(&mut self, model: &Model, state: &State, moment: Moment, output: &mut [f64]) {
         self.read(model, state);
         if moment == Moment::Step {
-            self.values[PER_ROCK * model.rocks.len() + STORED] = self.springs;
+            self.values[PER_ROCK * model.settings.named() + STORED] = self.springs;
         }
         for (gauge, &value) in output.chunks_exact_mut(3).zip(&self.values) {
             gauge[0] = value;
@@ -131,14 +137,17 @@ impl Gauges {
     fn read(&mut self, model: &Model, state: &State) {
         self.values.clear();
         let (mut kinetic, mut potential, mut stored, mut contacts) = (0.0, 0.0, 0.0, 0);
-        for ((rock, body), origin) in model.rocks.iter().zip(&state.bodies).zip(&self.origins) {
-            let motion = &body.motion;
-            self.values.extend_from_slice((motion.position + self.origin).as_slice());
-            self.values.extend_from_slice(motion.velocity.as_slice());
-            self.values.push(-rock.depth(motion, &self.down) - self.origin.dot(&self.down));
-            self.values.extend_from_slice(rock.spin(motion).as_slice());
-            let turned = rock.shape_orientation(motion);
-            self.values.extend([turned.w, turned.i, turned.j, turned.k]);
+        let named = model.settings.named();
+        for (number, (rock, body)) in model.rocks.iter().zip(&state.bodies).enumerate() {
+            let (motion, origin) = (&body.motion, &self.origins[number]);
+            if number < named {
+                self.values.extend_from_slice((motion.position + self.origin).as_slice());
+                self.values.extend_from_slice(motion.velocity.as_slice());
+                self.values.push(-rock.depth(motion, &self.down) - self.origin.dot(&self.down));
+                self.values.extend_from_slice(rock.spin(motion).as_slice());
+                let turned = rock.shape_orientation(motion);
+                self.values.extend([turned.w, turned.i, turned.j, turned.k]);
+            }
             kinetic += rock.kinetic_energy(motion);
             potential -= rock.mass * model.settings.gravity.dot(&(motion.position - origin));
             stored += body.elastic + body.sheared;
@@ -148,5 +157,22 @@ impl Gauges {
         stored += met.elastic + met.sheared;
         contacts += met.contacts;
         self.values.extend([kinetic, potential, stored, state.dissipated, state.received, contacts as f64]);
+        for number in 0..model.settings.spheres.len() {
+            self.read_group(model, state, number);
+        }
+    }
+
+    /// The numbers of table number `number` of separate spheres.
+    fn read_group(&mut self, model: &Model, state: &State, number: usize) {
+        let named = model.settings.named();
+        let (mut fastest, mut mass, mut centre) = (0.0_f64, 0.0, Vector3::zeros());
+        for (k, _) in model.settings.group.iter().enumerate().filter(|(_, g)| usize::from(**g) == number) {
+            let (rock, motion) = (&model.rocks[named + k], &state.bodies[named + k].motion);
+            fastest = fastest.max(motion.velocity.norm());
+            mass += rock.mass;
+            centre += motion.position * rock.mass;
+        }
+        self.values.push(fastest);
+        self.values.extend_from_slice((centre / mass + self.origin).as_slice());
     }
 }

@@ -1,8 +1,9 @@
-//! How far another rock, or the ground, may throw a rock off its flight within a window: what a flight alone does not
+//! How far another rock, the terrain or a box may throw a rock off its flight within a window: what a flight alone does not
 //! reach of the wall may then be reached all the same.
 
 use super::Model;
 use super::meetings::Meetings;
+use super::sides::is_near;
 use super::state::State;
 
 /// Bounds for all rocks, by their numbers; buffers that are used again and again.
@@ -25,7 +26,8 @@ impl Kicks {
             buffer.clear();
             buffer.resize(model.rocks.len(), 0.0);
         }
-        if meetings.is_empty() && model.ground.is_none() {
+        let stands = model.ground.is_some() || !model.planes.is_empty();
+        if meetings.is_empty() && !stands {
             return;
         }
         // Speed of a rock's surface past its centre, and way of its surface by an impulse of 1 N s.
@@ -56,11 +58,12 @@ impl Kicks {
                 ways[a] += impulse * yields(a);
                 ways[b] += impulse * yields(b);
             }
-            for (r, way) in ways.iter_mut().enumerate().filter(|_| model.ground.is_some()) {
+            for (r, way) in ways.iter_mut().enumerate().filter(|_| stands) {
                 let motion = &state.bodies[r].motion;
                 let speed = motion.velocity.norm() + pull;
                 let reach = model.trees[r].reach + speed * length + earlier[r];
-                if model.ground.as_ref().is_some_and(|g| g.is_near(&motion.position, reach)) {
+                let on_terrain = || model.ground.as_ref().is_some_and(|g| g.is_near(&motion.position, reach));
+                if on_terrain() || is_near(model, r, motion, reach - model.trees[r].reach) {
                     now += 1;
                     *way += 2.0 * model.rocks[r].mass * (speed + surface(r)) * yields(r);
                 }

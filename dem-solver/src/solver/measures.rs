@@ -207,7 +207,7 @@ fn impact(rock: &Rock, settings: &Settings, passage: &Passage, ago: f64) -> Impa
 
 /// Measures of the committed state, and warnings: a reason for each that is absent.
 pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, warnings: &mut Vec<String>) {
-    for (number, rock) in model.rocks.iter().enumerate() {
+    for (number, rock) in model.rocks.iter().enumerate().take(model.settings.named()) {
         let (body, prefix) = (&state.bodies[number], prefix(model, number));
         let mut tell = Tell { prefix: &prefix, rock: &rock.name, out, warnings };
         if net {
@@ -223,6 +223,7 @@ pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, 
                 Against::Terrain if model.wholes[number].is_some() => "raise contact.young",
                 Against::Terrain => "raise contact.young or cluster.smallest_radius",
                 Against::Rocks => "of the smaller sphere; raise contact.young",
+                Against::Sides => "raise contact.young",
             };
             tell.warnings.push(format!(
                 "rock `{}`: overlap of {depth:.2} radii with {} at {time:.4} s, beyond {DEEP} the contact law does not \
@@ -232,11 +233,38 @@ pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, 
             ));
         }
     }
+    for (number, group) in model.settings.spheres.iter().enumerate() {
+        of_group(model, state, number, &group.name, out, warnings);
+    }
     // The same of all rocks together, under the name that it had.
     let of_rocks = state.bodies.iter().map(|body| body.deepest.of(Against::Rocks));
     if let Some((depth, time)) = of_rocks.filter(|d| d.0 > 0.0).reduce(|a, b| if b.0 > a.0 { b } else { a }) {
         let name = "max_penetration_of_rocks".into();
         out.push(Measure { name, value: depth, unit: "1".into(), time: Some(time) });
+    }
+}
+
+/// The deepest overlap of any sphere of table number `number`, which is named `name`.
+fn of_group(
+    model: &Model,
+    state: &State,
+    number: usize,
+    name: &str,
+    out: &mut Vec<Measure>,
+    warnings: &mut Vec<String>,
+) {
+    let (named, group) = (model.settings.named(), &model.settings.group);
+    let own = state.bodies[named..].iter().zip(group).filter(|(_, g)| usize::from(**g) == number);
+    let all = own.flat_map(|(body, _)| body.deepest.each());
+    let Some((partner, depth, time)) = all.reduce(|a, b| if b.1 > a.1 { b } else { a }) else { return };
+    let measure = format!("{name}_max_penetration");
+    out.push(Measure { name: measure, value: depth, unit: "1".into(), time: Some(time) });
+    if depth > DEEP {
+        warnings.push(format!(
+            "spheres `{name}`: overlap of {depth:.2} radii with {} at {time:.4} s, beyond {DEEP} the contact law does not \
+             hold: raise contact.young",
+            partner.words()
+        ));
     }
 }
 

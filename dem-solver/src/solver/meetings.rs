@@ -1,14 +1,16 @@
-//! Rocks that meet each other: the pairs of them, their contacts in a step, and free time between.
+//! Contacts of rocks with each other: the pairs of them, their contacts in a step, and free time between.
 //!
-//! Every two rocks make a pair, the one with the smaller number first; pairs are gone through in
-//! ascending order. What is kept here between windows is a list of candidates, which no result shows.
+//! Of two rocks the one with the smaller number is the first; pairs are gone through by the second, then by the first. Of few
+//! rocks every two make a pair, of many those that are near. What is kept here between windows are lists of candidates, which no
+//! result shows.
 
 use super::cause::Case;
+use super::rows::Between;
 use super::state::{Against, Encounters, State};
 use super::{Model, name_of};
 use crate::contact::rocks::{Evaluation, Held, Sums, Two};
 use crate::rock::{Motion, Rock};
-use crate::search::rocks::{Pose, RockPairs, free_time};
+use crate::search::rocks::{NearRocks, Pose, RockPairs, free_time};
 use interface_defs::Fault;
 use nalgebra::Vector3;
 
@@ -20,6 +22,12 @@ const DEEPEST: f64 = 1.0;
 
 /// Overlap of two rocks at the start, in radii of the smaller sphere, that is refused.
 pub const DEEPEST_AT_START: f64 = 0.5;
+
+/// Most rocks of which every two are looked at.
+const FEW: usize = 16;
+
+/// Contacts of a rock with others for which room is made, of many rocks.
+const NEIGHBOURS: usize = 8;
 
 /// What a rock feels of all others in the middle of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -43,10 +51,16 @@ struct Pair {
     near: RockPairs,
 }
 
-/// All pairs of rocks; none without a law between rocks.
+/// The pairs of rocks; none without a law between rocks.
 #[derive(Debug, Clone, Default)]
 pub struct Meetings {
     pairs: Vec<Pair>,
+    /// Number of rocks that have a law between them.
+    rocks: usize,
+    /// Which pairs are looked at, of many rocks.
+    near: Option<NearRocks>,
+    /// Searches of pairs that are no more near.
+    ended: u64,
     evaluation: Evaluation,
     after: Vec<Held>,
     /// What each rock feels, by its number.
@@ -56,24 +70,42 @@ pub struct Meetings {
 impl Meetings {
     /// For the rocks of a model.
     pub fn new(model: &Model) -> Self {
-        let mut pairs = Vec::new();
-        if let Some(rows) = &model.rock_rows {
-            for (b, row) in rows.iter().enumerate() {
-                for (a, law) in row.iter().enumerate().take(b) {
-                    let near = RockPairs::new(&model.rocks[a], &model.rocks[b]);
-                    pairs.push(Pair { rocks: [a, b], law: *law as usize, near });
-                }
-            }
-        }
-        let most = pairs.iter().map(|p| p.near.pairs.capacity()).max().unwrap_or(0);
-        let mut evaluation = Evaluation::default();
-        evaluation.reserve(most);
         let felt = vec![Felt::default(); model.rocks.len()];
-        Self { after: Vec::with_capacity(Self::room(&pairs)), pairs, evaluation, felt }
+        let Some(between) = &model.between else { return Self { felt, ..Self::default() } };
+        let rocks = model.rocks.len();
+        let mut it = Self { rocks, felt, ..Self::default() };
+        if rocks > FEW {
+            it.near = Some(NearRocks::new(model.trees.iter().map(|tree| tree.reach).collect()));
+            it.after.reserve(NEIGHBOURS * rocks);
+        } else {
+            it.pairs = every_two(rocks).map(|rocks| Pair::new(model, between, rocks)).collect();
+            it.after.reserve(Self::room(&it.pairs));
+        }
+        let most = it.pairs.iter().map(|p| p.near.pairs.capacity()).max().unwrap_or(0);
+        it.evaluation.reserve(most);
+        it
+    }
+
+    /// Of many rocks, look for those that are near each other at `position` [m].
+    fn update(&mut self, model: &Model, position: impl Iterator<Item = Vector3<f64>>) {
+        let (Some(near), Some(between)) = (&mut self.near, &model.between) else { return };
+        if !near.update(position) {
+            return;
+        }
+        let order = |[a, b]: [usize; 2]| [b, a];
+        let mut old = std::mem::take(&mut self.pairs).into_iter().peekable();
+        for rocks in near.pairs() {
+            while let Some(ended) = old.next_if(|pair| order(pair.rocks) < order(rocks)) {
+                self.ended += ended.near.searches;
+            }
+            let known = old.next_if(|pair| pair.rocks == rocks);
+            self.pairs.push(known.unwrap_or_else(|| Pair::new(model, between, rocks)));
+        }
+        self.ended += old.map(|ended| ended.near.searches).sum::<u64>();
     }
 
     fn room(pairs: &[Pair]) -> usize {
-        // A rock has no more neighbours than spheres of one size have: most pairs never meet at once.
+        // A rock has no more neighbours than spheres of one size have: most pairs never touch at once.
         let mut room: Vec<usize> = pairs.iter().map(|p| p.near.pairs.capacity()).collect();
         room.sort_unstable_by(|a, b| b.cmp(a));
         room.iter().take(24).sum()
@@ -86,27 +118,32 @@ impl Meetings {
 
     /// Whether there is anything to do.
     pub fn is_empty(&self) -> bool {
-        self.pairs.is_empty()
+        self.rocks == 0
     }
 
     /// Times that candidates were searched.
     pub fn searches(&self) -> u64 {
-        self.pairs.iter().map(|p| p.near.searches).sum()
+        let all = self.near.as_ref().map_or(0, NearRocks::searches);
+        all + self.ended + self.pairs.iter().map(|p| p.near.searches).sum::<u64>()
     }
 
-    /// Time in which no two rocks that fly freely can touch [s].
-    pub fn free_time(&self, model: &Model, state: &State) -> f64 {
-        let free = |pair: &Pair| {
-            let [a, b] = pair.rocks;
-            let motion = |r: usize| &state.bodies[r].motion;
-            free_time(&model.trees[a], &model.trees[b], motion(a), motion(b))
-        };
-        self.pairs.iter().map(free).fold(f64::INFINITY, f64::min)
+    /// Time in which no two rocks that fly freely can touch [s]; of many rocks 0 where it is below `least` [s].
+    pub fn free_time(&self, model: &Model, state: &State, least: f64) -> f64 {
+        let motion = |r: usize| &state.bodies[r].motion;
+        let least = if self.near.is_some() { least } else { 0.0 };
+        let mut free = f64::INFINITY;
+        for [a, b] in self.pairs() {
+            free = free.min(free_time(&model.trees[a], &model.trees[b], motion(a), motion(b)));
+            if free <= least {
+                return 0.0;
+            }
+        }
+        free
     }
 
-    /// The pairs of rocks.
+    /// Every two rocks between which there is a law.
     pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
-        self.pairs.iter().map(|pair| pair.rocks)
+        every_two(self.rocks)
     }
 
     /// Forces of all pairs in the middle of the step of `h` [s] that began at `time`, where the rocks
@@ -120,17 +157,21 @@ impl Meetings {
         h: f64,
         time: f64,
     ) -> Result<Sums, Fault> {
+        self.update(model, middles.iter().map(|motion| motion.position));
         self.felt.fill(Felt::default());
         self.after.clear();
         let mut all = Sums::default();
         let mut before = &encounters.memories[..];
-        for (number, pair) in self.pairs.iter_mut().enumerate() {
-            let own = before.iter().take_while(|held| held.rocks as usize == number).count();
+        for pair in &mut self.pairs {
+            let numbers = pair.numbers();
+            let ended = before.iter().take_while(|held| held.rocks < numbers).count();
+            before = &before[ended..];
+            let own = before.iter().take_while(|held| held.rocks == numbers).count();
             let (mine, others) = before.split_at(own);
             before = others;
             let rocks @ [a, b] = pair.rocks;
             let law = pair.law;
-            let seen = pair.see(model, number, [&middles[a], &middles[b]]);
+            let seen = pair.see(model, [&middles[a], &middles[b]]);
             let Some((two, pose)) = seen else { continue };
             let sums = self.evaluation.forces(&two, &pose, h, mine, &mut self.after);
             watch(model, &two, rocks, law, &sums, h, time)?;
@@ -157,12 +198,13 @@ impl Meetings {
     /// Fill in elastic energy and number of contacts at the instant of `state`; the two rocks that
     /// overlap most, and by how many radii of the smaller sphere.
     pub fn energy(&mut self, model: &Model, state: &mut State) -> Option<([usize; 2], f64)> {
+        self.update(model, state.bodies.iter().map(|body| body.motion.position));
         let (mut elastic, mut contacts, mut worst) = (0.0, 0, None);
         state.bodies.iter_mut().for_each(|body| body.met = 0);
-        for (number, pair) in self.pairs.iter_mut().enumerate() {
+        for pair in &mut self.pairs {
             let [a, b] = pair.rocks;
             let motions = [state.bodies[a].motion, state.bodies[b].motion];
-            let Some((two, pose)) = pair.see(model, number, [&motions[0], &motions[1]]) else { continue };
+            let Some((two, pose)) = pair.see(model, [&motions[0], &motions[1]]) else { continue };
             let (energy, count, deepest) = self.evaluation.energy(&two, &pose);
             elastic += energy;
             contacts += count;
@@ -177,14 +219,25 @@ impl Meetings {
     }
 }
 
+/// All pairs of so many rocks.
+fn every_two(rocks: usize) -> impl Iterator<Item = [usize; 2]> {
+    (1..rocks).flat_map(|b| (0..b).map(move |a| [a, b]))
+}
+
 impl Pair {
+    fn new(model: &Model, between: &Between, rocks @ [a, b]: [usize; 2]) -> Self {
+        let near = RockPairs::new(&model.rocks[a], &model.rocks[b]);
+        Self { rocks, law: between.law(a, b), near }
+    }
+
+    /// What its memories are kept under.
+    fn numbers(&self) -> [u32; 2] {
+        let [a, b] = self.rocks;
+        [b as u32, a as u32]
+    }
+
     /// The two as they stand, their candidates up to date; `None` if none are near.
-    fn see<'a>(
-        &'a mut self,
-        model: &'a Model,
-        number: usize,
-        motions: [&'a Motion; 2],
-    ) -> Option<(Two<'a>, Pose)> {
+    fn see<'a>(&'a mut self, model: &'a Model, motions: [&'a Motion; 2]) -> Option<(Two<'a>, Pose)> {
         let [a, b] = self.rocks;
         let pose = Pose::new(motions[0], motions[1]);
         let side = |r: usize| (&model.rocks[r], &model.trees[r]);
@@ -194,7 +247,8 @@ impl Pair {
         }
         let law = &model.laws.as_ref()?.rocks[self.law];
         let rocks: [&Rock; 2] = [&model.rocks[a], &model.rocks[b]];
-        Some((Two { number: number as u32, rocks, motions, law, pairs: &self.near.pairs }, pose))
+        let numbers = self.numbers();
+        Some((Two { numbers, rocks, motions, law, pairs: &self.near.pairs }, pose))
     }
 }
 

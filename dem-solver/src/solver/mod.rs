@@ -3,7 +3,7 @@
 //! - [`state`]: what is committed and what is tried
 //! - [`zone`]: a rock's surroundings in a window
 //! - [`window`]: the steps ([`step`]) of a window ([`cut`], [`watch`](mod@watch), [`cause`]), and [`flight`] elsewhere
-//! - [`meetings`]: rocks that meet each other; [`kicks`]: how far they may throw each other in a window
+//! - [`meetings`]: contacts of rocks with each other; [`sides`]: with a box; [`kicks`]: how far they may throw each other in a window
 //! - `rows`: which law is between what; [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
 //! - [`gauges`], [`measures`], [`verdict`] ([`outline`]), [`fields`], [`trajectory`], [`picture`]: what is reported of it
 
@@ -19,7 +19,8 @@ pub mod meetings;
 pub mod outline;
 pub mod path;
 pub mod picture;
-mod rows;
+pub mod rows;
+pub mod sides;
 pub mod state;
 pub mod step;
 pub mod stretch;
@@ -36,8 +37,9 @@ use crate::critical::Steps;
 use crate::gate;
 use crate::ground::Ground;
 use crate::rock::Rock;
+use crate::search::cells::Plane;
 use crate::search::tree::SphereTree;
-use crate::settings::{ContactSelection, STRUCTURE, Settings, limits};
+use crate::settings::{BoxSettings, ContactSelection, STRUCTURE, Settings, limits};
 use crate::wall::Wall;
 use crate::wall::hierarchy::Crossings;
 use fields::Fields;
@@ -52,7 +54,7 @@ use interface_defs::{
 };
 use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
-use rows::{rows, rows_of_rocks, whole_rocks};
+use rows::{Between, rows, whole_rocks};
 use state::State;
 use trajectory::Trajectory;
 use window::Run;
@@ -93,8 +95,12 @@ pub struct Model {
     pub ground_rows: Vec<Vec<u16>>,
     /// For each rock with such a law there what its contact with the terrain as a whole needs.
     pub wholes: Vec<Option<Whole>>,
-    /// For each rock the numbers of its laws with all rocks; `None`: rocks do not meet.
-    pub rock_rows: Option<Vec<Vec<u16>>>,
+    /// Which law is between two rocks; `None`: they do not touch each other.
+    pub between: Option<Between>,
+    /// The sides of the box.
+    pub planes: Vec<Plane>,
+    /// For each rock the number of its law with them; empty without a box.
+    pub side_rows: Vec<Vec<u16>>,
     /// The step.
     pub steps: Steps,
     /// Whether savings may be used.
@@ -126,7 +132,7 @@ impl DemSolver {
         let rocks = settings.rocks.iter().enumerate().map(|(at, rock)| Rock::new(at, rock, scene));
         let (rocks, notices): (Vec<Rock>, Vec<_>) = rocks.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         let mut notices: Vec<String> = notices.into_iter().flatten().collect();
-        for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate() {
+        for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate().take(settings.named()) {
             notices.extend(limits::of_rock(at, table, rock.mass));
         }
         notices.extend(limits::of_contacts(&settings.contacts));
@@ -160,8 +166,9 @@ impl DemSolver {
             }
         }
         let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
-        let rock_rows = rows_of_rocks(laws.as_ref(), &settings, scene)?;
-        if settings.rocks.len() > 1 && rock_rows.is_none() {
+        let between = Between::new(laws.as_ref(), &settings, scene)?;
+        let side_rows = rows_with_box(laws.as_ref(), &settings, scene)?;
+        if settings.rocks.len() > 1 && between.is_none() {
             notices.push(
                 "rock: there is no table [[contact]]: the rocks fall through each other; add one".into(),
             );
@@ -170,6 +177,7 @@ impl DemSolver {
         let steps = Steps::new(&settings, &rocks, &wholes, laws.as_ref(), ground.as_ref(), scene)?;
         let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
         let mut state = State::start(&settings, &rocks, &origin);
+        let planes = planes(&settings, &origin);
         let model = Model {
             settings,
             rocks,
@@ -180,7 +188,9 @@ impl DemSolver {
             rows: Vec::new(),
             ground_rows,
             wholes,
-            rock_rows,
+            between,
+            planes,
+            side_rows,
             steps,
             shortcuts: options.shortcuts,
         };
@@ -192,7 +202,7 @@ impl DemSolver {
                 name_of(&model, a),
                 name_of(&model, b)
             );
-            return Err(scene.invalid(&format!("rock.{b}.position"), what).try_instead("move them apart"));
+            return Err(scene.invalid(&model.settings.place_key(b), what).try_instead("move them apart"));
         }
         Ok(Self {
             model,
@@ -266,6 +276,7 @@ impl DemSolver {
             motion: crate::rock::Motion { position: motion.position - self.model.origin, ..motion },
             memories: std::mem::take(&mut body.memories),
             ground_memories: std::mem::take(&mut body.ground_memories),
+            side_memories: std::mem::take(&mut body.side_memories),
             sheared: 0.0,
             elastic: 0.0,
             contacts: 0,
@@ -274,8 +285,7 @@ impl DemSolver {
             path: path::Path::default(),
             deepest: state::Depths::default(),
         };
-        body.memories.clear();
-        body.ground_memories.clear();
+        body.part();
         self.committed.encounters.end();
         (self.committed.time, self.committed.dissipated, self.committed.received) = (0.0, 0.0, 0.0);
         self.committed.broken = 0;
@@ -318,9 +328,31 @@ impl DemSolver {
     }
 }
 
+/// The sides of the box of a scene, seen from `origin` [m].
+fn planes(settings: &Settings, origin: &Vector3<f64>) -> Vec<Plane> {
+    let planes = settings.sides.iter().flat_map(BoxSettings::planes);
+    planes.map(|(normal, offset)| Plane { normal, offset: offset - normal.dot(origin) }).collect()
+}
+
+/// For each rock the number of its law with the sides of the box; empty without one.
+fn rows_with_box(
+    laws: Option<&Laws>,
+    settings: &Settings,
+    scene: &Scene,
+) -> Result<Vec<Vec<u16>>, InputError> {
+    let Some(sides) = &settings.sides else { return Ok(Vec::new()) };
+    let laws = laws.ok_or_else(|| {
+        scene
+            .invalid("box", "there is a box and no contact law: the rocks would fall through its sides")
+            .try_instead("add a table [[contact]]")
+    })?;
+    rows(laws, settings, std::slice::from_ref(&sides.material))
+        .map_err(|(what, advice)| scene.invalid("box", what).try_instead(advice))
+}
+
 /// What the names of a rock's measures begin with: its name where there are several.
 fn prefix(model: &Model, rock: usize) -> String {
-    if model.rocks.len() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
+    if model.settings.named() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
 }
 
 pub(crate) fn name_of(model: &Model, rock: usize) -> &str {
@@ -381,7 +413,7 @@ impl Solver for DemSolver {
             self.trajectory = Some(Trajectory::create(out, &self.model, &self.committed)?);
         }
         let mesh = plan.wall.clone().unwrap_or_default();
-        Ok(Ready { mesh, gauges: Gauges::declared(&self.model.rocks), initial, warnings })
+        Ok(Ready { mesh, gauges: Gauges::declared(&self.model), initial, warnings })
     }
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
@@ -418,7 +450,10 @@ impl DemSolver {
     fn ways(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
         let Some(ground) = &self.model.ground else { return };
         let settings = &self.model.settings;
-        for (number, (rock, body)) in self.model.rocks.iter().zip(&self.committed.bodies).enumerate() {
+        let named = self.model.settings.named();
+        for (number, (rock, body)) in
+            self.model.rocks.iter().zip(&self.committed.bodies).enumerate().take(named)
+        {
             let prefix = prefix(&self.model, number);
             let start = Vector3::from(settings.rocks[number].position) - self.model.origin;
             let (motion, time) = (&body.motion, self.committed.time);

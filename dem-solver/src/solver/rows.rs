@@ -50,35 +50,67 @@ pub(super) fn whole_rocks(
     rocks.iter().enumerate().map(of).collect()
 }
 
-/// For each rock the numbers of its laws with all rocks, its own left open; `None` with one rock, or
-/// without any law.
-pub(super) fn rows_of_rocks(
-    laws: Option<&Laws>,
-    settings: &Settings,
-    scene: &Scene,
-) -> Result<Option<Vec<Vec<u16>>>, InputError> {
-    let Some(laws) = laws.filter(|_| settings.rocks.len() > 1) else { return Ok(None) };
-    let mut all = Vec::with_capacity(settings.rocks.len());
-    for (a, one) in settings.rocks.iter().enumerate() {
-        let mut row = Vec::with_capacity(settings.rocks.len());
-        for (b, other) in settings.rocks.iter().enumerate() {
-            match laws.number(&one.material, &other.material) {
-                Some(number) => row.push(number as u16),
-                None if a == b => row.push(0),
-                None => {
-                    let what = format!(
-                        "no table [[contact]] is for `{}` and `{}`, of which rocks `{}` and `{}` are",
-                        one.material, other.material, one.name, other.name
-                    );
-                    let advice = format!(
-                        "add one with between = [\"{}\", \"{}\"], or one without `between` for all others",
-                        one.material, other.material
-                    );
-                    return Err(scene.invalid("rock", what).try_instead(advice));
+/// Which law is between two rocks, by the number of the material of each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Between {
+    /// For each rock the number of its material.
+    material: Vec<u16>,
+    /// Law numbers, a row for each material.
+    laws: Vec<u16>,
+    /// Number of materials.
+    count: usize,
+}
+
+impl Between {
+    /// `None` with one rock, or without any law. What no two rocks ask for is left open.
+    pub(super) fn new(
+        laws: Option<&Laws>,
+        settings: &Settings,
+        scene: &Scene,
+    ) -> Result<Option<Self>, InputError> {
+        let Some(laws) = laws.filter(|_| settings.rocks.len() > 1) else { return Ok(None) };
+        let mut names: Vec<&str> = Vec::new();
+        // The first rock of each material, and the second.
+        let mut rocks: Vec<[Option<usize>; 2]> = Vec::new();
+        let mut material = Vec::with_capacity(settings.rocks.len());
+        for (at, rock) in settings.rocks.iter().enumerate() {
+            let number = names.iter().position(|n| *n == rock.material).unwrap_or_else(|| {
+                names.push(&rock.material);
+                rocks.push([None; 2]);
+                names.len() - 1
+            });
+            let place = rocks[number].iter_mut().find(|place| place.is_none());
+            if let Some(place) = place {
+                *place = Some(at);
+            }
+            material.push(number as u16);
+        }
+        let mut table = Vec::with_capacity(names.len() * names.len());
+        for (a, one) in names.iter().enumerate() {
+            for (b, other) in names.iter().enumerate() {
+                let two = if a == b { (rocks[a][0], rocks[a][1]) } else { (rocks[a][0], rocks[b][0]) };
+                match (laws.number(one, other), two) {
+                    (Some(number), _) => table.push(number as u16),
+                    (None, (Some(first), Some(second))) => {
+                        let [first, second] = [first, second].map(|r| &settings.rocks[r].name);
+                        let what = format!(
+                            "no table [[contact]] is for `{one}` and `{other}`, of which rocks `{first}` and `{second}` are"
+                        );
+                        let advice = format!(
+                            "add one with between = [\"{one}\", \"{other}\"], or one without `between` for all others"
+                        );
+                        return Err(scene.invalid("rock", what).try_instead(advice));
+                    }
+                    (None, _) => table.push(0),
                 }
             }
         }
-        all.push(row);
+        Ok(Some(Self { material, laws: table, count: names.len() }))
     }
-    Ok(Some(all))
+
+    /// Number of the law of two rocks.
+    pub fn law(&self, a: usize, b: usize) -> usize {
+        let [a, b] = [a, b].map(|r| usize::from(self.material[r]));
+        usize::from(self.laws[a * self.count + b])
+    }
 }

@@ -37,6 +37,8 @@ pub struct Body {
     pub memories: Vec<Memory>,
     /// What its contacts with the terrain remember, likewise.
     pub ground_memories: Vec<Memory>,
+    /// With the sides of the box, likewise.
+    pub side_memories: Vec<Memory>,
     /// Energy of their tangential springs [J].
     pub sheared: f64,
     /// Energy of the normal springs [J].
@@ -62,11 +64,13 @@ pub enum Against {
     Terrain,
     /// Another rock.
     Rocks,
+    /// The sides of the box.
+    Sides,
 }
 
 impl Against {
     /// All of them.
-    const ALL: [Self; 3] = [Self::Net, Self::Terrain, Self::Rocks];
+    const ALL: [Self; 4] = [Self::Net, Self::Terrain, Self::Rocks, Self::Sides];
 
     /// In words.
     pub fn words(self) -> &'static str {
@@ -74,6 +78,7 @@ impl Against {
             Self::Net => "the net",
             Self::Terrain => "the terrain",
             Self::Rocks => "another rock",
+            Self::Sides => "the box",
         }
     }
 }
@@ -81,7 +86,7 @@ impl Against {
 /// Largest overlap of a rock with each kind of partner, over the radius of the sphere (of two spheres the smaller), and
 /// when [1, s]; 0 while nothing was touched.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Depths([(f64, f64); 3]);
+pub struct Depths([(f64, f64); 4]);
 
 impl Depths {
     /// Take in the largest overlap at `time` [s].
@@ -147,6 +152,7 @@ impl State {
             motion: at(rock, table),
             memories: Vec::new(),
             ground_memories: Vec::new(),
+            side_memories: Vec::new(),
             sheared: 0.0,
             elastic: 0.0,
             contacts: 0,
@@ -175,6 +181,7 @@ impl State {
             mine.motion = theirs.motion;
             mine.memories.clone_from(&theirs.memories);
             mine.ground_memories.clone_from(&theirs.ground_memories);
+            mine.side_memories.clone_from(&theirs.side_memories);
             (mine.sheared, mine.elastic) = (theirs.sheared, theirs.elastic);
             (mine.contacts, mine.met) = (theirs.contacts, theirs.met);
             (mine.track, mine.path, mine.deepest) = (theirs.track, theirs.path, theirs.deepest);
@@ -187,9 +194,18 @@ impl State {
 }
 
 impl Body {
-    /// Room for the memories of `contacts` contacts.
-    pub fn reserve(&mut self, contacts: usize) {
+    /// Nothing touches net, terrain and box any more.
+    pub fn part(&mut self) {
+        self.memories.clear();
+        self.ground_memories.clear();
+        self.side_memories.clear();
+        (self.sheared, self.elastic, self.contacts, self.met) = (0.0, 0.0, 0, 0);
+    }
+
+    /// Room for the memories of so many contacts with the net or with terrain, and with the sides of a box.
+    pub fn reserve(&mut self, contacts: usize, sides: usize) {
         self.memories.reserve(contacts.saturating_sub(self.memories.len()));
         self.ground_memories.reserve(contacts.saturating_sub(self.ground_memories.len()));
+        self.side_memories.reserve(sides.saturating_sub(self.side_memories.len()));
     }
 }

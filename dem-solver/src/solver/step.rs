@@ -17,6 +17,7 @@ use super::terrain::steps_per_look;
 use super::watch::watch;
 use super::window::Run;
 use super::zone::{View, add_forces};
+use crate::contact::evaluate::Sums;
 use crate::rock::{Motion, Rock};
 use crate::settings::Rotation;
 use interface_defs::{Fault, Window};
@@ -45,6 +46,18 @@ pub struct Load {
     behind: bool,
 }
 
+impl Load {
+    /// Take in the contacts with something that stands still, in a step of `h` [s].
+    fn add(&mut self, sums: &Sums, contacts: usize, h: f64) {
+        self.force += sums.force;
+        self.torque += sums.torque;
+        self.elastic += sums.elastic;
+        self.sheared += sums.sheared;
+        self.lost += (sums.damped + sums.rubbed) * h;
+        self.touching += contacts;
+    }
+}
+
 impl Run {
     /// One part of a stretch of the window's steps; mostly a step.
     pub(super) fn step(
@@ -67,6 +80,7 @@ impl Run {
         for rock in 0..model.rocks.len() {
             self.on_wall(model, state, rock, window, cut, part, input, output)?;
             self.on_ground(model, state, rock, h, start)?;
+            self.on_sides(model, state, rock, h, start)?;
         }
         for rock in 0..model.rocks.len() {
             let (load, body) = (&self.loads[rock], &mut state.bodies[rock]);
@@ -154,17 +168,32 @@ impl Run {
         start: f64,
     ) -> Result<(), Fault> {
         let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) else { return Ok(()) };
-        let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
+        let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
         let (sums, contacts) = terrain.forces(model, ground, rock, body, now, h, start)?;
-        load.force += sums.force;
-        load.torque += sums.torque;
-        load.elastic += sums.elastic;
-        load.sheared += sums.sheared;
-        load.lost += (sums.damped + sums.rubbed) * h;
-        load.touching = contacts;
+        self.loads[rock].add(&sums, contacts, h);
         body.contacts = contacts;
         self.counts.contact_evaluations += contacts as u64;
         body.deepest.take(Against::Terrain, sums.penetration, start + 0.5 * h);
+        Ok(())
+    }
+
+    /// Forces of the sides of a box, likewise.
+    fn on_sides(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        rock: usize,
+        h: f64,
+        start: f64,
+    ) -> Result<(), Fault> {
+        let Some(sides) = &mut self.sides else { return Ok(()) };
+        let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
+        let (sums, contacts) = sides.forces(model, rock, body, now, h, start)?;
+        let others = if model.ground.is_some() { body.contacts } else { 0 };
+        body.contacts = others + contacts;
+        body.deepest.take(Against::Sides, sums.penetration, start + 0.5 * h);
+        self.loads[rock].add(&sums, contacts, h);
+        self.counts.contact_evaluations += contacts as u64;
         Ok(())
     }
 

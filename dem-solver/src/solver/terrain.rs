@@ -114,7 +114,7 @@ impl OnTerrain {
             return Ok((sums, landed.contacts.len()));
         }
         standing.find(it, ground, around, now);
-        let sums = standing.forces(it, laws, ground, now, h, &body.ground_memories);
+        let sums = standing.forces(it, laws, Some(ground), now, h, &body.ground_memories);
         let law = model.ground_rows[rock].first().map(|law| *law as usize);
         let case = Case { model, rock, against: Against::Terrain, law, pair: None, impact: None, h, time };
         watch(&case, now, &sums, |depth| {
@@ -171,7 +171,7 @@ impl OnTerrain {
             let height = height(body);
             body.path.height(height, end);
         }
-        let Some(rows) = &mut self.rows else { return };
+        let Some(rows) = self.rows.as_mut().filter(|_| rock < model.settings.named()) else { return };
         let every = match body.path.contact_since {
             Some(since) if end - since <= 2.0 * shortest => shortest / ROWS_PER_CONTACT,
             _ => model.settings.interval / ROWS_PER_INTERVAL,
@@ -209,6 +209,7 @@ impl OnTerrain {
             let had_left = body.path.has_left();
             body.path.judge(ground, &model.settings, &body.motion, time);
             if let Some(rows) = &mut self.rows
+                && number < model.settings.named()
                 && body.path.row < time
                 && !had_left
             {

@@ -171,7 +171,7 @@ pub fn ways(model: &Model, ground: &Ground, rows: &[Row]) -> Vec<Vec<Row>> {
         }
         way
     };
-    (0..model.rocks.len()).map(way).collect()
+    (0..model.settings.named()).map(way).collect()
 }
 
 /// Writes the rows, and keeps them for the picture.
@@ -188,7 +188,7 @@ impl Trajectory {
         let file = History::create(&dir.join(TRAJECTORY), &columns).map_err(unwritable)?;
         let mut it = Self { file, rows: Vec::new() };
         let Some(ground) = &model.ground else { return Ok(it) };
-        let first: Vec<Row> = (0..model.rocks.len())
+        let first: Vec<Row> = (0..model.settings.named())
             .map(|rock| {
                 let body = &state.bodies[rock];
                 let down = model.settings.down();

@@ -30,7 +30,10 @@ const REST: f64 = 1e-3;
 /// The verdict on each rock, as warnings that the summary lifts out.
 pub fn verdicts(model: &Model, state: &State, net: Option<(&Wall, &AtRest)>) -> Vec<String> {
     let bodies = model.rocks.iter().zip(&state.bodies);
-    bodies.map(|(rock, body)| format!("{VERDICT}{}", sentence(model, rock, body, state.time, net))).collect()
+    bodies
+        .take(model.settings.named())
+        .map(|(rock, body)| format!("{VERDICT}{}", sentence(model, rock, body, state.time, net)))
+        .collect()
 }
 
 fn sentence(model: &Model, rock: &Rock, body: &Body, time: f64, net: Option<(&Wall, &AtRest)>) -> String {

@@ -8,6 +8,7 @@ use super::measures::Passage;
 use super::meetings::Meetings;
 use super::outline::Outline;
 use super::path::jump_height;
+use super::sides::{self, Sides};
 use super::state::State;
 use super::step::Load;
 use super::stretch::Stretch;
@@ -38,8 +39,10 @@ pub struct Run {
     pub(super) gauges: Gauges,
     /// What the rocks meet of the terrain.
     pub(super) terrain: Option<OnTerrain>,
-    /// What the rocks meet of each other.
+    /// Their contacts with each other.
     pub(super) meetings: Meetings,
+    /// Their contacts with the sides of a box.
+    pub(super) sides: Option<Sides>,
     kicks: Kicks,
     /// Motions in the middle of the step under way.
     pub(super) middles: Vec<Motion>,
@@ -68,7 +71,7 @@ impl Run {
         let empty = InterfaceMesh::default();
         let mesh = plan.wall.as_ref().unwrap_or(&empty);
         let takes = Layout::new(&plan.takes, mesh, 0);
-        let gives = Layout::new(&plan.gives, mesh, Gauges::count(&model.rocks));
+        let gives = Layout::new(&plan.gives, mesh, Gauges::count(&model.settings));
         let fields = MotionFields::new(&takes);
         let starts_of = |sampling| {
             let spec = plan.gives.iter().find(|f| f.name == name::FORCE && f.sampling == sampling);
@@ -96,6 +99,7 @@ impl Run {
             gauges: Gauges::new(&model.settings, model.origin),
             terrain: model.ground.as_ref().map(|_| OnTerrain::new(model, rows)),
             meetings: Meetings::new(model),
+            sides: (!model.planes.is_empty()).then(|| Sides::new(model)),
             kicks: Kicks::default(),
             middles: Vec::with_capacity(model.rocks.len()),
             loads: Vec::with_capacity(model.rocks.len()),
@@ -110,8 +114,9 @@ impl Run {
 
     /// Make room in `state` for what its contacts remember.
     pub fn reserve(&self, state: &mut State) {
+        let sides = self.sides.as_ref().map_or(0, Sides::most_contacts);
         for body in &mut state.bodies {
-            body.reserve(self.most_contacts);
+            body.reserve(self.most_contacts, sides);
         }
         state.encounters.reserve(self.meetings.most_contacts());
         let numbers = self.wall.as_ref().map_or(0, |wall| 3 * wall.nodes.len());
@@ -209,9 +214,8 @@ impl Run {
             self.let_go(model, state, window.length, input)?;
         }
         let cut = self.cut(model, window);
-        self.gauges.begin(state, &mut output[self.answer.gauges..]);
-        let flies =
-            flies && (model.ground.is_some() || self.meetings.free_time(model, state) > window.length);
+        self.gauges.begin(&mut output[self.answer.gauges..]);
+        let flies = flies && (model.ground.is_some() || self.free_time(model, state, 0.0) > window.length);
         if flies && model.ground.is_none() {
             self.counts.flight_windows += 1;
             self.fly(model, state, window, cut, 0..cut.steps, input, output);
@@ -330,9 +334,7 @@ impl Run {
         }
         for body in &mut state.bodies {
             state.dissipated += body.sheared;
-            body.memories.clear();
-            body.ground_memories.clear();
-            (body.sheared, body.elastic, body.contacts, body.met) = (0.0, 0.0, 0, 0);
+            body.part();
         }
         state.dissipated += state.encounters.sheared;
         state.encounters.end();
@@ -434,7 +436,7 @@ impl Run {
     /// The steps that are taken next, and how they are cut; one where a wall moves.
     fn stretch(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> Stretch {
         match (&self.wall, &mut self.terrain, &model.ground) {
-            (None, Some(terrain), Some(ground)) => {
+            (None, Some(terrain), Some(ground)) if self.sides.is_none() => {
                 terrain.stretch(model, ground, &state.bodies, cut.h, cut.steps - step)
             }
             _ => Stretch::ONE,
@@ -443,8 +445,14 @@ impl Run {
 
     /// Steps of `h` [s], at most `most`, in which no two rocks in flight can touch.
     fn steps_apart(&self, model: &Model, state: &State, h: f64, most: usize) -> usize {
-        let time = self.meetings.free_time(model, state);
+        let time = self.free_time(model, state, FEWEST as f64 * h);
         if time < h * most as f64 { (time / h) as usize } else { most }
+    }
+
+    /// Time in which no two rocks, and no rock and a side of the box, can touch in flight [s]; of many rocks 0 where it is below
+    /// `least` [s].
+    fn free_time(&self, model: &Model, state: &State, least: f64) -> f64 {
+        self.meetings.free_time(model, state, least).min(sides::free_time(model, state))
     }
 
     /// Contacts and elastic energy at an instant of the state; forces where `field` says.
@@ -457,11 +465,15 @@ impl Run {
         at: Instant,
         mut field: Option<(&mut [f64], usize)>,
     ) -> Result<(), Fault> {
-        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-            for (rock, body) in state.bodies.iter_mut().enumerate() {
-                (body.elastic, body.contacts) = terrain.energy(model, ground, rock, &body.motion);
-                self.counts.contact_evaluations += body.contacts as u64;
-            }
+        for (rock, body) in state.bodies.iter_mut().enumerate() {
+            let on_terrain = match (&mut self.terrain, &model.ground) {
+                (Some(terrain), Some(ground)) => terrain.energy(model, ground, rock, &body.motion),
+                _ => (0.0, 0),
+            };
+            let on_sides =
+                self.sides.as_mut().map_or((0.0, 0), |sides| sides.energy(model, rock, &body.motion));
+            (body.elastic, body.contacts) = (on_terrain.0 + on_sides.0, on_terrain.1 + on_sides.1);
+            self.counts.contact_evaluations += body.contacts as u64;
         }
         if !self.meetings.is_empty() {
             self.meetings.energy(model, state);
@@ -470,16 +482,15 @@ impl Run {
         let Some(wall) = &self.wall else { return Ok(()) };
         let view = View { model, wall, fields: &self.fields, input, length, predicted: None };
         for (zone, body) in self.zones.iter_mut().zip(&mut state.bodies) {
-            let (on_ground, contacts) =
-                if model.ground.is_some() { (body.elastic, body.contacts) } else { (0.0, 0) };
+            let (on_others, contacts) = (body.elastic, body.contacts);
             zone.update(view, &body.motion, at)?;
             let (evaluation, scene) = zone.parts(view);
             if let Some((output, field)) = &mut field {
                 let sums = evaluation.forces(scene, &body.motion, at, 0.0, &body.memories);
-                body.elastic = on_ground + sums.elastic;
+                body.elastic = on_others + sums.elastic;
                 add_forces(zone, output, *field, 1.0);
             } else {
-                body.elastic = on_ground + evaluation.energy(scene, &body.motion, at);
+                body.elastic = on_others + evaluation.energy(scene, &body.motion, at);
             }
             let on_wall = zone.evaluation.touch.contacts.len();
             body.contacts = contacts + on_wall;

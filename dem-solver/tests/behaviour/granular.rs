@@ -232,7 +232,6 @@ fn what_makes_no_sense_of_spheres_is_refused_with_its_place() {
         ),
         (format!("{text}time_step = 0.01\n"), "above the critical step"),
         (format!("{text}threads = 0\n"), "1 to 256"),
-        (format!("{text}[[rock]]\nposition = [0, 0, 0]\n"), "beside `rock`"),
         (text[..text.find("[[contact]]").expect("there")].to_owned(), "no contact law"),
         (
             text.replace("[box]", "[[spheres]]\ncount = 50\nradius = [0.01, 0.01]\ndensity = 2500.0\n[box]"),
@@ -320,6 +319,9 @@ fn spheres_of_a_file_start_where_it_has_them() {
         write(content);
         let message = build(&text).err().unwrap_or_else(|| panic!("not refused: {content}"));
         assert!(message.contains(expected) && message.starts_with("test.toml"), "{expected:?}: {message}");
+        // As `rockfall check` says it.
+        let checked = check(&Scene::from_text("test.toml", &text).expect("a scene")).expect_err("refused");
+        assert_eq!(checked.to_string(), message);
     }
     let missing = build(&scene("nowhere.xyzr")).err().expect("no such file");
     assert!(

@@ -12,6 +12,7 @@ mod impact;
 mod input;
 mod keys;
 mod limits;
+mod mixed;
 mod oblique;
 mod relief;
 mod repeat;

@@ -22,9 +22,9 @@ pub enum PartConfig {
     Beam(BeamPart),
     /// Rings of a ring net, by their 3 or 4 points of contact, around.
     Ring(RingPart),
-    /// Triangles of membrane.
+    /// Triangles and quadrilaterals of membrane.
     Membrane(MembranePart),
-    /// Triangles of thin shell, with rotations.
+    /// Thin shell, with rotations: triangles, and quadrilaterals that are split into two.
     Shell(ShellPart),
     /// Nothing: a group of a mesh that can still be held, loaded and gauged by its name.
     None(NoPart),

@@ -41,9 +41,15 @@ pub struct StructureConfig {
     /// Point masses.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masses: Vec<MassEntry>,
-    /// Constant nodal loads.
+    /// Nodal loads, constant or with a history.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<LoadEntry>,
+    /// Pressure on membranes and shells, constant or with a history.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pressures: Vec<PressureEntry>,
+    /// Velocities at t = 0, after form finding. Default: the structure is at rest.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocities: Vec<VelocityEntry>,
     /// Supports, fixed or moving.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<SupportEntry>,
@@ -234,7 +240,7 @@ entry! {
 }
 
 entry! {
-    /// A constant load on each of some nodes.
+    /// A load on each of some nodes.
     LoadEntry {
         /// Force on each [N].
         #[serde(default)]
@@ -242,7 +248,37 @@ entry! {
         /// Moment on each, where it has rotations [N m]. Default none.
         #[serde(default, skip_serializing_if = "is_nothing")]
         moment: [f64; 3],
+        /// Factor of force and moment over time: rows `[t, factor]` [s, 1], straight between them, constant outside. Form
+        /// finding takes that at t = 0. Its work is the column `energy_loads_fem`. Default: 1 at any time.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        history: Vec<[f64; 2]>,
     }
+}
+
+entry! {
+    /// Velocity of each of some nodes at t = 0. Directions that supports hold stay at rest.
+    VelocityEntry {
+        /// Velocity of each [m/s].
+        #[serde(default)]
+        velocity: [f64; 3],
+        /// Angular velocity of each, where it has rotations [rad/s]. Default none.
+        #[serde(default, skip_serializing_if = "is_nothing")]
+        angular_velocity: [f64; 3],
+    }
+}
+
+/// Pressure on the faces of membranes and shells: it follows them, with their area and normal of the moment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PressureEntry {
+    /// A part, or a group of elements of the mesh.
+    pub group: String,
+    /// Pressure [Pa] along the normal of each face: that about which its nodes run counter-clockwise. Below 0: against it.
+    pub pressure: f64,
+    /// Factor of the pressure over time: rows `[t, factor]` [s, 1], straight between them, constant outside. Form finding
+    /// takes that at t = 0. Default: 1 at any time.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub history: Vec<[f64; 2]>,
 }
 
 entry! {

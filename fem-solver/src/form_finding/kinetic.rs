@@ -46,6 +46,7 @@ const MOVING: f64 = 0.1;
 pub struct Swing<'a> {
     model: &'a Model,
     assembly: Assembly,
+    pressures: Vec<f64>,
     /// Mass of degrees of freedom that have none of their own [kg, kg m2].
     lent: Vec<f64>,
     velocity: Vec<f64>,
@@ -65,11 +66,13 @@ impl<'a> Swing<'a> {
         let lent = lent_masses(model);
         let mass = |dof: usize| model.dof_mass(dof) + lent[dof];
         let free = (0..3 * model.node_count()).filter(|dof| !model.held[*dof]);
-        let fastest = free.map(|dof| model.dead_load[dof].abs() / mass(dof)).fold(0.0, f64::max);
+        let load = model.load_at_start(&vec![0.0; n]);
+        let fastest = free.map(|dof| load[dof].abs() / mass(dof)).fold(0.0, f64::max);
         let first = if fastest > 0.0 { (2.0 * FIRST * model.extent() / fastest).sqrt() } else { UNLOADED };
         Self {
             model,
             assembly: Assembly::new(model),
+            pressures: model.pressures_at_start(),
             lent,
             velocity: vec![0.0; n],
             before: vec![0.0; n],
@@ -130,6 +133,7 @@ impl<'a> Swing<'a> {
             mean_stress: false,
             history,
             viscosity: (&self.lent, rate),
+            pressures: &self.pressures,
         };
         let begun = done.iterations;
         let mut count = 0;

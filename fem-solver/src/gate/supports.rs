@@ -7,6 +7,8 @@ use interface_defs::toolkit::scene::Scene;
 
 /// Motion of a support over the extent of the structure that no one can mean.
 const FARTHEST: f64 = 5.0;
+/// Speed that no one can mean [m/s]: that of sound in steel.
+const FASTEST: f64 = 5000.0;
 /// End of a motion over that of the run from which on something is said.
 const LATER: f64 = 100.0;
 
@@ -32,6 +34,8 @@ pub fn judge(
     }
     judge_motions(scene, config, model, warnings)?;
     judge_loads(scene, config, model, warnings)?;
+    judge_histories(scene, config, warnings);
+    judge_velocities(scene, config, model, warnings)?;
     let all_held = (0..model.node_count()).filter(|n| used[*n]).all(|n| model.fully_held(n));
     if all_held && model.moving.is_empty() && used.contains(&true) {
         let what = format!(
@@ -102,6 +106,54 @@ fn judge_loads(
         {
             warnings.push(format!(
                 "{key}: supports hold its {} nodes in the direction of the force, so it moves nothing; name nodes that are free",
+                nodes.len()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Histories of loads that do nothing, or nothing before the end.
+fn judge_histories(scene: &Scene, config: &Config, warnings: &mut Vec<String>) {
+    let Ok(end_time) = scene.end_time() else { return };
+    let loads = config.structure.loads.iter().map(|e| &e.history).enumerate();
+    let loads = loads.map(|(i, rows)| (format!("structure.loads.{i}.history"), rows));
+    let pressures = config.structure.pressures.iter().map(|e| &e.history).enumerate();
+    let pressures = pressures.map(|(i, rows)| (format!("structure.pressures.{i}.history"), rows));
+    for (key, rows) in loads.chain(pressures) {
+        let Some(last) = rows.last().map(|row| row[0]) else { continue };
+        if rows.iter().all(|row| row[1] == 0.0) {
+            warnings.push(format!("{key}: all factors are 0: it loads nothing"));
+        } else if last > LATER * end_time {
+            warnings.push(format!(
+                "{key}: it goes on until {last} s, and the run ends at end_time = {end_time} s; rows are [t, factor] in s: \
+                 100 ms is 0.1"
+            ));
+        }
+    }
+}
+
+/// Velocities that no net has, and those of nodes that are held.
+fn judge_velocities(
+    scene: &Scene,
+    config: &Config,
+    model: &Model,
+    warnings: &mut Vec<String>,
+) -> Result<(), InputError> {
+    for (i, entry) in config.structure.velocities.iter().enumerate() {
+        let key = format!("structure.velocities.{i}");
+        let speed = entry.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if speed > FASTEST {
+            let what = format!("nodes start at {speed} m/s, faster than sound in steel");
+            return Err(scene
+                .invalid(&format!("{key}.velocity"), what)
+                .try_instead("metres per second: 90 km/h is 25.0"));
+        }
+        let nodes = model.place(scene, &key, entry.place())?;
+        let held = |node: &usize| (0..3).all(|c| entry.velocity[c] == 0.0 || model.held[model.dof(*node, c)]);
+        if speed > 0.0 && !nodes.is_empty() && nodes.iter().all(held) {
+            warnings.push(format!(
+                "{key}: supports hold its {} nodes in the direction of the velocity, so they stay at rest",
                 nodes.len()
             ));
         }

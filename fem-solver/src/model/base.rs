@@ -161,6 +161,7 @@ impl Base {
         let entries = supports.chain(table.springs.iter().map(|e| &e.group));
         let entries = entries.chain(table.masses.iter().map(|e| &e.group));
         let entries = entries.chain(table.loads.iter().map(|e| &e.group));
+        let entries = entries.chain(table.velocities.iter().map(|e| &e.group));
         for name in entries.chain(table.dampers.iter().map(|e| &e.group)).flatten() {
             let group = self.groups.iter().find(|g| g.name == *name);
             group.into_iter().flat_map(|g| &g.nodes).for_each(|n| used[*n as usize] = true);
@@ -220,6 +221,7 @@ fn counts_nodes(table: &StructureConfig) -> Option<String> {
         ("dampers", "nodes", table.dampers.iter().position(|e| e.nodes.is_some())),
         ("masses", "nodes", table.masses.iter().position(|e| e.nodes.is_some())),
         ("loads", "nodes", table.loads.iter().position(|e| e.nodes.is_some())),
+        ("velocities", "nodes", table.velocities.iter().position(|e| e.nodes.is_some())),
         ("groups", "nodes", (!table.groups.is_empty()).then_some(0)),
         ("parts", "cells", table.parts.iter().position(|p| !p.head().1.is_empty())),
     ];

@@ -38,6 +38,8 @@ impl Model {
             moving: Vec::new(),
             dead_load: vec![0.0; 3 * base.nodes.len()],
             live_load: Vec::new(),
+            timed: Vec::new(),
+            start_velocity: Vec::new(),
             down: None,
             damping: table.damping,
             added_mass: 0.0,
@@ -243,47 +245,6 @@ impl Model {
         for point in &self.point_masses {
             self.mass[point.node] += point.mass;
         }
-    }
-
-    fn load(&mut self, scene: &Scene, config: &Config) -> Result<(), InputError> {
-        let gravity = Vector3::from(config.gravity);
-        if config.structure.dead_load && gravity.norm() > 0.0 {
-            self.down = Some(gravity.normalize());
-            for node in 0..self.nodes.len() {
-                for c in 0..3 {
-                    let dof = self.dof(node, c);
-                    self.dead_load[dof] += self.mass[node] * gravity[c];
-                }
-            }
-        }
-        if config.fem.path_speed.is_some() {
-            self.live_load = vec![0.0; self.dof_count()];
-        }
-        for (i, entry) in config.structure.loads.iter().enumerate() {
-            for node in self.place(scene, &format!("structure.loads.{i}"), entry.place())? {
-                for c in 0..3 {
-                    let dof = self.dof(node, c);
-                    self.load_of(config)[dof] += entry.force[c];
-                    match self.rotation(node, c) {
-                        Some(dof) => self.load_of(config)[dof] += entry.moment[c],
-                        None if entry.moment[c] != 0.0 => {
-                            let what = format!(
-                                "node {} has no rotations: no moment acts on it",
-                                self.node_name(node)
-                            );
-                            return Err(scene.invalid(&format!("structure.loads.{i}.moment"), what));
-                        }
-                        None => {}
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Where loads go: they are constant, or grow along a path.
-    fn load_of(&mut self, config: &Config) -> &mut [f64] {
-        if config.fem.path_speed.is_some() { &mut self.live_load } else { &mut self.dead_load }
     }
 
     /// Every node must be part of an element, except those of a frame (`framed`) that are held; every

@@ -8,18 +8,21 @@
 mod base;
 mod build;
 mod generator;
+mod loading;
 mod names;
 pub mod numbering;
 mod parts;
 mod ropes;
 pub mod support;
 mod surfaces;
+pub mod timed;
 
 use crate::element::{AnyElement, Cable, PointMass, Spring};
 use crate::tangent::Tangent;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
 use support::Motion;
+use timed::TimedLoad;
 
 /// A structure, ready to be computed.
 #[derive(Debug, Clone)]
@@ -56,6 +59,10 @@ pub struct Model {
     pub dead_load: Vec<f64>,
     /// Loads that grow along a path of equilibrium, at the factor 1 [N]; empty without a path.
     pub live_load: Vec<f64>,
+    /// Loads with a history, and pressures.
+    pub timed: Vec<TimedLoad>,
+    /// Velocity of every degree of freedom at t = 0 [m/s, rad/s]; empty where all is at rest.
+    pub start_velocity: Vec<f64>,
     /// Whether weight is part of the dead load, and its direction: the unit vector of gravity.
     pub down: Option<Vector3<f64>>,
     /// Mass-proportional damping alpha [1/s].

@@ -1,6 +1,6 @@
-//! Prescribed motion of a support: a table in time.
+//! Tables in time: prescribed motion of supports, factors of loads.
 
-/// A displacement over time: straight between the rows of a table, constant before and after.
+/// A displacement or a factor over time: straight between the rows of a table, constant before and after.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     times: Vec<f64>,
@@ -8,11 +8,11 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// From rows `(time [s], displacement [m])`. Refuses times that do not increase.
+    /// From rows `(time [s], value)`. Refuses times that do not increase.
     pub fn new(rows: &[(f64, f64)]) -> Result<Self, String> {
         if let Some(pair) = rows.windows(2).find(|pair| pair[1].0 <= pair[0].0) {
             return Err(format!(
-                "the times of a motion must increase, {} s follows {} s",
+                "the times of a table must increase, {} s follows {} s",
                 pair[1].0, pair[0].0
             ));
         }
@@ -20,7 +20,7 @@ impl Motion {
         Ok(Self { times, values })
     }
 
-    /// Displacement at `time` [s].
+    /// Value at `time` [s].
     pub fn at(&self, time: f64) -> f64 {
         let next = self.times.partition_point(|t| *t <= time);
         if next == 0 {
@@ -32,6 +32,17 @@ impl Motion {
         let (t0, t1) = (self.times[next - 1], self.times[next]);
         let (v0, v1) = (self.values[next - 1], self.values[next]);
         v0 + (v1 - v0) * ((time - t0) / (t1 - t0))
+    }
+
+    /// Mean value from `start` to `end` [s], which lies behind it: exactly that of the table.
+    pub fn mean(&self, start: f64, end: f64) -> f64 {
+        let (mut time, mut value, mut sum) = (start, self.at(start), 0.0);
+        let inside = self.times.iter().zip(&self.values).filter(|(t, _)| **t > start && **t < end);
+        for (t, v) in inside.map(|(t, v)| (*t, *v)).chain([(end, self.at(end))]) {
+            sum += 0.5 * (value + v) * (t - time);
+            (time, value) = (t, v);
+        }
+        sum / (end - start)
     }
 
     /// Whether it stands still from `start` to `end` [s].
@@ -58,6 +69,14 @@ mod tests {
     fn there_and_back_inside_a_window_is_no_rest() {
         let motion = Motion::new(&[(1.0, 0.0), (1.1, 1.0), (1.2, 0.0)]).expect("increases");
         assert!(!motion.rests(0.9, 1.3));
+    }
+
+    #[test]
+    fn the_mean_counts_every_corner() {
+        // A triangle of height 2 over 1 s to 3 s: an area of 2.
+        let table = Motion::new(&[(1.0, 0.0), (2.0, 2.0), (3.0, 0.0)]).expect("increases");
+        let mean = |a, b| table.mean(a, b);
+        assert_eq!([mean(0.0, 4.0), mean(1.0, 2.0), mean(1.5, 2.5), mean(5.0, 6.0)], [0.5, 1.0, 1.5, 0.0]);
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod gate;
 mod generated;
 mod groups;
 mod input;
+mod loads;
 mod meshes;
 mod mutations;
 mod paths;

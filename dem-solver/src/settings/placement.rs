@@ -1,9 +1,11 @@
 //! Where the spheres of a scene start: each in its own cell of a lattice that fills the region, at a
 //! random place within the room that is left there.
 
+use super::SpheresSettings;
 use crate::cluster::index::SphereIndex;
 use crate::rock::Sphere;
-use crate::settings::spheres::SpheresSettings;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
@@ -63,6 +65,24 @@ fn lattice(size: &Vector3<f64>, count: usize, width: f64) -> Option<([usize; 3],
 }
 
 impl Start {
+    /// The spheres of all tables, which have been checked.
+    pub fn of(groups: &[SpheresSettings], scene: &Scene) -> Result<Self, InputError> {
+        let mut start = Self::default();
+        for (number, group) in groups.iter().enumerate() {
+            start.add(number, group).map_err(|room| {
+                let what = format!(
+                    "{} spheres of up to {} m radius: the region has room for {room}",
+                    group.total(),
+                    group.radii()[1]
+                );
+                scene
+                    .invalid(&format!("spheres.{number}.count"), what)
+                    .try_instead("fewer spheres, smaller ones or a larger region")
+            })?;
+        }
+        Ok(start)
+    }
+
     /// Add the spheres of table number `number`, which has been checked, from the bottom up. Errs with
     /// how many would fit if not all do.
     pub fn add(&mut self, number: usize, group: &SpheresSettings) -> Result<(), usize> {

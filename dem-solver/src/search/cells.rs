@@ -19,13 +19,19 @@ pub struct Pair {
     pub root_mass: f64,
 }
 
-/// A plane with the spheres on one side: `normal . x = offset` on it, the normal points out of the room.
+/// A plane with all spheres on one side: `normal . x = offset` on it, the normal points out of the room.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
     /// Unit vector out of the room.
     pub normal: Vector3<f64>,
     /// Distance of the plane from the origin along it [m].
     pub offset: f64,
+}
+
+impl From<(Vector3<f64>, f64)> for Plane {
+    fn from((normal, offset): (Vector3<f64>, f64)) -> Self {
+        Self { normal, offset }
+    }
 }
 
 /// The pairs, by first sphere.
