@@ -36,7 +36,7 @@ pub struct MembraneQuad {
     /// Its four nodes, around.
     pub nodes: [usize; 4],
     /// Its Gauss points.
-    pub points: [Point; 4],
+    pub points: Box<[Point; 4]>,
     /// Thickness [m].
     pub thickness: f64,
     /// Density [kg/m3].
@@ -60,7 +60,7 @@ fn directions(x: &[Vector3<f64>; 4], slopes: &[Vector2<f64>; 4]) -> [Vector3<f64
 
 impl MembraneQuad {
     /// The Gauss points of the quadrilateral `x`. `None` where it is not convex, has no area, or `along` is normal to it.
-    pub fn points(x: &[Vector3<f64>; 4], along: &Vector3<f64>) -> Option<[Point; 4]> {
+    pub fn points(x: &[Vector3<f64>; 4], along: &Vector3<f64>) -> Option<Box<[Point; 4]>> {
         let normal = (x[2] - x[0]).cross(&(x[3] - x[1]));
         let size = (x[2] - x[0]).norm_squared() + (x[3] - x[1]).norm_squared();
         let convex = CORNERS.iter().all(|[r, s]| {
@@ -85,7 +85,7 @@ impl MembraneQuad {
             let turned = Matrix2::from_fn(|c, k| axes[k].dot(&[a, b][c])).try_inverse()?;
             Some(Point { axes, slopes: slopes.map(|slope| turned * slope), shape, area })
         });
-        Some([points.next()??, points.next()??, points.next()??, points.next()??])
+        Some(Box::new([points.next()??, points.next()??, points.next()??, points.next()??]))
     }
 
     fn sheet(&self, point: usize) -> Sheet<'_> {
@@ -118,7 +118,7 @@ impl Element for MembraneQuad {
     }
 
     fn lump(&self, mass: &mut [f64], _inertia: &mut [f64]) {
-        for point in &self.points {
+        for point in self.points.iter() {
             for (m, n) in mass.iter_mut().zip(point.shape) {
                 *m += self.line_density() * point.area * n;
             }
