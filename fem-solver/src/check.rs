@@ -95,7 +95,7 @@ fn narrower_extent(coordinates: &[f64]) -> Option<f64> {
 
 fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> Vec<String> {
     let mass: f64 = model.mass.iter().sum();
-    let held = (0..model.node_count()).filter(|n| model.fully_held(*n)).count();
+    let held = (0..model.node_count()).filter(|n| model.held_at_first(*n)).count();
     let mut lines = vec![format!(
         "structure: {} nodes ({held} held), {mass:.4} kg; {}",
         model.node_count(),

@@ -31,6 +31,8 @@ pub struct Explicit {
     inverse_mass: Vec<f64>,
     /// Mass of each degree of freedom, 0 where held [kg].
     mass: Vec<f64>,
+    /// Degrees of freedom that supports let go.
+    released: Vec<usize>,
     /// Dead load and what loads the structure now [N].
     load: Vec<f64>,
     /// Loads with a history over the step; and without them, what loads the structure, and where it was. Empty without.
@@ -63,6 +65,7 @@ impl Explicit {
             springs,
             inverse_mass: mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect(),
             mass,
+            released: model.released(),
             load: model.dead_load.clone(),
             applied,
             steady: model.dead_load[..own].to_vec(),
@@ -87,6 +90,11 @@ impl Explicit {
             self.applied.mean(model, time, time + h);
             add(&mut self.load, &self.steady, &self.applied.force);
         }
+        for dof in &self.released {
+            let mass = if model.holds(*dof, time, h) { 0.0 } else { model.dof_mass(*dof) };
+            self.mass[*dof] = mass;
+            self.inverse_mass[*dof] = if mass > 0.0 { 1.0 / mass } else { 0.0 };
+        }
         let damping = 0.5 * model.damping * h;
         let kick = Kick { keep: (1.0 - damping) / (1.0 + damping), gain: h / (1.0 + damping), half: 0.5 * h };
         let (largest, squares) = if self.cables_only {
@@ -97,14 +105,21 @@ impl Explicit {
         state.dissipated += 0.25 * model.damping * h * squares;
         self.dash(model, state, h);
         for ((dof, motion), v0) in model.moving.iter().zip(&self.support_velocity) {
+            if !model.holds(*dof, time, h) {
+                continue;
+            }
             let (before, after) = (motion.at(time), motion.at(time + h));
             let v1 = (after - before) / h;
             state.support_work -= self.force[*dof] * (after - before);
             let mass = model.dof_mass(*dof);
             self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
             state.velocity[*dof] = v1;
+            if !model.held[*dof] {
+                // What is let go later takes the kinetic energy along that its support has given it.
+                state.support_work += 0.5 * mass * (v1 * v1 - v0 * v0);
+            }
         }
-        model.prescribe(time + h, &mut state.displacement);
+        model.prescribe(time + h, (time, h), &mut state.displacement);
         state.dissipated += self.assembly.book_rupture(&model.elements, &state.displacement, &state.history);
         if !self.applied.is_empty() {
             state.load_work += work(&self.applied.force, &state.displacement, &self.before);
@@ -135,7 +150,7 @@ impl Explicit {
     fn step_whole(&mut self, model: &Model, state: &mut State, time: f64, h: f64, kick: &Kick) -> (f64, f64) {
         let all = 0..model.dof_count();
         self.begin(all.clone(), state, kick.half);
-        model.prescribe(time + 0.5 * h, &mut self.middle);
+        model.prescribe(time + 0.5 * h, (time, h), &mut self.middle);
         let mut largest = self.kernel.pull(&self.middle, &mut self.force);
         if !self.assembly.is_empty() {
             let (history, u) = (&mut state.history, (&state.displacement[..], &self.middle[..]));
@@ -180,7 +195,7 @@ impl Explicit {
     /// one, as the damping of all is.
     fn dash(&mut self, model: &Model, state: &mut State, h: f64) {
         for (dof, viscosity) in &model.dashpots {
-            if model.held[*dof] {
+            if self.inverse_mass[*dof] == 0.0 {
                 continue;
             }
             let (mass, after) = (self.mass[*dof], state.velocity[*dof]);

@@ -115,7 +115,7 @@ impl Start {
     fn new(model: &Model, newton: &mut Newton, way: FormFinding) -> Self {
         let mut u = vec![0.0; model.dof_count()];
         let mut history = model.start_history();
-        model.prescribe(0.0, &mut u);
+        model.prescribe_first(&mut u);
         let mut done = Info::default();
         if newton.tangent.is_empty() {
             return Self { sagged: u.clone(), u, history, done };

@@ -99,6 +99,9 @@ pub struct Implicit {
     /// Mean force of load and elements over the last step [N]; see [`crate::explicit::Explicit::force`].
     pub force: Vec<f64>,
     load: Vec<f64>,
+    /// Degrees of freedom that supports let go, and those of them that are held now.
+    released: Vec<usize>,
+    fixed: Vec<usize>,
     /// Loads with a history where the step balances, later at its end; and those at its start.
     applied: [Applied; 2],
     before: Vec<f64>,
@@ -123,6 +126,8 @@ impl Implicit {
             middle: vec![0.0; n],
             force: vec![0.0; n],
             load: vec![0.0; n],
+            released: model.released(),
+            fixed: model.released(),
             applied: [Applied::new(model), Applied::new(model)],
             before: vec![0.0; n],
             squares: vec![0.0; n],
@@ -144,6 +149,7 @@ impl Implicit {
         let damping = model.damping;
         let known = if inertia { self.known_inertia(damping, h) } else { Known::default() };
         self.before.copy_from_slice(&state.displacement);
+        self.let_go(model, state, time, h);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];
         }
@@ -160,7 +166,7 @@ impl Implicit {
             }
         }
         self.begin_applied(model, time, h);
-        model.prescribe(time + h, &mut state.displacement);
+        model.prescribe(time + h, (time, h), &mut state.displacement);
         let factor = if inertia {
             (1.0 - alpha_m) / (beta * h * h) + damping * (1.0 - alpha_f) * gamma / (beta * h)
         } else {
@@ -190,13 +196,34 @@ impl Implicit {
             self.assembly.settle(&model.elements, &state.displacement, &mut state.history);
             state.events.extend(self.assembly.broken().iter().map(|broken| broken.event(time, h)));
         }
-        self.book_supports(model, state, h);
+        self.book_supports(model, state, time, h);
         Ok((largest, info))
     }
 
     /// Largest share of its strength that anything used as it broke in the last step; 0 where nothing did.
     pub fn broke_under(&self) -> f64 {
         self.assembly.broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
+    }
+
+    /// What supports hold in this step, of what they let go; the rest has its mass, and a balance of its own to start from.
+    fn let_go(&mut self, model: &Model, state: &mut State, time: f64, h: f64) {
+        if self.released.is_empty() {
+            return;
+        }
+        self.fixed.clear();
+        for dof in &self.released {
+            let held = model.holds(*dof, time, h);
+            let mass = if held { 0.0 } else { model.dof_mass(*dof) };
+            self.mass[*dof] = mass;
+            if held {
+                self.fixed.push(*dof);
+            } else if self.scheme.inertia && state.acceleration[*dof] == 0.0 && !state.force.is_empty() {
+                let viscosity = self.viscosity.get(*dof).copied().unwrap_or(0.0);
+                let damped = (model.damping + viscosity / mass) * state.velocity[*dof];
+                state.acceleration[*dof] = state.force[*dof] / mass - damped;
+            }
+        }
+        self.newton.fix(&self.fixed);
     }
 
     /// Loads with a history where the step balances: their mean over it, or what they are there.
@@ -320,14 +347,21 @@ impl Implicit {
     }
 
     /// Work of supports that move, and what their nodes' inertia adds to their force.
-    fn book_supports(&mut self, model: &Model, state: &mut State, h: f64) {
+    fn book_supports(&mut self, model: &Model, state: &mut State, time: f64, h: f64) {
         for ((dof, _), v0) in model.moving.iter().zip(&self.support_velocity) {
+            if !model.holds(*dof, time, h) {
+                continue;
+            }
             let du = state.displacement[*dof] - self.before[*dof];
             state.support_work -= self.force[*dof] * du;
             if self.scheme.inertia {
                 let mass = model.dof_mass(*dof);
                 let v1 = state.velocity[*dof];
                 self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
+                if !model.held[*dof] {
+                    // What is let go later takes the kinetic energy along that its support has given it.
+                    state.support_work += 0.5 * mass * (v1 * v1 - v0 * v0);
+                }
             }
         }
     }

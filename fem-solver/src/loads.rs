@@ -149,10 +149,14 @@ impl Loads {
 
     /// Load of step `step` of `steps` in the current part, for a scheme that balances at `1 - alpha_f`.
     pub fn of_step(&mut self, scheme: &Scheme, step: usize, steps: usize) -> StepLoad<'_> {
+        self.between(scheme, |x| (step as f64 + x) / steps as f64)
+    }
+
+    /// The same of a step whose begin and end, at 0 and 1, lie `at` these shares of the part.
+    pub fn between(&mut self, scheme: &Scheme, at: impl Fn(f64) -> f64) -> StepLoad<'_> {
         if scheme.takes_mean_only() {
             return StepLoad { balance: &self.mean_now, end: &self.mean_now };
         }
-        let at = |x: f64| (step as f64 + x) / steps as f64;
         let (balance, end) = (at(1.0 - scheme.alpha_f), at(1.0));
         for i in 0..self.balance.len() {
             let (first, slope) = if self.mean.is_some() {

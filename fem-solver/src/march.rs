@@ -1,6 +1,8 @@
 //! A prepared structure: one window after the other.
 
+mod again;
 mod counts;
+mod load_steps;
 
 pub use self::counts::Counts;
 use crate::config::Config;
@@ -11,6 +13,7 @@ use crate::implicit::{Implicit, Scheme};
 use crate::lanes::{add, work};
 use crate::loads::{Loads, difference_to_node_major, to_node_major};
 use crate::model::Model;
+use crate::newton::{Failure, Info};
 use crate::path::Path;
 use crate::record::{Largest, Recorder, Step};
 use crate::start::Start;
@@ -19,22 +22,8 @@ use interface_defs::field::{Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
 use interface_defs::solver::Window;
+use load_steps::Control;
 use std::ops::Range;
-
-/// A window in which Newton fails is cut into at most so many times the steps before it is given up.
-const FINEST: usize = 8;
-
-/// Explicit steps are no longer than this part of the critical step in windows from the first on in which something broke.
-///
-/// A load that rises over many steps moves slow modes alone; what a rupture lets go swings in the fastest ones, and wires
-/// around it turn slack and taut at every swing. The energy of a mode at an instant is wrong by `(w h / 2)^2` of its kinetic
-/// energy: with half the critical step by a quarter, with this step by a sixtieth.
-const TORN_SHARE: f64 = 0.125;
-/// An implicit step ends where something breaks: a window in which that used more of its strength than all of it and this
-/// part is cut into more steps.
-const BREAKS_WITHIN: f64 = 0.01;
-/// At most so many times the steps.
-const FINEST_TORN: usize = 64;
 
 /// The scheme in time.
 enum Engine {
@@ -61,6 +50,8 @@ pub struct March {
     torn_step: f64,
     /// Largest share of its strength that anything used as it broke in an implicit step of the window.
     broke_under: f64,
+    /// Load steps of statics that adapt.
+    load_steps: Option<Box<Control>>,
     shortcuts: bool,
     skipped: bool,
     displacement_samples: Vec<Range<usize>>,
@@ -114,11 +105,11 @@ impl March {
         };
         if scheme.is_some_and(|s| s.inertia) && (thrown || !start.at_rest) {
             // The first step of an implicit scheme starts from a balance of its own.
-            for dof in (0..n).filter(|dof| !model.held[*dof]) {
+            for dof in (0..n).filter(|dof| !model.held_first(*dof)) {
                 let damped = model.damping * committed.velocity[dof];
                 committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof) - damped;
             }
-            for (dof, viscosity) in model.dashpots.iter().filter(|(dof, _)| !model.held[*dof]) {
+            for (dof, viscosity) in model.dashpots.iter().filter(|(dof, _)| !model.held_first(*dof)) {
                 committed.acceleration[*dof] -= viscosity * committed.velocity[*dof] / model.dof_mass(*dof);
             }
         }
@@ -148,6 +139,7 @@ impl March {
             },
             recorder: recorder.at_end(scheme.is_some_and(|s| !s.inertia)),
             loads,
+            load_steps: Control::new(&config.fem, &committed, model),
             trial: State { events: Vec::with_capacity(model.elements.len()), ..committed.clone() },
             nodes: model.node_count(),
             committed,
@@ -155,7 +147,7 @@ impl March {
             rest_force: start.force,
             time_step: start.time_step,
             torn_step: match scheme {
-                None => start.time_step.min(TORN_SHARE * start.critical_step),
+                None => start.time_step.min(again::TORN_SHARE * start.critical_step),
                 Some(_) => start.time_step,
             },
             broke_under: 0.0,
@@ -232,53 +224,6 @@ impl March {
         self.trial.groups = groups;
     }
 
-    /// Advance over the window; where Newton fails, again from its start with twice the steps. Where something breaks in it
-    /// for the first time, again with the steps of a torn structure; where that is far beyond its strength, with more.
-    fn advance(
-        &mut self,
-        model: &Model,
-        window: &Window,
-        input: &[f64],
-        output: &mut [f64],
-    ) -> Result<(), Fault> {
-        let mut finer = 1;
-        let mut longest = self.longest_step(!self.committed.events.is_empty());
-        loop {
-            match self.advance_by(model, window, input, output, (longest, finer)) {
-                Ok(()) => {
-                    let torn = self.longest_step(!self.trial.events.is_empty());
-                    let late = ((self.broke_under - 1.0) / BREAKS_WITHIN).clamp(0.0, FINEST_TORN as f64);
-                    if torn < longest {
-                        longest = torn;
-                    } else if late > 1.0 && finer < FINEST_TORN {
-                        finer = (finer * (late.ceil() as usize).next_power_of_two()).min(FINEST_TORN);
-                    } else {
-                        return Ok(());
-                    }
-                    self.begin_again();
-                }
-                Err(fault) if finer >= FINEST || !matches!(self.engine, Engine::Implicit(_)) => {
-                    return Err(fault);
-                }
-                Err(_) => {
-                    finer *= 2;
-                    self.counts.refined += 1;
-                    self.begin_again();
-                }
-            }
-        }
-    }
-
-    /// The longest step of a structure that is torn or not [s].
-    fn longest_step(&self, torn: bool) -> f64 {
-        if torn { self.torn_step } else { self.time_step }
-    }
-
-    fn begin_again(&mut self) {
-        self.trial.copy_from(&self.committed);
-        self.trial.at_rest = false;
-    }
-
     fn advance_by(
         &mut self,
         model: &Model,
@@ -291,7 +236,8 @@ impl March {
         self.broke_under = 0.0;
         (self.trial.along.lowest, self.trial.along.highest) = (self.trial.factor, self.trial.factor);
         let part = Window { length: window.length / self.parts as f64, ..*window };
-        let steps = part.steps(longest) * self.parts * finer;
+        let own = if self.load_steps.is_some() { 1 } else { part.steps(longest) };
+        let steps = own * self.parts * finer;
         let h = window.length / steps as f64;
         let per_load = steps / self.loads.parts();
         for step in 0..steps {
@@ -310,6 +256,16 @@ impl March {
                 self.answer(step + 1, steps, output);
                 continue;
             }
+            if self.load_steps.is_some() {
+                let place = (step % per_load, per_load);
+                self.by_load_steps(model, (time, window.start + (step + 1) as f64 * h), place).map_err(
+                    |what| {
+                        Fault::window(format!("window {} from {:.6e} s: {what}", window.number, window.start))
+                    },
+                )?;
+                self.answer(step + 1, steps, output);
+                continue;
+            }
             let tension = self.step(model, time, h, step % per_load, per_load).map_err(|what| {
                 Fault::window(format!(
                     "window {} from {:.6e} s, step {} of {steps}: {what}; a shorter window or fem.time_step may do",
@@ -324,7 +280,7 @@ impl March {
             self.record(model, window.start + (step + 1) as f64 * h, h, tension);
             self.answer(step + 1, steps, output);
         }
-        if !matches!(self.engine, Engine::Path(_)) {
+        if !matches!(self.engine, Engine::Path(_)) && self.load_steps.is_none() {
             self.counts.steps += steps as u64;
         }
         Ok(())
@@ -340,42 +296,54 @@ impl March {
                 Ok(explicit.step(model, &mut self.trial, time, h).sqrt())
             }
             Engine::Path(_) => unreachable!("a path has steps of its own"),
-            Engine::Implicit(implicit) => {
-                self.part_start.copy_from_slice(&self.trial.displacement);
-                let scheme = implicit.scheme;
-                let load = self.loads.of_step(&scheme, step, steps);
-                let (largest, info) = implicit
-                    .step(model, &mut self.trial, &load, time, h)
-                    .map_err(|failure| failure.describe(model))?;
-                self.counts.newton += info.iterations;
-                if let Some(dof) = info.shifted_at {
-                    if self.counts.shifted == 0 {
-                        tracing::warn!(
-                            "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (reported once)",
-                            model.dof_name(dof)
-                        );
-                    }
-                    self.counts.shifted += 1;
-                }
-                self.counts.unstable += u64::from(info.unstable.is_some());
-                self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
-                self.counts.factorisations += info.factorisations;
-                self.counts.kept_factors += info.kept_factors;
-                if scheme.inertia {
-                    self.broke_under = self.broke_under.max(implicit.broke_under());
-                }
-                let (after, before) = (&self.trial.displacement, &self.part_start);
-                if scheme.takes_mean_only() {
-                    self.trial.received += work(load.balance, after, before);
-                } else if !self.trial.load.is_empty() {
-                    // The mean of both ends, as the trapezoidal rule does its work.
-                    add(&mut self.end_loads, &self.trial.load, load.end);
-                    self.trial.received += 0.5 * work(&self.end_loads, after, before);
-                    self.trial.load.copy_from_slice(load.end);
-                }
-                Ok(largest.sqrt())
-            }
+            Engine::Implicit(_) => self
+                .implicit_step(model, time, h, |x| (step as f64 + x) / steps as f64)
+                .map(|(tension, _)| tension)
+                .map_err(|failure| failure.describe(model)),
         }
+    }
+
+    /// One implicit step, whose begin and end, at 0 and 1, are these shares of the part of the window; returns the largest tension in it, and the
+    /// iterations.
+    fn implicit_step(
+        &mut self,
+        model: &Model,
+        time: f64,
+        h: f64,
+        share: impl Fn(f64) -> f64,
+    ) -> Result<(f64, Info), Failure> {
+        let Engine::Implicit(implicit) = &mut self.engine else { return Err(Failure::Unstable { dof: 0 }) };
+        self.part_start.copy_from_slice(&self.trial.displacement);
+        let scheme = implicit.scheme;
+        let load = self.loads.between(&scheme, share);
+        let (largest, info) = implicit.step(model, &mut self.trial, &load, time, h)?;
+        self.counts.newton += info.iterations;
+        if let Some(dof) = info.shifted_at {
+            if self.counts.shifted == 0 {
+                tracing::warn!(
+                    "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (reported once)",
+                    model.dof_name(dof)
+                );
+            }
+            self.counts.shifted += 1;
+        }
+        self.counts.unstable += u64::from(info.unstable.is_some());
+        self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
+        self.counts.factorisations += info.factorisations;
+        self.counts.kept_factors += info.kept_factors;
+        if scheme.inertia {
+            self.broke_under = self.broke_under.max(implicit.broke_under());
+        }
+        let (after, before) = (&self.trial.displacement, &self.part_start);
+        if scheme.takes_mean_only() {
+            self.trial.received += work(load.balance, after, before);
+        } else if !self.trial.load.is_empty() {
+            // The mean of both ends, as the trapezoidal rule does its work.
+            add(&mut self.end_loads, &self.trial.load, load.end);
+            self.trial.received += 0.5 * work(&self.end_loads, after, before);
+            self.trial.load.copy_from_slice(load.end);
+        }
+        Ok((largest.sqrt(), info))
     }
 
     /// Along the path of equilibrium from `time` to `end`, by as many steps as it takes.

@@ -141,7 +141,8 @@ impl Probe {
 #[derive(Debug, Clone)]
 pub struct Foot {
     node: usize,
-    held: [bool; 3],
+    /// Until when it is held in each direction [s]; minus infinity where it is not.
+    held: [f64; 3],
     springs: [f64; 3],
 }
 
@@ -155,18 +156,29 @@ impl Foot {
         nodes.dedup();
         let feet = nodes.into_iter().map(|node| Self {
             node,
-            held: [0, 1, 2].map(|c| model.held[model.dof(node, c)]),
+            held: [0, 1, 2].map(|c| {
+                let dof = model.dof(node, c);
+                if model.held[dof] {
+                    f64::INFINITY
+                } else {
+                    model.until.get(dof).copied().unwrap_or(f64::NEG_INFINITY)
+                }
+            }),
             springs: [0, 1, 2]
                 .map(|c| springs.iter().filter(|(dof, _)| *dof == c * n + node).map(|(_, k)| k).sum()),
         });
-        feet.filter(|f| f.held.contains(&true) || f.springs.iter().any(|k| *k > 0.0)).collect()
+        feet.filter(|f| {
+            f.held.iter().any(|until| *until > f64::NEG_INFINITY) || f.springs.iter().any(|k| *k > 0.0)
+        })
+        .collect()
     }
 
-    /// Force of its supports on the structure [N], where `force` is that of load and elements.
-    pub fn reaction(&self, nodes: usize, force: &[f64], u: &[f64]) -> [f64; 3] {
+    /// Force of its supports on the structure [N], where `force` is that of load and elements, in the step with its middle
+    /// at `time` [s].
+    pub fn reaction(&self, nodes: usize, force: &[f64], u: &[f64], time: f64) -> [f64; 3] {
         [0, 1, 2].map(|c: usize| {
             let dof = c * nodes + self.node;
-            let held = if self.held[c] { force[dof] } else { 0.0 };
+            let held = if self.held[c] > time { force[dof] } else { 0.0 };
             -(held + self.springs[c] * u[dof])
         })
     }

@@ -15,6 +15,8 @@ use interface_defs::toolkit::scene::Scene;
 #[derive(Debug, Clone)]
 struct Supports {
     held: [Vec<usize>; 3],
+    /// Those that let go, with the time until they do.
+    until: [Vec<(usize, f64)>; 3],
     springs: [Vec<(usize, f64)>; 3],
 }
 
@@ -22,7 +24,10 @@ impl Supports {
     fn of(model: &Model, nodes: impl Fn(usize) -> bool) -> Self {
         let n = model.node_count();
         let springs = spring_dofs(model);
+        let until = |dof: usize| model.until.get(dof).copied().filter(|t| t.is_finite()).map(|t| (dof, t));
         Self {
+            until: [0, 1, 2]
+                .map(|c| (0..n).filter(|i| nodes(*i)).filter_map(|i| until(model.dof(i, c))).collect()),
             held: [0, 1, 2].map(|c| {
                 (0..n).filter(|i| nodes(*i)).map(|i| model.dof(i, c)).filter(|dof| model.held[*dof]).collect()
             }),
@@ -31,12 +36,14 @@ impl Supports {
         }
     }
 
-    /// Force of the supports on the structure, where `force` is that of load and elements.
-    fn reaction(&self, force: &[f64], u: &[f64]) -> [f64; 3] {
+    /// Force of the supports on the structure, where `force` is that of load and elements, in the step with its middle at
+    /// `time` [s].
+    fn reaction(&self, force: &[f64], u: &[f64], time: f64) -> [f64; 3] {
         [0, 1, 2].map(|c: usize| {
             let held: f64 = self.held[c].iter().map(|dof| force[*dof]).sum();
             let springs: f64 = self.springs[c].iter().map(|(dof, k)| k * u[*dof]).sum();
-            -(held + springs)
+            let still = self.until[c].iter().filter(|(_, until)| *until > time);
+            -(held + springs + still.map(|(dof, _)| force[*dof]).sum::<f64>())
         })
     }
 }
@@ -139,7 +146,7 @@ impl Recorder {
     /// leave `force` to the supports; memory for `samples` steps within 1 ms and a window.
     pub fn new(model: &Model, probes: &Probes, origin: &[f64], force: &[f64], samples: usize) -> Self {
         let total = Supports::of(model, |_| true);
-        let at_rest = total.reaction(force, origin);
+        let at_rest = total.reaction(force, origin, f64::NEG_INFINITY);
         let impulses = |p: &Probe| if matches!(p, Probe::Force(_)) { 1 + p.members() } else { 0 };
         let impulses = 1 + probes.probes.iter().map(impulses).sum::<usize>();
         Self {
@@ -164,9 +171,9 @@ impl Recorder {
         Self { at_end, ..self }
     }
 
-    /// Total support reaction [N].
+    /// Total support reaction at the start [N].
     pub fn total_reaction(&self, force: &[f64], u: &[f64]) -> [f64; 3] {
-        self.total.reaction(force, u)
+        self.total.reaction(force, u, f64::NEG_INFINITY)
     }
 
     /// Smallest and largest of the members of each group, before the first step.
@@ -191,7 +198,7 @@ impl Recorder {
             self.elapsed = 0.0;
         }
         self.elapsed += step.length;
-        let reaction = self.total.reaction(step.force, step.middle);
+        let reaction = self.total.reaction(step.force, step.middle, step.end - 0.5 * step.length);
         let impulse = reaction.map(|r| r * step.length);
         add(&mut self.impulses[0], impulse);
         for (triple, r) in self.reaction.iter_mut().zip(reaction) {
@@ -230,7 +237,8 @@ impl Recorder {
                     let (mut sum, mut seen) = ([0.0; 3], Both::default());
                     let mut mean = Both::default();
                     for (i, foot) in feet.iter().enumerate() {
-                        let reaction = foot.reaction(nodes, step.force, step.middle);
+                        let reaction =
+                            foot.reaction(nodes, step.force, step.middle, step.end - 0.5 * step.length);
                         add(&mut sum, reaction);
                         if members > 0 {
                             add(&mut own[i], reaction.map(|r| r * step.length));

@@ -125,7 +125,7 @@ const COUNTS: &[Entry] = &[
     count("factorisations", "factorisations of the tangent matrix"),
     count("kept_factors", "factorisations saved, as the tangent had not changed"),
     count("refined_windows", "windows in which Newton failed and that were repeated with shorter steps"),
-    count("refused_steps", "`fem.path_speed`: steps that were shortened and taken anew"),
+    count("refused_steps", "`fem.path_speed`, `fem.load_steps`: steps that were shortened and taken anew"),
     count("shifted_tangents", "steps with a tangent matrix that was not positive definite and was shifted"),
 ];
 

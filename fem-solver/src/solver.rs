@@ -351,7 +351,7 @@ impl Solver for FemSolver {
                 events.len()
             ));
         }
-        if model.held.contains(&true) || !model.springs.is_empty() {
+        if model.held.contains(&true) || !model.until.is_empty() || !model.springs.is_empty() {
             let (raw, mean) = (peaks.reaction, peaks.reaction_1ms);
             measures.push(measure("max_reaction", raw.value, "N", Some(raw.time)));
             measures.push(measure("max_reaction_1ms", mean.value, "N", Some(mean.time)));

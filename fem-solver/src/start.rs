@@ -78,7 +78,7 @@ impl Start {
         model: &Model,
         on_progress: OnProgress,
     ) -> Result<Self, NoStart> {
-        let at_start = model.at_start();
+        let (whole, at_start) = (model, model.at_start());
         let model = &*at_start;
         on_progress(format!(
             "{} nodes, {} elements: analysing",
@@ -90,7 +90,7 @@ impl Start {
         let (Form { displacement, history, smoothed }, form_finding) = match config.structure.form_finding {
             FormFinding::None => {
                 let mut u = vec![0.0; model.dof_count()];
-                model.prescribe(0.0, &mut u);
+                model.prescribe_first(&mut u);
                 (Form { displacement: u, history: model.start_history(), smoothed: false }, Info::default())
             }
             way => {
@@ -122,10 +122,18 @@ impl Start {
         }
         let residual = newton.tangent.dofs().iter().map(|dof| force[*dof].powi(2)).sum::<f64>().sqrt();
         let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
+        // What is let go later moves in the steps to come, not in form finding.
+        let mut of_run = (!whole.until.is_empty()).then(|| Newton::new(whole));
         let frequency = match config.fem.integrator {
             Integrator::Static => 0.0,
-            _ if newton.tangent.is_empty() => 0.0,
-            _ => highest_frequency(model, &mut newton.tangent, &displacement, &history),
+            _ => {
+                let tangent = &mut of_run.as_mut().unwrap_or(&mut newton).tangent;
+                if tangent.is_empty() {
+                    0.0
+                } else {
+                    highest_frequency(whole, tangent, &displacement, &history)
+                }
+            }
         };
         let critical_step = 2.0 / frequency;
         let mut warnings = model.warnings.clone();
@@ -180,7 +188,7 @@ impl Start {
             cable_force,
             form_finding,
             warnings,
-            newton,
+            newton: of_run.unwrap_or(newton),
         })
     }
 }

@@ -46,7 +46,7 @@ pub struct State {
 /// How a path of equilibrium goes on.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Along {
-    /// Length of the next step [m]; 0 before the first.
+    /// Length of the next step [m], of a load step [s]; 0 before the first.
     pub stride: f64,
     /// Change of the load factor per way of the degree of freedom that moves most [1/m].
     pub rate: f64,

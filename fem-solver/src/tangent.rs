@@ -46,6 +46,8 @@ pub struct Tangent {
     mirrored: Vec<u32>,
     /// Positions of the lower triangle of each face that pressure acts on, by rows, one after the other.
     faces: Vec<u32>,
+    /// For each free degree of freedom whether a support that lets go later holds it now; empty without such supports.
+    fixed: Vec<bool>,
     /// Memory of [`Tangent::bound`].
     sums: Vec<f64>,
     cholesky: Cholesky,
@@ -108,6 +110,7 @@ impl Tangent {
             elements,
             mirrored,
             faces,
+            fixed: vec![false; if model.until.is_empty() { 0 } else { count }],
             sums: vec![0.0; count],
             cholesky,
             revision: 0,
@@ -285,9 +288,34 @@ impl Tangent {
         self.diagonal.iter().map(|at| self.values[*at]).fold(0.0, f64::max)
     }
 
+    /// From now on these degrees of freedom of the structure, and no others, are fixed beside those that are held.
+    pub fn fix(&mut self, dofs: &[usize]) {
+        self.fixed.fill(false);
+        for free in dofs.iter().map(|dof| self.free[*dof]).filter(|free| *free != HELD) {
+            self.fixed[free] = true;
+        }
+    }
+
+    /// Take what is fixed out of the system: it keeps a diagonal of its own.
+    fn leave_out_fixed(&mut self) {
+        if !self.fixed.contains(&true) {
+            return;
+        }
+        let diagonal = self.largest_diagonal().max(f64::MIN_POSITIVE);
+        for j in 0..self.dofs.len() {
+            for at in self.starts[j]..self.starts[j + 1] {
+                let row = self.rows[at];
+                if self.fixed[j] || self.fixed[row] {
+                    self.values[at] = if row == j { diagonal } else { 0.0 };
+                }
+            }
+        }
+    }
+
     /// Factorise what was assembled; the error is the degree of freedom of the structure whose pivot is the first that
     /// is not positive.
     pub fn factorise(&mut self) -> Result<(), usize> {
+        self.leave_out_fixed();
         let outcome = self.cholesky.factorise(&self.values[..self.rows.len()]);
         outcome.map_err(|pivot| self.dofs[pivot.unknown])
     }
@@ -295,6 +323,7 @@ impl Tangent {
     /// The same with pivots of either sign; returns how many are negative. The error is a degree of freedom of the structure
     /// where the tangent is no number.
     pub fn factorise_signed(&mut self) -> Result<usize, usize> {
+        self.leave_out_fixed();
         let outcome = self.cholesky.factorise_signed(&self.values[..self.rows.len()]);
         outcome.map_err(|pivot| self.dofs[pivot.unknown])
     }

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 
 /// Most iterations of one step where the scene does not say.
 const MOST_ITERATIONS: u32 = 30;
+/// Shortest load step, relative to the first, where the scene does not say.
+const SHORTEST_STEP: f64 = 1e-4;
 
 /// Integrator, time step, Newton iteration.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -47,12 +49,58 @@ pub struct FemConfig {
     /// equilibrium is unstable; the summary gives limit points and branch points. Default: the loads are constant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path_speed: Option<f64>,
+    /// `static` only: load steps that adapt, within the windows and whatever their number. Default: one step per window, or
+    /// of `time_step`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_steps: Option<LoadSteps>,
     /// With `path_speed`: where a path goes on from a branch point behind which more directions are unstable. Default
     /// `straight`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path_at_branch: Option<AtBranch>,
     /// Accept a `time_step` above the critical one (`central_difference` only). Default false.
     pub allow_unstable: bool,
+}
+
+/// Load steps of statics that adapt: they grow where Newton is fast, and are halved and taken anew where it fails. None is longer
+/// than `time_step`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LoadSteps {
+    /// Length of the first step [s].
+    pub first: f64,
+    /// Length [s] below which no step is tried: the run ends there, with a message. Default: 1e-4 of `first`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortest: Option<f64>,
+}
+
+impl LoadSteps {
+    /// Shortest step [s].
+    pub fn shortest(&self) -> f64 {
+        self.shortest.unwrap_or(SHORTEST_STEP * self.first)
+    }
+
+    fn check(&self, scene: &Scene, fem: &FemConfig) -> Result<(), InputError> {
+        let key = "fem.load_steps";
+        if fem.integrator != Integrator::Static {
+            let what = format!("load_steps are for static, not for {}", fem.integrator.name());
+            return Err(scene.invalid(key, what));
+        }
+        if fem.path_speed.is_some() {
+            let what = "a path of equilibrium has steps of its own: there are no load_steps along it";
+            return Err(scene.invalid(key, what).try_instead("leave out either load_steps or path_speed"));
+        }
+        positive(scene, "fem.load_steps.first", self.first, "s")?;
+        positive(scene, "fem.load_steps.shortest", self.shortest(), "s")?;
+        if self.shortest() > self.first {
+            let what = format!(
+                "the shortest step of {} s is longer than the first, {} s",
+                self.shortest(),
+                self.first
+            );
+            return Err(scene.invalid("fem.load_steps.shortest", what));
+        }
+        Ok(())
+    }
 }
 
 /// Where a path goes on from a branch point.
@@ -142,6 +190,9 @@ impl FemConfig {
                 .invalid("fem.path_at_branch", "without path_speed there is no path that could branch")
                 .try_instead("write path_speed too, or leave out path_at_branch"));
         }
+        if let Some(steps) = &self.load_steps {
+            steps.check(scene, self)?;
+        }
         let gamma = self.gamma.unwrap_or(0.5);
         self.parameter(scene, "rho_inf", self.rho_inf, Integrator::GeneralizedAlpha, 0.0..=1.0)?;
         self.parameter(scene, "alpha", self.alpha, Integrator::Bossak, -1.0 / 3.0..=0.0)?;
@@ -183,7 +234,12 @@ impl FemConfig {
                 full.gamma = self.gamma.or(Some(0.5));
                 full.beta = self.beta.or(full.gamma.map(|g| 0.25 * (g + 0.5) * (g + 0.5)));
             }
-            Integrator::Static | Integrator::CentralDifference => {}
+            Integrator::Static => {
+                if let Some(steps) = &mut full.load_steps {
+                    steps.shortest = Some(steps.shortest());
+                }
+            }
+            Integrator::CentralDifference => {}
         }
         full
     }

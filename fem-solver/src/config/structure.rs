@@ -293,7 +293,26 @@ entry! {
         /// Prescribed displacement: rows `[t, ux, uy, uz]` [s, m], straight between them, constant outside.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         motion: Vec<[f64; 4]>,
+        /// Prescribed turn about an axis, in place of `motion`: the nodes run on circles, in the directions and rotations that
+        /// are supported.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        turning: Option<TurningConfig>,
+        /// When they let go [s], at the end of the solver's step that is nearest. Default: never.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        released_at: Option<f64>,
     }
+}
+
+/// Turn of supports about an axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TurningConfig {
+    /// A point on the axis [m].
+    pub through: [f64; 3],
+    /// Direction of the axis, of any length; angles are right-handed about it.
+    pub axis: [f64; 3],
+    /// Rows `[t, angle]` [s, rad], straight between them, constant outside.
+    pub angles: Vec<[f64; 2]>,
 }
 
 fn is_nothing(moment: &[f64; 3]) -> bool {

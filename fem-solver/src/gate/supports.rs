@@ -1,12 +1,15 @@
 //! Supports, loads and gravity: what holds, what moves, what pulls.
 
 use crate::config::Config;
+use crate::config::structure::SupportEntry;
 use crate::model::Model;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
 /// Motion of a support over the extent of the structure that no one can mean.
 const FARTHEST: f64 = 5.0;
+/// Angle from which on something is said [rad]: two turns.
+const MOST_TURN: f64 = 4.0 * std::f64::consts::PI;
 /// Speed that no one can mean [m/s]: that of sound in steel.
 const FASTEST: f64 = 5000.0;
 /// End of a motion over that of the run from which on something is said.
@@ -37,7 +40,7 @@ pub fn judge(
     judge_histories(scene, config, warnings);
     judge_velocities(scene, config, model, warnings)?;
     let all_held = (0..model.node_count()).filter(|n| used[*n]).all(|n| model.fully_held(n));
-    if all_held && model.moving.is_empty() && used.contains(&true) {
+    if all_held && model.moving.is_empty() && model.until.is_empty() && used.contains(&true) {
         let what = format!(
             "the supports hold all {} nodes of the structure: nothing of it can move",
             model.node_count()
@@ -52,7 +55,11 @@ pub fn judge(
             .invalid(key, what)
             .try_instead("hold the frame alone, as in supports = [{ group = \"frame\" }]"));
     }
-    if !model.held.contains(&true) && model.springs.is_empty() && model.down.is_some() {
+    if !model.held.contains(&true)
+        && model.until.is_empty()
+        && model.springs.is_empty()
+        && model.down.is_some()
+    {
         warnings.push(
             "structure: nothing holds the structure: it falls; supports = [{ group = \"name of a group\" }]"
                 .into(),
@@ -70,6 +77,7 @@ fn judge_motions(
 ) -> Result<(), InputError> {
     let (extent, Ok(end_time)) = (model.extent(), scene.end_time()) else { return Ok(()) };
     for (i, entry) in config.structure.supports.iter().enumerate() {
+        judge_release(entry, i, end_time, warnings);
         let key = format!("structure.supports.{i}.motion");
         let furthest = |row: &[f64; 4]| row[1..].iter().map(|u| u * u).sum::<f64>().sqrt();
         let most = entry.motion.iter().map(furthest).fold(0.0, f64::max);
@@ -89,6 +97,25 @@ fn judge_motions(
         }
     }
     Ok(())
+}
+
+/// Supports that let go after the end, and angles in degrees.
+fn judge_release(entry: &SupportEntry, i: usize, end_time: f64, warnings: &mut Vec<String>) {
+    if let Some(time) = entry.released_at.filter(|time| *time > end_time) {
+        warnings.push(format!(
+            "structure.supports.{i}.released_at: it lets go at {time} s, and the run ends at end_time = {end_time} s: 100 ms is \
+             0.1"
+        ));
+    }
+    let angles = entry.turning.iter().flat_map(|turning| &turning.angles);
+    let most = angles.map(|row| row[1].abs()).fold(0.0, f64::max);
+    if most > MOST_TURN {
+        warnings.push(format!(
+            "structure.supports.{i}.turning.angles: {most} rad are {:.1} turns; rows are [t, angle] in s and rad: 90 degrees \
+             are 1.5708",
+            most / std::f64::consts::TAU
+        ));
+    }
 }
 
 /// Loads that go straight into supports.

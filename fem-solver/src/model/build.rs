@@ -3,7 +3,6 @@
 use super::Model;
 use super::base::{Base, Cell};
 use super::parts::Made;
-use super::support::Motion;
 use crate::config::part::PartConfig;
 use crate::config::structure::{CableConfig, Stated, StructureConfig, Where};
 use crate::config::{Config, not_negative, positive};
@@ -36,6 +35,7 @@ impl Model {
             mass: vec![0.0; base.nodes.len()],
             held: vec![false; 3 * base.nodes.len()],
             moving: Vec::new(),
+            until: Vec::new(),
             dead_load: vec![0.0; 3 * base.nodes.len()],
             live_load: Vec::new(),
             timed: Vec::new(),
@@ -57,8 +57,10 @@ impl Model {
         model.number_elements(&base.element_numbers, &made);
         model.name_elements(base.elements.1, &made);
         model.number_rotations();
-        for node in base.held {
-            model.hold(node, [true; 3]);
+        for dof in
+            base.held.iter().flat_map(|node| [0, 1, 2].map(|c| model.dof(*node, c))).collect::<Vec<_>>()
+        {
+            model.held[dof] = true;
         }
         model.add_elements(scene, table)?;
         model.add_supports(scene, table)?;
@@ -67,6 +69,11 @@ impl Model {
         if config.fem.path_speed.is_some() {
             if !model.moving.is_empty() {
                 return Err(scene.invalid("fem.path_speed", "a path under loads takes no supports that move"));
+            }
+            if !model.until.is_empty() {
+                return Err(
+                    scene.invalid("fem.path_speed", "a path under loads takes no supports that let go")
+                );
             }
             if model.live_load.iter().all(|p| *p == 0.0) {
                 return Err(scene
@@ -81,18 +88,11 @@ impl Model {
         // A mesh file may have a group of that name; then it is the user's.
         if model.groups.iter().all(|g| g.name != "supports") {
             let held: Vec<u32> =
-                (0..model.nodes.len()).filter(|n| model.fully_held(*n)).map(|n| n as u32).collect();
+                (0..model.nodes.len()).filter(|n| model.held_at_first(*n)).map(|n| n as u32).collect();
             model.groups.push(Group { name: "supports".into(), nodes: held });
         }
         crate::gate::judge(scene, config, &mut model)?;
         Ok(model)
-    }
-
-    fn hold(&mut self, node: usize, directions: [bool; 3]) {
-        for (c, held) in directions.into_iter().enumerate() {
-            let dof = self.dof(node, c);
-            self.held[dof] |= held;
-        }
     }
 
     fn add_groups(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
@@ -184,47 +184,6 @@ impl Model {
         Ok(())
     }
 
-    fn add_supports(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
-        for (i, entry) in table.supports.iter().enumerate() {
-            let key = format!("structure.supports.{i}");
-            let directions = ['x', 'y', 'z'].map(|c| entry.directions.contains(c));
-            let no_axis = |letters: &str| letters.chars().any(|c| !"xyz".contains(c));
-            if no_axis(&entry.rotations) {
-                let what = format!("`{}` is no set of axes, write letters of xyz", entry.rotations);
-                return Err(scene.invalid(&format!("{key}.rotations"), what));
-            }
-            if (entry.directions.is_empty() && entry.rotations.is_empty()) || no_axis(&entry.directions) {
-                let what = format!("`{}` is no set of directions, write letters of xyz", entry.directions);
-                return Err(scene.invalid(&format!("{key}.directions"), what).try_instead(
-                    "directions = \"xyz\" holds all, which is the default; \"z\" holds z alone",
-                ));
-            }
-            for node in self.place(scene, &key, entry.place())? {
-                self.hold(node, directions);
-                for (component, letter) in ['x', 'y', 'z'].into_iter().enumerate() {
-                    if let Some(dof) = self.rotation(node, component) {
-                        self.held[dof] |= entry.rotations.contains(letter);
-                    }
-                }
-                if entry.motion.is_empty() {
-                    continue;
-                }
-                for component in (0..3).filter(|c| directions[*c]) {
-                    let rows: Vec<_> = entry.motion.iter().map(|row| (row[0], row[1 + component])).collect();
-                    let motion =
-                        Motion::new(&rows).map_err(|what| scene.invalid(&format!("{key}.motion"), what))?;
-                    let dof = self.dof(node, component);
-                    if self.moving.iter().any(|(other, _)| *other == dof) {
-                        let what = format!("{} has two motions", self.dof_name(dof));
-                        return Err(scene.invalid(&format!("{key}.motion"), what));
-                    }
-                    self.moving.push((dof, motion));
-                }
-            }
-        }
-        Ok(())
-    }
-
     fn lump(&mut self) {
         for cable in &self.cables {
             for node in cable.nodes {
@@ -255,7 +214,7 @@ impl Model {
         let ends = ends.chain(self.elements.iter().flat_map(|e| e.nodes().to_vec()));
         let others = self.springs.iter().map(|s| s.node).chain(self.point_masses.iter().map(|m| m.node));
         ends.chain(others).for_each(|node| used[node] = true);
-        let lonely = |node: &usize| !(used[*node] || framed && self.fully_held(*node));
+        let lonely = |node: &usize| !(used[*node] || framed && self.held_at_first(*node));
         if let Some(node) = (0..self.nodes.len()).find(lonely) {
             let what = format!("node {} is held by no element", self.node_name(node));
             return Err(scene

@@ -165,8 +165,8 @@ impl Model {
                 }
             }
         }
-        let held = |(v, held): (&Option<f64>, &bool)| if *held { 0.0 } else { v.unwrap_or(0.0) };
-        self.start_velocity = set.iter().zip(&self.held).map(held).collect();
+        let velocity = |dof: usize| if self.held_first(dof) { 0.0 } else { set[dof].unwrap_or(0.0) };
+        self.start_velocity = (0..set.len()).map(velocity).collect();
         Ok(())
     }
 }

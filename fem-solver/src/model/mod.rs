@@ -8,6 +8,7 @@
 mod base;
 mod build;
 mod generator;
+mod holding;
 mod loading;
 mod names;
 pub mod numbering;
@@ -55,6 +56,9 @@ pub struct Model {
     pub held: Vec<bool>,
     /// Degrees of freedom with a prescribed motion; they are held too.
     pub moving: Vec<(usize, Motion)>,
+    /// Until when a support holds a degree of freedom that it lets go later [s], minus infinity where none does; empty where
+    /// no support lets go. These are not [`Model::held`].
+    pub until: Vec<f64>,
     /// Weight and constant loads on every degree of freedom [N].
     pub dead_load: Vec<f64>,
     /// Loads that grow along a path of equilibrium, at the factor 1 [N]; empty without a path.
@@ -189,7 +193,7 @@ impl Model {
                 first[a.max(b)] = a.min(b);
             }
         }
-        let held = |node: usize| (0..3).any(|c| self.held[self.dof(node, c)]);
+        let held = |node: usize| (0..3).any(|c| self.held_first(self.dof(node, c)));
         let mut safe = vec![false; self.node_count()];
         let mut size = vec![0; self.node_count()];
         for node in 0..self.node_count() {
@@ -205,9 +209,14 @@ impl Model {
         (0..3).all(|c| self.held[self.dof(node, c)])
     }
 
-    /// Put the prescribed displacements of `time` [s] into `u`.
-    pub fn prescribe(&self, time: f64, u: &mut [f64]) {
-        for (dof, motion) in &self.moving {
+    /// Put the prescribed displacements of t = 0 into `u`.
+    pub fn prescribe_first(&self, u: &mut [f64]) {
+        self.moving.iter().for_each(|(dof, motion)| u[*dof] = motion.at(0.0));
+    }
+
+    /// Put the prescribed displacements of `time` [s], within the step of `h` from `start`, into `u`.
+    pub fn prescribe(&self, time: f64, (start, h): (f64, f64), u: &mut [f64]) {
+        for (dof, motion) in self.moving.iter().filter(|(dof, _)| self.holds(*dof, start, h)) {
             u[*dof] = motion.at(time);
         }
     }
@@ -251,7 +260,8 @@ impl Model {
         let down = self.down?;
         let depth = |i: usize| down.dot(&(self.nodes[i] + self.vector(u, i)));
         let lowest = (0..self.nodes.len()).map(depth).reduce(f64::max)?;
-        let supports = (0..self.nodes.len()).filter(|i| self.fully_held(*i)).map(depth).reduce(f64::max)?;
+        let supports =
+            (0..self.nodes.len()).filter(|i| self.held_at_first(*i)).map(depth).reduce(f64::max)?;
         Some(lowest - supports)
     }
 }

@@ -5,6 +5,8 @@
 pub struct Motion {
     times: Vec<f64>,
     values: Vec<f64>,
+    /// On a circle the values are angles [rad]: of cosine less 1, and of sine.
+    circle: Option<[f64; 2]>,
 }
 
 impl Motion {
@@ -17,11 +19,25 @@ impl Motion {
             ));
         }
         let (times, values) = rows.iter().copied().unzip();
-        Ok(Self { times, values })
+        Ok(Self { times, values, circle: None })
+    }
+
+    /// The same as angles [rad] on a circle: `cosine (cos a - 1) + sine sin a`.
+    #[must_use]
+    pub fn on_circle(self, cosine: f64, sine: f64) -> Self {
+        Self { circle: Some([cosine, sine]), ..self }
     }
 
     /// Value at `time` [s].
     pub fn at(&self, time: f64) -> f64 {
+        let value = self.straight(time);
+        let Some([cosine, sine]) = self.circle else { return value };
+        // cos a - 1 without cancellation.
+        -2.0 * cosine * (0.5 * value).sin().powi(2) + sine * value.sin()
+    }
+
+    /// Value of the table at `time` [s].
+    fn straight(&self, time: f64) -> f64 {
         let next = self.times.partition_point(|t| *t <= time);
         if next == 0 {
             return self.values.first().copied().unwrap_or(0.0);
@@ -34,11 +50,11 @@ impl Motion {
         v0 + (v1 - v0) * ((time - t0) / (t1 - t0))
     }
 
-    /// Mean value from `start` to `end` [s], which lies behind it: exactly that of the table.
+    /// Mean value of the table from `start` to `end` [s], which lies behind it, to the last corner.
     pub fn mean(&self, start: f64, end: f64) -> f64 {
-        let (mut time, mut value, mut sum) = (start, self.at(start), 0.0);
+        let (mut time, mut value, mut sum) = (start, self.straight(start), 0.0);
         let inside = self.times.iter().zip(&self.values).filter(|(t, _)| **t > start && **t < end);
-        for (t, v) in inside.map(|(t, v)| (*t, *v)).chain([(end, self.at(end))]) {
+        for (t, v) in inside.map(|(t, v)| (*t, *v)).chain([(end, self.straight(end))]) {
             sum += 0.5 * (value + v) * (t - time);
             (time, value) = (t, v);
         }
@@ -47,9 +63,9 @@ impl Motion {
 
     /// Whether it stands still from `start` to `end` [s].
     pub fn rests(&self, start: f64, end: f64) -> bool {
-        let value = self.at(start);
+        let value = self.straight(start);
         let inside = self.times.iter().zip(&self.values).filter(|(t, _)| **t > start && **t < end);
-        self.at(end) == value && inside.map(|(_, v)| v).all(|v| *v == value)
+        self.straight(end) == value && inside.map(|(_, v)| v).all(|v| *v == value)
     }
 }
 

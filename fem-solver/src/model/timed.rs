@@ -41,12 +41,14 @@ impl TimedLoad {
 }
 
 impl Model {
-    /// The same as form finding sees it: loads with a history are those of t = 0, and constant.
+    /// The same as form finding sees it: loads with a history are those of t = 0, and constant; supports let nothing go.
     pub fn at_start(&self) -> Cow<'_, Self> {
-        if self.timed.is_empty() {
+        if self.timed.is_empty() && self.until.is_empty() {
             return Cow::Borrowed(self);
         }
         let mut start = self.clone();
+        self.released().into_iter().for_each(|dof| start.held[dof] = true);
+        start.until.clear();
         for load in &mut start.timed {
             let factor = load.factor.at(0.0);
             for (dof, force) in load.forces.drain(..) {
@@ -72,5 +74,6 @@ impl Model {
     pub fn rests(&self, start: f64, end: f64) -> bool {
         self.moving.iter().all(|(_, m)| m.rests(start, end))
             && self.timed.iter().all(|load| load.factor.rests(start, end))
+            && !self.until.iter().any(|time| time.is_finite() && *time < end)
     }
 }

@@ -21,6 +21,7 @@ mod mutations;
 mod paths;
 mod rest;
 mod statics;
+mod supports;
 mod surfaces;
 mod tearing;
 mod verdict;

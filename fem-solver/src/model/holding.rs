@@ -1,0 +1,151 @@
+//! Supports: what holds, until when, and what moves.
+
+use super::Model;
+use super::support::Motion;
+use crate::config::structure::{StructureConfig, SupportEntry, TurningConfig};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+
+impl Model {
+    /// All supports of the scene.
+    pub(super) fn add_supports(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
+        let mut until = vec![f64::NEG_INFINITY; self.dof_count()];
+        for (i, entry) in table.supports.iter().enumerate() {
+            let key = format!("structure.supports.{i}");
+            check(scene, &key, entry)?;
+            for node in self.place(scene, &key, entry.place())? {
+                for dof in self.supported(node, entry) {
+                    match entry.released_at {
+                        Some(time) => until[dof] = until[dof].max(time),
+                        None => self.held[dof] = true,
+                    }
+                }
+                self.move_support(scene, &key, node, entry)?;
+            }
+        }
+        // What another support holds for ever is not let go.
+        until.iter_mut().zip(&self.held).filter(|(_, held)| **held).for_each(|(t, _)| *t = f64::NEG_INFINITY);
+        if until.iter().any(|t| t.is_finite()) {
+            self.until = until;
+        }
+        Ok(())
+    }
+
+    /// Degrees of freedom of a node that an entry supports.
+    fn supported(&self, node: usize, entry: &SupportEntry) -> Vec<usize> {
+        let letters = |of: &str| ['x', 'y', 'z'].map(|c| of.contains(c));
+        let (along, about) = (letters(&entry.directions), letters(&entry.rotations));
+        let directions = (0..3).filter(|c| along[*c]).map(|c| self.dof(node, c));
+        directions.chain((0..3).filter(|c| about[*c]).filter_map(|c| self.rotation(node, c))).collect()
+    }
+
+    /// The motion that an entry prescribes for a node, if any.
+    fn move_support(
+        &mut self,
+        scene: &Scene,
+        key: &str,
+        node: usize,
+        entry: &SupportEntry,
+    ) -> Result<(), InputError> {
+        let supported = self.supported(node, entry);
+        let (name, motions) = match &entry.turning {
+            Some(turning) => ("turning", self.turns(node, turning)),
+            None if entry.motion.is_empty() => return Ok(()),
+            None => ("motion", self.moves(node, &entry.motion)),
+        };
+        let key = format!("{key}.{name}");
+        let motions = motions.map_err(|what| {
+            let key = if name == "turning" { format!("{key}.angles") } else { key.clone() };
+            scene.invalid(&key, what)
+        })?;
+        for (dof, motion) in motions.into_iter().filter(|(dof, _)| supported.contains(dof)) {
+            if self.moving.iter().any(|(other, _)| *other == dof) {
+                return Err(scene.invalid(&key, format!("{} has two motions", self.dof_name(dof))));
+            }
+            self.moving.push((dof, motion));
+        }
+        Ok(())
+    }
+
+    /// Straight motions of a node by rows of displacements.
+    fn moves(&self, node: usize, rows: &[[f64; 4]]) -> Result<Vec<(usize, Motion)>, String> {
+        let along = |c: usize| {
+            let rows: Vec<_> = rows.iter().map(|row| (row[0], row[1 + c])).collect();
+            Ok((self.dof(node, c), Motion::new(&rows)?))
+        };
+        (0..3).map(along).collect()
+    }
+
+    /// Motions of a node that turns about an axis: its place on a circle, its rotation by the angle.
+    fn turns(&self, node: usize, turning: &TurningConfig) -> Result<Vec<(usize, Motion)>, String> {
+        let axis = Vector3::from(turning.axis).normalize();
+        let arm = self.nodes[node] - Vector3::from(turning.through);
+        let radius = arm - axis * axis.dot(&arm);
+        let ahead = axis.cross(&radius);
+        let rows =
+            |factor: f64| turning.angles.iter().map(|row| (row[0], factor * row[1])).collect::<Vec<_>>();
+        let mut all = Vec::new();
+        for c in 0..3 {
+            all.push((self.dof(node, c), Motion::new(&rows(1.0))?.on_circle(radius[c], ahead[c])));
+            if let Some(dof) = self.rotation(node, c) {
+                all.push((dof, Motion::new(&rows(axis[c]))?));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Whether a support holds a degree of freedom in the step of `h` from `start` [s]: one that lets go does so at the end
+    /// of a step that is nearest.
+    pub fn holds(&self, dof: usize, start: f64, h: f64) -> bool {
+        self.held[dof] || self.until.get(dof).is_some_and(|until| *until > start + 0.5 * h)
+    }
+
+    /// Whether a support holds a degree of freedom, if not for ever.
+    pub fn held_first(&self, dof: usize) -> bool {
+        self.held[dof] || self.until.get(dof).is_some_and(|until| until.is_finite())
+    }
+
+    /// Whether a node is held in all directions, if not for ever.
+    pub fn held_at_first(&self, node: usize) -> bool {
+        (0..3).all(|c| self.held_first(self.dof(node, c)))
+    }
+
+    /// Degrees of freedom that supports let go.
+    pub fn released(&self) -> Vec<usize> {
+        (0..self.until.len()).filter(|dof| self.until[*dof].is_finite()).collect()
+    }
+}
+
+/// Letters, axes and times of an entry.
+fn check(scene: &Scene, key: &str, entry: &SupportEntry) -> Result<(), InputError> {
+    let no_axis = |letters: &str| letters.chars().any(|c| !"xyz".contains(c));
+    if no_axis(&entry.rotations) {
+        let what = format!("`{}` is no set of axes, write letters of xyz", entry.rotations);
+        return Err(scene.invalid(&format!("{key}.rotations"), what));
+    }
+    if (entry.directions.is_empty() && entry.rotations.is_empty()) || no_axis(&entry.directions) {
+        let what = format!("`{}` is no set of directions, write letters of xyz", entry.directions);
+        return Err(scene
+            .invalid(&format!("{key}.directions"), what)
+            .try_instead("directions = \"xyz\" holds all, which is the default; \"z\" holds z alone"));
+    }
+    if let Some(time) = entry.released_at.filter(|time| *time < 0.0) {
+        let what = format!("a support lets go at {time} s, before the run begins");
+        return Err(scene.invalid(&format!("{key}.released_at"), what).try_instead("leave out the support"));
+    }
+    let Some(turning) = &entry.turning else { return Ok(()) };
+    if !entry.motion.is_empty() {
+        return Err(scene.invalid(&format!("{key}.turning"), "a support has either motion or turning"));
+    }
+    if turning.axis == [0.0; 3] {
+        return Err(scene.invalid(&format!("{key}.turning.axis"), "the axis has no direction"));
+    }
+    if turning.angles.is_empty() {
+        let what = "there are no angles: nothing turns";
+        return Err(scene
+            .invalid(&format!("{key}.turning.angles"), what)
+            .try_instead("rows are [t, angle] in s and rad, as [[0.0, 0.0], [1.0, 1.57]]"));
+    }
+    Ok(())
+}
