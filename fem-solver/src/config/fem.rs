@@ -18,7 +18,8 @@ pub struct FemConfig {
     /// Scheme in time.
     pub integrator: Integrator,
     /// Longest step [s]: each window is cut into the fewest equal steps that are not longer. Default:
-    /// half the critical step for `central_difference`, one step per window for the others.
+    /// half the critical step for `central_difference`, one step per window for the others. From the window on in which
+    /// something breaks, steps of `central_difference` are an eighth of the critical step at most.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_step: Option<f64>,
     /// `generalized_alpha` only: spectral radius at infinite frequency, 0 to 1. Default 1, the implicit

@@ -15,6 +15,7 @@ pub mod numbering;
 mod parts;
 mod ropes;
 pub mod support;
+mod surfaces;
 pub mod timed;
 
 use crate::element::{AnyElement, Cable, PointMass, Spring};

@@ -25,7 +25,7 @@ mod corrector;
 mod critical;
 mod heading;
 
-use crate::assembly::{Assembly, Event};
+use crate::assembly::Assembly;
 use crate::config::NewtonConfig;
 use crate::kernel::Kernel;
 use crate::lanes::work;
@@ -463,11 +463,6 @@ impl Path {
         if !assembly.broken().is_empty() {
             (state.along.anew, state.along.stride) = (true, FIRST * self.extent);
         }
-        let broken = assembly.broken().iter();
-        state.events.extend(broken.map(|(element, tension)| Event {
-            time,
-            element: *element,
-            tension: *tension,
-        }));
+        state.events.extend(assembly.broken().iter().map(|broken| broken.event(time, 0.0)));
     }
 }

@@ -9,7 +9,7 @@ use std::io::Read as _;
 use std::path::Path;
 
 /// The array `name` of a VTU file.
-fn array(file: &Path, name: &str) -> Vec<f64> {
+pub fn array(file: &Path, name: &str) -> Vec<f64> {
     let text = std::fs::read_to_string(file).unwrap();
     let at = text.find(&format!("Name=\"{name}\"")).unwrap_or_else(|| panic!("no array {name}"));
     let offset: usize =

@@ -24,6 +24,8 @@ mod pressures;
 mod rest;
 mod statics;
 mod supports;
+mod surfaces;
+mod tearing;
 mod verdict;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

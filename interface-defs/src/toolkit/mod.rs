@@ -41,3 +41,4 @@ pub mod summary;
 mod syntax;
 mod table;
 pub mod vtu;
+pub mod wide;
