@@ -1,5 +1,8 @@
 //! All elements that are not in the fast kernel, one by one: their forces, histories, tangents, energies.
 
+mod rupture;
+
+use self::rupture::{Release, Stretch};
 use crate::element::{Answer, AnyElement, Energy};
 use crate::model::Model;
 use crate::tangent::Slack;
@@ -8,12 +11,32 @@ use std::ops::Range;
 /// Something that broke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// End of the step in which it broke [s].
+    /// When it broke; with implicit steps the end of the step in which it did [s].
     pub time: f64,
     /// Number of the element.
     pub element: u32,
     /// Largest axial force it carried then [N].
     pub tension: f64,
+}
+
+/// An element that broke in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Broken {
+    /// Number of the element.
+    pub element: u32,
+    /// Largest axial force it carried then [N].
+    pub tension: f64,
+    /// At which part of the step.
+    pub part: f64,
+    /// Share of its strength that it used then, 1 or more.
+    pub share: f64,
+}
+
+impl Broken {
+    /// As an event of the step from `time` [s] that is `length` [s] long.
+    pub fn event(&self, time: f64, length: f64) -> Event {
+        Event { time: time + self.part * length, element: self.element, tension: self.tension }
+    }
 }
 
 /// Where an element finds its numbers.
@@ -33,8 +56,13 @@ pub struct Assembly {
     force: Vec<f64>,
     tangent: Vec<f64>,
     history: Vec<f64>,
-    /// What broke in the last [`Assembly::settle`]: elements, and what they carried.
-    broken: Vec<(u32, f64)>,
+    /// What broke as the history was last advanced.
+    broken: Vec<Broken>,
+    /// What broke within the last explicit step, and the forces of that over the step, one after the other [N].
+    releases: Vec<Release>,
+    released: Vec<f64>,
+    /// History of one element that breaks.
+    torn: Vec<f64>,
 }
 
 impl Assembly {
@@ -61,7 +89,7 @@ impl Assembly {
         assembly.force = vec![0.0; widest];
         assembly.tangent = vec![0.0; widest * widest];
         assembly.history = vec![0.0; longest];
-        assembly.broken = Vec::with_capacity(model.elements.len());
+        assembly.reserve_ruptures(&model.elements);
         assembly
     }
 
@@ -106,23 +134,33 @@ impl Assembly {
         largest * largest
     }
 
-    /// The same, and `history` becomes that at `u`.
+    /// The same over an explicit step from the displacements `start`, at those in its middle; `history` becomes that at the
+    /// middle, and what breaks within the step pulls until it does.
     pub fn pull_and_settle(
         &mut self,
         elements: &[AnyElement],
-        u: &[f64],
+        (start, middle): (&[f64], &[f64]),
         history: &mut [f64],
         force: &mut [f64],
     ) -> f64 {
         let mut largest = 0.0;
         self.broken.clear();
+        self.releases.clear();
+        self.released.clear();
         for (i, element) in elements.iter().enumerate() {
-            let tension = self.respond(i, element, u, history, None);
+            let of = Stretch { number: i, element, start, middle };
+            let broken = if element.can_break() { self.break_within(&of, history) } else { None };
+            let tension = match broken {
+                Some(broken) => broken.tension,
+                None => self.respond(i, element, middle, history, None),
+            };
+            self.broken.extend(broken);
             let place = &self.places[i];
             for (dof, f) in self.dofs[place.dofs.clone()].iter().zip(&self.force) {
                 force[*dof] -= f;
             }
-            self.keep(i, element, history, tension);
+            let own = &mut history[place.history.clone()];
+            own.copy_from_slice(&self.history[..own.len()]);
             // Of cables, ropes, rings and brakes: a post is none of them.
             if !element.has_moments() {
                 largest = f64::max(largest, tension);
@@ -150,7 +188,7 @@ impl Assembly {
     }
 
     /// Elements that broke as the history was last settled, and what they carried [N].
-    pub fn broken(&self) -> &[(u32, f64)] {
+    pub fn broken(&self) -> &[Broken] {
         &self.broken
     }
 
@@ -158,8 +196,10 @@ impl Assembly {
         let place = &self.places[i];
         let own = &mut history[place.history.clone()];
         own.copy_from_slice(&self.history[..own.len()]);
-        if element.breaks(&self.u[..place.dofs.len()], own) {
-            self.broken.push((i as u32, tension));
+        let u = &self.u[..place.dofs.len()];
+        if element.breaks(u, own) {
+            let share = element.utilisation(u, tension);
+            self.broken.push(Broken { element: i as u32, tension, part: 1.0, share });
         }
     }
 
@@ -173,6 +213,11 @@ impl Assembly {
         slack: Option<Slack>,
     ) -> f64 {
         self.gather(i, u);
+        self.answer(i, element, history, slack)
+    }
+
+    /// The same at the displacements in the memory of this.
+    fn answer(&mut self, i: usize, element: &AnyElement, history: &[f64], slack: Option<Slack>) -> f64 {
         let place = &self.places[i];
         let (n, m) = (place.dofs.len(), place.history.len());
         let mut answer = Answer {

@@ -13,7 +13,7 @@
 //! `h < 2 / w`, whatever the damping.
 
 use crate::applied::Applied;
-use crate::assembly::{Assembly, Event};
+use crate::assembly::Assembly;
 use crate::kernel::Kernel;
 use crate::lanes::{LANES, add, total, wide, work};
 use crate::model::Model;
@@ -120,6 +120,7 @@ impl Explicit {
             }
         }
         model.prescribe(time + h, (time, h), &mut state.displacement);
+        state.dissipated += self.assembly.book_rupture(&model.elements, &state.displacement, &state.history);
         if !self.applied.is_empty() {
             state.load_work += work(&self.applied.force, &state.displacement, &self.before);
         }
@@ -152,16 +153,10 @@ impl Explicit {
         model.prescribe(time + 0.5 * h, (time, h), &mut self.middle);
         let mut largest = self.kernel.pull(&self.middle, &mut self.force);
         if !self.assembly.is_empty() {
-            let history = &mut state.history;
-            let pulled =
-                self.assembly.pull_and_settle(&model.elements, &self.middle, history, &mut self.force);
+            let (history, u) = (&mut state.history, (&state.displacement[..], &self.middle[..]));
+            let pulled = self.assembly.pull_and_settle(&model.elements, u, history, &mut self.force);
             largest = largest.max(pulled);
-            let broken = self.assembly.broken().iter();
-            state.events.extend(broken.map(|(element, tension)| Event {
-                time: time + h,
-                element: *element,
-                tension: *tension,
-            }));
+            state.events.extend(self.assembly.broken().iter().map(|broken| broken.event(time, h)));
         }
         for (dof, k) in &self.springs {
             self.force[*dof] -= k * self.middle[*dof];

@@ -5,7 +5,9 @@
 //! `rupture_force`, or strain over `rupture_strain`, the larger; 0 without either, 1 where broken), and the flags `slack`
 //! and `broken`; where there are beams, `bending_moment_1_start` to `bending_moment_2_end` [N m] in the plane of each cross
 //! axis, positive where it bends the beam towards that axis, and `torsion` [N m], the same along an element.
-//! `structure_faces`: its faces, where there are any, with both principal stresses [Pa] and the flag `slack`.
+//! `structure_faces`: its triangles and quadrilaterals, where there are any, with both principal stresses [Pa] (of the middle
+//! surface; of a quadrilateral their mean), the principal forces per width `force_1`, `force_2` [N/m], the flag `slack`, and
+//! where there are shells the principal bending moments per width `moment_1`, `moment_2` [N m/m].
 //! `part` and `group` number parts and named sets; `structure_legend.json` says their names.
 
 use crate::assembly::Assembly;
@@ -49,11 +51,43 @@ const MOMENTS: [&str; 5] = [
     "torsion",
 ];
 
-/// The faces: their series, both principal stresses, and whether they are slack.
+/// The faces: their series, both principal stresses, forces and moments per width, and whether they are slack.
 struct Faces {
     series: Series,
+    /// Nodes of all, one after the other, and where those of each end.
+    nodes: Vec<u32>,
+    ends: Vec<u32>,
     stresses: [Vec<f64>; 2],
+    forces: [Vec<f64>; 2],
+    /// Empty without shells.
+    moments: [Vec<f64>; 2],
     slack: Vec<f64>,
+}
+
+impl Faces {
+    fn create(dir: &Path, model: &Model) -> Result<Option<Self>, Fault> {
+        let cells = || model.elements.iter().map(|e| e.face_cell()).filter(|cell| !cell.is_empty());
+        let count = cells().count();
+        if count == 0 {
+            return Ok(None);
+        }
+        let memory = |count: usize| [0, 1].map(|_| vec![0.0; count]);
+        let mut end = 0;
+        let ends = cells().map(|cell| {
+            end += cell.len() as u32;
+            end
+        });
+        let shells = model.elements.iter().any(|e| e.rotates() && !e.face_cell().is_empty());
+        Ok(Some(Self {
+            series: Series::create(dir, "structure_faces").map_err(|e| cannot_write(&e))?,
+            ends: ends.collect(),
+            nodes: cells().flatten().map(|node| *node as u32).collect(),
+            stresses: memory(count),
+            forces: memory(count),
+            moments: memory(if shells { count } else { 0 }),
+            slack: vec![0.0; count],
+        }))
+    }
 }
 
 impl Fields {
@@ -81,14 +115,7 @@ impl Fields {
             moments: vec![[0.0; MOMENTS.len()]; if beams { mesh.lines.len() } else { 0 }],
             legend,
             assembly: Assembly::new(model),
-            faces: match mesh.faces.len() {
-                0 => None,
-                count => Some(Faces {
-                    series: Series::create(dir, "structure_faces").map_err(|e| cannot_write(&e))?,
-                    stresses: [0, 1].map(|_| vec![0.0; count]),
-                    slack: vec![0.0; count],
-                }),
-            },
+            faces: Faces::create(dir, model)?,
         })
     }
 
@@ -144,7 +171,7 @@ impl Fields {
             *stress = if *area > 0.0 { force / area } else { 0.0 };
         }
         if self.faces.is_some() {
-            self.write_faces(model, mesh, state, time)?;
+            self.write_faces(model, state, time)?;
         }
         let separate: Vec<Vec<f64>> = (0..if self.moments.is_empty() { 0 } else { MOMENTS.len() })
             .map(|m| self.moments.iter().map(|of| of[m]).collect())
@@ -176,39 +203,39 @@ impl Fields {
         self.series.add(time, &vtu).map_err(|e| cannot_write(&e))
     }
 
-    fn write_faces(
-        &mut self,
-        model: &Model,
-        mesh: &InterfaceMesh,
-        state: &State,
-        time: f64,
-    ) -> Result<(), Fault> {
+    fn write_faces(&mut self, model: &Model, state: &State, time: f64) -> Result<(), Fault> {
         let Some(faces) = &mut self.faces else { return Ok(()) };
-        let mut at = 0;
-        for (i, element) in model.elements.iter().enumerate() {
-            let count = element.faces().len();
-            if count == 0 {
-                continue;
+        let with_faces = model.elements.iter().enumerate().filter(|(_, e)| !e.face_cell().is_empty());
+        for (face, (i, element)) in with_faces.enumerate() {
+            let history = self.assembly.history(i, &state.history);
+            let u = self.assembly.gather(i, &state.displacement);
+            let (stresses, moments) = (element.face_stresses(u), element.face_moments(u, history));
+            for k in 0..2 {
+                faces.stresses[k][face] = stresses[k];
+                faces.forces[k][face] = stresses[k] * element.thickness();
+                if let Some(moment) = faces.moments[k].get_mut(face) {
+                    *moment = moments[k];
+                }
             }
-            let stresses = element.face_stresses(self.assembly.gather(i, &state.displacement));
-            for face in at..at + count {
-                (faces.stresses[0][face], faces.stresses[1][face]) = stresses.into();
-                faces.slack[face] = f64::from(u8::from(stresses == [0.0; 2]));
-            }
-            at += count;
+            faces.slack[face] = f64::from(u8::from(stresses == [0.0; 2]));
         }
-        let [first, second] = &faces.stresses;
+        let mut cell_data = vec![
+            ("part", 1, &self.legend.face_parts[..]),
+            ("group", 1, &self.legend.face_groups),
+            ("stress_1", 1, &faces.stresses[0]),
+            ("stress_2", 1, &faces.stresses[1]),
+            ("force_1", 1, &faces.forces[0]),
+            ("force_2", 1, &faces.forces[1]),
+            ("slack", 1, &faces.slack),
+        ];
+        if !faces.moments[0].is_empty() {
+            cell_data.extend([("moment_1", 1, &faces.moments[0][..]), ("moment_2", 1, &faces.moments[1])]);
+        }
         let vtu = Vtu {
             points: &self.points,
-            cells: Cells::Triangles(&mesh.faces),
+            cells: Cells::Polygons { nodes: &faces.nodes, ends: &faces.ends },
             point_data: vec![("displacement", 3, &self.displacement), ("velocity", 3, &self.velocity)],
-            cell_data: vec![
-                ("part", 1, &self.legend.face_parts),
-                ("group", 1, &self.legend.face_groups),
-                ("stress_1", 1, first),
-                ("stress_2", 1, second),
-                ("slack", 1, &faces.slack),
-            ],
+            cell_data,
         };
         faces.series.add(time, &vtu).map_err(|e| cannot_write(&e))
     }

@@ -254,8 +254,8 @@ fn settled(
     let info = outcome?;
     let mut assembly = Assembly::new(model);
     assembly.settle(&model.elements, &form.displacement, &mut form.history);
-    if let Some((element, tension)) = assembly.broken().first() {
-        return Err(Failure::Broken { element: *element as usize, tension: *tension, part: 1.0 });
+    if let Some(broken) = assembly.broken().first() {
+        return Err(Failure::Broken { element: broken.element as usize, tension: broken.tension, part: 1.0 });
     }
     done.factorisations += info.factorisations;
     done.unstable = info.unstable;

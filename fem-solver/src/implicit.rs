@@ -13,7 +13,7 @@
 //! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
 
 use crate::applied::Applied;
-use crate::assembly::{Assembly, Event};
+use crate::assembly::Assembly;
 use crate::config::{FemConfig, Integrator, NewtonConfig};
 use crate::explicit::free_masses;
 use crate::kernel::Kernel;
@@ -194,15 +194,15 @@ impl Implicit {
         self.end_applied(model, state, time + h);
         if !self.assembly.is_empty() {
             self.assembly.settle(&model.elements, &state.displacement, &mut state.history);
-            let broken = self.assembly.broken().iter();
-            state.events.extend(broken.map(|(element, tension)| Event {
-                time: time + h,
-                element: *element,
-                tension: *tension,
-            }));
+            state.events.extend(self.assembly.broken().iter().map(|broken| broken.event(time, h)));
         }
         self.book_supports(model, state, time, h);
         Ok((largest, info))
+    }
+
+    /// Largest share of its strength that anything used as it broke in the last step; 0 where nothing did.
+    pub fn broke_under(&self) -> f64 {
+        self.assembly.broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
     }
 
     /// What supports hold in this step, of what they let go; the rest has its mass, and a balance of its own to start from.

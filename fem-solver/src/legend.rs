@@ -57,12 +57,12 @@ impl Legend {
                 }
             }
         }
-        // Lines are the cables, then those of the other elements.
+        // Lines are the cables, then those of the other elements; one cell of faces is one element.
         let spread = |of: [Vec<usize>; 2], faces: bool| -> Vec<f64> {
             let [of_cables, of_elements] = of;
             let count = |i: usize| {
                 let element = &model.elements[i];
-                if faces { element.faces().len() } else { element.line_count() }
+                if faces { usize::from(!element.face_cell().is_empty()) } else { element.line_count() }
             };
             let others =
                 of_elements.into_iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(n, count(i)));

@@ -1,7 +1,10 @@
 //! A prepared structure: one window after the other.
 
+mod again;
+mod counts;
 mod load_steps;
 
+pub use self::counts::Counts;
 use crate::config::Config;
 use crate::config::fem::AtBranch;
 use crate::energy::Energies;
@@ -22,39 +25,11 @@ use interface_defs::solver::Window;
 use load_steps::Control;
 use std::ops::Range;
 
-/// A window in which Newton fails is cut into at most so many times the steps before it is given up.
-const FINEST: usize = 8;
-
 /// The scheme in time.
 enum Engine {
     Explicit(Box<Explicit>),
     Implicit(Box<Implicit>),
     Path(Box<Path>),
-}
-
-/// Work that was done, iterations of windows included, and windows that were skipped.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Counts {
-    /// Steps of the integrator.
-    pub steps: u64,
-    /// Newton iterations, form finding included.
-    pub newton: u64,
-    /// Factorisations, form finding included.
-    pub factorisations: u64,
-    /// Factorisations that were spared: the factor at hand was that of the tangent asked for.
-    pub kept_factors: u64,
-    /// Windows begun anew with twice the steps, because Newton had failed.
-    pub refined: u64,
-    /// Steps along a path of equilibrium that were taken anew, shorter.
-    pub refused: u64,
-    /// Steps with a tangent that was not positive and had to be shifted.
-    pub shifted: u64,
-    /// Those of them whose last tangent was such.
-    pub unstable: u64,
-    /// Degree of freedom of the pivot that was not positive, in the first of them.
-    pub unstable_at: Option<usize>,
-    /// Committed windows in which nothing loaded or moved the structure.
-    pub skipped: u64,
 }
 
 /// Everything that a window needs.
@@ -71,6 +46,10 @@ pub struct March {
     rest_force: Vec<f64>,
     nodes: usize,
     time_step: f64,
+    /// Longest explicit step once something has broken [s].
+    torn_step: f64,
+    /// Largest share of its strength that anything used as it broke in an implicit step of the window.
+    broke_under: f64,
     /// Load steps of statics that adapt.
     load_steps: Option<Box<Control>>,
     shortcuts: bool,
@@ -170,6 +149,11 @@ impl March {
             origin: start.displacement,
             rest_force: start.force,
             time_step: start.time_step,
+            torn_step: match scheme {
+                None => start.time_step.min(again::TORN_SHARE * start.critical_step),
+                Some(_) => start.time_step,
+            },
+            broke_under: 0.0,
             shortcuts,
             skipped: false,
             gauges_from: layout.len(),
@@ -243,47 +227,19 @@ impl March {
         self.trial.groups = groups;
     }
 
-    /// Advance over the window; where Newton fails, again from its start with twice the steps.
-    fn advance(
-        &mut self,
-        model: &Model,
-        window: &Window,
-        input: &[f64],
-        output: &mut [f64],
-    ) -> Result<(), Fault> {
-        let mut finer = 1;
-        loop {
-            match self.advance_by(model, window, input, output, finer) {
-                Ok(()) => return Ok(()),
-                Err(fault)
-                    if finer >= FINEST
-                        || self.load_steps.is_some()
-                        || !matches!(self.engine, Engine::Implicit(_)) =>
-                {
-                    return Err(fault);
-                }
-                Err(_) => {
-                    finer *= 2;
-                    self.counts.refined += 1;
-                    self.trial.copy_from(&self.committed);
-                    self.trial.at_rest = false;
-                }
-            }
-        }
-    }
-
     fn advance_by(
         &mut self,
         model: &Model,
         window: &Window,
         input: &[f64],
         output: &mut [f64],
-        finer: usize,
+        (longest, finer): (f64, usize),
     ) -> Result<(), Fault> {
         self.recorder.begin();
+        self.broke_under = 0.0;
         (self.trial.along.lowest, self.trial.along.highest) = (self.trial.factor, self.trial.factor);
         let part = Window { length: window.length / self.parts as f64, ..*window };
-        let own = if self.load_steps.is_some() { 1 } else { part.steps(self.time_step) };
+        let own = if self.load_steps.is_some() { 1 } else { part.steps(longest) };
         let steps = own * self.parts * finer;
         let h = window.length / steps as f64;
         let per_load = steps / self.loads.parts();
@@ -378,6 +334,9 @@ impl March {
         self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
         self.counts.factorisations += info.factorisations;
         self.counts.kept_factors += info.kept_factors;
+        if scheme.inertia {
+            self.broke_under = self.broke_under.max(implicit.broke_under());
+        }
         let (after, before) = (&self.trial.displacement, &self.part_start);
         if scheme.takes_mean_only() {
             self.trial.received += work(load.balance, after, before);

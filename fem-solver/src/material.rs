@@ -48,6 +48,11 @@ impl Law {
         Self { modulus, prestress, tension_only, hardening: Vec::new(), limit: f64::INFINITY }
     }
 
+    /// Stress at `strain`, from `history`, if nothing flows on the way there.
+    pub fn trial(&self, strain: f64, history: &[f64]) -> f64 {
+        self.prestress + self.modulus * (strain - history[0])
+    }
+
     /// Stress at `strain`, from `history`.
     pub fn stress(&self, strain: f64, history: &[f64]) -> Stress {
         let [plastic, accumulated, broken, lost] = read(history);
@@ -55,7 +60,7 @@ impl Law {
         if broken > 0.0 {
             return Stress { stress: 0.0, modulus: 0.0, slack: true, history: now };
         }
-        let elastic = self.prestress + self.modulus * (strain - plastic);
+        let elastic = self.trial(strain, history);
         if self.tension_only && elastic < 0.0 {
             return Stress { stress: 0.0, modulus: 0.0, slack: true, history: now };
         }

@@ -174,5 +174,12 @@ const FIELDS: &[Entry] = &[
         "Pa",
         "largest and smallest principal stress of a membrane or shell",
     ),
+    field("fields/structure_faces.pvd", "force_{1,2}", "N/m", "the same per width: stress times thickness"),
+    field(
+        "fields/structure_faces.pvd",
+        "moment_{1,2}",
+        "N m/m",
+        "largest and smallest principal bending moment of a shell per width",
+    ),
     field("fields/structure_faces.pvd", "slack", "1", "1 where a membrane carries nothing"),
 ];

@@ -204,14 +204,18 @@ impl Start {
             && !newton.tangent.is_empty()
             && let Some(dof) = newton.not_held(model, &displacement, &history)
         {
-            // What a support is going to push may stiffen on the way, as a flat net does.
-            if statics && model.moving.is_empty() {
+            // What a support or a load is going to push may stiffen on the way, as a flat net does.
+            let steady = model.timed.iter().all(|load| load.factor.rests(0.0, f64::INFINITY));
+            if statics && model.moving.is_empty() && steady {
                 return Err(NoStart::Input(mechanism(scene, model, dof)));
             }
-            warnings.push(format!(
-                "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
-                model.dof_name(dof)
-            ));
+            let held = if statics {
+                "what moves or loads it must stiffen it first"
+            } else {
+                "it is held there by nothing but inertia"
+            };
+            warnings
+                .push(format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof)));
         }
         let time_step =
             time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;

@@ -18,7 +18,8 @@ pub struct FemConfig {
     /// Scheme in time.
     pub integrator: Integrator,
     /// Longest step [s]: each window is cut into the fewest equal steps that are not longer. Default:
-    /// half the critical step for `central_difference`, one step per window for the others.
+    /// half the critical step for `central_difference`, one step per window for the others. From the window on in which
+    /// something breaks, steps of `central_difference` are an eighth of the critical step at most.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_step: Option<f64>,
     /// `generalized_alpha` only: spectral radius at infinite frequency, 0 to 1. Default 1, the implicit
@@ -41,8 +42,8 @@ pub struct FemConfig {
     /// need, without weight. A warning gives the added mass. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_scaling: Option<f64>,
-    /// `static` only: follow the path of equilibrium under `[[structure.loads]]` that grow and fall by one factor, from 0
-    /// on, beyond limit points and back (arc length). Time is the distance along it: the degree of freedom that moves most
+    /// `static` only: follow the path of equilibrium under `[[structure.loads]]` and `[[structure.pressures]]` that grow and
+    /// fall by one factor, from 0 on, beyond limit points and back (arc length). Time is the distance along it: the degree of freedom that moves most
     /// does so at this speed [m/s]. Steps adapt to the curvature of the path, whatever the output; none is longer than
     /// `time_step`. The columns `load_factor` and `negative_pivots` give the factor and in how many directions the
     /// equilibrium is unstable; the summary gives limit points and branch points. Default: the loads are constant.

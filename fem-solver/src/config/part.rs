@@ -22,9 +22,9 @@ pub enum PartConfig {
     Beam(BeamPart),
     /// Rings of a ring net, by their 3 or 4 points of contact, around.
     Ring(RingPart),
-    /// Triangles of membrane.
+    /// Triangles and quadrilaterals of membrane.
     Membrane(MembranePart),
-    /// Triangles of thin shell, with rotations.
+    /// Thin shell, with rotations: triangles, and quadrilaterals that are split into two.
     Shell(ShellPart),
     /// Nothing: a group of a mesh that can still be held, loaded and gauged by its name.
     None(NoPart),
@@ -185,7 +185,7 @@ part! {
 }
 
 part! {
-    /// Membranes.
+    /// Membranes: triangles and quadrilaterals.
     MembranePart {
         /// Thickness [m].
         thickness: f64,
@@ -202,7 +202,7 @@ part! {
         /// Second Piola-Kirchhoff prestress along `along` and across it [Pa]. Default 0.
         #[serde(default)]
         prestress: [f64; 2],
-        /// Direction of the first fibre, or of the prestress; its part in the plane counts. Default x, or z for triangles
+        /// Direction of the first fibre, or of the prestress; its part in the plane counts. Default x, or z for faces
         /// normal to x.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         along: Option<[f64; 3]>,
@@ -213,7 +213,7 @@ part! {
 }
 
 part! {
-    /// Thin shells.
+    /// Thin shells: triangles. A quadrilateral is split into two of them, along its shorter diagonal.
     ShellPart {
         /// Thickness [m].
         thickness: f64,
@@ -260,7 +260,7 @@ impl PartConfig {
             Self::Cable(_) | Self::SlidingCable(_) => (2, usize::MAX),
             Self::Brake(_) | Self::Beam(_) => (2, 2),
             Self::Ring(_) => (3, 4),
-            Self::Membrane(_) | Self::Shell(_) => (3, 3),
+            Self::Membrane(_) | Self::Shell(_) => (3, 4),
             Self::None(_) => (0, usize::MAX),
         }
     }

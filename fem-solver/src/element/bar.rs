@@ -122,6 +122,12 @@ impl Element for Bar {
         self.rupture != Rupture::NEVER
     }
 
+    fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
+        let (segment, strain) = self.segment(u);
+        let elastic = self.law.trial(strain, history) * self.area * segment.length / self.length;
+        self.rupture.share(elastic, strain)
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         let (_, strain) = self.segment(u);
         let breaks = history[2] == 0.0 && self.rupture.at(self.force(u, history), strain);

@@ -261,6 +261,12 @@ impl Element for Beam {
         self.rupture != Rupture::NEVER
     }
 
+    fn utilisation_bound(&self, u: &[f64], _history: &[f64]) -> f64 {
+        let stretch = (self.span + vector(u, 6) - vector(u, 0)).norm() - self.rest();
+        let force = (self.axial / self.rest() * stretch).abs();
+        self.rupture.share(force, force / self.axial)
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         if history[BROKEN] > 0.0 || self.rupture == Rupture::NEVER {
             return false;

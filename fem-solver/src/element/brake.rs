@@ -87,6 +87,11 @@ impl Element for Brake {
         self.rupture != Rupture::NEVER
     }
 
+    fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
+        let (_, elongation) = self.segment(u);
+        self.rupture.share(self.law.trial(elongation, history), elongation)
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         let (_, elongation) = self.segment(u);
         let force = self.law.stress(elongation, history).stress;

@@ -50,6 +50,11 @@ pub enum Fabric {
 type Behaviour = (f64, Vector3<f64>, Matrix3<f64>);
 
 impl Fabric {
+    /// Stress at the strain `e` [Pa].
+    pub fn stress(&self, e: &Vector3<f64>) -> Vector3<f64> {
+        self.respond(e, Slack::Exact).1
+    }
+
     /// At the strain `e`, energy counted from where it carries nothing.
     fn respond(&self, e: &Vector3<f64>, slack: Slack) -> Behaviour {
         match self {
@@ -174,20 +179,81 @@ impl Membrane {
         Some(([first, second], slopes, area))
     }
 
-    /// `f_1, f_2` and the strain.
-    fn strain(&self, u: &[f64]) -> ([Vector3<f64>; 2], Vector3<f64>) {
-        let growth =
-            [0, 1].map(|a: usize| (0..3).map(|i| self.slopes[i][a] * vector(u, 3 * i)).sum::<Vector3<f64>>());
-        let f = [self.axes[0] + growth[0], self.axes[1] + growth[1]];
-        // f_a . f_b - A_a . A_b without the cancellation of two numbers near 1.
-        let pair = |a: usize, b: usize| {
-            self.axes[a].dot(&growth[b]) + growth[a].dot(&self.axes[b]) + growth[a].dot(&growth[b])
-        };
-        (f, Vector3::new(0.5 * pair(0, 0), 0.5 * pair(1, 1), pair(0, 1)))
+    fn sheet(&self) -> Sheet<'_> {
+        let Self { axes, slopes, fabric, .. } = self;
+        Sheet { axes, slopes, volume: self.area * self.thickness, fabric }
     }
 
     fn mass(&self) -> f64 {
         self.density * self.thickness * self.area
+    }
+}
+
+/// Principal values of a stress, the larger first.
+pub(super) fn principal(s: &Vector3<f64>) -> [f64; 2] {
+    let (mean, radius) = (0.5 * (s.x + s.y), (0.5 * (s.x - s.y)).hypot(s.z));
+    [mean + radius, mean - radius]
+}
+
+/// `f_1, f_2` and the strain where nodes with the slopes `slopes` are displaced by `u`, in the plane of `axes` as modelled.
+pub(super) fn strain(
+    axes: &[Vector3<f64>; 2],
+    slopes: &[Vector2<f64>],
+    u: &[f64],
+) -> ([Vector3<f64>; 2], Vector3<f64>) {
+    let growth = [0, 1].map(|a: usize| {
+        slopes.iter().enumerate().map(|(i, slope)| slope[a] * vector(u, 3 * i)).sum::<Vector3<f64>>()
+    });
+    let f = [axes[0] + growth[0], axes[1] + growth[1]];
+    // f_a . f_b - A_a . A_b without the cancellation of two numbers near 1.
+    let pair =
+        |a: usize, b: usize| axes[a].dot(&growth[b]) + growth[a].dot(&axes[b]) + growth[a].dot(&growth[b]);
+    (f, Vector3::new(0.5 * pair(0, 0), 0.5 * pair(1, 1), pair(0, 1)))
+}
+
+/// A piece of membrane of one strain: a triangle, or what a Gauss point stands for.
+pub(super) struct Sheet<'a> {
+    pub(super) axes: &'a [Vector3<f64>; 2],
+    /// Three or four.
+    pub(super) slopes: &'a [Vector2<f64>],
+    /// [m3]
+    pub(super) volume: f64,
+    pub(super) fabric: &'a Fabric,
+}
+
+impl Sheet<'_> {
+    /// Energy stored, 0 as modelled [J].
+    pub(super) fn stored(&self, u: &[f64]) -> f64 {
+        let at = |e: &Vector3<f64>| self.fabric.respond(e, Slack::Exact).0;
+        let (_, e) = strain(self.axes, self.slopes, u);
+        self.volume * (at(&e) - at(&Vector3::zeros()))
+    }
+
+    /// Add force and tangent at `u`.
+    pub(super) fn add_to(&self, u: &[f64], answer: &mut Answer) {
+        let (f, e) = strain(self.axes, self.slopes, u);
+        let (_, s, c) = self.fabric.respond(&e, answer.slack);
+        // Columns of B_I: dE / dx_I.
+        let b = |g: &Vector2<f64>| {
+            Matrix3::from_rows(&[
+                (g.x * f[0]).transpose(),
+                (g.y * f[1]).transpose(),
+                (g.x * f[1] + g.y * f[0]).transpose(),
+            ])
+        };
+        for (i, g) in self.slopes.iter().enumerate() {
+            add_vector(answer.force, 3 * i, &(self.volume * b(g).transpose() * s));
+        }
+        let Some(k) = &mut answer.tangent else { return };
+        let n = 3 * self.slopes.len();
+        for (i, g) in self.slopes.iter().enumerate() {
+            let left = b(g).transpose() * c;
+            for (j, h) in self.slopes.iter().enumerate() {
+                let geometric = g.x * h.x * s.x + g.y * h.y * s.y + (g.x * h.y + g.y * h.x) * s.z;
+                let block = left * b(h) + Matrix3::from_diagonal_element(geometric);
+                add_block(k, n, 3 * i, 3 * j, &(self.volume * block));
+            }
+        }
     }
 }
 
@@ -197,38 +263,16 @@ impl Element for Membrane {
     }
 
     fn respond(&self, u: &[f64], _history: &[f64], answer: &mut Answer) {
-        let (f, e) = self.strain(u);
-        let (_, s, c) = self.fabric.respond(&e, answer.slack);
-        let volume = self.area * self.thickness;
         answer.tension = 0.0;
         answer.force.fill(0.0);
-        // Columns of B_I: dE / dx_I.
-        let b = self.slopes.map(|g| {
-            Matrix3::from_rows(&[
-                (g.x * f[0]).transpose(),
-                (g.y * f[1]).transpose(),
-                (g.x * f[1] + g.y * f[0]).transpose(),
-            ])
-        });
-        for (i, b) in b.iter().enumerate() {
-            add_vector(answer.force, 3 * i, &(volume * b.transpose() * s));
+        if let Some(k) = &mut answer.tangent {
+            k.fill(0.0);
         }
-        let Some(k) = &mut answer.tangent else { return };
-        k.fill(0.0);
-        for i in 0..3 {
-            for j in 0..3 {
-                let (g, h) = (self.slopes[i], self.slopes[j]);
-                let geometric = g.x * h.x * s.x + g.y * h.y * s.y + (g.x * h.y + g.y * h.x) * s.z;
-                let block = b[i].transpose() * c * b[j] + Matrix3::from_diagonal_element(geometric);
-                add_block(k, 9, 3 * i, 3 * j, &(volume * block));
-            }
-        }
+        self.sheet().add_to(u, answer);
     }
 
     fn energy(&self, u: &[f64], _history: &[f64]) -> Energy {
-        let at = |e: &Vector3<f64>| self.fabric.respond(e, Slack::Exact).0;
-        let (_, e) = self.strain(u);
-        Energy { stored: self.area * self.thickness * (at(&e) - at(&Vector3::zeros())), dissipated: 0.0 }
+        Energy { stored: self.sheet().stored(u), dissipated: 0.0 }
     }
 
     fn lump(&self, mass: &mut [f64], _inertia: &mut [f64]) {
@@ -242,13 +286,19 @@ impl Element for Membrane {
     }
 
     fn face_stresses(&self, u: &[f64]) -> [f64; 2] {
-        let (_, s, _) = self.fabric.respond(&self.strain(u).1, Slack::Exact);
-        let (mean, radius) = (0.5 * (s.x + s.y), (0.5 * (s.x - s.y)).hypot(s.z));
-        [mean + radius, mean - radius]
+        principal(&self.fabric.stress(&strain(&self.axes, &self.slopes, u).1))
     }
 
     fn faces(&self) -> Vec<[usize; 3]> {
         vec![self.nodes]
+    }
+
+    fn thickness(&self) -> f64 {
+        self.thickness
+    }
+
+    fn face_cell(&self) -> &[usize] {
+        &self.nodes
     }
 }
 

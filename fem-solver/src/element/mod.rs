@@ -14,6 +14,7 @@ mod capstan;
 pub(crate) mod checks;
 pub mod mass;
 pub mod membrane;
+pub mod membrane_quad;
 #[cfg(test)]
 mod patches;
 pub mod ring;
@@ -29,6 +30,7 @@ pub use brake::Brake;
 pub use cable::Cable;
 pub use mass::PointMass;
 pub use membrane::Membrane;
+pub use membrane_quad::MembraneQuad;
 pub use ring::Ring;
 pub use shell::Shell;
 pub use sliding_cable::SlidingCable;
@@ -112,6 +114,12 @@ pub trait Element: Debug {
         false
     }
 
+    /// An upper bound of the share of its strength that it uses at `u`, from `history`, for less than a whole answer; infinite
+    /// where there is none.
+    fn utilisation_bound(&self, _u: &[f64], _history: &[f64]) -> f64 {
+        f64::INFINITY
+    }
+
     /// Called when a step is done and `history` is that at its end `u`: whether the element breaks now. If
     /// so it has written into `history` that it is broken.
     fn breaks(&self, _u: &[f64], _history: &mut [f64]) -> bool {
@@ -142,6 +150,11 @@ pub trait Element: Debug {
     /// Faces that a contact sees.
     fn faces(&self) -> Vec<[usize; 3]> {
         Vec::new()
+    }
+
+    /// Nodes of the cell that field files show of its faces, around; none where it has no faces.
+    fn face_cell(&self) -> &[usize] {
+        &[]
     }
 
     /// Radius of its lines that a contact sees [m].
@@ -175,6 +188,17 @@ pub trait Element: Debug {
     /// Principal stresses of its faces [Pa], the larger first.
     fn face_stresses(&self, _u: &[f64]) -> [f64; 2] {
         [0.0; 2]
+    }
+
+    /// Principal bending moments of its faces, per width [N m/m], the larger first: positive where they stretch the side
+    /// from which the nodes are seen to run counter-clockwise. 0 where they bear none.
+    fn face_moments(&self, _u: &[f64], _history: &[f64]) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    /// Thickness of its faces [m]; 0 where it has none.
+    fn thickness(&self) -> f64 {
+        0.0
     }
 
     /// How much longer it is than as modelled [m]; 0 where that says nothing.
@@ -255,6 +279,8 @@ elements! {
     Ring,
     /// A triangle of membrane.
     Membrane,
+    /// A quadrilateral of membrane.
+    MembraneQuad,
     /// A triangle of shell.
     Shell,
 }

@@ -195,6 +195,10 @@ impl Element for Ring {
         self.rupture < f64::INFINITY
     }
 
+    fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
+        self.tension(u, history) / self.rupture
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         if history[BROKEN] > 0.0 || self.tension(u, history) <= self.rupture {
             return false;

@@ -18,7 +18,7 @@
 //!
 //! Source: Batoz, Bathe, Ho (1980), Int. J. Numer. Meth. Eng. 15, 1771 (DKT); rotations as in [`super::Beam`].
 
-use super::membrane::{Fabric, Membrane};
+use super::membrane::{Fabric, Membrane, principal};
 use super::segment::{add_block, add_vector, vector};
 use super::turn::{self, START};
 use super::{Answer, Element, Energy};
@@ -34,6 +34,8 @@ pub struct Shell {
     membrane: Membrane,
     /// `K_b`, over `q_11, q_12, q_21, ...` [N m].
     bending: Box<Matrix6<f64>>,
+    /// Mean bending moments per width `[11, 22, 12]` over the same [N m/m].
+    moments: Box<SMatrix<f64, 3, 6>>,
     /// `k_d` [N m].
     drilling: f64,
 }
@@ -58,18 +60,21 @@ impl Shell {
     /// On the middle surface `membrane`, isotropic with Young's modulus [Pa] and Poisson's ratio.
     pub fn new(membrane: Membrane, young: f64, poisson: f64) -> Self {
         let thickness = membrane.thickness;
-        let bending = kirchhoff(&membrane.slopes, membrane.area)
-            .map(|(b, weight)| {
-                let k = young * thickness.powi(3) / (12.0 * (1.0 - poisson * poisson));
-                let d =
-                    Matrix3::new(1.0, poisson, 0.0, poisson, 1.0, 0.0, 0.0, 0.0, 0.5 * (1.0 - poisson)) * k;
-                weight * b.transpose() * d * b
-            })
-            .into_iter()
+        let k = young * thickness.powi(3) / (12.0 * (1.0 - poisson * poisson));
+        let d = Matrix3::new(1.0, poisson, 0.0, poisson, 1.0, 0.0, 0.0, 0.0, 0.5 * (1.0 - poisson)) * k;
+        let points = kirchhoff(&membrane.slopes, membrane.area);
+        let bending = points
+            .iter()
+            .map(|(b, weight)| *weight * b.transpose() * d * b)
             .fold(Matrix6::zeros(), |sum, k| sum + k)
             .into();
+        let moments = points
+            .iter()
+            .map(|(b, weight)| d * b * (weight / membrane.area))
+            .sum::<SMatrix<f64, 3, 6>>()
+            .into();
         let drilling = DRILLING * young * thickness * membrane.area / 3.0;
-        Self { membrane, bending, drilling }
+        Self { membrane, bending, moments, drilling }
     }
 
     /// The material of its middle surface: it carries compression.
@@ -262,6 +267,19 @@ impl Element for Shell {
         self.membrane.faces()
     }
 
+    fn face_moments(&self, u: &[f64], history: &[f64]) -> [f64; 2] {
+        let tilts = self.shape(u, history).tilts();
+        principal(&(*self.moments * Vector6::from_fn(|i, _| tilts[i].value())))
+    }
+
+    fn thickness(&self) -> f64 {
+        self.membrane.thickness
+    }
+
+    fn face_cell(&self) -> &[usize] {
+        &self.membrane.nodes
+    }
+
     /// That of its middle surface.
     fn face_stresses(&self, u: &[f64]) -> [f64; 2] {
         self.membrane.face_stresses(&translations(u))
@@ -351,5 +369,12 @@ mod tests {
         let energy = shell.energy(&u, &turned(turns)).stored;
         // Slopes of 1e-4 strain the membrane by their squares, 1e-8: E t e^2 A = 1e-11 J of 5e-7.
         assert!((energy / exact - 1.0).abs() < 1e-3, "{energy} is not {exact}");
+        // Curved towards the normal, the side of the normal is pressed.
+        let [m1, m2, m12] = [-d * (k[0] + 0.3 * k[1]), -d * (k[1] + 0.3 * k[0]), -d * 0.7 * k[2]];
+        let (mean, radius) = (0.5 * (m1 + m2), (0.5 * (m1 - m2)).hypot(m12));
+        let moments = shell.face_moments(&u, &turned(turns));
+        for (moment, exact) in moments.iter().zip([mean + radius, mean - radius]) {
+            assert!((moment - exact).abs() < 1e-3 * radius, "{moment} is not {exact}");
+        }
     }
 }

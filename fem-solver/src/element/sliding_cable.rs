@@ -316,6 +316,21 @@ impl Element for SlidingCable {
         self.rupture != Rupture::NEVER
     }
 
+    /// Slips take length to where tension is highest: what segments would carry without them is more.
+    fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
+        let (law, mut length, mut largest) = (self.law(), 0.0, 0.0_f64);
+        for (i, piece) in self.pieces(u).enumerate() {
+            length += piece.length;
+            if self.friction > 0.0 {
+                largest = largest.max(law.tension(piece.length, history[RESTS + i]).force);
+            }
+        }
+        if self.friction == 0.0 {
+            largest = law.tension(length, self.total()).force;
+        }
+        self.rupture.share(largest, self.strain(length))
+    }
+
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
         if history[BROKEN] > 0.0 || self.rupture == Rupture::NEVER {
             return false;

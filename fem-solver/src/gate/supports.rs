@@ -194,7 +194,9 @@ pub fn judge_gravity(scene: &Scene, config: &Config, warnings: &mut Vec<String>)
         return;
     }
     let size = config.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    if size == 0.0 && !scene.has("gravity") && config.structure.loads.is_empty() {
+    let table = &config.structure;
+    let moved = !(table.loads.is_empty() && table.pressures.is_empty() && table.velocities.is_empty());
+    if size == 0.0 && !scene.has("gravity") && !moved {
         warnings.push(
             "structure: there is no gravity: the structure has no weight; gravity = [0.0, 0.0, -9.81], or structure.dead_load = false"
                 .into(),

@@ -296,7 +296,7 @@ fn takes(part: Option<&PartConfig>, kind: Kind) -> bool {
         None | Some(PartConfig::SlidingCable(_)) => matches!(kind, Kind::Line2 | Kind::Row),
         Some(PartConfig::Brake(_) | PartConfig::Beam(_)) => kind == Kind::Line2,
         Some(PartConfig::Ring(_)) => matches!(kind, Kind::Tri3 | Kind::Quad4),
-        Some(PartConfig::Membrane(_) | PartConfig::Shell(_)) => kind == Kind::Tri3,
+        Some(PartConfig::Membrane(_) | PartConfig::Shell(_)) => matches!(kind, Kind::Tri3 | Kind::Quad4),
         Some(PartConfig::None(_)) => true,
     }
 }
@@ -330,11 +330,8 @@ fn cell(
             Kind::Line3 | Kind::Tri6 => {
                 "save the mesh with elements of first order, or write a part with element = \"none\" for the group"
             }
-            Kind::Tri3 => {
-                "write a part for the group: element = \"membrane\" or \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
-            }
-            Kind::Quad4 => {
-                "write a part for the group: element = \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
+            Kind::Tri3 | Kind::Quad4 => {
+                "write a part for the group: element = \"membrane\", \"shell\" or \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
             }
             _ => "write a part with another element for the group; \"none\" makes nothing of it",
         }));

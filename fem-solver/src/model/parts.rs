@@ -2,23 +2,21 @@
 
 use super::base::Cell;
 use super::build::{cable, check_cable, properties};
+use super::surfaces::{membrane, shell, triangles};
 use super::{Model, Part};
-use crate::config::part::{
-    BeamPart, BrakePart, CablePart, MembranePart, PartConfig, RingPart, ShellPart, SlidingCablePart,
-};
+use crate::config::part::{BeamPart, BrakePart, CablePart, PartConfig, RingPart, SlidingCablePart};
 use crate::config::structure::{CableConfig, StructureConfig};
 use crate::config::{not_negative, positive};
 use crate::element::bar::Rupture;
-use crate::element::membrane::{Fabric, Geometry, Membrane};
 use crate::element::ring::{Mechanism, Ring};
 use crate::element::sliding_cable::Memory;
-use crate::element::{AnyElement, Bar, Beam, Brake, Cable, Shell, SlidingCable};
+use crate::element::{AnyElement, Bar, Beam, Brake, Cable, SlidingCable};
 use crate::material::Law;
 use crate::read::mesh::ElementGroup;
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use std::ops::Range;
 
 /// What became of an element of a mesh, by numbers in [`Model::elements`] and [`Model::cables`].
@@ -31,21 +29,21 @@ pub struct Made {
 }
 
 /// Where a part stands in the scene, for messages.
-struct Key<'a> {
+pub(super) struct Key<'a> {
     scene: &'a Scene,
     key: String,
 }
 
 impl Key<'_> {
-    fn positive(&self, name: &str, value: f64, unit: &str) -> Result<(), InputError> {
+    pub(super) fn positive(&self, name: &str, value: f64, unit: &str) -> Result<(), InputError> {
         positive(self.scene, &format!("{}.{name}", self.key), value, unit)
     }
 
-    fn not_negative(&self, name: &str, value: f64, unit: &str) -> Result<(), InputError> {
+    pub(super) fn not_negative(&self, name: &str, value: f64, unit: &str) -> Result<(), InputError> {
         not_negative(self.scene, &format!("{}.{name}", self.key), value, unit)
     }
 
-    fn invalid(&self, name: &str, what: impl Into<String>) -> InputError {
+    pub(super) fn invalid(&self, name: &str, what: impl Into<String>) -> InputError {
         self.scene.invalid(&format!("{}.{name}", self.key), what)
     }
 }
@@ -74,6 +72,7 @@ impl Model {
                 ));
             }
             let first = (self.elements.len(), self.cables.len());
+            self.note_split(config, own.iter().chain(meshed[i].iter().map(|cell| &cell.nodes)));
             for (at, cell) in own.iter().enumerate() {
                 self.add_cell(&key, &format!("cells.{at}"), config, table.cable.as_ref(), cell)?;
             }
@@ -116,6 +115,17 @@ impl Model {
             if !elements.is_empty() || !cables.is_empty() {
                 self.parts.push(Part { name: group.name, elements, cables });
             }
+        }
+    }
+
+    /// Say how many quadrilaterals of shell become triangles.
+    fn note_split<'a>(&mut self, config: &PartConfig, cells: impl Iterator<Item = &'a Vec<usize>>) {
+        let count = cells.filter(|cell| cell.len() == 4).count();
+        if matches!(config, PartConfig::Shell(_)) && count > 0 {
+            self.warnings.push(format!(
+                "part `{}`: {count} quadrilaterals of shell are split into two triangles each, along the shorter diagonal",
+                config.head().0
+            ));
         }
     }
 
@@ -174,11 +184,12 @@ impl Model {
             PartConfig::Brake(part) => brake(key, part, [cell[0], cell[1]], spans[0])?.into(),
             PartConfig::Beam(part) => beam(key, place, part, [cell[0], cell[1]], spans[0])?.into(),
             PartConfig::Ring(part) => ring(key, part, cell, &self.nodes)?.into(),
-            PartConfig::Membrane(part) => {
-                membrane(key, place, part, [cell[0], cell[1], cell[2]], &self.nodes)?.into()
-            }
+            PartConfig::Membrane(part) => membrane(key, place, part, cell, &self.nodes)?,
             PartConfig::Shell(part) => {
-                shell(key, place, part, [cell[0], cell[1], cell[2]], &self.nodes)?.into()
+                for corners in triangles(cell, &self.nodes) {
+                    self.elements.push(shell(key, place, part, corners, &self.nodes)?.into());
+                }
+                return Ok(());
             }
             PartConfig::None(_) => return Ok(()),
         };
@@ -409,85 +420,4 @@ fn ring(key: &Key, part: &RingPart, cell: &[usize], nodes: &[Vector3<f64>]) -> R
         radius: part.radius.unwrap_or(0.0),
         rupture: rupture(key, part.rupture_force, None)?.force,
     })
-}
-
-fn membrane(
-    key: &Key,
-    place: &str,
-    part: &MembranePart,
-    nodes: [usize; 3],
-    positions: &[Vector3<f64>],
-) -> Result<Membrane, InputError> {
-    key.positive("thickness", part.thickness, "m")?;
-    key.not_negative("density", part.density, "kg/m3")?;
-    key.not_negative("shear", part.shear, "Pa")?;
-    for young in &part.young {
-        key.positive("young", *young, "Pa")?;
-    }
-    if part.rupture_force.is_some() {
-        return Err(key.invalid("rupture_force", "a membrane does not break"));
-    }
-    let (axes, slopes, area) = triangle(key, place, nodes, positions, part.along)?;
-    let fabric = match part.young[..] {
-        [young] => {
-            let poisson = poisson(key, part.poisson)?;
-            let [first, second] = part.prestress;
-            Fabric::Isotropic { young, poisson, prestress: [first, second, 0.0], wrinkles: part.wrinkles }
-        }
-        [first, second] => Fabric::Fibres {
-            directions: [Vector2::x(), Vector2::y()],
-            young: [first, second],
-            prestress: part.prestress,
-            shear: part.shear,
-        },
-        _ => return Err(key.invalid("young", "write one modulus (isotropic) or two (fibres)")),
-    };
-    Ok(Membrane { nodes, axes, slopes, area, thickness: part.thickness, density: part.density, fabric })
-}
-
-/// Axes, slopes and area of the triangle of `nodes`.
-fn triangle(
-    key: &Key,
-    place: &str,
-    nodes: [usize; 3],
-    positions: &[Vector3<f64>],
-    along: Option<[f64; 3]>,
-) -> Result<Geometry, InputError> {
-    let corners = nodes.map(|n| positions[n]);
-    let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-    let upright = normal.x.abs() > 0.999 * normal.norm();
-    let along = along.map_or(if upright { Vector3::z() } else { Vector3::x() }, Vector3::from);
-    Membrane::geometry(&corners, &along).ok_or_else(|| {
-        let what = format!("the triangle of nodes {nodes:?} has no area, or `along` is normal to it");
-        key.invalid(place, what)
-    })
-}
-
-/// Poisson's ratio, 0.3 where it is not stated.
-fn poisson(key: &Key, stated: Option<f64>) -> Result<f64, InputError> {
-    let poisson = stated.unwrap_or(0.3);
-    if poisson > -1.0 && poisson < 0.5 + 1e-12 {
-        return Ok(poisson);
-    }
-    Err(key.invalid("poisson", format!("it is {poisson}, it must lie above -1 and not above 0.5")))
-}
-
-fn shell(
-    key: &Key,
-    place: &str,
-    part: &ShellPart,
-    nodes: [usize; 3],
-    positions: &[Vector3<f64>],
-) -> Result<Shell, InputError> {
-    key.positive("thickness", part.thickness, "m")?;
-    key.not_negative("density", part.density, "kg/m3")?;
-    key.positive("young", part.young, "Pa")?;
-    if part.rupture_force.is_some() {
-        return Err(key.invalid("rupture_force", "a shell does not break"));
-    }
-    let poisson = poisson(key, part.poisson)?;
-    let (axes, slopes, area) = triangle(key, place, nodes, positions, None)?;
-    let fabric = Shell::fabric(part.young, poisson);
-    let (thickness, density) = (part.thickness, part.density);
-    Ok(Shell::new(Membrane { nodes, axes, slopes, area, thickness, density, fabric }, part.young, poisson))
 }

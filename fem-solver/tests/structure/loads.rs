@@ -1,13 +1,15 @@
 //! Loads with a history, pressure on faces, velocities at t = 0: closed forms, work, faults of the input.
 
 use crate::common::{Run, coupled_plan, off, scene};
+use crate::pressures::octant;
 use fem_solver::FemSolver;
 use interface_defs::Sampling;
+use interface_defs::toolkit::alloc::allocations;
 use interface_defs::toolkit::program::Options;
 use std::f64::consts::PI;
 
 /// Every integrator in time, as it stands in a scene.
-const SCHEMES: [&str; 6] = [
+pub const SCHEMES: [&str; 6] = [
     "integrator = \"central_difference\"",
     "integrator = \"generalized_alpha\"",
     "integrator = \"generalized_alpha\"\nrho_inf = 0.5",
@@ -18,7 +20,7 @@ const SCHEMES: [&str; 6] = [
 const MIDPOINT: &str = SCHEMES[1];
 
 /// A mass of 1 kg on a spring of 100 N/m along z, 100 N times the factors of `history` on it.
-fn oscillator(scheme: &str, step: f64, history: &str) -> String {
+pub fn oscillator(scheme: &str, step: f64, history: &str) -> String {
     format!(
         r#"
 end_time = 10.0
@@ -133,197 +135,6 @@ fn statics_follows_the_history_of_its_loads_with_exact_work() {
     }
 }
 
-/// A quarter of a disc or of the octant of a sphere: a triangle of rows of nodes 0, 1, .. `n`, and the cells between them.
-fn triangle(n: usize, at: impl Fn(f64, f64, f64) -> [f64; 3]) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
-    let first = |row: usize| row * (row + 1) / 2;
-    let (mut nodes, mut cells) = (Vec::new(), Vec::new());
-    for row in 0..=n {
-        for i in 0..=row {
-            let share = |k: usize| k as f64 / n as f64;
-            nodes.push(at(share(n - row), share(row - i), share(i)));
-        }
-    }
-    for row in 0..n {
-        for i in 0..=row {
-            cells.push([first(row) + i, first(row + 1) + i, first(row + 1) + i + 1]);
-            if i < row {
-                cells.push([first(row) + i, first(row + 1) + i + 1, first(row) + i + 1]);
-            }
-        }
-    }
-    (nodes, cells)
-}
-
-/// The octant of a sphere of radius 1 m with its planes of symmetry held, the pressure of `pressures` on it.
-fn octant(n: usize, material: &str, pressures: &str, fem: &str) -> String {
-    let (nodes, cells) = triangle(n, |a, b, c| {
-        let size = (a * a + b * b + c * c).sqrt();
-        [a / size, b / size, c / size]
-    });
-    let plane = |c: usize| (0..nodes.len()).filter(|i| nodes[*i][c].abs() < 1e-12).collect::<Vec<_>>();
-    format!(
-        r#"
-end_time = 1.0
-[structure]
-nodes = {nodes:?}
-form_finding = "none"
-supports = [{{ group = "x0", directions = "x" }}, {{ group = "y0", directions = "y" }},
-            {{ group = "z0", directions = "z" }}]
-groups = [{{ name = "x0", nodes = {:?} }}, {{ name = "y0", nodes = {:?} }}, {{ name = "z0", nodes = {:?} }}]
-{pressures}
-[[structure.parts]]
-name = "skin"
-element = "membrane"
-cells = {cells:?}
-thickness = 1e-3
-density = 1000.0
-{material}
-[[gauge]]
-name = "x0"
-group = "x0"
-quantity = "force"
-[fem]
-{fem}
-"#,
-        plane(0),
-        plane(1),
-        plane(2)
-    )
-}
-
-#[test]
-fn a_sphere_under_pressure_has_the_stress_p_r_over_2_t() {
-    let pressures =
-        "pressures = [{ group = \"skin\", pressure = 1000.0, history = [[0.0, 0.0], [1.0, 1.0]] }]";
-    let error = |n: usize| {
-        let text = octant(n, "young = [1e9]\npoisson = 0.3", pressures, "integrator = \"static\"");
-        let mut run = Run::with(&text, coupled_plan(1.0, Sampling::AtEnds, 1, 1));
-        run.step(1.0, &[]);
-        let model = run.solver.model();
-        // p r (1 - nu) / (2 E t) of the radius: 3.5e-4. The pressure does half of p times the volume that it gains.
-        let growth = -run.value("energy_loads_fem") / (0.5 * 1000.0 * 0.5 * PI);
-        let stress: f64 = model
-            .elements
-            .iter()
-            .map(|element| {
-                let u: Vec<f64> = element.nodes().iter().flat_map(|node| run.displacement(*node)).collect();
-                let [large, small] = element.face_stresses(&u);
-                0.5 * (large + small)
-            })
-            .sum::<f64>()
-            / model.elements.len() as f64;
-        // In balance to rounding: the symmetry plane carries the pressure on the polygon that it cuts out.
-        let outline: Vec<_> = model.nodes.iter().filter(|p| p.x.abs() < 1e-12).collect();
-        let angle = |p: &nalgebra::Vector3<f64>| p.z.atan2(p.y);
-        let mut outline = outline;
-        outline.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
-        let area: f64 = outline.windows(2).map(|e| 0.5 * (e[0].y * e[1].z - e[0].z * e[1].y)).sum();
-        let grown = area * (1.0 + 2.0 * growth);
-        assert!(off(-run.value("x0_fx_sum"), 1000.0 * grown) < 1e-4, "{} {grown}", run.value("x0_fx_sum"));
-        (off(stress, 1000.0 / 2e-3), off(growth, 3.5e-4))
-    };
-    let (coarse, fine) = (error(6), error(12));
-    assert!(fine.0 < 0.01 && fine.1 < 0.02, "{fine:?}");
-    assert!(coarse.0 / fine.0 > 3.0 && coarse.1 / fine.1 > 3.0, "{coarse:?} {fine:?}: of second order");
-}
-
-#[test]
-fn a_soft_balloon_is_blown_up_in_a_few_iterations() {
-    // A stretch of 10 % in ten steps: where the load stiffness is not in the tangent, each iteration leaves some percent
-    // of the error before, and so few are not enough.
-    let pressures = "pressures = [{ group = \"skin\", pressure = 3e4, history = [[0.0, 0.0], [1.0, 1.0]] }]";
-    let text =
-        octant(6, "young = [1e8]\npoisson = 0.3\nwrinkles = false", pressures, "integrator = \"static\"");
-    let mut run = Run::with(&text, coupled_plan(0.1, Sampling::AtEnds, 1, 1));
-    for n in 0..10 {
-        let before = run.count("newton_iterations");
-        run.step(0.1, &[]);
-        let taken = run.count("newton_iterations") - before;
-        assert!(n == 0 || taken <= 5, "{taken} iterations in step {n}");
-    }
-    let growth = run.displacement(0)[0];
-    assert!(growth > 0.08, "{growth}");
-    assert_eq!(run.count("refined_windows"), 0);
-}
-
-#[test]
-fn the_work_of_pressure_closes_the_balance_in_every_scheme() {
-    let pressures = "damping = 3.0\n\
-                     pressures = [{ group = \"skin\", pressure = 1e4, history = [[0.0, 0.0], [0.01, 1.0], [0.02, 0.2]] }]";
-    for scheme in SCHEMES {
-        let error = |step: f64| {
-            let fem = format!("time_step = {step:?}\n{scheme}");
-            let text = octant(3, "young = [1e8]\npoisson = 0.3\nwrinkles = false", pressures, &fem);
-            let mut run = Run::alone(&text, 4e-3);
-            let start = run.balance();
-            let (mut most, mut work) = (0.0_f64, 0.0_f64);
-            for _ in 0..10 {
-                run.step(4e-3, &[]);
-                most = most.max((run.balance() - start).abs());
-                work = work.max(run.value("energy_loads_fem").abs());
-            }
-            assert!(work > 10.0, "{work}");
-            most / work
-        };
-        let (coarse, fine) = (error(2e-4), error(1e-4));
-        // Elements without the mean stress of a step have an error of second order in the midpoint rule, too.
-        assert!(fine < 0.02 && coarse / fine > 2.0, "{scheme}: {coarse:.2e} {fine:.2e}");
-    }
-}
-
-/// A disc of radius 1 m, 1 cm thick, in rings of triangles; its rim is clamped.
-fn plate(rings: usize, pressure: f64) -> String {
-    let (mut nodes, mut cells) = (vec![[0.0, 0.0, 0.0]], Vec::new());
-    let first = |ring: usize| if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
-    for ring in 1..=rings {
-        for i in 0..6 * ring {
-            let (r, angle) = (ring as f64 / rings as f64, PI * i as f64 / (3 * ring) as f64);
-            nodes.push([r * angle.cos(), r * angle.sin(), 0.0]);
-        }
-        let node = |ring: usize, i: usize| if ring == 0 { 0 } else { first(ring) + i % (6 * ring) };
-        for side in 0..6 {
-            for i in 0..ring {
-                let (outer, inner) = (side * ring + i, side * (ring - 1) + i);
-                cells.push([node(ring - 1, inner), node(ring, outer), node(ring, outer + 1)]);
-                if i + 1 < ring {
-                    cells.push([node(ring - 1, inner), node(ring, outer + 1), node(ring - 1, inner + 1)]);
-                }
-            }
-        }
-    }
-    let rim: Vec<_> = (first(rings)..nodes.len()).collect();
-    format!(
-        r#"
-end_time = 1.0
-[structure]
-nodes = {nodes:?}
-supports = [{{ nodes = {rim:?}, rotations = "xyz" }}]
-pressures = [{{ group = "plate", pressure = {pressure:?} }}]
-[[structure.parts]]
-name = "plate"
-element = "shell"
-cells = {cells:?}
-thickness = 0.01
-density = 0.0
-young = 2.1e11
-[fem]
-integrator = "static"
-"#
-    )
-}
-
-#[test]
-fn a_clamped_plate_bends_under_pressure_by_p_a4_over_64_d() {
-    // Form finding takes a constant pressure, downward here: against the normals.
-    let rigidity = 2.1e11 * 1e-6 / (12.0 * 0.91);
-    let (exact, mut errors) = (-100.0 / (64.0 * rigidity), Vec::new());
-    for rings in [4, 8] {
-        let run = Run::alone(&plate(rings, -100.0), 1.0);
-        errors.push(off(run.ready.mesh.coordinates[2], exact));
-    }
-    assert!(errors[1] < 0.02 && errors[0] / errors[1] > 2.5, "{errors:?}");
-}
-
 /// A bar of 1 m in 50 pieces along x, 1e7 Pa, 1e-4 m2, 1000 kg/m3 (c = 100 m/s), its first node held; all of it starts with
 /// the velocity `v` along x.
 fn bar(v: f64, scheme: &str) -> String {
@@ -376,7 +187,7 @@ fn a_bar_that_hits_a_wall_carries_rho_c_v_and_rebounds() {
 }
 
 /// The message with which a scene is refused.
-fn refused(text: &str) -> String {
+pub fn refused(text: &str) -> String {
     match FemSolver::new(&scene(text), &Options::default()) {
         Ok(_) => panic!("must be refused: {text}"),
         Err(error) => error.to_string(),
@@ -416,95 +227,45 @@ fn what_someone_might_mean_is_warned_of() {
     assert!(warned(&held).contains("they stay at rest"), "{}", warned(&held));
 }
 
-/// A cantilever of 10 m, E I = 1000 N m2, under a load that grows to `load` on its tip in 1 s.
-fn cantilever(load: f64, fem: &str) -> String {
-    let nodes: Vec<_> = (0..=20).map(|i| [0.5 * f64::from(i), 0.0, 0.0]).collect();
-    let cells: Vec<_> = (0..20).map(|i| [i, i + 1]).collect();
-    format!(
-        r#"
-end_time = 1.0
-[structure]
-nodes = {nodes:?}
-supports = [{{ nodes = [0], rotations = "xyz" }}]
-loads = [{{ nodes = [20], force = [0.0, 0.0, {load:?}], history = [[0.0, 0.0], [1.0, 1.0]] }}]
-[[structure.parts]]
-name = "post"
-element = "beam"
-cells = {cells:?}
-young = 1e7
-area = 1.0
-inertia = [1e-4, 1e-4]
-density = 1.0
-[fem]
-integrator = "static"
-{fem}
-[[gauge]]
-name = "tip"
-at = [10.0, 0.0, 0.0]
-quantity = "displacement"
-"#
+/// A membrane under a pressure with a history, held at one corner until 2 ms, thrown.
+fn everything(fem: &str) -> String {
+    let extra = "velocities = [{ group = \"skin\", velocity = [0.0, 0.0, 1.0] }]\n\
+                 loads = [{ nodes = [0], force = [1.0, 0.0, 0.0], history = [[0.0, 0.0], [0.003, 5.0]] }]\n\
+                 pressures = [{ group = \"skin\", pressure = 1e4, history = [[0.0, 0.5], [0.01, 1.0]] }]";
+    octant(3, "young = [1e8]\npoisson = 0.3\nwrinkles = false", extra, fem).replace(
+        "supports = [",
+        "supports = [{ nodes = [0], released_at = 0.002 }, { nodes = [7], directions = \"z\", released_at = 0.004, motion = \
+         [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 1.0]] }, ",
     )
 }
 
 #[test]
-fn load_steps_that_adapt_bend_a_cantilever_to_its_elastica_at_any_output_interval() {
-    // Mattiasson (1981), Int. J. Numer. Meth. Eng. 17, 145: at P L^2 / E I = 10 the tip has gone 0.81061 L across and
-    // 0.55500 L along.
-    let tip = |window: f64| {
-        let text = cantilever(100.0, "load_steps = { first = 0.01 }");
-        let mut run = Run::alone(&text, window);
-        let count = (1.0 / window).round() as usize;
-        (0..count).for_each(|_| run.step(window, &[]));
-        (run.value("tip_uz"), run.value("tip_ux"), run.count("sub_steps"))
-    };
-    let (once, often) = (tip(1.0), tip(0.05));
-    for (across, along, _) in [once, often] {
-        // 20 chords of the curve: some 1e-3 too short.
-        assert!(off(across, 8.1061) < 3e-3 && off(along, -5.55) < 3e-3, "{across} {along}");
+fn windows_of_loads_and_supports_in_time_are_repeatable_and_allocate_nothing() {
+    for (fem, sampling) in [
+        ("time_step = 1e-4", Sampling::Means),
+        ("integrator = \"generalized_alpha\"\ntime_step = 5e-4", Sampling::Means),
+        ("integrator = \"newmark\"\ntime_step = 5e-4", Sampling::AtEnds),
+        ("integrator = \"static\"\nload_steps = { first = 1e-3 }", Sampling::AtEnds),
+    ] {
+        let text = everything(fem);
+        let text = if fem.contains("static") { text.replace("velocities = ", "# ") } else { text };
+        let mut run = Run::with(&text, coupled_plan(1e-3, sampling, 1, 1));
+        let force: Vec<f64> = (0..run.force_len).map(|i| (i as f64).sin()).collect();
+        let other: Vec<f64> = force.iter().map(|f| -2.0 * f).collect();
+        for window in 0..6 {
+            let before = allocations();
+            run.solve(1e-3, &force).unwrap();
+            let first = run.output.iter().map(|x| x.to_bits()).fold(0_u64, |h, x| h.rotate_left(7) ^ x);
+            run.solve(5e-4, &other).unwrap();
+            run.solve(1e-3, &force).unwrap();
+            let again = run.output.iter().map(|x| x.to_bits()).fold(0_u64, |h, x| h.rotate_left(7) ^ x);
+            assert_eq!(first, again, "{fem}, window {window}");
+            run.commit(1e-3);
+            assert!(
+                window == 0 || allocations() == before,
+                "{fem}, window {window}: {}",
+                allocations() - before
+            );
+        }
     }
-    assert!((once.0 - often.0).abs() < 1e-7, "{once:?} {often:?}");
-    assert!(once.2 < 90 && often.2 < 90, "{once:?} {often:?}");
-}
-
-#[test]
-fn where_one_step_fails_load_steps_that_adapt_come_to_the_end() {
-    let pressures = "pressures = [{ group = \"skin\", pressure = 3e4, history = [[0.0, 0.0], [1.0, 1.0]] }]";
-    let text = |fem: &str| {
-        let fem = format!("integrator = \"static\"\n{fem}");
-        octant(6, "young = [1e8]\npoisson = 0.3", pressures, &fem)
-    };
-    let mut run = Run::with(&text(""), coupled_plan(1.0, Sampling::AtEnds, 1, 1));
-    let fault = run.solve(1.0, &[]).expect_err("a slack balloon takes no such pressure at once");
-    assert!(fault.message.contains("step 1 of 8"), "{}", fault.message);
-    let growth = |window: f64| {
-        let text = text("load_steps = { first = 0.1, shortest = 1e-6 }");
-        let mut run = Run::with(&text, coupled_plan(window, Sampling::AtEnds, 1, 1));
-        (0..(1.0 / window).round() as usize).for_each(|_| run.step(window, &[]));
-        assert!(run.count("refused_steps") > 0);
-        run.displacement(0)[0]
-    };
-    let (once, often) = (growth(1.0), growth(0.25));
-    assert!(once > 0.08 && (once - often).abs() < 1e-7, "{once} {often}");
-}
-
-#[test]
-fn load_steps_end_with_a_message_where_they_end() {
-    // One iteration never does for what is not linear: every step fails, down to the shortest.
-    let text =
-        cantilever(100.0, "load_steps = { first = 0.01, shortest = 1e-3 }\n[fem.newton]\nmax_iterations = 1");
-    let mut run = Run::alone(&text, 1.0);
-    let fault = run.solve(1.0, &[]).expect_err("cannot be");
-    for words in ["statics ends at t = 0", "after 1 iterations", "none below 1.000e-3 s", "fem.path_speed"] {
-        assert!(fault.message.contains(words), "{}", fault.message);
-    }
-}
-
-#[test]
-fn load_steps_of_no_statics_are_refused() {
-    let fem = "integrator = \"newmark\"\nload_steps = { first = 0.1 }";
-    let message = refused(&cantilever(1.0, "").replace("integrator = \"static\"", fem));
-    assert!(message.contains("are for static, not for newmark"), "{message}");
-    assert!(refused(&cantilever(1.0, "load_steps = { first = 0.0 }")).contains("must lie above 0"));
-    let message = refused(&cantilever(1.0, "load_steps = { first = 0.1, shortest = 0.2 }"));
-    assert!(message.contains("longer than the first"), "{message}");
 }

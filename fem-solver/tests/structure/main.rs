@@ -16,13 +16,17 @@ mod gate;
 mod generated;
 mod groups;
 mod input;
+mod load_steps;
 mod loads;
 mod meshes;
 mod mutations;
 mod paths;
+mod pressures;
 mod rest;
 mod statics;
 mod supports;
+mod surfaces;
+mod tearing;
 mod verdict;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

@@ -44,3 +44,4 @@ pub mod summary;
 mod syntax;
 mod table;
 pub mod vtu;
+pub mod wide;

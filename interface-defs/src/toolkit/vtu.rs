@@ -18,9 +18,19 @@ pub enum Cells<'a> {
     Lines(&'a [[u32; 2]]),
     /// Three points each.
     Triangles(&'a [[u32; 3]]),
+    /// Triangles and quadrilaterals: their points one after the other, and where those of each end.
+    Polygons {
+        /// Points.
+        nodes: &'a [u32],
+        /// Ends.
+        ends: &'a [u32],
+    },
     /// One for each point.
     Vertices,
 }
+
+/// Numbers of the format for cells with this many points: vertex, line, triangle, quadrilateral.
+const TYPES: [u8; 5] = [0, 1, 3, 5, 9];
 
 /// A grid with data: name, components, values (`[components * items]`, item-major).
 pub struct Vtu<'a> {
@@ -40,12 +50,16 @@ impl Vtu<'_> {
     /// Panics if the length of a field does not fit the number of its points or cells.
     pub fn to_bytes(&self) -> Vec<u8> {
         let points = self.points.len() / 3;
-        let (connectivity, per_cell, kind) = match self.cells {
-            Cells::Lines(lines) => (lines.as_flattened().to_vec(), 2, 3_u8),
-            Cells::Triangles(triangles) => (triangles.as_flattened().to_vec(), 3, 5),
-            Cells::Vertices => ((0..points as u32).collect(), 1, 1),
+        let each = |count: usize, points: u32| (1..=count as u32).map(|cell| cell * points).collect();
+        let (connectivity, ends): (Vec<u32>, Vec<u32>) = match self.cells {
+            Cells::Lines(lines) => (lines.as_flattened().to_vec(), each(lines.len(), 2)),
+            Cells::Triangles(triangles) => (triangles.as_flattened().to_vec(), each(triangles.len(), 3)),
+            Cells::Polygons { nodes, ends } => (nodes.to_vec(), ends.to_vec()),
+            Cells::Vertices => ((0..points as u32).collect(), each(points, 1)),
         };
-        let cells = connectivity.len() / per_cell;
+        let cells = ends.len();
+        let starts = std::iter::once(&0).chain(&ends);
+        let types: Vec<u8> = starts.zip(&ends).map(|(start, end)| TYPES[(end - start) as usize]).collect();
         let mut body = Body::default();
         for (tag, items, fields) in
             [("PointData", points, &self.point_data), ("CellData", cells, &self.cell_data)]
@@ -64,8 +78,8 @@ impl Vtu<'_> {
         let integers =
             |values: &mut dyn Iterator<Item = i64>| values.flat_map(i64::to_le_bytes).collect::<Vec<u8>>();
         body.array("Int64", "connectivity", 1, &integers(&mut connectivity.iter().map(|&i| i64::from(i))));
-        body.array("Int64", "offsets", 1, &integers(&mut (1..=cells).map(|c| (c * per_cell) as i64)));
-        body.array("UInt8", "types", 1, &vec![kind; cells]);
+        body.array("Int64", "offsets", 1, &integers(&mut ends.iter().map(|&i| i64::from(i))));
+        body.array("UInt8", "types", 1, &types);
         body.close("Cells");
         format!(
             "<?xml version=\"1.0\"?>\n\
@@ -221,6 +235,19 @@ mod tests {
         let integers: Vec<u8> = [0_i64, 1, 1, 49_999].iter().flat_map(|i| i.to_le_bytes()).collect();
         assert_eq!(read_array(&file, "connectivity"), integers);
         assert_eq!(read_array(&file, "types"), [3, 3]);
+    }
+
+    #[test]
+    fn triangles_and_quadrilaterals_stand_side_by_side() {
+        let points: Vec<f64> = (0..15).map(f64::from).collect();
+        let cells = Cells::Polygons { nodes: &[0, 1, 2, 1, 2, 3, 4], ends: &[3, 7] };
+        let vtu =
+            Vtu { points: &points, cells, point_data: vec![], cell_data: vec![("area", 1, &[1.0, 2.0])] };
+        let file = String::from_utf8(vtu.to_bytes()).expect("text");
+        assert_eq!(read_array(&file, "types"), [5, 9]);
+        let integers: Vec<u8> = [3_i64, 7].iter().flat_map(|i| i.to_le_bytes()).collect();
+        assert_eq!(read_array(&file, "offsets"), integers);
+        assert!(file.contains("NumberOfCells=\"2\""));
     }
 
     #[test]

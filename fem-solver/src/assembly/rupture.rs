@@ -1,0 +1,116 @@
+//! What breaks within an explicit step, located inside it.
+//!
+//! From the displacements at the step's start the middle lies half a step ahead; twice as far is where the structure would
+//! be at the step's end without forces. Where an element does not bear that, the instant `t = x h` at which its strength is
+//! reached is found by bisection, and over the step it pulls with `x` times its force in the middle of that part: the impulse
+//! that it gives until it breaks. What it held then is lost.
+//!
+//! The kick changes velocities, so the work `f . du` that the element takes differs from that energy in the square of
+//! the step. [`Assembly::book_rupture`] returns the difference: with it the books say exactly what the scheme did.
+
+use super::{Assembly, Broken};
+use crate::element::AnyElement;
+
+/// Halvings of the part of the step in which something breaks.
+const HALVINGS: u32 = 40;
+
+/// The work of an element that broke in the last step is `f . (u_1 - u_0)`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Release {
+    element: usize,
+    /// Where its force begins in the memory.
+    first: usize,
+    /// Its energy at the step's start, less `f . u_0` [J].
+    before: f64,
+}
+
+/// An element, and the displacements of all at a step's start and in its middle.
+#[derive(Clone, Copy)]
+pub(super) struct Stretch<'a> {
+    pub(super) number: usize,
+    pub(super) element: &'a AnyElement,
+    pub(super) start: &'a [f64],
+    pub(super) middle: &'a [f64],
+}
+
+impl Assembly {
+    /// Room for what may break.
+    pub(super) fn reserve_ruptures(&mut self, elements: &[AnyElement]) {
+        let breakable = || elements.iter().enumerate().filter(|(_, e)| e.can_break());
+        self.broken.reserve(elements.len());
+        self.releases.reserve(breakable().count());
+        self.released.reserve(breakable().map(|(i, _)| self.places[i].dofs.len()).sum());
+        self.torn = vec![0.0; self.history.len()];
+    }
+
+    /// Displacements of an element at the part `x` of the step, into the memory for one.
+    fn gather_at(&mut self, of: &Stretch, x: f64) {
+        let dofs = &self.dofs[self.places[of.number].dofs.clone()];
+        for (to, dof) in self.u.iter_mut().zip(dofs) {
+            *to = of.start[*dof] + 2.0 * x * (of.middle[*dof] - of.start[*dof]);
+        }
+    }
+
+    /// Whether an element is broken at the part `x` of the step. Its history there is in the memory then.
+    fn breaks_at(&mut self, of: &Stretch, history: &[f64], x: f64) -> bool {
+        self.gather_at(of, x);
+        let place = &self.places[of.number];
+        let (dofs, own) = (place.dofs.len(), place.history.clone());
+        self.answer(of.number, of.element, history, None);
+        of.element.breaks(&self.u[..dofs], &mut self.history[..own.len()])
+    }
+
+    /// Where an element breaks within the step: its force over the step, and its history behind it, are in the memory then.
+    pub(super) fn break_within(&mut self, of: &Stretch, history: &[f64]) -> Option<Broken> {
+        let place = self.places[of.number].clone();
+        let (n, own) = (place.dofs.len(), place.history.len());
+        self.gather_at(of, 1.0);
+        let bound = of.element.utilisation_bound(&self.u[..n], &history[place.history.clone()]);
+        if bound <= 1.0 || !self.breaks_at(of, history, 1.0) {
+            return None;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        if self.breaks_at(of, history, 0.0) {
+            high = 0.0;
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if high > 0.0 && self.breaks_at(of, history, middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        self.gather_at(of, high);
+        let tension = self.answer(of.number, of.element, history, None);
+        of.element.breaks(&self.u[..n], &mut self.history[..own]);
+        self.torn[..own].copy_from_slice(&self.history[..own]);
+        self.gather_at(of, 0.5 * high);
+        self.answer(of.number, of.element, history, None);
+        self.force[..n].iter_mut().for_each(|f| *f *= high);
+        self.history[..own].copy_from_slice(&self.torn[..own]);
+        self.gather_at(of, 0.0);
+        let had = of.element.energy(&self.u[..n], &history[place.history]);
+        let work: f64 = self.force[..n].iter().zip(&self.u).map(|(f, u)| f * u).sum();
+        let before = had.stored + had.dissipated - work;
+        self.releases.push(Release { element: of.number, first: self.released.len(), before });
+        self.released.extend_from_slice(&self.force[..n]);
+        Some(Broken { element: of.number as u32, tension, part: high, share: 1.0 })
+    }
+
+    /// Energy [J] that the step took from the structure beyond what the histories of the elements that broke in it say:
+    /// `f . (u_1 - u_0)` less what they held. `u` are the displacements at its end.
+    pub fn book_rupture(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for at in 0..self.releases.len() {
+            let Release { element, first, before } = self.releases[at];
+            self.gather(element, u);
+            let place = &self.places[element];
+            let n = place.dofs.len();
+            let work: f64 = self.released[first..][..n].iter().zip(&self.u).map(|(f, u)| f * u).sum();
+            let has = elements[element].energy(&self.u[..n], &history[place.history.clone()]);
+            sum += before + work - has.stored - has.dissipated;
+        }
+        sum
+    }
+}
