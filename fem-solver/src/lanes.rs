@@ -8,28 +8,7 @@
 /// Parts of a sum that are kept apart.
 pub const LANES: usize = 8;
 
-/// Defines a function that is compiled twice: for any processor, and with AVX2. What its body calls
-/// must be `#[inline(always)]`, or small, to share in that.
-macro_rules! wide {
-    ($(#[$doc:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? $body:block) => {
-        $(#[$doc])*
-        $vis fn $name($($arg: $type),*) $(-> $out)? {
-            #[inline(always)]
-            fn narrow($($arg: $type),*) $(-> $out)? $body
-            #[cfg(target_arch = "x86_64")]
-            if std::arch::is_x86_feature_detected!("avx2") {
-                #[target_feature(enable = "avx2")]
-                fn wide($($arg: $type),*) $(-> $out)? {
-                    narrow($($arg),*)
-                }
-                // SAFETY: the processor has what the function is compiled for; it was asked a line above.
-                return unsafe { wide($($arg),*) };
-            }
-            narrow($($arg),*)
-        }
-    };
-}
-pub(crate) use wide;
+pub(crate) use interface_defs::wide;
 
 /// The parts of a sum and what is left over, added.
 #[inline(always)]

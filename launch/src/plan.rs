@@ -172,26 +172,28 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), InputError> {
     let (rock, spheres) = (scene.has("rock"), scene.has("spheres"));
     let several =
         scene.read::<Vec<toml::Value>>("rock").is_ok_and(|rocks| rocks.is_some_and(|r| r.len() > 1));
-    let touches = spheres || scene.has("terrain") || fem || several;
-    let both = (dem || rock || spheres) && fem;
+    let touches = spheres || scene.has("terrain") || scene.has("box") || fem || several;
+    let bodies = dem || rock || spheres;
+    let both = bodies && fem;
     let rules = [
-        (
-            "box",
-            dem || spheres,
-            "only separate spheres touch its sides, and the scene has no [[spheres]]",
-            "add [[spheres]]",
-        ),
-        ("terrain", dem || rock, "only rocks move on it, and the scene has no [[rock]]", "add [[rock]]"),
-        ("dem", dem || rock || spheres, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
-        ("contact", dem || rock || spheres, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
+        ("box", bodies, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
+        ("terrain", bodies, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
+        ("dem", bodies, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
+        ("contact", bodies, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
         (
             "contact",
             dem || touches,
             "there is nothing that the rock could touch",
-            "add [terrain], [structure] or a second [[rock]]",
+            "add [terrain], [box], [structure] or a second [[rock]]",
         ),
         ("gauge", fem, "the scene has no [structure] to measure", "add [structure]"),
         ("fem", fem, "the scene has no [structure]", "add [structure]"),
+        (
+            "start_from",
+            fem,
+            "the scene has no [structure] that could start from another run",
+            "add [structure]",
+        ),
         ("coupling", both, "it takes a rock and a structure, and the scene has one of them", "add the other"),
         (
             "processes.coupler",
@@ -208,7 +210,7 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), InputError> {
         Some((key, _, why, cure)) => {
             let name = match *key {
                 "contact" | "gauge" => format!("[[{key}]]"),
-                "processes.coupler" => format!("`{key}`"),
+                "processes.coupler" | "start_from" => format!("`{key}`"),
                 _ => format!("[{key}]"),
             };
             Err(scene
@@ -264,13 +266,14 @@ mod tests {
         let fem = "[structure]\n";
         let both = "[structure]\n[coupling]\n";
         for (text, place, what) in [
-            (format!("{rock}[box]\n"), "2:1", "nothing will use [box]: only separate spheres"),
-            ("[[spheres]]\n[terrain]\n".into(), "2:1", "nothing will use [terrain]: only rocks move on it"),
+            (format!("{fem}[box]\n"), "2:1", "nothing will use [box]: the scene has neither"),
+            (format!("{fem}[terrain]\n"), "2:1", "nothing will use [terrain]: the scene has neither"),
             (format!("{fem}[dem]\n"), "2:1", "nothing will use [dem]"),
             (format!("{fem}[[contact]]\n"), "2:1", "nothing will use [[contact]]: the scene has neither"),
             (format!("{rock}[[contact]]\n"), "2:1", "nothing that the rock could touch"),
             (format!("{rock}[[gauge]]\n"), "2:1", "nothing will use [[gauge]]: the scene has no [structure]"),
             (format!("{rock}[fem]\n"), "2:1", "nothing will use [fem]"),
+            (format!("start_from = \"out/a\"\n{rock}"), "1:14", "nothing will use `start_from`"),
             (format!("{rock}[coupling]\n"), "2:1", "nothing will use [coupling]"),
             (format!("{fem}[coupling]\n"), "2:1", "nothing will use [coupling]"),
             (
@@ -295,6 +298,8 @@ mod tests {
             format!("{rock}{rock}[[contact]]\n"),
             format!("{rock}[[contact]]\n[terrain]\n"),
             format!("{rock}[[contact]]\n{both}"),
+            format!("{rock}[box]\n[[contact]]\n"),
+            "[[spheres]]\n[terrain]\n[[contact]]\n".to_owned(),
         ] {
             let told = parts(&used).err().unwrap_or_default();
             assert!(!told.contains("nothing will use"), "{told}");

@@ -11,6 +11,7 @@
 use super::laws::WallLaws;
 use super::memory::{Heir, Memory, NONE, inherit, inherit_beside};
 use super::pair::{Meeting, Past};
+use super::rows::{Rows, Sums};
 use super::touch::{Contact, Touch};
 use crate::rock::{Motion, Rock};
 use crate::search::pairs::{Instant, PairElement, PairList};
@@ -52,29 +53,6 @@ impl Seam<'_> {
     }
 }
 
-/// Sums over the contacts of a rock.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Sums {
-    /// Force on the rock [N].
-    pub force: Vector3<f64>,
-    /// Torque on the rock about its centre of mass [N m].
-    pub torque: Vector3<f64>,
-    /// Elastic energy of the normal springs [J].
-    pub elastic: f64,
-    /// Power of the dashpots along the normals [W].
-    pub damped: f64,
-    /// Power that the tangential forces take from the motion [W].
-    pub rubbed: f64,
-    /// Energy of the tangential springs after the step [J].
-    pub sheared: f64,
-    /// Energy that they have taken up at the [`Seam`] [J].
-    pub jumped: f64,
-    /// Largest overlap over radius.
-    pub penetration: f64,
-    /// Largest speed of a listed node past the rock's centre [m/s].
-    pub fastest: f64,
-}
-
 /// What evaluates contacts: buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
 pub struct Evaluation {
@@ -84,6 +62,7 @@ pub struct Evaluation {
     pub node_forces: Vec<Vector3<f64>>,
     node_velocities: Vec<Vector3<f64>>,
     heirs: Vec<u32>,
+    rows: Rows,
     /// The memories after the step.
     pub memories: Vec<Memory>,
 }
@@ -95,6 +74,7 @@ impl Evaluation {
         self.node_forces.reserve(nodes);
         self.node_velocities.reserve(nodes);
         self.heirs.reserve(contacts);
+        self.rows.reserve(contacts);
         self.memories.reserve(contacts);
     }
 
@@ -134,13 +114,14 @@ impl Evaluation {
         let rolls = scene.laws.any(|law| law.rolling.is_some());
         let contacts = self.touch.count();
         let inertia = if rolls { scene.rock.inertia.min() / contacts as f64 } else { 0.0 };
+        self.rows.clear();
         for (i, contact) in self.touch.contacts.iter().enumerate() {
             let sphere = &scene.rock.spheres[contact.sphere as usize];
             let element = &scene.list.elements[contact.element as usize];
-            let law = scene.laws.of(element.number);
-            let arm = sphere.centre + contact.normal * (contact.distance - element.radius);
+            let number = scene.laws.number(element.number);
+            let law = &scene.laws.laws[number as usize];
             let relative = if needs_rates {
-                self.relative_velocity(&motion, contact, element, &arm)
+                self.relative_velocity(&motion, contact, element, &arm(scene, contact))
             } else {
                 Vector3::zeros()
             };
@@ -163,8 +144,13 @@ impl Evaluation {
             {
                 past.jump = self.touch.rotation.tr_mul(&jump(seam, scene, element, contact.weights));
             }
-            let answer = law.answer(&meeting, &past, h);
-            if law.remembers() {
+            self.rows.push(meeting, past, number);
+        }
+        self.rows.answer(scene.laws.laws, h);
+        for (contact, answer) in self.touch.contacts.iter().zip(self.rows.answers()) {
+            let sphere = &scene.rock.spheres[contact.sphere as usize];
+            let element = &scene.list.elements[contact.element as usize];
+            if scene.laws.of(element.number).remembers() {
                 self.memories.push(Memory {
                     sphere: contact.sphere,
                     element: contact.key(element.number),
@@ -175,18 +161,8 @@ impl Evaluation {
                     energy: answer.sheared,
                 });
             }
-            let (share, force) = (contact.share, answer.force * contact.share);
-            sums.damped += answer.damped * share;
-            sums.rubbed += answer.rubbed * share;
-            sums.sheared += answer.sheared * share;
-            sums.jumped += answer.jumped * share;
-            sums.elastic += answer.load.energy * share;
-            sums.penetration = sums.penetration.max(contact.overlap / sphere.radius);
-            sums.force += force;
-            sums.torque += arm.cross(&force);
-            if rolls {
-                sums.torque += answer.moment * share;
-            }
+            let arm = arm(scene, contact);
+            let force = sums.add(&answer, contact.share, &arm, contact.overlap / sphere.radius);
             let [a, b, c] = element.nodes.map(|n| n as usize);
             let [na, nb, nc] = contact.weights;
             let f = &mut self.node_forces;
@@ -230,8 +206,7 @@ impl Evaluation {
         let acceleration = self.touch.rotation.tr_mul(&now.acceleration);
         let ago = self.touch.contacts.iter().map(|contact| {
             let element = &scene.list.elements[contact.element as usize];
-            let centre = &scene.rock.spheres[contact.sphere as usize].centre;
-            let arm = centre + contact.normal * (contact.distance - element.radius);
+            let arm = arm(scene, contact);
             let approach = self.relative_velocity(&motion, contact, element, &arm).dot(&contact.normal);
             // First root of overlap - approach t + bend t^2 / 2, in the form that does not cancel.
             let bend = acceleration.dot(&contact.normal);
@@ -307,6 +282,14 @@ impl Evaluation {
             inherit_beside(|i| view(&touch.contacts[i]), before, &mut self.heirs);
         }
     }
+}
+
+/// The point of a contact on the surface, from the rock's centre of mass [m].
+#[inline]
+fn arm(scene: Scene, contact: &Contact) -> Vector3<f64> {
+    let element = &scene.list.elements[contact.element as usize];
+    let sphere = &scene.rock.spheres[contact.sphere as usize];
+    sphere.centre + contact.normal * (contact.distance - element.radius)
 }
 
 /// `sum N_a^2 / m_a` of the wall's point [1/kg]; 0 where the wall does not tell its masses.

@@ -7,12 +7,12 @@
 //! Source of the inside: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
 use super::Law;
-use super::evaluate::Sums;
 use super::laws::WallLaws;
 use super::memory::Memory;
 use super::normal::Load;
 use super::pair::{Meeting, Past};
 use super::restitution;
+use super::rows::Sums;
 use super::standing::Turned;
 use super::whole::{Pressed, Whole};
 use crate::ground::Ground;
@@ -227,15 +227,7 @@ impl Landed {
                 dashpot: dashpot * share.sqrt(),
             };
             let found = before.binary_search_by_key(&contact.sphere, |m| m.sphere);
-            let past = found.map_or(Past::default(), |at| {
-                let memory = &before[at];
-                Past {
-                    spring: memory.spring,
-                    moment: memory.moment,
-                    overlap: memory.overlap,
-                    ..Past::default()
-                }
-            });
+            let past = found.map_or(Past::default(), |at| before[at].past());
             let answer = group.law.answer_pressed(load, force * share, &meeting, &past, h);
             if group.law.remembers() {
                 memories.push(Memory {

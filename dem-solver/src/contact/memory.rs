@@ -7,6 +7,7 @@
 //!
 //! Source: handbook 1.9.
 
+use super::pair::Past;
 use nalgebra::Vector3;
 
 /// What a contact remembers.
@@ -26,6 +27,14 @@ pub struct Memory {
     pub overlap: f64,
     /// Energy of the tangential and rolling springs [J].
     pub energy: f64,
+}
+
+impl Memory {
+    /// What a contact has from it, along the axes of space.
+    #[inline]
+    pub fn past(&self) -> Past {
+        Past { spring: self.spring, moment: self.moment, overlap: self.overlap, ..Past::default() }
+    }
 }
 
 /// A contact that looks for its memory.

@@ -11,6 +11,7 @@
 
 use super::Law;
 use super::pair::{Meeting, Past};
+use super::rows::{Rows, Sums};
 use crate::rock::{Motion, Rock};
 use crate::search::rocks::Pose;
 use nalgebra::{Matrix3, Vector3};
@@ -47,25 +48,13 @@ pub struct Two<'a> {
 
 /// Sums over the contacts of two rocks.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Sums {
-    /// Force on the first rock [N]; the second takes the opposite.
-    pub force: Vector3<f64>,
-    /// Torque on each about its own centre of mass [N m].
-    pub torques: [Vector3<f64>; 2],
-    /// Elastic energy of the normal springs [J].
-    pub elastic: f64,
-    /// Power of the dashpots along the normals [W].
-    pub damped: f64,
-    /// Power that tangential forces and rolling resistance take from the motion [W].
-    pub rubbed: f64,
-    /// Energy of the tangential and rolling springs after the step [J].
-    pub sheared: f64,
+pub struct Both {
+    /// Those of the first; the second takes the opposite force. Penetration is over the smaller radius.
+    pub first: Sums,
+    /// Torque on the second about its own centre of mass [N m].
+    pub torque: Vector3<f64>,
     /// Number of contacts.
     pub contacts: usize,
-    /// Largest overlap over the smaller radius.
-    pub penetration: f64,
-    /// Largest speed at which the two can close in on each other [m/s].
-    pub fastest: f64,
 }
 
 /// A contact of two spheres, in the first rock's own frame.
@@ -83,12 +72,14 @@ struct Contact {
 #[derive(Debug, Clone, Default)]
 pub struct Evaluation {
     contacts: Vec<Contact>,
+    rows: Rows,
 }
 
 impl Evaluation {
     /// Room for so many contacts.
     pub fn reserve(&mut self, contacts: usize) {
         self.contacts.reserve(contacts);
+        self.rows.reserve(contacts);
     }
 
     fn find(&mut self, two: &Two, pose: &Pose, turn: &Matrix3<f64>) {
@@ -123,7 +114,7 @@ impl Evaluation {
 
     /// The forces in the middle of a step of `h` [s]. `before` are the memories of these two rocks,
     /// ascending; those after the step are added to `after`.
-    pub fn forces(&mut self, two: &Two, pose: &Pose, h: f64, before: &[Held], after: &mut Vec<Held>) -> Sums {
+    pub fn forces(&mut self, two: &Two, pose: &Pose, h: f64, before: &[Held], after: &mut Vec<Held>) -> Both {
         let turn = pose.rotation();
         self.find(two, pose, &turn);
         let ([a, b], [first, second], law) = (two.rocks, two.motions, two.law);
@@ -136,30 +127,32 @@ impl Evaluation {
                 .inverse_transform_vector(&second.angular_momentum)
                 .component_div(&b.inertia),
         ];
-        let mut sums = Sums { contacts: self.contacts.len(), ..Sums::default() };
-        sums.fastest = velocity.norm() + spin[0].norm() * a.arm + spin[1].norm() * b.arm;
+        let mut both = Both { contacts: self.contacts.len(), ..Both::default() };
+        both.first.fastest = velocity.norm() + spin[0].norm() * a.arm + spin[1].norm() * b.arm;
         if self.contacts.is_empty() {
-            return sums;
+            return both;
         }
         let many = self.contacts.len() as f64;
         let reduced = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
         let dashpot = law.damping.as_ref().map_or(0.0, |d| d.coefficient(reduced, self.contacts.len(), 0.0));
         let inertia = 1.0 / (1.0 / a.inertia.min() + 1.0 / b.inertia.min()) / many;
         let mut old = before;
+        self.rows.clear();
         for contact in &self.contacts {
             let arms = [contact.point, contact.point - pose.position];
-            let [effective, smaller] = radii(two, contact);
             let meeting = Meeting {
                 normal: contact.normal,
                 overlap: contact.overlap,
-                radius: effective,
+                radius: radii(two, contact)[0],
                 velocity: velocity + spin[0].cross(&arms[0]) - spin[1].cross(&arms[1]),
                 spin: spin[0] - spin[1],
                 inertia,
                 dashpot,
             };
-            let past = past(&mut old, contact, &to_space);
-            let answer = law.answer(&meeting, &past, h);
+            self.rows.push(meeting, past(&mut old, contact, &to_space), 0);
+        }
+        self.rows.answer(std::slice::from_ref(law), h);
+        for (contact, answer) in self.contacts.iter().zip(self.rows.answers()) {
             if law.remembers() {
                 after.push(Held {
                     rocks: two.numbers,
@@ -169,18 +162,14 @@ impl Evaluation {
                     overlap: contact.overlap,
                 });
             }
-            sums.elastic += answer.load.energy;
-            sums.damped += answer.damped;
-            sums.rubbed += answer.rubbed;
-            sums.sheared += answer.sheared;
-            sums.penetration = sums.penetration.max(contact.overlap / smaller);
-            sums.force += answer.force;
-            sums.torques[0] += arms[0].cross(&answer.force) + answer.moment;
-            sums.torques[1] -= arms[1].cross(&answer.force) + answer.moment;
+            let force =
+                both.first.add(&answer, 1.0, &contact.point, contact.overlap / radii(two, contact)[1]);
+            both.torque -= (contact.point - pose.position).cross(&force) + answer.moment;
         }
-        sums.force = to_space * sums.force;
-        sums.torques = sums.torques.map(|torque| to_space * torque);
-        sums
+        both.first.force = to_space * both.first.force;
+        both.first.torque = to_space * both.first.torque;
+        both.torque = to_space * both.torque;
+        both
     }
 }
 

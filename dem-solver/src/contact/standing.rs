@@ -6,11 +6,11 @@
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
 use super::Law;
-use super::evaluate::Sums;
 use super::faces::{Faces, Met, Part};
 use super::laws::WallLaws;
 use super::memory::{Heir, Memory, NONE, inherit, inherit_beside};
 use super::pair::{Meeting, Past};
+use super::rows::{Rows, Sums};
 use crate::ground::Ground;
 use crate::rock::{Motion, Rock};
 use crate::search::cells::Plane;
@@ -43,6 +43,14 @@ pub struct Contact {
     feature: Feature,
 }
 
+impl Contact {
+    /// Its point, from the rock's centre of mass [m].
+    #[inline]
+    fn arm(&self) -> Vector3<f64> {
+        self.centre + self.normal * self.distance
+    }
+}
+
 impl Candidate for Contact {
     fn distance(&self) -> f64 {
         self.distance
@@ -64,6 +72,7 @@ pub struct Standing {
     /// The contacts, by sphere, in the order of the hierarchy.
     pub contacts: Vec<Contact>,
     heirs: Vec<u32>,
+    rows: Rows,
     spare: Vec<Contact>,
     met: Vec<Met>,
     faces: Faces,
@@ -74,7 +83,10 @@ pub struct Standing {
 impl Standing {
     /// Room for so many contacts.
     pub fn new(contacts: usize) -> Self {
+        let mut rows = Rows::default();
+        rows.reserve(contacts);
         Self {
+            rows,
             contacts: Vec::with_capacity(contacts),
             heirs: Vec::with_capacity(contacts),
             memories: Vec::with_capacity(contacts),
@@ -163,14 +175,15 @@ impl Standing {
 
     /// Make of the candidates from `first` on, all of one sphere, contacts that are continuous over edges and corners.
     fn share_out(&mut self, first: usize, ground: &Ground, position: &Vector3<f64>) {
-        // Mostly one triangle, away from its edges.
-        let [one, ..] = self.contacts[first..] else { return };
-        if self.contacts.len() == first + 1 && one.feature == Feature::Face {
-            return;
+        // Mostly one triangle, away from its edges. It was written just now: to copy it whole would wait for that.
+        match &self.contacts[first..] {
+            [] => return,
+            [one] if one.feature == Feature::Face => return,
+            _ => {}
         }
         self.spare.clear();
         self.spare.extend(self.contacts.drain(first..));
-        let centre = position + one.centre;
+        let centre = position + self.spare[0].centre;
         self.met.clear();
         self.met.extend(self.spare.iter().map(|contact| {
             let corners = ground.corners(contact.triangle);
@@ -251,35 +264,31 @@ impl Standing {
             |law: &Law| law.damping.as_ref().map_or(0.0, |d| d.coefficient(rock.mass, contacts, 0.0));
         let mut known = laws.of(self.contacts[0].triangle);
         let mut coefficient = dashpot(known);
+        self.rows.clear();
         for (i, contact) in self.contacts.iter().enumerate() {
-            let law = laws.of(contact.triangle);
+            let number = laws.number(contact.triangle);
+            let law = &laws.laws[number as usize];
             if !std::ptr::eq(law, known) {
                 (known, coefficient) = (law, dashpot(law));
             }
-            let arm = contact.centre + contact.normal * contact.distance;
             let past = match self.heirs.get(i) {
-                Some(&heir) if remembers && heir != NONE => {
-                    let memory = &before[heir as usize];
-                    Past {
-                        spring: memory.spring,
-                        moment: memory.moment,
-                        overlap: memory.overlap,
-                        ..Past::default()
-                    }
-                }
+                Some(&heir) if remembers && heir != NONE => before[heir as usize].past(),
                 _ => Past::default(),
             };
             let meeting = Meeting {
                 normal: contact.normal,
                 overlap: contact.overlap,
                 radius: contact.radius,
-                velocity: now.velocity + spin.cross(&arm),
+                velocity: now.velocity + spin.cross(&contact.arm()),
                 spin,
                 inertia,
                 dashpot: coefficient,
             };
-            let answer = law.answer(&meeting, &past, h);
-            if law.remembers() {
+            self.rows.push(meeting, past, number);
+        }
+        self.rows.answer(laws.laws, h);
+        for (contact, answer) in self.contacts.iter().zip(self.rows.answers()) {
+            if laws.of(contact.triangle).remembers() {
                 self.memories.push(Memory {
                     sphere: contact.sphere,
                     element: contact.key,
@@ -290,14 +299,7 @@ impl Standing {
                     energy: answer.sheared,
                 });
             }
-            let (share, force) = (contact.share, answer.force * contact.share);
-            sums.damped += answer.damped * share;
-            sums.rubbed += answer.rubbed * share;
-            sums.sheared += answer.sheared * share;
-            sums.elastic += answer.load.energy * share;
-            sums.penetration = sums.penetration.max(contact.overlap / contact.radius);
-            sums.force += force;
-            sums.torque += arm.cross(&force) + answer.moment * share;
+            sums.add(&answer, contact.share, &contact.arm(), contact.overlap / contact.radius);
         }
         sums
     }

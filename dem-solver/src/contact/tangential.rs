@@ -72,8 +72,9 @@ impl Tangential {
         if follows { (overlap / before).sqrt() } else { 1.0 }
     }
 
+    /// Coulomb coefficient at the slip rate `slip` [m/s].
     #[inline]
-    fn coefficient(&self, slip: &Vector3<f64>) -> f64 {
+    pub fn coefficient(&self, slip: &Vector3<f64>) -> f64 {
         match &self.sliding {
             Some(s) => s.friction + (self.friction - s.friction) * (-s.decay * slip.norm()).exp(),
             None => self.friction,

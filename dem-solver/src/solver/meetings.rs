@@ -8,7 +8,7 @@ use super::cause::Case;
 use super::rows::Between;
 use super::state::{Against, Encounters, State};
 use super::{Model, name_of};
-use crate::contact::rocks::{Evaluation, Held, Sums, Two};
+use crate::contact::rocks::{Both, Evaluation, Held, Two};
 use crate::rock::{Motion, Rock};
 use crate::search::rocks::{NearRocks, Pose, RockPairs, free_time};
 use interface_defs::Fault;
@@ -156,11 +156,11 @@ impl Meetings {
         encounters: &mut Encounters,
         h: f64,
         time: f64,
-    ) -> Result<Sums, Fault> {
+    ) -> Result<Both, Fault> {
         self.update(model, middles.iter().map(|motion| motion.position));
         self.felt.fill(Felt::default());
         self.after.clear();
-        let mut all = Sums::default();
+        let mut all = Both::default();
         let mut before = &encounters.memories[..];
         for pair in &mut self.pairs {
             let numbers = pair.numbers();
@@ -178,17 +178,18 @@ impl Meetings {
             if sums.contacts == 0 {
                 continue;
             }
-            for (side, sign) in [(0, 1.0), (1, -1.0)] {
-                let felt = &mut self.felt[rocks[side]];
-                felt.force += sums.force * sign;
-                felt.torque += sums.torques[side];
+            let own = &sums.first;
+            for (rock, sign, torque) in [(a, 1.0, own.torque), (b, -1.0, sums.torque)] {
+                let felt = &mut self.felt[rock];
+                felt.force += own.force * sign;
+                felt.torque += torque;
                 felt.contacts += sums.contacts;
-                felt.penetration = felt.penetration.max(sums.penetration);
+                felt.penetration = felt.penetration.max(own.penetration);
             }
-            all.elastic += sums.elastic;
-            all.damped += sums.damped;
-            all.rubbed += sums.rubbed;
-            all.sheared += sums.sheared;
+            all.first.elastic += own.elastic;
+            all.first.damped += own.damped;
+            all.first.rubbed += own.rubbed;
+            all.first.sheared += own.sheared;
             all.contacts += sums.contacts;
         }
         std::mem::swap(&mut encounters.memories, &mut self.after);
@@ -258,7 +259,7 @@ fn watch(
     two: &Two,
     [a, b]: [usize; 2],
     law: usize,
-    sums: &Sums,
+    sums: &Both,
     h: f64,
     time: f64,
 ) -> Result<(), Fault> {
@@ -271,24 +272,24 @@ fn watch(
     let pair = Some([radius, r * s / (r + s), m * n / (m + n)]);
     let case = Case { model, rock, against: Against::Rocks, law: Some(law), pair, impact: None, h, time };
     let names = || format!("rocks `{}` and `{}`", name_of(model, a), name_of(model, b));
-    let stride = sums.fastest * h;
+    let stride = sums.first.fastest * h;
     if stride > LARGEST_STRIDE * radius {
         return Err(Fault::window(format!(
             "{} at {time:.6} s: they move {stride:.3e} m past each other in one step of {h:.3e} s, more than half the \
              radius {radius:.3e} m of their spheres, and might pass through unseen; {}",
             names(),
-            case.too_far(now, sums.fastest, LARGEST_STRIDE)
+            case.too_far(now, sums.first.fastest, LARGEST_STRIDE)
         )));
     }
-    if sums.penetration > DEEPEST {
+    if sums.first.penetration > DEEPEST {
         return Err(Fault::window(format!(
             "{} at {time:.6} s, at {:.4} m/s against each other: they overlap by {:.2} radii of the smaller sphere (radius \
              {radius:.3e} m{}), past its centre; {}",
             names(),
             (one.velocity - other.velocity).norm(),
-            sums.penetration,
+            sums.first.penetration,
             case.young().map_or(String::new(), |e| format!(", E = {e:.3e} Pa")),
-            case.too_deep(now, sums.fastest)
+            case.too_deep(now, sums.first.fastest)
         )));
     }
     Ok(())

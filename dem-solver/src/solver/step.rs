@@ -17,7 +17,7 @@ use super::terrain::steps_per_look;
 use super::watch::watch;
 use super::window::Run;
 use super::zone::{View, add_forces};
-use crate::contact::evaluate::Sums;
+use crate::contact::rows::Sums;
 use crate::rock::{Motion, Rock};
 use crate::settings::Rotation;
 use interface_defs::{Fault, Window};
@@ -211,10 +211,11 @@ impl Run {
             body.met = felt.contacts;
             body.deepest.take(Against::Rocks, felt.penetration, start + 0.5 * h);
         }
-        state.dissipated += (sums.damped + sums.rubbed) * h - (sums.sheared - encounters.sheared);
-        (encounters.sheared, encounters.contacts) = (sums.sheared, sums.contacts);
-        self.gauges.spring(model.rocks.len(), sums.elastic + sums.sheared);
-        self.counts.contact_evaluations += sums.contacts as u64;
+        let (all, contacts) = (sums.first, sums.contacts);
+        state.dissipated += (all.damped + all.rubbed) * h - (all.sheared - encounters.sheared);
+        (encounters.sheared, encounters.contacts) = (all.sheared, contacts);
+        self.gauges.spring(model.rocks.len(), all.elastic + all.sheared);
+        self.counts.contact_evaluations += contacts as u64;
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use super::Model;
 use super::cause::Case;
 use super::state::Against;
-use crate::contact::evaluate::Sums;
+use crate::contact::rows::Sums;
 use crate::contact::whole::Whole;
 use crate::ground::Ground;
 use crate::rock::Motion;
