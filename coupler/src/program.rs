@@ -19,6 +19,7 @@ use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::screen::{complain, tell};
+use interface_defs::toolkit::start_from;
 use interface_defs::toolkit::summary::{Status, Summary, totals};
 use interface_defs::{Failure, Participant, Progress, Statistics};
 use serde_json::json;
@@ -122,6 +123,7 @@ fn run(args: &RunArgs) -> Result<Exit, InputError> {
     let limits = Limits::of(&scene)?;
     let end_time = scene.end_time()?;
     let out = run_dir::location(args.out.as_deref(), &scene);
+    start_from::refuse_own(&scene, &out)?;
     let claim = Claim { force: args.force, run: Some(args.run.clone()), supervisor: args.supervisor };
     let owner = Owner::claim(&out, &claim)?;
     owner.write_record().map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;

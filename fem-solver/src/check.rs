@@ -2,6 +2,7 @@
 
 use crate::config::{Config, Integrator};
 use crate::critical_step::typical_stiffness;
+use crate::inherited::Inherited;
 use crate::model::{Model, Part};
 use crate::solver::FemSolver;
 use crate::start::{NoStart, Start};
@@ -13,6 +14,7 @@ use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from::KEY;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -23,11 +25,12 @@ const ROUNDS: usize = 5;
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let config = Config::of(scene)?;
     let mut solver = FemSolver::new(scene, &Options::default())?;
-    let start =
-        Start::new(scene, &config, solver.model(), &mut |_| Ok(())).map_err(|reason| match reason {
+    let start = Start::new(scene, &config, solver.model(), solver.inherited(), &mut |_| Ok(())).map_err(
+        |reason| match reason {
             NoStart::Input(error) => error,
             NoStart::Stopped(fault) => InputError::new(fault.message),
-        })?;
+        },
+    )?;
     let model = solver.model();
     let mut interface = model.interface_mesh(&start.displacement);
     // Masses are for contact alone, and JSON has no infinity for those that are held.
@@ -62,8 +65,9 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     if let Some(sag) = sag {
         tell("sag_m", sag);
     }
-    let builds = describe(&config, model, &start, sag);
-    let resolved = resolve(&config, &start)?;
+    let mut builds = describe(&config, model, &start, sag);
+    builds.extend(solver.inherited().map(Inherited::describe));
+    let resolved = resolve(&config, &start, solver.inherited())?;
     let warnings = start.warnings.clone();
     numbers.insert("seconds_per_step".into(), seconds_per_step(&mut solver, scene, &config, start)?);
     Ok(CheckReport {
@@ -102,6 +106,7 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
         counts(model)
     )];
     let at_rest = match start.at_rest {
+        _ if start.motion.is_some() => "moves".to_owned(),
         true => "at rest in static equilibrium".to_owned(),
         false => format!("let go, {:.1e} of the support forces unbalanced", start.unbalanced),
     };
@@ -134,7 +139,7 @@ fn counts(model: &Model) -> String {
 }
 
 /// The tables with every default in place.
-fn resolve(config: &Config, start: &Start) -> Result<toml::Table, InputError> {
+fn resolve(config: &Config, start: &Start, inherited: Option<&Inherited>) -> Result<toml::Table, InputError> {
     let mut fem = config.fem.resolved();
     if start.time_step.is_finite() {
         fem.time_step = Some(start.time_step);
@@ -143,6 +148,9 @@ fn resolve(config: &Config, start: &Start) -> Result<toml::Table, InputError> {
     let broken = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
     table.insert("structure".into(), toml::Value::try_from(&config.structure).map_err(broken)?);
     table.insert("fem".into(), toml::Value::try_from(fem).map_err(broken)?);
+    if let Some(from) = inherited {
+        table.insert(KEY.into(), toml::Value::try_from(&from.origin).map_err(broken)?);
+    }
     if !config.gauges.is_empty() {
         table.insert("gauge".into(), toml::Value::try_from(&config.gauges).map_err(broken)?);
     }

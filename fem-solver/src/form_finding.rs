@@ -46,6 +46,15 @@ pub struct Form {
     pub smoothed: bool,
 }
 
+/// Where a structure that has been through something begins.
+#[derive(Debug, Clone, Copy)]
+pub struct Basis<'a> {
+    /// Displacement from the structure as modelled [m].
+    pub displacement: &'a [f64],
+    /// History of the elements.
+    pub history: &'a [f64],
+}
+
 /// Displacements [m] of static equilibrium under the dead load, moving supports at their place at
 /// t = 0, and what it took. `most` bounds the Newton iterations of each approach; by default as many as it makes sense.
 ///
@@ -58,11 +67,23 @@ pub fn find_form(
     most: Option<u32>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
+    find_form_from(model, newton, way, most, None, on_iteration)
+}
+
+/// The same from a structure that has been through something: what its elements remember is theirs in the equilibrium, too.
+pub fn find_form_from(
+    model: &Model,
+    newton: &mut Newton,
+    way: FormFinding,
+    most: Option<u32>,
+    basis: Option<Basis>,
+    on_iteration: OnIteration,
+) -> Result<(Form, Info), Failure> {
     let rough = |e: &AnyElement| matches!(e, AnyElement::SlidingCable(rope) if rope.friction > 0.0);
     if !model.elements.iter().any(rough) {
-        return find(model, newton, way, most, on_iteration);
+        return find(model, newton, way, most, basis, on_iteration);
     }
-    let mut start = Start::new(model, newton, way);
+    let mut start = Start::new(model, newton, way, basis);
     match start.by_newton(model, newton, most.unwrap_or(MOST.2), on_iteration) {
         Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {}
         done => return done.map(|form| (form, start.done)),
@@ -73,15 +94,30 @@ pub fn find_form(
             *rope = rope.smooth();
         }
     }
-    let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), way, most, on_iteration)?;
+    let history = basis.map_or(Vec::new(), |basis| smooth_history(model, basis.history));
+    let basis = basis.map(|basis| Basis { history: &history, ..basis });
+    let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), way, most, basis, on_iteration)?;
     let mut assembly = Assembly::new(&smooth);
     let histories = model.elements.iter().enumerate().map(|(i, element)| match element {
-        AnyElement::SlidingCable(rope) => rope.hung(assembly.gather(i, &form.displacement)),
+        AnyElement::SlidingCable(rope) => {
+            let own = assembly.history(i, &form.history);
+            rope.hung(assembly.gather(i, &form.displacement), own)
+        }
         _ => assembly.history(i, &form.history).to_vec(),
     });
     form.history = histories.flatten().collect();
     form.smoothed = true;
     Ok((form, info))
+}
+
+/// What of `history` a structure has whose ropes are without friction.
+fn smooth_history(model: &Model, history: &[f64]) -> Vec<f64> {
+    let assembly = Assembly::new(model);
+    let own = model.elements.iter().enumerate().map(|(i, element)| match element {
+        AnyElement::SlidingCable(rope) => rope.smooth_history(assembly.history(i, history)),
+        _ => assembly.history(i, history),
+    });
+    own.flatten().copied().collect()
 }
 
 /// The same where no rope has friction.
@@ -90,9 +126,10 @@ fn find(
     newton: &mut Newton,
     way: FormFinding,
     most: Option<u32>,
+    basis: Option<Basis>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
-    let mut start = Start::new(model, newton, way);
+    let mut start = Start::new(model, newton, way, basis);
     let form = match start.by_newton(model, newton, most.unwrap_or(MOST.0), on_iteration) {
         Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {
             start.swinging(model, newton, most.unwrap_or(MOST.1), on_iteration)
@@ -112,18 +149,21 @@ struct Start {
 }
 
 impl Start {
-    fn new(model: &Model, newton: &mut Newton, way: FormFinding) -> Self {
-        let mut u = vec![0.0; model.dof_count()];
-        let mut history = model.start_history();
+    fn new(model: &Model, newton: &mut Newton, way: FormFinding, basis: Option<Basis>) -> Self {
+        let (mut u, mut history) = match basis {
+            Some(basis) => (basis.displacement.to_vec(), basis.history.to_vec()),
+            None => (vec![0.0; model.dof_count()], model.start_history()),
+        };
         model.prescribe_first(&mut u);
         let mut done = Info::default();
         if newton.tangent.is_empty() {
             return Self { sagged: u.clone(), u, history, done };
         }
         match way {
-            FormFinding::ForceDensity => keep_force_densities(model, newton, &mut u),
+            // Its force densities as modelled are not those of a structure that has been through something.
+            FormFinding::ForceDensity if basis.is_none() => keep_force_densities(model, newton, &mut u),
             FormFinding::DynamicRelaxation => relax(model, newton, &mut history, &mut u),
-            FormFinding::Static | FormFinding::None => {}
+            _ => {}
         }
         newton.tangent.assemble(model, &u, &history, 1.0, Slack::Exact);
         done.factorisations += 1;

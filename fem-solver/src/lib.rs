@@ -11,9 +11,10 @@
 //! - [`tangent`], [`linear_solver`], [`newton`]: the sparse tangent, its Cholesky factor, Newton's iteration
 //! - [`elimination`], [`fronts`], [`dense`]: of the factor, the order and the fronts, their traffic, their arithmetic
 //! - [`form_finding`], [`critical_step`], [`start`]: the state at t = 0 and the longest step
+//! - [`inherited`]: the state at the end, and a run that starts from it
 //! - [`explicit`], [`implicit`], [`path`]: one step in time, or along a path of equilibrium
 //! - [`loads`], [`march`]: one window: the interface force in, motion out
-//! - [`record`], [`probe`], [`moving_mean`], [`energy`], [`fields`], [`legend`]: what is reported of it
+//! - [`record`], [`probe`], [`height`], [`moving_mean`], [`energy`], [`fields`], [`legend`]: what is reported of it
 //! - [`gate`]: what no one can mean, or might not have meant
 //! - [`solver`], [`check`]: the contract's two ends
 //!
@@ -36,7 +37,9 @@ pub mod form_finding;
 pub mod fronts;
 pub mod gaps;
 pub mod gate;
+pub mod height;
 pub mod implicit;
+pub mod inherited;
 pub mod kernel;
 pub mod lanes;
 pub mod legend;

@@ -91,6 +91,7 @@ impl March {
         let mut velocity = model.start_velocity.clone();
         let thrown = velocity.iter().any(|v| *v != 0.0);
         velocity.resize(n, 0.0);
+        start.motion.iter().for_each(|motion| motion.add_to(&mut velocity));
         let mut committed = State {
             displacement: start.displacement.clone(),
             velocity,
@@ -113,6 +114,8 @@ impl March {
                 committed.acceleration[*dof] -= viscosity * committed.velocity[*dof] / model.dof_mass(*dof);
             }
         }
+        start.motion.iter().filter(|_| !thrown).for_each(|motion| motion.keep(&mut committed.acceleration));
+        committed.open_books(start.booked);
         let reaction = recorder.total_reaction(&start.force, &start.displacement);
         let size = reaction.iter().map(|r| r * r).sum::<f64>().sqrt();
         let at_start = |value| Peak { value, time: 0.0 };

@@ -3,13 +3,13 @@
 use crate::assembly::Assembly;
 use crate::config::structure::Where;
 use crate::config::{GaugeConfig, Quantity};
+use crate::height::Height;
 use crate::model::Model;
 use crate::newton::spring_dofs;
 use crate::state::State;
 use interface_defs::message::Gauge;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
-use nalgebra::Vector3;
 
 /// What one scene gauge watches.
 #[derive(Debug, Clone)]
@@ -73,7 +73,7 @@ impl Probe {
     pub fn slots(&self) -> usize {
         let own = match self {
             Self::Displacement(_) | Self::Velocity(_) | Self::Force(_) => 3,
-            Self::Height(_) => 1,
+            Self::Height(height) => height.count(),
             Self::Lines(_) => usize::from(self.members() == 0),
         };
         own + if self.members() > 0 { 2 } else { 0 }
@@ -106,7 +106,10 @@ impl Probe {
         match self {
             Self::Displacement(nodes) => vector('u', "m", mean(nodes)),
             Self::Velocity(nodes) => vector('v', "m/s", mean(nodes)),
-            Self::Height(_) => vec![(followed(format!("{name}_height"), "m"), 0)],
+            Self::Height(height) => {
+                let slots = 0..height.count();
+                slots.map(|i| (followed(format!("{name}_{}", Height::suffix(i)), "m"), i)).collect()
+            }
             Self::Force(feet) if feet.len() == 1 => vector('f', "N", ""),
             Self::Lines(_) if self.members() == 0 => {
                 vec![(followed(format!("{name}_{quantity}"), unit), 0)]
@@ -181,47 +184,6 @@ impl Foot {
             let held = if self.held[c] > time { force[dof] } else { 0.0 };
             -(held + self.springs[c] * u[dof])
         })
-    }
-}
-
-/// A group above another.
-#[derive(Debug, Clone)]
-pub struct Height {
-    nodes: Vec<usize>,
-    above: Vec<usize>,
-    up: Vector3<f64>,
-}
-
-impl Height {
-    fn of(
-        scene: &Scene,
-        key: &str,
-        model: &Model,
-        nodes: Vec<usize>,
-        gauge: &GaugeConfig,
-    ) -> Result<Self, InputError> {
-        let Some(below) = gauge.above.as_deref() else {
-            return Err(scene
-                .invalid(
-                    key,
-                    format!("the gauge `{}` does not say above what its height is taken", gauge.name),
-                )
-                .try_instead("add above = \"name of a group\""));
-        };
-        let place = Where { nodes: None, group: Some(below), at: None };
-        let above = model.place(scene, &format!("{key}.above"), place)?;
-        match model.down {
-            Some(down) => Ok(Self { nodes, above, up: -down }),
-            None => Err(scene.invalid(key, "a height counts against gravity, and there is none")),
-        }
-    }
-
-    /// The height [m] at `state`.
-    pub fn value(&self, model: &Model, state: &State) -> f64 {
-        let height =
-            |node: &usize| self.up.dot(&(model.nodes[*node] + model.vector(&state.displacement, *node)));
-        let lowest = self.nodes.iter().map(height).fold(f64::INFINITY, f64::min);
-        lowest - self.above.iter().map(height).fold(f64::NEG_INFINITY, f64::max)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::assembly::Assembly;
 use crate::config::{GaugeConfig, Quantity};
+use crate::height::Height;
 use crate::model::Model;
 use crate::moving_mean::MovingMean;
 use crate::newton::spring_dofs;
@@ -115,10 +116,17 @@ impl Recorder {
                     .invalid(&format!("{key}.name"), what)
                     .try_instead("its columns in history.csv begin with it, as name = \"middle_2\""));
             }
-            if gauge.above.is_some() && gauge.quantity != Quantity::Height {
+            let of_heights = [
+                ("above", gauge.above.is_some()),
+                ("posts", gauge.posts.is_some()),
+                ("normal", gauge.normal.is_some()),
+            ];
+            if gauge.quantity != Quantity::Height
+                && let Some((word, _)) = of_heights.iter().find(|(_, stated)| *stated)
+            {
                 let what =
-                    format!("`above` is for quantity = \"height\", not for the gauge `{}`", gauge.name);
-                return Err(scene.invalid(&format!("{key}.above"), what));
+                    format!("`{word}` is for quantity = \"height\", not for the gauge `{}`", gauge.name);
+                return Err(scene.invalid(&format!("{key}.{word}"), what));
             }
             if gauge.group.is_none() == gauge.at.is_none() {
                 return Err(
@@ -230,7 +238,9 @@ impl Recorder {
                     record(&mut values[1], seen.largest.0);
                     groups[group].take(&seen, step.end);
                 }
-                Probe::Height(height) => record(&mut values[0], height.value(model, state)),
+                Probe::Height(height) => {
+                    height.scan(model, state, |slot, value| record(&mut values[slot], value));
+                }
                 Probe::Force(feet) => {
                     let (sums, own) = self.impulses[impulse..].split_at_mut(1);
                     let nodes = model.node_count();
@@ -314,8 +324,10 @@ impl Probes {
         let mut groups = state.groups.iter();
         for (config, probe) in configs.iter().zip(&self.probes) {
             if let Probe::Height(height) = probe {
-                let (name, value) = (format!("{}_height_end", config.name), height.value(model, state));
-                measures.push(Measure { name, value, unit: "m".into(), time: Some(time) });
+                height.scan(model, state, |slot, value| {
+                    let name = format!("{}_{}_end", config.name, Height::suffix(slot));
+                    measures.push(Measure { name, value, unit: "m".into(), time: Some(time) });
+                });
             }
             let Some(range) = (probe.members() > 0).then(|| groups.next()).flatten() else { continue };
             let (quantity, unit) = probe.quantity();

@@ -2,6 +2,7 @@
 
 use crate::config::{FemConfig, GaugeConfig, StructureConfig};
 use interface_defs::toolkit::schema::{Entry, Share, Tables};
+use interface_defs::toolkit::start_from::{self, StartFrom};
 
 /// Its tables and results.
 pub fn share() -> Share {
@@ -9,6 +10,7 @@ pub fn share() -> Share {
         .key::<StructureConfig>("structure")
         .key::<FemConfig>("fem")
         .key::<Vec<GaugeConfig>>("gauge")
+        .value::<StartFrom>(start_from::KEY, start_from::MEANING)
         .results(HISTORY)
         .results(MEASURES)
         .results(COUNTS)
@@ -51,7 +53,12 @@ const HISTORY: &[Entry] = &[
         "N m",
         "the same of the least and the most bent beam of a group, at the more bent of its ends",
     ),
-    history("<gauge>_height", "m", "gauge `height`: height left between two groups, against gravity"),
+    history(
+        "<gauge>_height",
+        "m",
+        "gauge `height`: height left between two groups; with `posts`, the least of the fields",
+    ),
+    history("<gauge>_height_<field>", "m", "the same of each field between two posts, from 1"),
     history("energy_kinetic_fem", "J", "kinetic energy of the structure"),
     history(
         "energy_potential_fem",
@@ -87,6 +94,7 @@ const MEASURES: &[Entry] = &[
     ),
     measure("<gauge>_<quantity>_max", "", "largest value of a gauge at any solver step, unit of the gauge"),
     measure("<gauge>_height_end", "m", "gauge `height`: residual height at the end"),
+    measure("<gauge>_height_<field>_end", "m", "the same of each field between two posts, from 1"),
     measure(
         "max_reaction",
         "N",

@@ -5,6 +5,7 @@ use crate::config::Config;
 use crate::energy::Energies;
 use crate::fields::Fields;
 use crate::implicit::Scheme;
+use crate::inherited::{End, Inherited};
 use crate::loads::{Loads, MOST_SAMPLES, Needs};
 use crate::march::March;
 use crate::model::Model;
@@ -24,6 +25,8 @@ use std::ops::Range;
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;
+/// Share of its time at which a run has come to its end, but for rounding.
+const AT_END: f64 = 1e-9;
 /// Windows are halved that often before a run gives up.
 const HALVINGS: f64 = 64.0;
 
@@ -36,6 +39,8 @@ pub struct FemSolver {
     model: Model,
     probes: Probes,
     gauges: Vec<Gauge>,
+    /// Where the structure starts, if not as modelled.
+    inherited: Option<Inherited>,
     prepared: Option<Prepared>,
 }
 
@@ -47,10 +52,26 @@ struct Prepared {
     sag: Option<f64>,
     /// End of the last window solved [s].
     time: f64,
+    /// End of the last window accepted, and of the run [s].
+    accepted: f64,
+    end_time: f64,
     /// Where the answer says which lines are broken, and the lines of each element; none if nobody asks.
     broken: Option<(Range<usize>, Vec<Range<usize>>)>,
+    /// What was torn before the run.
+    torn: Vec<Event>,
     /// Whether something touches the structure from outside.
     touched: bool,
+}
+
+impl Prepared {
+    /// Say in `output` which lines are broken, by `now` or before the run.
+    fn tell_broken(&self, now: &[Event], output: &mut [f64]) {
+        let Some((at, lines)) = &self.broken else { return };
+        let flags = &mut output[at.clone()];
+        flags.fill(0.0);
+        let events = self.torn.iter().chain(now);
+        events.for_each(|event| flags[lines[event.element as usize].clone()].fill(1.0));
+    }
 }
 
 /// Lines of each element in the interface mesh, where those of the fast kernel come first.
@@ -70,6 +91,7 @@ impl FemSolver {
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
         let config = Config::of(scene)?;
         let model = Model::build(scene, &config)?;
+        let inherited = Inherited::of(scene, &model, config.fem.integrator)?;
         let (probes, recorded) = Recorder::probes(scene, &model, &config.gauges)?;
         let mut gauges = Energies::gauges(&model);
         gauges.extend(recorded);
@@ -82,6 +104,7 @@ impl FemSolver {
             model,
             probes,
             gauges,
+            inherited,
             prepared: None,
         })
     }
@@ -89,6 +112,11 @@ impl FemSolver {
     /// The structure as numbers.
     pub fn model(&self) -> &Model {
         &self.model
+    }
+
+    /// Where it starts, if not as modelled.
+    pub fn inherited(&self) -> Option<&Inherited> {
+        self.inherited.as_ref()
     }
 
     fn prepared(&mut self) -> Result<(&Model, &mut Prepared), Fault> {
@@ -144,8 +172,38 @@ impl FemSolver {
         let at = Layout::new(&plan.gives, &mesh, 0).sample(name::BROKEN, Sampling::Once, 0);
         let broken = at.map(|at| (at, lines_of_elements(&self.model)));
         let touched = !plan.takes.is_empty();
-        self.prepared = Some(Prepared { march, mesh: mesh.clone(), fields, sag, time: 0.0, broken, touched });
+        let torn = self.inherited.as_ref().map_or(Vec::new(), Inherited::torn);
+        let prepared = Prepared {
+            march,
+            mesh: mesh.clone(),
+            fields,
+            sag,
+            time: 0.0,
+            accepted: 0.0,
+            end_time: plan.end_time,
+            broken,
+            torn,
+            touched,
+        };
+        prepared.tell_broken(&[], &mut initial);
+        self.prepared = Some(prepared);
         Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
+    }
+
+    /// Leave the state at the end for a run that starts from it: that of a run that has come to its end, and no other.
+    /// Returns what the user should know.
+    fn leave_state(&self, prepared: &Prepared) -> Option<String> {
+        let out = self.options.out.as_ref()?;
+        if prepared.accepted < prepared.end_time * (1.0 - AT_END) {
+            return None;
+        }
+        let path = out.join(run_dir::STRUCTURE_STATE);
+        let (state, name) = (&prepared.march.committed, self.config.fem.integrator.name());
+        let end = End::new(&self.model, state, prepared.accepted, name, &prepared.torn);
+        let written = end.write(&path);
+        written
+            .err()
+            .map(|e| format!("{} cannot be written, so no run can start from this one: {e}", path.display()))
     }
 
     /// Refuse a plan that asks for what this solver has not declared.
@@ -194,6 +252,16 @@ fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
         told.push(format!("{} more broke until t = {:.6} s", events.len() - TOLD, last.time));
     }
     told
+}
+
+/// That something was torn before the run.
+fn torn_before(count: usize) -> Option<String> {
+    let were = match count {
+        0 => return None,
+        1 => "1 element was".to_owned(),
+        _ => format!("{count} elements were"),
+    };
+    Some(format!("{were} torn before, in the run that this one starts from"))
 }
 
 /// What tore, in a sentence for each part, in the order of its first rupture; that nothing did where something could.
@@ -292,7 +360,7 @@ impl Solver for FemSolver {
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         self.check_plan(plan)?;
         let mut told = |what| progress(Progress { what, done: f64::NAN });
-        let start = Start::new(&self.scene, &self.config, &self.model, &mut told)?;
+        let start = Start::new(&self.scene, &self.config, &self.model, self.inherited.as_ref(), &mut told)?;
         self.begin(start, plan)
     }
 
@@ -300,18 +368,14 @@ impl Solver for FemSolver {
         let (model, prepared) = self.prepared()?;
         prepared.time = window.end();
         prepared.march.solve(model, window, input, output)?;
-        if let Some((at, lines)) = &prepared.broken {
-            let flags = &mut output[at.clone()];
-            flags.fill(0.0);
-            let events = prepared.march.solved().events.iter();
-            events.for_each(|event| flags[lines[event.element as usize].clone()].fill(1.0));
-        }
+        prepared.tell_broken(&prepared.march.solved().events, output);
         Ok(())
     }
 
     fn commit(&mut self) -> Result<(), Fault> {
         let (model, prepared) = self.prepared()?;
         prepared.march.commit();
+        prepared.accepted = prepared.time;
         match &mut prepared.fields {
             Some(fields) => fields.offer(
                 model,
@@ -340,6 +404,7 @@ impl Solver for FemSolver {
         let events = &prepared.march.committed.events;
         warnings.extend(verdict(model, events));
         warnings.extend(ruptures(model, events));
+        warnings.extend(torn_before(prepared.torn.len()));
         if let Some(first) = events.first()
             && prepared.touched
             && prepared.broken.is_none()
@@ -376,6 +441,7 @@ impl Solver for FemSolver {
                 warnings.push("sag is absent: no weight acts on the structure, or nothing is held".into())
             }
         }
+        warnings.extend(self.leave_state(prepared));
         let counts = prepared.march.counts;
         measures.extend(critical_loads(&prepared.march.committed));
         warnings.extend(unstable_path(&prepared.march.committed));

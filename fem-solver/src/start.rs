@@ -4,13 +4,15 @@ use crate::assembly::Assembly;
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::critical_step::highest_frequency;
-use crate::form_finding::{Form, find_form};
+use crate::form_finding::{Basis, Form, find_form_from};
+use crate::inherited::Inherited;
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, spring_dofs};
 use interface_defs::message::Fault;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from::At;
 use std::time::{Duration, Instant};
 
 /// Residual, relative to the largest of load and internal force, below which a structure is at rest.
@@ -28,6 +30,11 @@ pub struct Start {
     pub displacement: Vec<f64>,
     /// History of the elements there.
     pub history: Vec<f64>,
+    /// How it moves; `None`: not at all.
+    pub motion: Option<Motion>,
+    /// What the books begin with: energy dissipated by damping, work of the interface force, of moving supports, of loads
+    /// with a history [J].
+    pub booked: [f64; 4],
     /// Force of dead load and elements on every degree of freedom [N].
     pub force: Vec<f64>,
     /// Whether it is in static equilibrium, to rounding.
@@ -48,6 +55,29 @@ pub struct Start {
     pub warnings: Vec<String>,
     /// The Newton iteration, for the implicit schemes.
     pub newton: Newton,
+}
+
+/// Motion with which a structure starts.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// Velocity [m/s].
+    pub velocity: Vec<f64>,
+    /// Acceleration [m/s2]; empty where only a balance of forces tells it.
+    pub acceleration: Vec<f64>,
+}
+
+impl Motion {
+    /// Add it to velocities that the scene gives [m/s].
+    pub fn add_to(&self, velocity: &mut [f64]) {
+        velocity.iter_mut().zip(&self.velocity).for_each(|(v, own)| *v += own);
+    }
+
+    /// Keep its accelerations [m/s2], if they are known.
+    pub fn keep(&self, acceleration: &mut [f64]) {
+        if self.acceleration.len() == acceleration.len() {
+            acceleration.copy_from_slice(&self.acceleration);
+        }
+    }
 }
 
 /// Told what is done.
@@ -76,6 +106,7 @@ impl Start {
         scene: &Scene,
         config: &Config,
         model: &Model,
+        inherited: Option<&Inherited>,
         on_progress: OnProgress,
     ) -> Result<Self, NoStart> {
         let (whole, at_start) = (model, model.at_start());
@@ -87,12 +118,12 @@ impl Start {
         ))
         .map_err(NoStart::Stopped)?;
         let mut newton = Newton::new(model);
-        let (Form { displacement, history, smoothed }, form_finding) = match config.structure.form_finding {
-            FormFinding::None => {
-                let mut u = vec![0.0; model.dof_count()];
-                model.prescribe_first(&mut u);
-                (Form { displacement: u, history: model.start_history(), smoothed: false }, Info::default())
-            }
+        let moves = inherited.filter(|inherited| inherited.at == At::Motion);
+        let basis = inherited
+            .map(|Inherited { end, .. }| Basis { displacement: &end.displacement, history: &end.history });
+        let way = if moves.is_some() { FormFinding::None } else { config.structure.form_finding };
+        let (Form { displacement, history, smoothed }, form_finding) = match way {
+            FormFinding::None => (as_it_is(model, basis), Info::default()),
             way => {
                 let mut last: Option<Instant> = None;
                 let mut report = |iteration, residual| {
@@ -104,18 +135,26 @@ impl Start {
                         "form finding: iteration {iteration}, residual {residual:.1e} times its limit"
                     ))
                 };
-                find_form(model, &mut newton, way, config.fem.newton.max_iterations, &mut report).map_err(
-                    |failure| match failure {
+                let most = config.fem.newton.max_iterations;
+                find_form_from(model, &mut newton, way, most, basis, &mut report).map_err(|failure| {
+                    match failure {
                         Failure::Stopped(fault) => NoStart::Stopped(fault),
                         failure => NoStart::Input(not_found(scene, model, way, &failure)),
-                    },
-                )?
+                    }
+                })?
             }
         };
         let mut force = model.load_at_start(&displacement);
         let mut kernel = Kernel::new(&model.cables, model.node_count());
         let cables = kernel.pull(&displacement, &mut force);
-        let others = Assembly::new(model).pull(&model.elements, &displacement, &history, &mut force);
+        let mut assembly = Assembly::new(model);
+        let others = assembly.pull(&model.elements, &displacement, &history, &mut force);
+        let booked = match inherited {
+            Some(Inherited { at: At::Motion, end, .. }) => end.booked,
+            // The books begin anew: what the elements have dissipated by now is none of this run's.
+            Some(_) => [-assembly.energy(&model.elements, &displacement, &history).dissipated, 0.0, 0.0, 0.0],
+            None => [0.0; 4],
+        };
         let cable_force = cables.max(others).sqrt();
         for (dof, k) in spring_dofs(model) {
             force[dof] -= k * displacement[dof];
@@ -137,6 +176,7 @@ impl Start {
         };
         let critical_step = 2.0 / frequency;
         let mut warnings = model.warnings.clone();
+        warnings.extend(inherited.iter().flat_map(|from| from.warnings.iter().cloned()));
         if model.added_mass > 0.0 {
             let all: f64 = model.mass.iter().sum();
             warnings.push(format!(
@@ -169,17 +209,22 @@ impl Start {
             if statics && model.moving.is_empty() && steady {
                 return Err(NoStart::Input(mechanism(scene, model, dof)));
             }
-            warnings.push(format!(
-                "the structure at rest has no stiffness for {}: it is held there by nothing but inertia",
-                model.dof_name(dof)
-            ));
+            let held = if statics {
+                "what moves or loads it must stiffen it first"
+            } else {
+                "it is held there by nothing but inertia"
+            };
+            warnings
+                .push(format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof)));
         }
         let time_step =
             time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
-        let at_rest = residual <= AT_REST * scale || residual == 0.0;
+        let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
         Ok(Self {
             displacement,
             history,
+            motion: moves.map(|from| from.motion(config.fem.integrator.name())),
+            booked,
             force,
             at_rest,
             unbalanced: if residual == 0.0 { 0.0 } else { residual / scale },
@@ -192,6 +237,14 @@ impl Start {
             newton: of_run.unwrap_or(newton),
         })
     }
+}
+
+/// The structure as modelled, or as it was left.
+fn as_it_is(model: &Model, basis: Option<Basis>) -> Form {
+    let mut u = basis.map_or_else(|| vec![0.0; model.dof_count()], |basis| basis.displacement.to_vec());
+    model.prescribe_first(&mut u);
+    let history = basis.map_or_else(|| model.start_history(), |basis| basis.history.to_vec());
+    Form { displacement: u, history, smoothed: false }
 }
 
 fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {

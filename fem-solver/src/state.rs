@@ -147,6 +147,12 @@ pub struct Peaks {
 }
 
 impl State {
+    /// Begin the books with energy dissipated by damping, work of the interface force, of moving supports, of loads with a
+    /// history [J].
+    pub fn open_books(&mut self, booked: [f64; 4]) {
+        [self.dissipated, self.received, self.support_work, self.load_work] = booked;
+    }
+
     /// Become equal to `other`, in the memory that is there.
     pub fn copy_from(&mut self, other: &Self) {
         self.displacement.copy_from_slice(&other.displacement);

@@ -91,7 +91,7 @@ impl Tangent {
         let cables = places.iter().map(|p| p.map(place)).collect();
         let elements = others.iter().map(|at| place(*at)).collect();
         // The nodes of a face are those of one element, whose entries the pattern has.
-        let faces = model.timed.iter().flat_map(|load| &load.faces);
+        let faces = model.timed.iter().chain(&model.live_pressures).flat_map(|load| &load.faces);
         let faces = faces
             .flat_map(|face| triangle(&free, &dofs_of_face(face, model.node_count())).collect::<Vec<_>>());
         let faces = faces.map(place).collect();

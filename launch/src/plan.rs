@@ -188,6 +188,12 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), InputError> {
         ),
         ("gauge", fem, "the scene has no [structure] to measure", "add [structure]"),
         ("fem", fem, "the scene has no [structure]", "add [structure]"),
+        (
+            "start_from",
+            fem,
+            "the scene has no [structure] that could start from another run",
+            "add [structure]",
+        ),
         ("coupling", both, "it takes a rock and a structure, and the scene has one of them", "add the other"),
         (
             "processes.coupler",
@@ -204,7 +210,7 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), InputError> {
         Some((key, _, why, cure)) => {
             let name = match *key {
                 "contact" | "gauge" => format!("[[{key}]]"),
-                "processes.coupler" => format!("`{key}`"),
+                "processes.coupler" | "start_from" => format!("`{key}`"),
                 _ => format!("[{key}]"),
             };
             Err(scene
@@ -267,6 +273,7 @@ mod tests {
             (format!("{rock}[[contact]]\n"), "2:1", "nothing that the rock could touch"),
             (format!("{rock}[[gauge]]\n"), "2:1", "nothing will use [[gauge]]: the scene has no [structure]"),
             (format!("{rock}[fem]\n"), "2:1", "nothing will use [fem]"),
+            (format!("start_from = \"out/a\"\n{rock}"), "1:14", "nothing will use `start_from`"),
             (format!("{rock}[coupling]\n"), "2:1", "nothing will use [coupling]"),
             (format!("{fem}[coupling]\n"), "2:1", "nothing will use [coupling]"),
             (

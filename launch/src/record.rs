@@ -10,6 +10,7 @@ use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from::Origin;
 use serde_json::json;
 use std::ffi::OsString;
 use std::io;
@@ -124,6 +125,11 @@ pub fn write_run(
                 inputs.push(path.to_owned());
             }
         });
+    }
+    // A directory stands for the file in it that is read.
+    if let Some(origin) = Origin::of(scene).map_err(io::Error::other)? {
+        let state = std::path::absolute(origin.run.join(run_dir::STRUCTURE_STATE))?;
+        inputs.extend(state.is_file().then_some(state));
     }
     let mut hashes = serde_json::Map::new();
     let mut note = |path: &Path, bytes: &[u8]| {

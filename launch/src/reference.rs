@@ -109,6 +109,7 @@ fn plain(schema: &Value) -> String {
         }
         _ => match schema.get("anyOf").and_then(Value::as_array) {
             Some(variants) => variants.iter().map(plain).collect::<Vec<_>>().join(" or "),
+            None if schema.get("allOf").is_some() => "table".into(),
             None => "anything".into(),
         },
     }

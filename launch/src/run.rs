@@ -15,6 +15,7 @@ use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from;
 use interface_defs::toolkit::summary::{Status, Summary};
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
@@ -58,6 +59,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         return Err(Stop::failed("interrupted"));
     }
     let out = run_dir::location(request.out.as_deref(), &scene);
+    start_from::refuse_own(&scene, &out)?;
     let owner = Owner::claim(&out, &Claim { force: request.force, ..Claim::default() })?;
     let show = request.bar && std::io::stderr().is_terminal();
     let jobs: Vec<Job> = plan.members.iter().map(|m| job(m, &plan, request, &owner, show)).collect();

@@ -42,8 +42,8 @@ pub struct FemConfig {
     /// need, without weight. A warning gives the added mass. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_scaling: Option<f64>,
-    /// `static` only: follow the path of equilibrium under `[[structure.loads]]` that grow and fall by one factor, from 0
-    /// on, beyond limit points and back (arc length). Time is the distance along it: the degree of freedom that moves most
+    /// `static` only: follow the path of equilibrium under `[[structure.loads]]` and `[[structure.pressures]]` that grow and
+    /// fall by one factor, from 0 on, beyond limit points and back (arc length). Time is the distance along it: the degree of freedom that moves most
     /// does so at this speed [m/s]. Steps adapt to the curvature of the path, whatever the output; none is longer than
     /// `time_step`. The columns `load_factor` and `negative_pivots` give the factor and in how many directions the
     /// equilibrium is unstable; the summary gives limit points and branch points. Default: the loads are constant.

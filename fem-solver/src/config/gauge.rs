@@ -18,6 +18,13 @@ pub struct GaugeConfig {
     /// `height` only: the group above which it is taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub above: Option<String>,
+    /// `height` only: group with nodes of each post, as the part `posts`. The height is then taken in the plane of the posts,
+    /// field by field between them: the residual height of EAD 340059.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub posts: Option<String>,
+    /// `height` only: normal of the reference slope, along which the height counts. Default against gravity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal: Option<[f64; 3]>,
     /// What is recorded there.
     pub quantity: Quantity,
 }
@@ -45,7 +52,10 @@ pub enum Quantity {
     /// most compressed, and `_tension_max`. What is broken counts as 0.
     Tension,
     /// Height [m] that is left between two ropes: how far the lowest node of the group lies above the highest node of the
-    /// group `above`, against gravity: `_height`. The residual height is that at the end, the measure `_height_end`.
+    /// group `above`, along `normal` (against gravity): `_height`. With `posts`, least distance along `normal` of the two
+    /// ropes (the lines of the groups) at one place along the barrier: `_height_1` and on of the fields, in the direction
+    /// of the axis along which they stand, and `_height` the least of them. The residual height is that at the
+    /// end, the measures `_height_end` and `_height_1_end` and on; with `above` = the feet it is the height of the top rope.
     Height,
     /// Elongation [m] against the structure as modelled, of the same elements: `_elongation`; of several
     /// `_elongation_min`, `_elongation_max`.

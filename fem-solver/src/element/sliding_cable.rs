@@ -80,8 +80,15 @@ struct Shape {
 }
 
 /// Memory of an element, which no answer depends on.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct Memory(Box<RefCell<Shape>>);
+
+impl std::fmt::Debug for Memory {
+    // Two ropes that are equal are shown as equal, whatever they have computed.
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str("Memory")
+    }
+}
 
 impl SlidingCable {
     fn law(&self) -> Law {
@@ -100,9 +107,16 @@ impl SlidingCable {
         Self { friction: 0.0, ..self.clone() }
     }
 
-    /// History of a rope that hangs at `u` as it would without friction: the same tension in every segment.
-    pub fn hung(&self, u: &[f64]) -> Vec<f64> {
+    /// That part of `history` which a rope without friction has, too.
+    pub fn smooth_history<'a>(&self, history: &'a [f64]) -> &'a [f64] {
+        &history[..RESTS]
+    }
+
+    /// History of a rope that hangs at `u` as it would without friction, where it had `smooth`: the same tension in every
+    /// segment.
+    pub fn hung(&self, u: &[f64], smooth: &[f64]) -> Vec<f64> {
         let mut history = self.start_history();
+        history[..RESTS].copy_from_slice(smooth);
         if self.friction > 0.0 {
             let lengths: Vec<f64> = self.pieces(u).map(|s| s.length).collect();
             let share = self.total() / lengths.iter().sum::<f64>();

@@ -38,6 +38,7 @@ impl Model {
             until: Vec::new(),
             dead_load: vec![0.0; 3 * base.nodes.len()],
             live_load: Vec::new(),
+            live_pressures: Vec::new(),
             timed: Vec::new(),
             start_velocity: Vec::new(),
             down: None,
@@ -75,10 +76,12 @@ impl Model {
                     scene.invalid("fem.path_speed", "a path under loads takes no supports that let go")
                 );
             }
-            if model.live_load.iter().all(|p| *p == 0.0) {
+            if model.live_load.iter().all(|p| *p == 0.0) && model.live_pressures.is_empty() {
                 return Err(scene
                     .invalid("fem.path_speed", "there are no loads that could grow")
-                    .try_instead("write [[structure.loads]] with the force at the factor 1"));
+                    .try_instead(
+                        "write [[structure.loads]] or [[structure.pressures]] as they are at the factor 1",
+                    ));
             }
         }
         model.check_held_together(scene, config, base.framed)?;

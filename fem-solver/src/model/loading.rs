@@ -73,13 +73,6 @@ impl Model {
     fn press(&mut self, scene: &Scene, config: &Config) -> Result<(), InputError> {
         for (i, entry) in config.structure.pressures.iter().enumerate() {
             let key = format!("structure.pressures.{i}");
-            if config.fem.path_speed.is_some() {
-                let what =
-                    "a path grows the loads at nodes; it takes no pressure, which follows the structure";
-                return Err(scene
-                    .invalid(&key, what)
-                    .try_instead("without path_speed, a history of the pressure"));
-            }
             let faces = self.faces_of(scene, &format!("{key}.group"), &entry.group)?;
             self.one_side(scene, &format!("{key}.group"), &entry.group, &faces)?;
             let factor = match history(scene, config, &key, &entry.history)? {
@@ -88,7 +81,9 @@ impl Model {
             };
             let node_count = self.node_count();
             let pressure = entry.pressure;
-            self.timed.push(TimedLoad { factor, forces: Vec::new(), pressure, faces, node_count });
+            let path = config.fem.path_speed.is_some();
+            let to = if path { &mut self.live_pressures } else { &mut self.timed };
+            to.push(TimedLoad { factor, forces: Vec::new(), pressure, faces, node_count });
         }
         Ok(())
     }

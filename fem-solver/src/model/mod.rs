@@ -63,6 +63,8 @@ pub struct Model {
     pub dead_load: Vec<f64>,
     /// Loads that grow along a path of equilibrium, at the factor 1 [N]; empty without a path.
     pub live_load: Vec<f64>,
+    /// Pressures that grow along a path of equilibrium, at the factor 1.
+    pub live_pressures: Vec<TimedLoad>,
     /// Loads with a history, and pressures.
     pub timed: Vec<TimedLoad>,
     /// Velocity of every degree of freedom at t = 0 [m/s, rad/s]; empty where all is at rest.

@@ -10,6 +10,7 @@ use crate::kernel::Kernel;
 use crate::lanes::dot;
 use crate::model::Model;
 use crate::newton::{COARSEST, Failure, Info, SETTLED, SLACK_SHARE, spring_dofs};
+use crate::pressure::press;
 use crate::state::State;
 use crate::tangent::{Slack, Tangent};
 
@@ -32,6 +33,9 @@ pub struct Corrector {
     pub force: Vec<f64>,
     /// Negative pivots of the tangent that was factorised last.
     pub negative: usize,
+    /// `q` at the displacements evaluated last, and the pressures of it times the load factor [Pa].
+    pub live: Vec<f64>,
+    pressures: Vec<f64>,
     /// `q` of the free ones, `K^-1 q`, and `K^-1 r`.
     load: Vec<f64>,
     of_load: Vec<f64>,
@@ -55,6 +59,8 @@ impl Corrector {
             springs: spring_dofs(model),
             force: vec![0.0; model.dof_count()],
             negative: 0,
+            live: model.live_load.clone(),
+            pressures: vec![0.0; model.live_pressures.len()],
             load: tangent.dofs().iter().map(|dof| model.live_load[*dof]).collect(),
             of_load: memory(),
             of_rest: memory(),
@@ -197,7 +203,10 @@ impl Corrector {
     /// Force of loads and elements at the state, into `force`; returns the largest tension, squared.
     pub fn evaluate(&mut self, model: &Model, state: &State) -> f64 {
         let u = &state.displacement;
-        let loads = model.dead_load.iter().zip(&model.live_load);
+        if !model.live_pressures.is_empty() {
+            self.press(model, u, state.factor);
+        }
+        let loads = model.dead_load.iter().zip(&self.live);
         self.force.iter_mut().zip(loads).for_each(|(f, (dead, live))| *f = dead + state.factor * live);
         let mut tension = self.kernel.pull(u, &mut self.force);
         if !self.assembly.is_empty() {
@@ -207,6 +216,20 @@ impl Corrector {
             self.force[*dof] -= k * u[*dof];
         }
         tension
+    }
+
+    /// The loads that grow, at the factor 1 and the displacements `u`, into `live`.
+    pub fn press(&mut self, model: &Model, u: &[f64], factor: f64) {
+        for (pressure, load) in self.pressures.iter_mut().zip(&model.live_pressures) {
+            *pressure = load.pressure;
+        }
+        self.live.copy_from_slice(&model.live_load);
+        press(&model.live_pressures, &self.pressures, u, &mut self.live);
+        self.pressures.iter_mut().for_each(|pressure| *pressure *= factor);
+        self.load_size = norm(&self.live);
+        for (q, dof) in self.load.iter_mut().zip(self.tangent.dofs()) {
+            *q = self.live[*dof];
+        }
     }
 
     /// Residual that rounding leaves [N], as [`crate::newton`] has it.
@@ -224,6 +247,7 @@ impl Corrector {
     fn factorise(&mut self, model: &Model, state: &State, info: &mut Info) -> Result<(), Failure> {
         let slack = Slack::Regularised(SLACK_SHARE);
         self.tangent.assemble(model, &state.displacement, &state.history, 1.0, slack);
+        self.tangent.add_pressures(&model.live_pressures, &self.pressures, &state.displacement, 1.0);
         info.factorisations += 1;
         // What was indefinite mostly stays so.
         if self.negative > 0 || self.tangent.factorise().is_err() {

@@ -403,6 +403,21 @@ impl Path {
         Ok(())
     }
 
+    /// Work of the loads that grow over the step: that of their mean, as straight as the step is.
+    fn work(&mut self, model: &Model, state: &State) -> f64 {
+        let u = &state.displacement;
+        if model.live_pressures.is_empty() {
+            let mean = 0.5 * (state.factor_before + state.factor);
+            return mean * work(&model.live_load, u, &self.before);
+        }
+        let mut mean = 0.0;
+        for (at, factor) in [(&self.before, state.factor_before), (u, state.factor)] {
+            self.corrector.press(model, at, factor);
+            mean += 0.5 * factor * work(&self.corrector.live, u, &self.before);
+        }
+        mean
+    }
+
     /// The step counts: what follows from it.
     fn accept(&mut self, model: &Model, state: &mut State, time: f64, way: f64, tried: &Tried) {
         let along = &mut state.along;
@@ -438,9 +453,7 @@ impl Path {
         let stride = aim.clamp(0.5 * along.stride, growth * along.stride);
         along.stride = stride.min(LONGEST * self.extent);
         along.anew = std::mem::take(&mut along.turned);
-        // The work of the loads: their mean over the step, as straight as the step is.
-        let mean = 0.5 * (state.factor_before + state.factor);
-        state.received += mean * work(&model.live_load, &state.displacement, &self.before);
+        state.received += self.work(model, state);
         self.face(state);
         let assembly = &mut self.corrector.assembly;
         if assembly.is_empty() {

@@ -243,6 +243,71 @@ fn a_height_is_what_is_left_between_two_ropes() {
     assert!(message.contains("`above` is for quantity"), "{message}");
 }
 
+/// The same in another position, cut into two fields by a third pair of nodes of its own; heights by sampling both ropes.
+#[test]
+fn heights_of_fields_are_the_least_distances_of_two_ropes_along_the_normal() {
+    let text = r#"
+end_time = 1.0
+gravity = [0.0, 5.0, -8.0]
+[structure]
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.5, 0.0, 0.1], [5.0, 0.0, 0.0],
+         [0.0, 0.0, 2.0], [0.7, 0.0, 2.0], [2.0, 0.0, 2.5], [4.0, 0.0, 2.4], [5.0, 0.0, 2.0], [-3.0, 0.0, 0.0]]
+cables = [{ nodes = [0, 1] }, { nodes = [1, 2] }, { nodes = [2, 3] }, { nodes = [3, 4] }, { nodes = [5, 6] }, { nodes = [6, 7] },
+          { nodes = [7, 8] }, { nodes = [8, 9] }, { nodes = [10, 5] }, { nodes = [1, 6], area = 1e-6 }, { nodes = [3, 8], area = 1e-6 }]
+supports = [{ nodes = [0, 2, 4, 5, 7, 9, 10] }]
+loads = [{ nodes = [1], force = [0.0, 0.0, 900.0] }, { nodes = [3], force = [0.0, 0.0, 2500.0] }]
+cable = { young = 1e9, area = 1e-4, density = 7850.0, prestress = 1e6 }
+groups = [{ name = "lower", nodes = [0, 1, 2, 3, 4] }, { name = "upper", nodes = [10, 5, 6, 7, 8, 9] }, { name = "feet", nodes = [4, 0, 2] },
+          { name = "foot", nodes = [2] }]
+[[gauge]]
+name = "left"
+group = "upper"
+above = "lower"
+posts = "feet"
+normal = [0.0, 0.0, 3.0]
+quantity = "height"
+"#;
+    let mut run = crate::common::Run::alone(text, 1e-4);
+    let at = |node: usize| [run.ready.mesh.coordinates[3 * node], run.ready.mesh.coordinates[3 * node + 2]];
+    let rope = |nodes: &[usize], x: f64| {
+        let pieces = nodes.windows(2).map(|pair| (at(pair[0]), at(pair[1])));
+        let over = |(a, b): &([f64; 2], [f64; 2])| a[0] <= x && x <= b[0];
+        let (a, b) = pieces.clone().find(over).expect("a piece over it");
+        a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0])
+    };
+    let least = |from: f64, to: f64| {
+        let places = (0..=100_000).map(|i| from + (to - from) * f64::from(i) / 1e5);
+        places
+            .map(|x| rope(&[10, 5, 6, 7, 8, 9], x) - rope(&[0, 1, 2, 3, 4], x))
+            .fold(f64::INFINITY, f64::min)
+    };
+    let fields = [least(0.0, 2.0), least(2.0, 5.0)];
+    run.step(1e-4, &[]);
+    for (name, height) in [
+        ("left_height_1", fields[0]),
+        ("left_height_2", fields[1]),
+        ("left_height", fields[0].min(fields[1])),
+    ] {
+        assert!((run.value(name) - height).abs() < 1e-5, "{name}: {} {height}", run.value(name));
+        assert_eq!(run.measure(&format!("{name}_end")), run.value(name));
+    }
+    assert!((fields[0] - fields[1]).abs() > 1e-3, "{fields:?}");
+    for (a, b, what) in [
+        ("posts = \"feet\"", "posts = \"feets\"", "there is no group `feets`"),
+        ("posts = \"feet\"", "posts = \"foot\"", "there is no field between them"),
+        ("[0.0, 0.0, 3.0]", "[0.0, 0.0, 0.0]", "it has no direction"),
+        ("[0.0, 0.0, 3.0]", "[1.0, 0.0, 0.0]", "there is no field between them"),
+        ("above = \"lower\"", "", "does not say above what"),
+    ] {
+        let message = refused(&text.replace(a, b));
+        assert!(message.starts_with("test.toml:") && message.contains(what), "{b}: {message}");
+    }
+    let message = refused(
+        &text.replace("quantity = \"height\"", "quantity = \"velocity\"").replace("above = \"lower\"", ""),
+    );
+    assert!(message.contains("`posts` is for quantity = \"height\""), "{message}");
+}
+
 #[test]
 fn check_counts_the_elements_of_each_part() {
     let first = |text: &str| check(&scene(text)).expect("valid").builds.swap_remove(0);

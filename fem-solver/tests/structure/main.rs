@@ -1,5 +1,6 @@
 //! The structure as a whole, in one test binary: linking is what takes the time.
 
+mod again;
 mod allocation;
 mod bending;
 mod common;

@@ -227,3 +227,65 @@ fn a_clamped_plate_bends_under_pressure_by_p_a4_over_64_d() {
     }
     assert!(errors[1] < 0.02 && errors[0] / errors[1] > 2.5, "{errors:?}");
 }
+
+/// A pyramid of six membranes on a regular hexagon of 1 m, `height` high, its base held and its tip guided, under 1 Pa from
+/// outside.
+fn pyramid(height: f64) -> String {
+    let mut nodes = vec![[0.0, 0.0, height]];
+    nodes.extend((0..6).map(|i| f64::from(i) * PI / 3.0).map(|a| [a.cos(), a.sin(), 0.0]));
+    let cells: Vec<_> = (0..6).map(|i| [0, 1 + i, 1 + (i + 1) % 6]).collect();
+    format!(
+        r#"
+end_time = 1.0
+[structure]
+nodes = {nodes:?}
+supports = [{{ nodes = [1, 2, 3, 4, 5, 6] }}, {{ nodes = [0], directions = "xy" }}]
+pressures = [{{ group = "skin", pressure = -1.0 }}]
+[[structure.parts]]
+name = "skin"
+element = "membrane"
+cells = {cells:?}
+thickness = 1e-3
+density = 1000.0
+young = [1e9]
+poisson = 0.3
+wrinkles = false
+[fem]
+integrator = "static"
+path_speed = 0.1
+[[gauge]]
+name = "tip"
+at = [0.0, 0.0, {height:?}]
+quantity = "displacement"
+"#
+    )
+}
+
+#[test]
+fn a_pyramid_snaps_through_under_pressure_along_the_curve_of_its_energy() {
+    // Its volume is A h / 3, whatever its height: p = 3 U' / A. Each face is stretched along its slope alone, s^2 = 3/4 + h^2:
+    // U = 6 area t E / (1 - nu^2) e^2 / 2, e = (s^2 - s_0^2) / (2 s_0^2).
+    let (high, area) = (0.1_f64, 1.5 * 3.0_f64.sqrt());
+    let slope = 0.75 + high * high;
+    let stiffness = 6.0 * 0.5 * slope.sqrt() * 1e-3 * 1e9 / 0.91;
+    let pressure = |h: f64| 3.0 / area * stiffness * (high * high - h * h) / (2.0 * slope) * h / slope;
+    let mut run = Run::alone(&pyramid(high), 0.05);
+    let start = run.balance();
+    let (mut most, mut least) = (0.0_f64, 0.0_f64);
+    for n in 1..=46 {
+        run.step(0.05, &[]);
+        let (h, factor) = (high + run.value("tip_uz"), run.value("load_factor"));
+        assert!((h - (high - 0.005 * f64::from(n))).abs() < 1e-9, "the tip goes its way: {h}");
+        assert!((factor - pressure(h)).abs() < 1e-6 * pressure(0.05), "{h}: {factor} {}", pressure(h));
+        (most, least) = (most.max(factor), least.min(factor));
+        // The work of a step is that of the mean of its ends: the rest is of second order in its length.
+        let whole = 0.5 * stiffness * (0.5 * high * high / slope).powi(2);
+        assert!((run.balance() - start).abs() < 3e-3 * whole, "{h}: {} of {whole} J", run.balance() - start);
+    }
+    // Limit points at h = high / sqrt 3 and below the base.
+    let limit = pressure(high / 3.0_f64.sqrt());
+    assert!(
+        off(run.measure("limit_point_1"), limit) < 1e-4 && off(run.measure("limit_point_2"), -limit) < 1e-4
+    );
+    assert!(most > 0.95 * limit && least < -0.95 * limit);
+}

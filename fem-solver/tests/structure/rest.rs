@@ -84,7 +84,7 @@ fn nets_of_cables_that_are_too_long_hang_in_balance() {
 }
 
 /// A barrier of three fields of 10 m with rings of `10 / cells` m: posts of 4 m on hinged feet that lean by `degrees`.
-fn barrier(degrees: f64, cells: usize, friction: f64, rest: &str, damping: f64) -> String {
+pub fn barrier(degrees: f64, cells: usize, friction: f64, rest: &str, damping: f64) -> String {
     let cell = 10.0 / cells as f64;
     let rope = |name: &str| {
         format!(

@@ -10,6 +10,7 @@
 //! - [`check`]: what a program answers to `check`
 //! - [`history`], [`summary`], [`vtu`]: result files
 //! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: files that are whole or not there
+//! - [`start_from`], [`state_file`]: a run that starts where another has ended, and the file that this one leaves for it
 //! - [`energy`]: the balance of energy, from gauges by role
 //! - [`limits`]: bounds of trust, and who passes them
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
@@ -37,6 +38,8 @@ pub mod scene;
 pub mod schema;
 pub mod screen;
 mod solo;
+pub mod start_from;
+pub mod state_file;
 pub mod summary;
 mod syntax;
 mod table;

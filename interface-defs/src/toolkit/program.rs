@@ -14,6 +14,7 @@ use super::scene::Scene;
 pub use super::schema::Share;
 use super::screen::{complain, tell};
 use super::solo::{self, Stage};
+use super::start_from;
 use super::summary::{Status, Summary};
 use crate::ipc::serve::{self, Connection};
 use crate::ipc::wait::is_orphan;
@@ -231,6 +232,7 @@ fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
             let scene = input.load()?;
             let limits = Limits::of(&scene)?;
             let out = run_dir::location(out.as_deref(), &scene);
+            start_from::refuse_own(&scene, &out)?;
             let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
             let mut solver = (program.build)(&scene, &options)?;
             let claim = Claim { force: *force, run: None, supervisor: *supervisor };

@@ -23,6 +23,8 @@ pub const SCENE: &str = "scene.toml";
 pub const RECORD: &str = "run.json";
 /// The spheres that were made for rocks before the start.
 pub const CLUSTERS: &str = "clusters";
+/// State of the structure at the end of the run, for another run that starts from it.
+pub const STRUCTURE_STATE: &str = "structure.state";
 /// What each process printed.
 pub const LOG: &str = "log";
 
@@ -48,7 +50,7 @@ pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), InputError> {
 
 /// Remove results of an older run.
 fn remove_results(dir: &Path) -> io::Result<()> {
-    for name in [HISTORY, SUMMARY, ITERATIONS, TRAJECTORY, PICTURE] {
+    for name in [HISTORY, SUMMARY, ITERATIONS, TRAJECTORY, PICTURE, STRUCTURE_STATE] {
         remove(&dir.join(name))?;
     }
     remove_all(&dir.join(FIELDS), is_field_file)

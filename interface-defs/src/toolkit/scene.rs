@@ -19,10 +19,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// Every key that may stand at the top of a scene.
-pub const KEYS: [&str; 17] = [
+pub const KEYS: [&str; 18] = [
     "title",
     "end_time",
     "gravity",
+    "start_from",
     "rock",
     "spheres",
     "box",

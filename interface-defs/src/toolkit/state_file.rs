@@ -1,0 +1,122 @@
+//! The file in which a run leaves the state at its end, for another run that starts from it.
+//!
+//! ```text
+//! 8 bytes  "RKFLSTAT"
+//! 4 bytes  version of what follows, little-endian
+//! 8 bytes  FNV-1a of the content, little-endian
+//!          content, bincode 2 with integers of fixed length
+//! ```
+//!
+//! It is there as a whole or not at all. Whoever writes it says what the content is; nobody else has to read it.
+
+use super::files;
+use crate::ipc::domain::fnv1a;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::io;
+use std::path::Path;
+
+/// What the file begins with.
+const MARK: &[u8; 8] = b"RKFLSTAT";
+/// Bytes before the content.
+const HEAD: usize = 20;
+
+/// Why a state cannot be read.
+#[derive(Debug)]
+pub enum Unreadable {
+    /// There is no such file, or the disk has failed.
+    File(io::Error),
+    /// It is of another version: that of the file, and that which is read here.
+    Version(u32, u32),
+    /// It is not what was written.
+    Damaged(String),
+}
+
+impl std::fmt::Display for Unreadable {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::File(e) => write!(f, "it cannot be read: {e}"),
+            Self::Version(file, own) => {
+                write!(f, "it is of version {file}, and this program reads version {own}")
+            }
+            Self::Damaged(how) => write!(f, "it is damaged: {how}"),
+        }
+    }
+}
+
+fn config() -> impl bincode::config::Config {
+    bincode::config::standard().with_fixed_int_encoding()
+}
+
+/// Write `state` to `path`, as content of `version`: as a whole or not at all.
+pub fn write<S: Serialize>(path: &Path, version: u32, state: &S) -> io::Result<()> {
+    let content = bincode::serde::encode_to_vec(state, config()).map_err(io::Error::other)?;
+    let mut bytes = Vec::with_capacity(HEAD + content.len());
+    bytes.extend_from_slice(MARK);
+    bytes.extend_from_slice(&version.to_le_bytes());
+    bytes.extend_from_slice(&fnv1a(&content).to_le_bytes());
+    bytes.extend_from_slice(&content);
+    files::write(path, &bytes)
+}
+
+/// Read what [`write`] has written to `path` as content of `version`.
+pub fn read<S: DeserializeOwned>(path: &Path, version: u32) -> Result<S, Unreadable> {
+    let bytes = std::fs::read(path).map_err(Unreadable::File)?;
+    if !bytes.starts_with(MARK) {
+        return Err(Unreadable::Damaged("it does not begin as the state of a run".into()));
+    }
+    let Some((head, content)) = bytes.split_at_checked(HEAD) else {
+        return Err(Unreadable::Damaged(format!("it ends after {} bytes", bytes.len())));
+    };
+    let found = u32::from_le_bytes(head[8..12].try_into().expect("four bytes"));
+    if found != version {
+        return Err(Unreadable::Version(found, version));
+    }
+    let (noted, sum) = (u64::from_le_bytes(head[12..].try_into().expect("eight bytes")), fnv1a(content));
+    if noted != sum {
+        return Err(Unreadable::Damaged(format!(
+            "the checksum of its {} bytes is {sum:016x}, and {noted:016x} was written",
+            content.len()
+        )));
+    }
+    match bincode::serde::decode_from_slice(content, config()) {
+        Ok((state, read)) if read == content.len() => Ok(state),
+        Ok((_, read)) => Err(Unreadable::Damaged(format!("{} bytes are left over", content.len() - read))),
+        Err(e) => Err(Unreadable::Damaged(e.to_string())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_is_read_as_it_was_written_and_any_changed_byte_is_found() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let path = temp.path().join("a.state");
+        let state = (vec![0.1, -0.0, f64::MAX, 5e-324], "net".to_string());
+        write(&path, 3, &state).expect("written");
+        let read_back: (Vec<f64>, String) = read(&path, 3).expect("whole");
+        assert_eq!(read_back, state);
+        assert!(read_back.0[1].is_sign_negative());
+        let again = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).expect("written");
+            read::<(Vec<f64>, String)>(&path, 3).expect_err("refused").to_string()
+        };
+        let whole = std::fs::read(&path).expect("there");
+        for at in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0x10;
+            let said = again(&bytes);
+            assert!(said.contains("damaged") || said.contains("is of version"), "byte {at}: {said}");
+        }
+        for length in 0..whole.len() {
+            assert!(again(&whole[..length]).contains("damaged"), "{length} bytes");
+        }
+        std::fs::write(&path, &whole).expect("written");
+        let other = read::<(Vec<f64>, String)>(&path, 4).expect_err("refused");
+        assert_eq!(other.to_string(), "it is of version 3, and this program reads version 4");
+        let none = read::<(Vec<f64>, String)>(&temp.path().join("b"), 3).expect_err("none");
+        assert!(matches!(none, Unreadable::File(_)));
+    }
+}
