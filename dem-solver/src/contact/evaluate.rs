@@ -144,7 +144,7 @@ impl Evaluation {
             {
                 past.jump = self.touch.rotation.tr_mul(&jump(seam, scene, element, contact.weights));
             }
-            self.rows.push(meeting, past, number);
+            self.rows.push(meeting, past, number, scene.laws.laws);
         }
         self.rows.answer(scene.laws.laws, h);
         for (contact, answer) in self.touch.contacts.iter().zip(self.rows.answers()) {

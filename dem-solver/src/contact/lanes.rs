@@ -64,7 +64,9 @@ pub struct Block {
     pub law: u16,
     /// Contacts in it.
     pub count: usize,
-    /// Whether one of them has moved between two windows.
+    /// Whether the law has rolling resistance; without it what belongs to that is neither written nor read.
+    rolls: bool,
+    /// Whether one of them has moved between two windows; likewise.
     jumps: bool,
     given: Given,
     found: Found,
@@ -77,6 +79,7 @@ impl Block {
     pub const EMPTY: Self = Self {
         law: 0,
         count: 0,
+        rolls: false,
         jumps: false,
         given: Given {
             normal: [ZERO; 3],
@@ -108,9 +111,9 @@ impl Block {
         },
     };
 
-    /// Begin anew under law number `law`.
-    pub fn begin(&mut self, law: u16) {
-        (self.law, self.count, self.jumps) = (law, 0, false);
+    /// Begin anew under `law`, which has this number.
+    pub fn begin(&mut self, number: u16, law: &Law) {
+        (self.law, self.count, self.rolls, self.jumps) = (number, 0, law.rolling.is_some(), false);
     }
 
     /// Whether there is no room left.
@@ -126,38 +129,49 @@ impl Block {
         for a in 0..3 {
             to.normal[a][l] = meeting.normal[a];
             to.velocity[a][l] = meeting.velocity[a];
-            to.spin[a][l] = meeting.spin[a];
             to.spring[a][l] = past.spring[a];
-            to.moment[a][l] = past.moment[a];
-            to.jump[a][l] = past.jump[a];
         }
         to.overlap[l] = meeting.overlap;
         to.radius[l] = meeting.radius;
         to.dashpot[l] = meeting.dashpot;
-        to.inertia[l] = meeting.inertia;
         to.before[l] = past.overlap;
-        self.jumps |= past.jump != Vector3::zeros();
         self.count += 1;
+        if self.rolls {
+            for a in 0..3 {
+                to.spin[a][l] = meeting.spin[a];
+                to.moment[a][l] = past.moment[a];
+            }
+            to.inertia[l] = meeting.inertia;
+        }
+        if past.jump != Vector3::zeros() {
+            if !self.jumps {
+                (to.jump, self.jumps) = ([ZERO; 3], true);
+            }
+            for a in 0..3 {
+                to.jump[a][l] = past.jump[a];
+            }
+        }
     }
 
     /// Contact number `l`.
+    #[inline(always)]
     fn contact(&self, l: usize) -> (Meeting, Past) {
-        let given = &self.given;
+        let (given, zero) = (&self.given, Vector3::zeros());
         let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
         let meeting = Meeting {
             normal: vector(&given.normal),
             overlap: given.overlap[l],
             radius: given.radius[l],
             velocity: vector(&given.velocity),
-            spin: vector(&given.spin),
-            inertia: given.inertia[l],
+            spin: if self.rolls { vector(&given.spin) } else { zero },
+            inertia: if self.rolls { given.inertia[l] } else { 0.0 },
             dashpot: given.dashpot[l],
         };
         let past = Past {
             spring: vector(&given.spring),
-            moment: vector(&given.moment),
+            moment: if self.rolls { vector(&given.moment) } else { zero },
             overlap: given.before[l],
-            jump: vector(&given.jump),
+            jump: if self.jumps { vector(&given.jump) } else { zero },
         };
         (meeting, past)
     }
@@ -165,25 +179,25 @@ impl Block {
     /// The answer to contact number `l`.
     #[inline(always)]
     pub fn answer(&self, l: usize) -> Answer {
-        let found = &self.found;
+        let (found, zero) = (&self.found, Vector3::zeros());
         let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
         let load = Load { stiffness: found.stiffness[l], force: found.elastic[l], energy: found.energy[l] };
         Answer {
             load,
             force: vector(&found.force),
-            moment: vector(&found.moment),
+            moment: if self.rolls { vector(&found.moment) } else { zero },
             spring: vector(&found.spring),
-            rolled: vector(&found.rolled),
+            rolled: if self.rolls { vector(&found.rolled) } else { zero },
             damped: found.damped[l],
             rubbed: found.rubbed[l],
             sheared: found.sheared[l],
-            jumped: found.jumped[l],
+            jumped: if self.jumps { found.jumped[l] } else { 0.0 },
         }
     }
 
     /// Compute the answers in the middle of a step of `h` [s] (0: at an instant).
     pub fn compute(&mut self, law: &Law, h: f64) {
-        if self.count < WORTH || self.jumps || law.rolling.is_some() {
+        if self.count < WORTH || self.jumps || self.rolls {
             for l in 0..self.count {
                 let (meeting, past) = self.contact(l);
                 self.take(l, &law.answer(&meeting, &past, h));
@@ -191,7 +205,6 @@ impl Block {
             return;
         }
         let (given, found) = (&self.given, &mut self.found);
-        (found.moment, found.rolled, found.jumped) = ([ZERO; 3], [ZERO; 3], ZERO);
         press(law, given, found);
         match &law.tangential {
             Some(tangential) => {
@@ -203,13 +216,18 @@ impl Block {
     }
 
     /// Keep the answer to contact number `l`.
+    #[inline(always)]
     fn take(&mut self, l: usize, answer: &Answer) {
         let found = &mut self.found;
         for a in 0..3 {
             found.force[a][l] = answer.force[a];
-            found.moment[a][l] = answer.moment[a];
             found.spring[a][l] = answer.spring[a];
-            found.rolled[a][l] = answer.rolled[a];
+        }
+        if self.rolls {
+            for a in 0..3 {
+                found.moment[a][l] = answer.moment[a];
+                found.rolled[a][l] = answer.rolled[a];
+            }
         }
         found.stiffness[l] = answer.load.stiffness;
         found.elastic[l] = answer.load.force;
@@ -436,7 +454,7 @@ mod tests {
                 let mut answers = Vec::new();
                 let mut block = Block::EMPTY;
                 for (meetings, pasts) in meetings.chunks(WIDTH).zip(pasts.chunks(WIDTH)) {
-                    block.begin(0);
+                    block.begin(0, law);
                     meetings.iter().zip(pasts).for_each(|(meeting, past)| block.push(meeting, past));
                     block.compute(law, h);
                     answers.extend((0..meetings.len()).map(|l| block.answer(l)));

@@ -149,7 +149,7 @@ impl Evaluation {
                 inertia,
                 dashpot,
             };
-            self.rows.push(meeting, past(&mut old, contact, &to_space), 0);
+            self.rows.push(meeting, past(&mut old, contact, &to_space), 0, std::slice::from_ref(law));
         }
         self.rows.answer(std::slice::from_ref(law), h);
         for (contact, answer) in self.contacts.iter().zip(self.rows.answers()) {

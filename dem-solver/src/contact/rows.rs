@@ -26,22 +26,22 @@ impl Rows {
         self.used = 0;
     }
 
-    /// Add a contact under law number `law`.
+    /// Add a contact under law number `law` of `laws`.
     #[inline(always)]
-    pub fn push(&mut self, meeting: Meeting, past: Past, law: u16) {
+    pub fn push(&mut self, meeting: Meeting, past: Past, law: u16, laws: &[Law]) {
         let fits = |block: &Block| block.law == law && !block.is_full();
         if self.used == 0 || !fits(&self.blocks[self.used - 1]) {
-            self.begin(law);
+            self.begin(law, &laws[law as usize]);
         }
         self.blocks[self.used - 1].push(&meeting, &past);
     }
 
     #[inline(never)]
-    fn begin(&mut self, law: u16) {
+    fn begin(&mut self, number: u16, law: &Law) {
         if self.used == self.blocks.len() {
             self.blocks.push(Block::EMPTY);
         }
-        self.blocks[self.used].begin(law);
+        self.blocks[self.used].begin(number, law);
         self.used += 1;
     }
 

@@ -284,7 +284,7 @@ impl Standing {
                 inertia,
                 dashpot: coefficient,
             };
-            self.rows.push(meeting, past, number);
+            self.rows.push(meeting, past, number, laws.laws);
         }
         self.rows.answer(laws.laws, h);
         for (contact, answer) in self.contacts.iter().zip(self.rows.answers()) {
