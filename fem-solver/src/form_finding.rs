@@ -2,15 +2,17 @@
 //!
 //! Newton from the structure as modelled. A net that is slack or without tension has no stiffness
 //! across its plane there; it starts from a slightly sagged shape instead, the one that a soap
-//! film of the same mesh would take (for a square net the sin-sin shape). What Newton alone does not
-//! bring to rest falls and swings until it does ([`kinetic`]).
+//! film of the same mesh would take (for a square net the sin-sin shape). Rings that are slack go slack
+//! gradually at first ([`easing`]). What Newton does not bring to rest then falls and swings until it does ([`kinetic`]).
 
+pub mod easing;
 pub mod kinetic;
 
 use crate::assembly::Assembly;
 use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
 use crate::element::{AnyElement, Cable};
+use crate::form_finding::easing::Easing;
 use crate::form_finding::kinetic::Swing;
 use crate::kernel::Kernel;
 use crate::model::Model;
@@ -132,7 +134,10 @@ fn find(
     let mut start = Start::new(model, newton, way, basis);
     let form = match start.by_newton(model, newton, most.unwrap_or(MOST.0), on_iteration) {
         Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {
-            start.swinging(model, newton, most.unwrap_or(MOST.1), on_iteration)
+            match start.eased(model, newton, most, on_iteration)? {
+                Some(form) => Ok(form),
+                None => start.swinging(model, newton, most.unwrap_or(MOST.1), on_iteration),
+            }
         }
         done => done,
     };
@@ -187,6 +192,27 @@ impl Start {
             return Ok(Form { displacement: self.u.clone(), history: self.history.clone(), smoothed: false });
         }
         settled(model, newton, &self.sagged, &self.history, most, &mut self.done, on_iteration)
+    }
+
+    /// By Newton with rings that go slack gradually; none where there are no rings, or where that does not end in a stable rest shape.
+    fn eased(
+        &mut self,
+        model: &Model,
+        newton: &mut Newton,
+        most: Option<u32>,
+        on_iteration: OnIteration,
+    ) -> Result<Option<Form>, Failure> {
+        let Some(mut easing) = Easing::of(model, most) else { return Ok(None) };
+        let (mut u, mut history) = (self.u.clone(), self.history.clone());
+        if !easing.approach(newton, &mut u, &mut history, &mut self.done, on_iteration)? {
+            return Ok(None);
+        }
+        let most = most.unwrap_or(MOST.1);
+        match settled(model, newton, &u, &history, most, &mut self.done, on_iteration) {
+            Ok(form) => Ok(self.done.unstable.is_none().then_some(form)),
+            Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => Ok(None),
+            Err(failure) => Err(failure),
+        }
     }
 
     /// Falling and swinging, by Newton from each peak of the kinetic energy.

@@ -16,9 +16,10 @@ use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vect
 use super::{Answer, Element, Energy};
 use crate::tangent::Slack;
 use nalgebra::{Matrix3, Vector3};
+use std::fmt;
 
 /// One mechanism.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Mechanism {
     /// Length beyond which it acts [m].
     pub start: f64,
@@ -26,18 +27,46 @@ pub struct Mechanism {
     pub stiffness: f64,
     /// Stiffness of unloading over that of loading, above 1.
     pub unloading: f64,
+    /// Range of forces over which it goes slack [N], in a search for a rest shape; 0 = at a corner.
+    pub ease: f64,
+}
+
+/// Without what a search for a rest shape eases: states of structures are compared by this.
+impl fmt::Debug for Mechanism {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_struct("Mechanism")
+            .field("start", &self.start)
+            .field("stiffness", &self.stiffness)
+            .field("unloading", &self.unloading)
+            .finish()
+    }
 }
 
 impl Mechanism {
     /// Force, its slope, and the largest extension, at the length `l` after the largest extension `most`.
     fn force(&self, l: f64, most: f64) -> (f64, f64, f64) {
         let u = l - self.start;
+        if self.ease > 0.0 {
+            return self.eased_force(u, most);
+        }
         if u >= most {
             return (self.stiffness * u.max(0.0), if u > 0.0 { self.stiffness } else { 0.0 }, u.max(most));
         }
         let back = self.stiffness * self.unloading;
         let force = self.stiffness * most - back * (most - u);
         if force > 0.0 { (force, back, most) } else { (0.0, 0.0, most) }
+    }
+
+    /// The same without a corner: `N = (f + sqrt(f^2 + 4 e^2)) / 2` of the force `f` that would push, too.
+    fn eased_force(&self, u: f64, most: f64) -> (f64, f64, f64) {
+        let (slope, most_now) =
+            if u >= most { (self.stiffness, u.max(most)) } else { (self.stiffness * self.unloading, most) };
+        let force = self.stiffness * most + slope * (u - most);
+        let root = force.hypot(2.0 * self.ease);
+        // Without the cancellation where it would push.
+        let eased =
+            if force > 0.0 { 0.5 * (force + root) } else { 2.0 * self.ease * self.ease / (root - force) };
+        (eased, slope * eased / root, most_now)
     }
 
     /// Energy stored and dissipated.
@@ -77,6 +106,12 @@ const DIAGONALS: [[f64; 4]; 2] = [[-1.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 1.0]];
 const MEDIANS: [[f64; 4]; 3] = [[-1.0, 0.5, 0.5, 0.0], [0.5, -1.0, 0.5, 0.0], [0.5, 0.5, -1.0, 0.0]];
 
 impl Ring {
+    /// The same, going slack over the forces `ease` [N]: for forces and tangents, its energy stays.
+    pub fn eased(&self, ease: f64) -> Self {
+        let mechanism = |of: Mechanism| Mechanism { ease, ..of };
+        Self { perimeter: mechanism(self.perimeter), width: mechanism(self.width), ..self.clone() }
+    }
+
     fn widths(&self) -> &'static [[f64; 4]] {
         if self.nodes.len() == 4 { &DIAGONALS } else { &MEDIANS }
     }
@@ -277,8 +312,8 @@ mod tests {
         let ring = Ring {
             nodes: (0..count).collect(),
             spans,
-            perimeter: Mechanism { start: sides * 1.02, stiffness: 2e5, unloading: 3.0 },
-            width: Mechanism { start: width, stiffness: 1e4, unloading: 100.0 },
+            perimeter: Mechanism { start: sides * 1.02, stiffness: 2e5, unloading: 3.0, ease: 0.0 },
+            width: Mechanism { start: width, stiffness: 1e4, unloading: 100.0, ease: 0.0 },
             mass: 0.8,
             radius: 0.0,
             rupture: f64::INFINITY,
@@ -296,6 +331,38 @@ mod tests {
                 Case::new(&ring, &points, &u).check_all();
             }
         }
+    }
+
+    #[test]
+    fn an_eased_ring_pulls_everywhere_and_its_corner_comes_back_as_the_range_narrows() {
+        let exact = Mechanism { start: 0.3, stiffness: 1e4, unloading: 100.0, ease: 0.0 };
+        for ease in [1e3, 1.0, 1e-3] {
+            let eased = Mechanism { ease, ..exact };
+            for most in [0.0, 0.02] {
+                // Slack to yielding, in steps that avoid the corners.
+                for i in -40..40 {
+                    let l = 0.3 + most + (f64::from(i) + 0.3) * 5e-4;
+                    let (force, slope, now) = eased.force(l, most);
+                    let (without, _, then) = exact.force(l, most);
+                    assert!(
+                        slope > 0.0 && force >= without && force - without <= ease,
+                        "{ease} {l}: {force}"
+                    );
+                    assert_eq!(now, then);
+                    let h = 1e-8;
+                    let difference = (eased.force(l + h, most).0 - eased.force(l - h, most).0) / (2.0 * h);
+                    let rounding = 16.0 * f64::EPSILON * (force / h + slope / h);
+                    assert!(
+                        (slope - difference).abs() <= 1e-4 * slope + rounding,
+                        "{ease} {l}: {slope} {difference}"
+                    );
+                }
+            }
+        }
+        // Where it goes slack, the force of the corner is the whole range.
+        let slack = 0.3 + 0.02 * (1.0 - 1.0 / exact.unloading);
+        let at_corner = Mechanism { ease: 7.0, ..exact }.force(slack, 0.02).0;
+        assert!((at_corner - 7.0).abs() < 1e-6, "{at_corner}");
     }
 
     #[test]

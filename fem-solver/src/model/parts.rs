@@ -410,7 +410,7 @@ fn ring(key: &Key, part: &RingPart, cell: &[usize], nodes: &[Vector3<f64>]) -> R
     let perimeter = part.perimeter.unwrap_or(std::f64::consts::PI * part.diameter);
     key.positive("perimeter", perimeter, "m")?;
     let share = if cell.len() == 4 { 1.0 } else { 0.75 };
-    let mechanism = |start, stiffness, unloading| Mechanism { start, stiffness, unloading };
+    let mechanism = |start, stiffness, unloading| Mechanism { start, stiffness, unloading, ease: 0.0 };
     Ok(Ring {
         nodes: cell.to_vec(),
         spans: (0..cell.len()).map(|i| nodes[cell[(i + 1) % cell.len()]] - nodes[cell[i]]).collect(),
