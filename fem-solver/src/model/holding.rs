@@ -130,7 +130,7 @@ impl Model {
 
     /// Whether a support holds a degree of freedom, if not for ever.
     pub fn held_first(&self, dof: usize) -> bool {
-        self.held[dof] || self.until.get(dof).is_some_and(|until| until.is_finite())
+        self.held[dof] || self.until.get(dof).is_some_and(|until| *until > 0.0)
     }
 
     /// Whether a node is held in all directions, if not for ever.
