@@ -115,7 +115,9 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
         "t = 0: {at_rest}{hangs}, largest cable force {:.4e} N ({} Newton iterations)",
         start.cable_force, start.form_finding.iterations
     ));
-    let step = if start.time_step.is_finite() {
+    let step = if config.fem.load_steps.is_some() {
+        "load steps that adapt".into()
+    } else if start.time_step.is_finite() {
         format!("steps of at most {:.3e} s", start.time_step)
     } else {
         "one step per window".into()

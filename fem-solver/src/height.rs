@@ -2,7 +2,8 @@
 //!
 //! EAD 340059 takes the residual height as the least distance between the lower and the upper bearing rope, normal to the
 //! reference slope. In the plane of the posts (along the barrier, and along that normal) each rope is the row of its lines;
-//! their distance along the normal is least at a node of one of them, or at a post.
+//! their distance along the normal is least at a node of one of them, or at a post. What is broken is no part of a rope: where
+//! nothing else closes the gap, the rope is missing in that field, and the height of the field is 0.
 
 use crate::config::GaugeConfig;
 use crate::config::structure::Where;
@@ -12,6 +13,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Matrix3, Vector3};
 use std::cell::RefCell;
+use std::ops::Range;
 
 /// Part of the length of the barrier up to which nodes along it are of one post, which may lean that way.
 const ONE_PLACE: f64 = 5e-3;
@@ -38,9 +40,26 @@ struct Fields {
     /// Nodes of each post, in order along the barrier.
     posts: Vec<Vec<usize>>,
     /// Lines of the upper and of the lower rope.
-    ropes: [Vec<[usize; 2]>; 2],
+    ropes: [Vec<Piece>; 2],
     /// Those of one field. Written before it is read.
     memory: RefCell<[Vec<[Point; 2]>; 2]>,
+}
+
+/// A line of a rope.
+#[derive(Debug, Clone)]
+struct Piece {
+    nodes: [usize; 2],
+    /// Of an element that can break: its number, and where its history lies.
+    breakable: Option<(usize, Range<usize>)>,
+}
+
+impl Piece {
+    fn is_broken(&self, model: &Model, history: &[f64]) -> bool {
+        let broken = |(element, own): &(usize, Range<usize>)| {
+            model.elements[*element].is_broken(&history[own.clone()])
+        };
+        self.breakable.as_ref().is_some_and(broken)
+    }
 }
 
 impl Height {
@@ -67,7 +86,15 @@ impl Height {
         let fields = match gauge.posts.as_deref() {
             None => None,
             Some(name) => {
+                let whole = key;
                 let key = format!("{key}.posts");
+                if gauge.at.is_some() {
+                    let what =
+                        format!("the gauge `{}` is at a point: no rope is above the other", gauge.name);
+                    return Err(scene.invalid(&key, what).try_instead(
+                        "group = \"name of the upper rope\" in place of `at`, or leave out posts",
+                    ));
+                }
                 let ropes = [(gauge.group.as_deref(), &nodes), (Some(below), &above)]
                     .map(|(name, nodes)| lines(model, name, nodes));
                 let fields = Fields::new(model, &group(&key, name)?, &normal, ropes);
@@ -79,6 +106,13 @@ impl Height {
                         "a group with nodes of each post, as \"posts\" of the generated barrier",
                     ));
                 }
+                fields.check(
+                    scene,
+                    whole,
+                    model,
+                    &normal,
+                    [gauge.group.as_deref().unwrap_or_default(), below],
+                )?;
                 Some(fields)
             }
         };
@@ -105,17 +139,22 @@ impl Height {
             return take(0, lowest - self.above.iter().map(height).fold(f64::NEG_INFINITY, f64::max));
         };
         let along = |node: &usize| fields.along.dot(&place(*node));
+        let torn =
+            fields.ropes.each_ref().map(|rope| rope.iter().any(|p| p.is_broken(model, &state.history)));
         let mut least = f64::INFINITY;
-        for (field, posts) in fields.posts.windows(2).enumerate() {
-            let from = posts[0].iter().map(along).fold(f64::NEG_INFINITY, f64::max);
-            let to = posts[1].iter().map(along).fold(f64::INFINITY, f64::min).max(from);
+        for field in 0..fields.posts.len() - 1 {
+            let (from, to) = fields.ends(field, along);
             let mut memory = fields.memory.borrow_mut();
-            for (own, lines) in memory.iter_mut().zip(&fields.ropes) {
+            for (own, rope) in memory.iter_mut().zip(&fields.ropes) {
                 own.clear();
-                let points = lines.iter().map(|line| line.map(|node| [along(&node), height(&node)]));
+                let left = rope.iter().filter(|piece| !piece.is_broken(model, &state.history));
+                let points = left.map(|piece| piece.nodes.map(|node| [along(&node), height(&node)]));
                 own.extend(points.filter(|[a, b]| a[0].min(b[0]) <= to && from <= a[0].max(b[0])));
             }
-            let own = least_distance(&memory[0], &memory[1], from, to);
+            let missing = torn.iter().zip(memory.iter()).any(|(torn, own)| *torn && !spans(own, from, to));
+            let own = if missing { 0.0 } else { least_distance(&memory[0], &memory[1], from, to) };
+            // No line of a rope is left in this field.
+            let own = if own.is_finite() { own } else { 0.0 };
             least = least.min(own);
             if self.count() > 1 {
                 take(field + 1, own);
@@ -126,7 +165,7 @@ impl Height {
 }
 
 impl Fields {
-    fn new(model: &Model, nodes: &[usize], normal: &Vector3<f64>, ropes: [Vec<[usize; 2]>; 2]) -> Self {
+    fn new(model: &Model, nodes: &[usize], normal: &Vector3<f64>, ropes: [Vec<Piece>; 2]) -> Self {
         let (along, extent) = direction(model, nodes, normal);
         // Nodes at one place are one post, however far rounding has them apart.
         let near = f64::max(ONE_PLACE * extent, ROUNDING * model.extent());
@@ -143,17 +182,72 @@ impl Fields {
         let memory = ropes.each_ref().map(|lines| Vec::with_capacity(lines.len()));
         Self { along, posts, ropes, memory: RefCell::new(memory) }
     }
+
+    /// Where a field begins and ends along the barrier, by the place of each node.
+    fn ends(&self, field: usize, along: impl Fn(&usize) -> f64) -> (f64, f64) {
+        let from = self.posts[field].iter().map(&along).fold(f64::NEG_INFINITY, f64::max);
+        (from, self.posts[field + 1].iter().map(along).fold(f64::INFINITY, f64::min).max(from))
+    }
+
+    /// Refuse ropes that are not one above the other anywhere in a field, as modelled.
+    fn check(
+        &self,
+        scene: &Scene,
+        key: &str,
+        model: &Model,
+        normal: &Vector3<f64>,
+        names: [&str; 2],
+    ) -> Result<(), InputError> {
+        let along = |node: &usize| self.along.dot(&model.nodes[*node]);
+        for field in 0..self.posts.len() - 1 {
+            let (from, to) = self.ends(field, along);
+            // A rope that ends at its post is not in the field behind it.
+            let ropes = self.ropes.each_ref().map(|rope| {
+                let points = rope
+                    .iter()
+                    .map(|piece| piece.nodes.map(|node| [along(&node), normal.dot(&model.nodes[node])]));
+                points.filter(|[a, b]| a[0].min(b[0]) < to && from < a[0].max(b[0])).collect::<Vec<_>>()
+            });
+            if least_distance(&ropes[0], &ropes[1], from, to).is_finite() {
+                continue;
+            }
+            let place = format!("field {}, from {from:.4} to {to:.4} m along the barrier", field + 1);
+            let empty = names.iter().zip(&ropes).find(|(_, rope)| rope.is_empty());
+            let what = match empty {
+                Some((name, _)) => format!("`{name}` has no line in {place}"),
+                None => {
+                    format!("`{}` and `{}` have no lines one above the other in {place}", names[0], names[1])
+                }
+            };
+            return Err(scene.invalid(key, what).try_instead(
+                "a group with all nodes of each rope from post to post; normal = [x, y, z] is across the barrier",
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// Lines of the part or the group of elements `name`, or those with both ends among `nodes`.
-fn lines(model: &Model, name: Option<&str>, nodes: &[usize]) -> Vec<[usize; 2]> {
-    if let Some(part) = model.parts.iter().find(|p| Some(p.name.as_str()) == name) {
-        let cables = part.cables.iter().map(|c| model.cables[*c].nodes);
-        return cables.chain(part.elements.iter().flat_map(|e| model.elements[*e].lines())).collect();
-    }
+fn lines(model: &Model, name: Option<&str>, nodes: &[usize]) -> Vec<Piece> {
+    let part = model.parts.iter().find(|p| Some(p.name.as_str()) == name);
     let mut inside = vec![false; model.node_count()];
     nodes.iter().for_each(|n| inside[*n] = true);
-    model.lines().map(|(line, _)| line).filter(|line| line.iter().all(|n| inside[*n])).collect()
+    let belongs = |line: &[usize; 2]| part.is_some() || line.iter().all(|n| inside[*n]);
+    let cables = model.cables.iter().enumerate();
+    let cables = cables.filter(|(i, _)| part.is_none_or(|p| p.cables.contains(i))).map(|(_, c)| c.nodes);
+    let mut all: Vec<_> = cables.map(|nodes| Piece { nodes, breakable: None }).collect();
+    let mut next = 0;
+    for (number, element) in model.elements.iter().enumerate() {
+        let history = next..next + element.start_history().len();
+        next = history.end;
+        if part.is_none_or(|p| p.elements.contains(&number)) {
+            let breakable = element.can_break().then_some((number, history));
+            let lines = element.lines().into_iter();
+            all.extend(lines.map(|nodes| Piece { nodes, breakable: breakable.clone() }));
+        }
+    }
+    all.retain(|piece| belongs(&piece.nodes));
+    all
 }
 
 /// The direction in which a height counts.
@@ -194,6 +288,14 @@ fn least_distance(upper: &[[Point; 2]], lower: &[[Point; 2]], from: f64, to: f64
     let nodes = upper.iter().chain(lower).flatten().map(|p| p[0]);
     let places = nodes.filter(|place| from < *place && *place < to).chain([from, to]);
     places.map(|place| lowest(place) - highest(place)).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether a rope goes all the way between two places along the barrier.
+fn spans(rope: &[[Point; 2]], from: f64, to: f64) -> bool {
+    let begins = rope.iter().any(|[a, b]| a[0].min(b[0]) <= from && from <= a[0].max(b[0]));
+    let ends = rope.iter().map(|[a, b]| a[0].max(b[0])).filter(|end| from <= *end && *end < to);
+    let goes_on = |end: f64| rope.iter().any(|[a, b]| a[0].min(b[0]) <= end && end < a[0].max(b[0]));
+    begins && ends.into_iter().all(goes_on)
 }
 
 /// Heights of a rope at a place along the barrier.

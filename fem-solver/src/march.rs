@@ -124,6 +124,10 @@ impl March {
             reaction_1ms: at_start(size),
             cable_force: at_start(start.cable_force),
         };
+        let torn_step = match scheme {
+            None => start.time_step.min(again::TORN_SHARE * start.critical_step),
+            Some(_) => start.time_step,
+        };
         let done = start.form_finding;
         Self {
             energies: Energies::new(model, scheme.is_none_or(|s| s.inertia)),
@@ -148,11 +152,8 @@ impl March {
             committed,
             origin: start.displacement,
             rest_force: start.force,
-            time_step: start.time_step,
-            torn_step: match scheme {
-                None => start.time_step.min(again::TORN_SHARE * start.critical_step),
-                Some(_) => start.time_step,
-            },
+            time_step: if start.torn { torn_step } else { start.time_step },
+            torn_step,
             broke_under: 0.0,
             shortcuts,
             skipped: false,

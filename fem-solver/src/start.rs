@@ -32,6 +32,8 @@ pub struct Start {
     pub history: Vec<f64>,
     /// How it moves; `None`: not at all.
     pub motion: Option<Motion>,
+    /// Whether something of it was torn before.
+    pub torn: bool,
     /// What the books begin with: energy dissipated by damping, work of the interface force, of moving supports, of loads
     /// with a history [J].
     pub booked: [f64; 4],
@@ -77,6 +79,17 @@ impl Motion {
         if self.acceleration.len() == acceleration.len() {
             acceleration.copy_from_slice(&self.acceleration);
         }
+    }
+
+    /// Nothing moves where the supports of `model` hold it, whatever it did before; those that move go on.
+    fn held(mut self, model: &Model) -> Self {
+        for dof in (0..model.dof_count()).filter(|dof| model.held_first(*dof)) {
+            if model.moving.iter().all(|(moving, _)| *moving != dof) {
+                self.velocity.iter_mut().skip(dof).take(1).for_each(|v| *v = 0.0);
+                self.acceleration.iter_mut().skip(dof).take(1).for_each(|a| *a = 0.0);
+            }
+        }
+        self
     }
 }
 
@@ -223,7 +236,8 @@ impl Start {
         Ok(Self {
             displacement,
             history,
-            motion: moves.map(|from| from.motion(config.fem.integrator.name())),
+            motion: moves.map(|from| from.motion(config.fem.integrator.name()).held(model)),
+            torn: inherited.is_some_and(|from| !from.torn().is_empty()),
             booked,
             force,
             at_rest,

@@ -24,6 +24,8 @@ use std::fmt;
 const FULL: Effort = Effort { samples: 150_000, points: 200_000, starts: 48, steps: 30, pits: 96 };
 /// Samples for each sphere of very many, so that none is missed.
 const SAMPLES_EACH: usize = 30;
+/// Spheres for each of the places from which the largest error is sought uphill.
+const SPHERES_PER_START: usize = 25;
 /// Columns along each side with which the volume is compared: few where many spheres fill them.
 const COLUMNS: usize = 256;
 const FEW_COLUMNS: usize = 128;
@@ -60,7 +62,9 @@ impl Accuracy {
     /// The same where sizes of balls in the solid are known already.
     pub fn with(surface: &Surface, sizes: &mut Sizes, spheres: &[Sphere]) -> Self {
         let samples = FULL.samples.max(SAMPLES_EACH * spheres.len());
-        let effort = Effort { samples, ..FULL };
+        // Of very many spheres many are nearly as far off as the worst.
+        let starts = FULL.starts.max(spheres.len() / SPHERES_PER_START);
+        let effort = Effort { samples, starts, ..FULL };
         let tree = sizes.tree();
         let size = surface.size();
         let scene = Probe { tree, index: SphereIndex::new(spheres), size, effort };

@@ -86,7 +86,8 @@ fn resting(law: &Law, radius: f64, force: f64) -> f64 {
 }
 
 /// `position` moved by `by` along `way`, rounded to whole millimetres the same way.
-fn freed(position: [f64; 3], way: &Vector3<f64>, by: f64) -> String {
+fn freed(settings: &Settings, at: usize, way: &Vector3<f64>, by: f64) -> String {
+    let position = settings.rocks[at].position;
     let places: Vec<String> = (0..3)
         .map(|axis| {
             let to = position[axis] + way[axis] * by;
@@ -98,7 +99,9 @@ fn freed(position: [f64; 3], way: &Vector3<f64>, by: f64) -> String {
             }
         })
         .collect();
-    format!("free is position = [{}]", places.join(", "))
+    // A sphere of a table has no key of its own.
+    let key = if at < settings.named() { "position = " } else { "" };
+    format!("free is {key}[{}]", places.join(", "))
 }
 
 /// Height [m] of a rock's centre of mass over the terrain at the start; `None` where there is none below it.
@@ -116,7 +119,7 @@ pub fn on_terrain(model: &Model, ground: &Ground, at: usize, scene: &Scene) -> R
         |what: String, cure: String| Err(scene.invalid(&settings.place_key(at), what).try_instead(cure));
     let free = || {
         let by = start.until_free(&-down, |motion| in_terrain(&start, ground, motion, &down));
-        freed(table.position, &-down, by)
+        freed(settings, at, &-down, by)
     };
     let centre = Vector3::from(table.position);
     let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
@@ -187,7 +190,8 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), InputError> {
                 short(start.rock.spheres[deepest.sphere as usize].radius)
             );
             return Err(scene.invalid(&model.settings.place_key(at), what).try_instead(freed(
-                model.settings.rocks[at].position,
+                &model.settings,
+                at,
                 &way,
                 by,
             )));
@@ -249,7 +253,6 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
         if deepest.overlap <= start.touches(deepest.sphere, &all, weight) {
             continue;
         }
-        let table = &settings.rocks[at];
         // Back where it comes from; a rock at rest comes from above.
         let way = -start.motion.velocity.try_normalize(1e-9).unwrap_or_else(|| settings.down());
         let by = start.until_free(&way, |motion| in_elements(&start, wall, motion));
@@ -273,7 +276,7 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
                     short(deepest.overlap)
                 ),
             )
-            .try_instead(freed(table.position, &way, by)));
+            .try_instead(freed(settings, at, &way, by)));
     }
     Ok(reach::check(model, wall))
 }

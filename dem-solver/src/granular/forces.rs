@@ -7,6 +7,7 @@
 
 use super::state::Held;
 use crate::contact::Law;
+use crate::contact::lanes::{Block, WIDTH};
 use crate::contact::pair::{Meeting, Past};
 use crate::search::cells::{Pair, PairList, Plane};
 use nalgebra::Vector3;
@@ -65,6 +66,25 @@ impl Sums {
     }
 }
 
+/// A contact that waits for its answer.
+#[derive(Debug, Clone, Copy, Default)]
+struct Touch {
+    /// Its pair, from the first of those that are answered.
+    pair: usize,
+    normal: Vector3<f64>,
+    overlap: f64,
+    /// The overlap over the radius of the smaller sphere.
+    depth: f64,
+}
+
+/// Where answers go.
+struct Out<'a> {
+    sums: Sums,
+    held: &'a mut [Held],
+    pushes: &'a mut [Push],
+    moments: &'a mut [Vector3<f64>],
+}
+
 /// What does not change in a step.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
@@ -117,51 +137,66 @@ impl Scene<'_> {
         pushes: &mut [Push],
         moments: &mut [Vector3<f64>],
     ) -> Sums {
-        let mut sums = Sums::default();
+        let mut out = Out { sums: Sums::default(), held, pushes, moments };
+        let mut block = Block::EMPTY;
+        let mut waiting = [Touch::default(); WIDTH];
         let origin = self.list.start[from] as usize;
         for i in from..to {
             let first = &self.seen[i];
             let range = self.list.start[i] as usize..self.list.start[i + 1] as usize;
             for p in range {
                 let pair = &self.list.pairs[p];
-                let held = &mut held[p - origin];
                 let Some((normal, overlap, arms)) = self.touch(first, pair.second) else {
-                    held.overlap = 0.0;
+                    out.held[p - origin].overlap = 0.0;
                     continue;
                 };
                 let law = &self.laws[pair.law as usize];
-                let meeting = self.meeting(law, i, pair, normal, overlap, arms);
-                let past = if held.overlap > 0.0 {
-                    Past {
-                        spring: held.spring,
-                        moment: held.moment,
-                        overlap: held.overlap,
-                        ..Past::default()
-                    }
-                } else {
-                    Past::default()
-                };
-                let answer = law.answer(&meeting, &past, self.h);
-                *held = Held { overlap, spring: answer.spring, moment: answer.rolled };
-                let couple =
-                    if law.tangential.is_some() { normal.cross(&answer.force) } else { Vector3::zeros() };
-                pushes[p - origin] = Push { force: answer.force, couple };
-                if law.rolling.is_some() {
-                    moments[p - origin] = answer.moment;
+                if block.is_full() || (block.count > 0 && block.law != pair.law) {
+                    self.finish(&mut block, &waiting, &mut out);
                 }
-                sums.damped += answer.damped;
-                sums.rubbed += answer.rubbed;
-                sums.sheared += answer.sheared;
-                sums.elastic += answer.load.energy;
-                sums.contacts += 1;
+                if block.count == 0 {
+                    block.begin(pair.law, law);
+                }
                 let smaller = match self.seen.get(pair.second as usize) {
                     Some(other) => first.radius.min(other.radius),
                     None => first.radius,
                 };
-                sums.deepest = sums.deepest.max(overlap / smaller);
+                waiting[block.count] = Touch { pair: p - origin, normal, overlap, depth: overlap / smaller };
+                let held = &out.held[p - origin];
+                let past = if held.overlap > 0.0 { held.past() } else { Past::default() };
+                block.push(&self.meeting(law, i, pair, normal, overlap, arms), &past);
             }
         }
-        sums
+        self.finish(&mut block, &waiting, &mut out);
+        out.sums
+    }
+
+    /// Answer the contacts of a block, which is empty then.
+    fn finish(&self, block: &mut Block, waiting: &[Touch; WIDTH], out: &mut Out) {
+        if block.count == 0 {
+            return;
+        }
+        let law = &self.laws[block.law as usize];
+        block.compute(law, self.h);
+        for (l, touch) in waiting.iter().enumerate().take(block.count) {
+            let answer = block.answer(l);
+            out.held[touch.pair] =
+                Held { overlap: touch.overlap, spring: answer.spring, moment: answer.rolled };
+            let couple =
+                if law.tangential.is_some() { touch.normal.cross(&answer.force) } else { Vector3::zeros() };
+            out.pushes[touch.pair] = Push { force: answer.force, couple };
+            if law.rolling.is_some() {
+                out.moments[touch.pair] = answer.moment;
+            }
+            let sums = &mut out.sums;
+            sums.damped += answer.damped;
+            sums.rubbed += answer.rubbed;
+            sums.sheared += answer.sheared;
+            sums.elastic += answer.load.energy;
+            sums.contacts += 1;
+            sums.deepest = sums.deepest.max(touch.depth);
+        }
+        block.count = 0;
     }
 
     #[inline]

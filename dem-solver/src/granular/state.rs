@@ -1,6 +1,7 @@
 //! What a window of many spheres starts from and ends with, all at one instant. One array for each
 //! quantity; a sphere's number is its place.
 
+use crate::contact::pair::Past;
 use crate::settings::placement::Start;
 use nalgebra::Vector3;
 
@@ -13,6 +14,14 @@ pub struct Held {
     pub spring: Vector3<f64>,
     /// Moment of the rolling spring on the first [N m].
     pub moment: Vector3<f64>,
+}
+
+impl Held {
+    /// What the contact has from it.
+    #[inline]
+    pub fn past(&self) -> Past {
+        Past { spring: self.spring, moment: self.moment, overlap: self.overlap, ..Past::default() }
+    }
 }
 
 /// State of all spheres.

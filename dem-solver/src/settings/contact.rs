@@ -187,8 +187,8 @@ pub(super) fn rename_partner(
 pub enum LawName {
     /// Hertz normal and Mindlin tangential stiffness, both growing with the overlap; each sphere by its own radius.
     HertzMindlin,
-    /// The same of the rock as a whole, by its own radius, whatever spheres cover it: on terrain. With a net and between
-    /// rocks it is `hertz_mindlin`.
+    /// The same of the rock as a whole, by its own radius, whatever spheres cover it: on terrain. With a net, with the sides of a
+    /// box and between rocks it is `hertz_mindlin`.
     HertzRock,
     /// Constant stiffnesses.
     Linear,

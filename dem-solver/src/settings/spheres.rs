@@ -65,7 +65,8 @@ pub struct BoxSettings {
     pub lowest: [f64; 3],
     /// Highest corner [m].
     pub highest: [f64; 3],
-    /// Sides that are left out: `-x`, `+x`, `-y`, `+y`, `-z`, `+z`. Default none.
+    /// Sides that are left out: `-x`, `+x`, `-y`, `+y`, `-z`, `+z`. Default none. The others are planes without end: what leaves
+    /// through an open side is still above the floor.
     #[serde(default)]
     pub open: Vec<String>,
     /// Name of its material. Default `wall`.

@@ -409,7 +409,9 @@ impl Solver for DemSolver {
             self.fields = Some(Fields::create(&out.join("fields"), interval, &self.model)?);
             self.write_fields()?;
         }
-        if let (Some(_), Some(out)) = (&self.model.ground, &self.options.out) {
+        if let (Some(_), Some(out)) = (&self.model.ground, &self.options.out)
+            && self.model.settings.named() > 0
+        {
             self.trajectory = Some(Trajectory::create(out, &self.model, &self.committed)?);
         }
         let mesh = plan.wall.clone().unwrap_or_default();

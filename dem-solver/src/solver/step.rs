@@ -38,7 +38,7 @@ pub struct Load {
     jumped: f64,
     /// Energy that dashpots and friction take there in the step [J].
     lost: f64,
-    /// Contacts with terrain and other rocks.
+    /// Contacts with terrain and other rocks, not with the sides of a box.
     touching: usize,
     /// With contacts on the wall: how long the first has lasted [s].
     touched: Option<f64>,
@@ -48,13 +48,12 @@ pub struct Load {
 
 impl Load {
     /// Take in the contacts with something that stands still, in a step of `h` [s].
-    fn add(&mut self, sums: &Sums, contacts: usize, h: f64) {
+    fn add(&mut self, sums: &Sums, h: f64) {
         self.force += sums.force;
         self.torque += sums.torque;
         self.elastic += sums.elastic;
         self.sheared += sums.sheared;
         self.lost += (sums.damped + sums.rubbed) * h;
-        self.touching += contacts;
     }
 }
 
@@ -170,7 +169,8 @@ impl Run {
         let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) else { return Ok(()) };
         let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
         let (sums, contacts) = terrain.forces(model, ground, rock, body, now, h, start)?;
-        self.loads[rock].add(&sums, contacts, h);
+        self.loads[rock].add(&sums, h);
+        self.loads[rock].touching = contacts;
         body.contacts = contacts;
         self.counts.contact_evaluations += contacts as u64;
         body.deepest.take(Against::Terrain, sums.penetration, start + 0.5 * h);
@@ -192,7 +192,7 @@ impl Run {
         let others = if model.ground.is_some() { body.contacts } else { 0 };
         body.contacts = others + contacts;
         body.deepest.take(Against::Sides, sums.penetration, start + 0.5 * h);
-        self.loads[rock].add(&sums, contacts, h);
+        self.loads[rock].add(&sums, h);
         self.counts.contact_evaluations += contacts as u64;
         Ok(())
     }

@@ -158,6 +158,10 @@ impl Element for Bar {
         self.radius
     }
 
+    fn is_broken(&self, history: &[f64]) -> bool {
+        history[2] > 0.0
+    }
+
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         forces[0] = if history[2] > 0.0 { f64::NAN } else { self.force(u, history) };
     }

@@ -314,6 +314,10 @@ impl Element for Beam {
         self.radius
     }
 
+    fn is_broken(&self, history: &[f64]) -> bool {
+        history[BROKEN] > 0.0
+    }
+
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         forces[0] = if history[BROKEN] > 0.0 { f64::NAN } else { self.force(&self.shape(u, history)) };
     }

@@ -123,6 +123,10 @@ impl Element for Brake {
         self.radius
     }
 
+    fn is_broken(&self, history: &[f64]) -> bool {
+        history[2] > 0.0
+    }
+
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         let (_, elongation) = self.segment(u);
         forces[0] = if history[2] > 0.0 { f64::NAN } else { self.law.stress(elongation, history).stress };

@@ -162,6 +162,11 @@ pub trait Element: Debug {
         0.0
     }
 
+    /// Whether its history says that it is broken.
+    fn is_broken(&self, _history: &[f64]) -> bool {
+        false
+    }
+
     /// Axial force of each of its lines [N]; `NaN` where broken.
     fn line_forces(&self, _u: &[f64], _history: &[f64], _forces: &mut [f64]) {}
 

@@ -279,6 +279,10 @@ impl Element for Ring {
         force / self.rupture
     }
 
+    fn is_broken(&self, history: &[f64]) -> bool {
+        history[BROKEN] > 0.0
+    }
+
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         forces.fill(if history[BROKEN] > 0.0 { f64::NAN } else { self.tension(u, history) });
     }

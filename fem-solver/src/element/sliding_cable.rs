@@ -372,6 +372,10 @@ impl Element for SlidingCable {
         self.radius
     }
 
+    fn is_broken(&self, history: &[f64]) -> bool {
+        history[BROKEN] > 0.0
+    }
+
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         if history[BROKEN] > 0.0 {
             forces.fill(f64::NAN);

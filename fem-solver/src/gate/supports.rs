@@ -177,7 +177,8 @@ fn judge_velocities(
                 .try_instead("metres per second: 90 km/h is 25.0"));
         }
         let nodes = model.place(scene, &key, entry.place())?;
-        let held = |node: &usize| (0..3).all(|c| entry.velocity[c] == 0.0 || model.held[model.dof(*node, c)]);
+        let held =
+            |node: &usize| (0..3).all(|c| entry.velocity[c] == 0.0 || model.held_first(model.dof(*node, c)));
         if speed > 0.0 && !nodes.is_empty() && nodes.iter().all(held) {
             warnings.push(format!(
                 "{key}: supports hold its {} nodes in the direction of the velocity, so they stay at rest",

@@ -7,6 +7,9 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
+/// Part of the extent of the structure below which a motion is rounding.
+const ROUNDING: f64 = 1e-12;
+
 impl Model {
     /// All supports of the scene.
     pub(super) fn add_supports(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
@@ -14,6 +17,7 @@ impl Model {
         for (i, entry) in table.supports.iter().enumerate() {
             let key = format!("structure.supports.{i}");
             check(scene, &key, entry)?;
+            let mut moves = false;
             for node in self.place(scene, &key, entry.place())? {
                 for dof in self.supported(node, entry) {
                     match entry.released_at {
@@ -21,7 +25,14 @@ impl Model {
                         None => self.held[dof] = true,
                     }
                 }
-                self.move_support(scene, &key, node, entry)?;
+                moves |= self.move_support(scene, &key, node, entry)?;
+            }
+            let angles = entry.turning.iter().flat_map(|turning| &turning.angles);
+            if !moves && angles.into_iter().any(|row| row[1] != 0.0) {
+                let what = "nothing turns: its nodes lie on the axis, or it holds them in no direction in which they would move";
+                return Err(scene
+                    .invalid(&format!("{key}.turning"), what)
+                    .try_instead("rotations = \"xyz\" turns the ends of beams at the nodes as well"));
             }
         }
         // What another support holds for ever is not let go.
@@ -40,18 +51,18 @@ impl Model {
         directions.chain((0..3).filter(|c| about[*c]).filter_map(|c| self.rotation(node, c))).collect()
     }
 
-    /// The motion that an entry prescribes for a node, if any.
+    /// The motion that an entry prescribes for a node, if any. Whether it moves anything.
     fn move_support(
         &mut self,
         scene: &Scene,
         key: &str,
         node: usize,
         entry: &SupportEntry,
-    ) -> Result<(), InputError> {
+    ) -> Result<bool, InputError> {
         let supported = self.supported(node, entry);
         let (name, motions) = match &entry.turning {
             Some(turning) => ("turning", self.turns(node, turning)),
-            None if entry.motion.is_empty() => return Ok(()),
+            None if entry.motion.is_empty() => return Ok(false),
             None => ("motion", self.moves(node, &entry.motion)),
         };
         let key = format!("{key}.{name}");
@@ -59,13 +70,29 @@ impl Model {
             let key = if name == "turning" { format!("{key}.angles") } else { key.clone() };
             scene.invalid(&key, what)
         })?;
-        for (dof, motion) in motions.into_iter().filter(|(dof, _)| supported.contains(dof)) {
+        let mut moves = false;
+        for (dof, motion) in motions {
+            if !supported.contains(&dof) {
+                if name == "motion" && motion.size() > 0.0 {
+                    let what = format!(
+                        "{} is to move by up to {} m, and directions = \"{}\" does not hold it there",
+                        self.dof_name(dof),
+                        motion.size(),
+                        entry.directions
+                    );
+                    return Err(scene
+                        .invalid(&key, what)
+                        .try_instead("name all directions of the motion, or write 0.0 for this one"));
+                }
+                continue;
+            }
             if self.moving.iter().any(|(other, _)| *other == dof) {
                 return Err(scene.invalid(&key, format!("{} has two motions", self.dof_name(dof))));
             }
+            moves |= motion.size() > ROUNDING * self.extent();
             self.moving.push((dof, motion));
         }
-        Ok(())
+        Ok(moves)
     }
 
     /// Straight motions of a node by rows of displacements.
@@ -79,7 +106,7 @@ impl Model {
 
     /// Motions of a node that turns about an axis: its place on a circle, its rotation by the angle.
     fn turns(&self, node: usize, turning: &TurningConfig) -> Result<Vec<(usize, Motion)>, String> {
-        let axis = Vector3::from(turning.axis).normalize();
+        let axis = Vector3::from(turning.axis).try_normalize(0.0).unwrap_or_default();
         let arm = self.nodes[node] - Vector3::from(turning.through);
         let radius = arm - axis * axis.dot(&arm);
         let ahead = axis.cross(&radius);
@@ -103,7 +130,7 @@ impl Model {
 
     /// Whether a support holds a degree of freedom, if not for ever.
     pub fn held_first(&self, dof: usize) -> bool {
-        self.held[dof] || self.until.get(dof).is_some_and(|until| until.is_finite())
+        self.held[dof] || self.until.get(dof).is_some_and(|until| *until > 0.0)
     }
 
     /// Whether a node is held in all directions, if not for ever.
@@ -138,7 +165,8 @@ fn check(scene: &Scene, key: &str, entry: &SupportEntry) -> Result<(), InputErro
     if !entry.motion.is_empty() {
         return Err(scene.invalid(&format!("{key}.turning"), "a support has either motion or turning"));
     }
-    if turning.axis == [0.0; 3] {
+    // Squares of tiny numbers are 0.
+    if Vector3::from(turning.axis).try_normalize(0.0).is_none() {
         return Err(scene.invalid(&format!("{key}.turning.axis"), "the axis has no direction"));
     }
     if turning.angles.is_empty() {

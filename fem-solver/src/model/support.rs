@@ -28,6 +28,12 @@ impl Motion {
         Self { circle: Some([cosine, sine]), ..self }
     }
 
+    /// A bound of its magnitude.
+    pub fn size(&self) -> f64 {
+        let most = self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        most * self.circle.map_or(1.0, |[cosine, sine]| cosine.hypot(sine))
+    }
+
     /// Value at `time` [s].
     pub fn at(&self, time: f64) -> f64 {
         let value = self.straight(time);

@@ -171,6 +171,30 @@ fn two_halves_of_a_run_are_the_whole_bit_by_bit() {
 }
 
 /// At rest it starts where the run itself would come to rest: the second method is a long run with much damping.
+/// A node that swings is held by the run that goes on: it stands still from the start, in every scheme.
+#[test]
+fn what_supports_hold_stands_still_though_it_moved_in_the_run_before() {
+    for fem in ["", "integrator = \"newmark\"\n"] {
+        let dir = tempfile::tempdir().expect("a directory");
+        let head = "end_time = 1.0\n[structure]\nnodes = [[0.0, 0.0, 0.0]]\nmasses = [{ nodes = [0], mass = 1.0 }]\n\
+                    springs = [{ nodes = [0], stiffness = [0.0, 0.0, 100.0] }]\n";
+        let tail = format!(
+            "[fem]\ntime_step = {STEP}\n{fem}[[gauge]]\nname = \"mass\"\nat = [0, 0, 0]\nquantity = \"displacement\"\n"
+        );
+        let thrown = format!(
+            "{head}supports = [{{ nodes = [0], directions = \"xy\" }}]\nvelocities = [{{ nodes = [0], velocity = [0, 0, 1] }}]\n{tail}"
+        );
+        let swung = alone(&thrown, 10, dir.path());
+        let place = swung.gauge("mass_uz")[0];
+        assert!(place > 0.05, "{place}");
+        let held = format!("{head}supports = [{{ nodes = [0] }}]\n{tail}");
+        let other = tempfile::tempdir().expect("a directory");
+        let on = alone(&with(&from(dir.path(), "motion"), &held), 20, other.path());
+        // Counted from where it starts.
+        assert_eq!(on.gauge("mass_uz"), [0.0; 3], "{fem}");
+    }
+}
+
 #[test]
 fn at_rest_it_starts_with_what_it_remembers_where_it_would_come_to_rest() {
     let temp = tempfile::tempdir().expect("a directory");

@@ -298,6 +298,13 @@ quantity = "height"
         ("[0.0, 0.0, 3.0]", "[0.0, 0.0, 0.0]", "it has no direction"),
         ("[0.0, 0.0, 3.0]", "[1.0, 0.0, 0.0]", "there is no field between them"),
         ("above = \"lower\"", "", "does not say above what"),
+        ("nodes = [10, 5, 6, 7, 8, 9]", "nodes = [10, 5, 6, 7, 2, 9]", "`upper` has no line in field 2"),
+        (
+            "name = \"lower\", nodes = [0, 1, 2, 3",
+            "name = \"lower\", nodes = [0, 10, 2, 3",
+            "`lower` has no line in field 1",
+        ),
+        ("group = \"upper\"", "at = [2.0, 0.0, 2.5]", "is at a point: no rope"),
     ] {
         let message = refused(&text.replace(a, b));
         assert!(message.starts_with("test.toml:") && message.contains(what), "{b}: {message}");

@@ -276,6 +276,14 @@ fn supports_that_no_one_can_mean_are_refused() {
     };
     assert!(refused(&turning("[0.0, 0.0, 0.0]", "[[0.0, 0.0]]")).contains("no direction"));
     assert!(refused(&turning("[0.0, 0.0, 1.0]", "[]")).contains("nothing turns"));
+    assert!(refused(&turning("[0.0, 0.0, 1e-200]", "[[0.0, 0.0]]")).contains("no direction"));
+    // Both ends lie on this axis.
+    let message = refused(&turning("[1.0, 0.0, 0.0]", "[[0.0, 0.0], [1.0, 0.5]]"));
+    assert!(message.starts_with("test.toml:") && message.contains("nothing turns: its nodes"), "{message}");
+    assert!(message.contains("rotations = \"xyz\""), "{message}");
+    let message =
+        refused(&with("directions = \"xy\", motion = [[0.0, 0.0, 0.0, 0.0], [0.1, 0.0, 0.0, 0.5]]"));
+    assert!(message.contains("in z is to move by up to 0.5 m, and directions = \"xy\""), "{message}");
     assert!(refused(&turning("[0.0, 0.0, 1.0]", "[[1.0, 0.0], [0.0, 1.0]]")).contains("must increase"));
     let both = with(
         "motion = [[0.0, 0.0, 0.0, 0.0]], turning = { through = [0.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0], angles = [[0.0, 0.0]] }",
@@ -291,7 +299,7 @@ fn releases_after_the_end_and_angles_in_degrees_are_warned_of() {
         warned(&rope(SCHEMES[0]).replace("= 0.1 }", "= 100.0 }")).contains("the run ends at end_time = 1 s")
     );
     let turning =
-        "turning = { through = [5.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0], angles = [[0.0, 0.0], [1.0, 90.0]] }";
+        "turning = { through = [5.0, 0.0, 0.0], axis = [0.0, 0.0, 1.0], angles = [[0.0, 0.0], [1.0, 90.0]] }";
     assert!(warned(&rope(SCHEMES[0]).replace("released_at = 0.1", turning)).contains("are 14.3 turns"));
     assert!(!warned(&rope(SCHEMES[0])).contains("nothing holds the structure"));
 }

@@ -273,3 +273,52 @@ fn no_window_allocates_while_a_net_tears() {
     assert_eq!(allocations() - before, 0);
     assert!(run.value("energy_dissipated_fem") > lost, "nothing tore");
 }
+
+/// A lower rope and an upper one of three pieces over two fields; that in the middle of field 1 tears at once.
+fn torn_rope(weak: &str) -> String {
+    format!(
+        r#"
+end_time = 1.0
+[structure]
+nodes = [[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [12.0, 0.0, 0.0],
+         [0.0, 0.0, 3.0], [3.0, 0.0, 3.0], [6.0, 0.0, 3.0], [9.0, 0.0, 3.0], [12.0, 0.0, 2.5]]
+form_finding = "none"
+cables = [{{ nodes = [0, 1] }}, {{ nodes = [1, 2] }}, {{ nodes = [3, 4] }}, {{ nodes = [5, 6] }}, {{ nodes = [6, 7] }}]
+cable = {{ young = 1e9, area = 1e-4, density = 7850.0 }}
+supports = [{{ nodes = [0, 1, 2, 3, 6, 7] }}, {{ nodes = [4, 5], directions = "yz" }}]
+groups = [{{ name = "bottom", nodes = [0, 1, 2] }}, {{ name = "top", nodes = [3, 4, 5, 6, 7] }}, {{ name = "feet", nodes = [0, 1, 2] }}]
+velocities = [{{ nodes = [4], velocity = [-20.0, 0.0, 0.0] }}]
+[[structure.parts]]
+name = "weak"
+element = "cable"
+young = 1e9
+area = 1e-4
+density = 7850.0
+cells = [[4, 5]]
+{weak}
+[[gauge]]
+name = "left"
+group = "top"
+above = "bottom"
+posts = "feet"
+normal = [0.0, 0.0, 1.0]
+quantity = "height"
+"#
+    )
+}
+
+#[test]
+fn a_field_whose_rope_is_torn_has_no_height() {
+    let heights = |weak: &str| {
+        let mut run = Run::alone(&torn_rope(weak), 2e-3);
+        run.step(2e-3, &[]);
+        ["left_height_1_end", "left_height_2_end", "left_height_end"].map(|name| run.measure(name))
+    };
+    assert_eq!(heights(""), [3.0, 2.5, 2.5]);
+    // The upper rope lies at both posts of field 1, and is missing between 3 m and 6 m.
+    assert_eq!(heights("rupture_force = 200.0"), [0.0, 2.5, 0.0]);
+    // A second cable beside it holds.
+    let beside = "rupture_force = 200.0\n[[structure.parts]]\nname = \"spare\"\nelement = \"cable\"\nyoung = 1e9\narea = 1e-4\n\
+                  density = 7850.0\ncells = [[4, 5]]";
+    assert_eq!(heights(beside), [3.0, 2.5, 2.5]);
+}
