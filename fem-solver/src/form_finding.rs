@@ -134,7 +134,12 @@ fn find(
     let mut start = Start::new(model, newton, way, basis);
     let form = match start.by_newton(model, newton, most.unwrap_or(MOST.0), on_iteration) {
         Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {
-            match start.eased(model, newton, most, on_iteration)? {
+            // A net as modelled falls far, and is no nearer to its rest shape so: that would cost it half as many iterations again.
+            let eased = match basis {
+                Some(_) => start.eased(model, newton, most, on_iteration)?,
+                None => None,
+            };
+            match eased {
                 Some(form) => Ok(form),
                 None => start.swinging(model, newton, most.unwrap_or(MOST.1), on_iteration),
             }
