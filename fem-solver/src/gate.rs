@@ -2,7 +2,7 @@
 //! elements, strengths below what acts from the start. An error where no one can mean it, else a warning.
 
 mod devices;
-mod supports;
+pub mod supports;
 
 use crate::config::Config;
 use crate::config::part::{CablePart, PartConfig};

@@ -195,6 +195,9 @@ impl Implicit {
         if !self.assembly.is_empty() {
             self.assembly.settle(&model.elements, &state.displacement, &mut state.history);
             state.events.extend(self.assembly.broken().iter().map(|broken| broken.event(time, h)));
+            if !self.assembly.broken().is_empty() && !self.scheme.takes_mean_only() {
+                self.begin_torn(model, state, load);
+            }
         }
         self.book_supports(model, state, time, h);
         Ok((largest, info))
@@ -344,6 +347,17 @@ impl Implicit {
             *end = now;
         }
         largest
+    }
+
+    /// Force with which the next step begins, where something broke at the end of this one: without it.
+    fn begin_torn(&mut self, model: &Model, state: &mut State, load: &StepLoad) {
+        add(&mut state.force, &model.dead_load, load.end);
+        self.kernel.pull(&state.displacement, &mut state.force);
+        self.assembly.pull(&model.elements, &state.displacement, &state.history, &mut state.force);
+        pull_springs(&self.springs, &state.displacement, &mut state.force);
+        if !self.applied[0].is_empty() {
+            add_to(&mut state.force, &self.applied[0].force);
+        }
     }
 
     /// Work of supports that move, and what their nodes' inertia adds to their force.

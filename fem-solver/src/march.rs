@@ -335,9 +335,7 @@ impl March {
         self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
         self.counts.factorisations += info.factorisations;
         self.counts.kept_factors += info.kept_factors;
-        if scheme.inertia {
-            self.broke_under = self.broke_under.max(implicit.broke_under());
-        }
+        self.broke_under = self.broke_under.max(implicit.broke_under());
         let (after, before) = (&self.trial.displacement, &self.part_start);
         if scheme.takes_mean_only() {
             self.trial.received += work(load.balance, after, before);

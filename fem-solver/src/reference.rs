@@ -71,7 +71,11 @@ const HISTORY: &[Entry] = &[
         "J",
         "energy that brakes, plastic strain, friction, dashpots and rupture have dissipated",
     ),
-    history("energy_received_fem", "J", "work of the contact forces on the structure"),
+    history(
+        "energy_received_fem",
+        "J",
+        "work of the contact forces on the structure; along a path (`path_speed`) that of all loads",
+    ),
     history("energy_loads_fem", "J", "work that loads with a history and pressures have done, negated"),
     history("energy_supports_fem", "J", "work that moving supports have done, negated"),
     history("load_factor", "1", "`fem.path_speed`: factor of the loads"),

@@ -451,6 +451,13 @@ impl Solver for FemSolver {
                 counts.refined
             ));
         }
+        if counts.late > 0.0 {
+            warnings.push(format!(
+                "a step ended with {:.4} times the strength of what broke in it: loads grew too much in one step; shorten {}",
+                counts.late,
+                if self.config.fem.load_steps.is_some() { "fem.load_steps.first" } else { "fem.time_step" }
+            ));
+        }
         if let Some(dof) = counts.unstable_at {
             warnings.push(format!(
                 "the tangent was not positive at the end of {} steps (slack, or close to buckling; the first pivot at {}): it was \

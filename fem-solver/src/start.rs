@@ -5,12 +5,14 @@ use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::critical_step::highest_frequency;
 use crate::form_finding::{Basis, Form, find_form_from};
+use crate::gate::supports::unseen_rows;
 use crate::inherited::Inherited;
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::newton::{Failure, Info, Newton, spring_dofs};
 use interface_defs::message::Fault;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from::At;
 use std::time::{Duration, Instant};
@@ -232,6 +234,16 @@ impl Start {
         }
         let time_step =
             time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
+        // A window is one step at least; that of a coupled run is chosen elsewhere.
+        let rows = if scene.has("rock") {
+            f64::INFINITY
+        } else {
+            Output::of(scene).map_err(NoStart::Input)?.interval
+        };
+        let longest = time_step.min(rows);
+        if longest.is_finite() {
+            warnings.extend(unseen_rows(config, longest));
+        }
         let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
         Ok(Self {
             displacement,

@@ -23,7 +23,7 @@ type Column = [f64; WIDTH];
 const WORTH: usize = 3;
 
 /// What goes in.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Given {
     normal: [Column; 3],
     velocity: [Column; 3],
@@ -40,7 +40,7 @@ struct Given {
 }
 
 /// What comes out.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Found {
     stiffness: Column,
     elastic: Column,
@@ -58,7 +58,7 @@ struct Found {
 }
 
 /// Up to [`WIDTH`] contacts under one law.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Block {
     /// Number of the law.
     pub law: u16,
@@ -75,42 +75,6 @@ pub struct Block {
 const ZERO: Column = [0.0; WIDTH];
 
 impl Block {
-    /// An empty one.
-    pub const EMPTY: Self = Self {
-        law: 0,
-        count: 0,
-        rolls: false,
-        jumps: false,
-        given: Given {
-            normal: [ZERO; 3],
-            velocity: [ZERO; 3],
-            spin: [ZERO; 3],
-            overlap: ZERO,
-            radius: ZERO,
-            dashpot: ZERO,
-            inertia: ZERO,
-            spring: [ZERO; 3],
-            moment: [ZERO; 3],
-            jump: [ZERO; 3],
-            before: ZERO,
-        },
-        found: Found {
-            stiffness: ZERO,
-            elastic: ZERO,
-            energy: ZERO,
-            pressed: ZERO,
-            approach: ZERO,
-            damped: ZERO,
-            force: [ZERO; 3],
-            spring: [ZERO; 3],
-            moment: [ZERO; 3],
-            rolled: [ZERO; 3],
-            rubbed: ZERO,
-            sheared: ZERO,
-            jumped: ZERO,
-        },
-    };
-
     /// Begin anew under `law`, which has this number.
     pub fn begin(&mut self, number: u16, law: &Law) {
         (self.law, self.count, self.rolls, self.jumps) = (number, 0, law.rolling.is_some(), false);
@@ -452,7 +416,7 @@ mod tests {
             }
             for h in [0.0, 1e-5] {
                 let mut answers = Vec::new();
-                let mut block = Block::EMPTY;
+                let mut block = Block::default();
                 for (meetings, pasts) in meetings.chunks(WIDTH).zip(pasts.chunks(WIDTH)) {
                     block.begin(0, law);
                     meetings.iter().zip(pasts).for_each(|(meeting, past)| block.push(meeting, past));

@@ -18,7 +18,7 @@ impl Rows {
     /// Room for so many contacts of one law.
     pub fn reserve(&mut self, contacts: usize) {
         let blocks = contacts.div_ceil(WIDTH).max(self.blocks.len());
-        self.blocks.resize(blocks, Block::EMPTY);
+        self.blocks.resize(blocks, Block::default());
     }
 
     /// Begin anew.
@@ -39,7 +39,7 @@ impl Rows {
     #[inline(never)]
     fn begin(&mut self, number: u16, law: &Law) {
         if self.used == self.blocks.len() {
-            self.blocks.push(Block::EMPTY);
+            self.blocks.push(Block::default());
         }
         self.blocks[self.used].begin(number, law);
         self.used += 1;

@@ -138,7 +138,7 @@ impl Scene<'_> {
         moments: &mut [Vector3<f64>],
     ) -> Sums {
         let mut out = Out { sums: Sums::default(), held, pushes, moments };
-        let mut block = Block::EMPTY;
+        let mut block = Block::default();
         let mut waiting = [Touch::default(); WIDTH];
         let origin = self.list.start[from] as usize;
         for i in from..to {

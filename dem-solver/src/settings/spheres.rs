@@ -140,6 +140,15 @@ impl BoxSettings {
                 .invalid("box.open", format!("a box has no side `{side}`"))
                 .try_instead(format!("its sides are {}", SIDES.join(", "))));
         }
+        if let Some(twice) = (1..self.open.len()).find(|k| self.open[..*k].contains(&self.open[*k])) {
+            let what = format!("the side `{}` is named twice", self.open[twice]);
+            return Err(scene.invalid("box.open", what).try_instead("name each side once"));
+        }
+        if self.open.len() == SIDES.len() {
+            return Err(scene
+                .invalid("box.open", "all six sides are open: there is no box")
+                .try_instead("leave [box] out, and give [[spheres]] a region with lowest and highest"));
+        }
         Ok(())
     }
 }

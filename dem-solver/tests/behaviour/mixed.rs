@@ -163,6 +163,32 @@ fn a_rock_that_falls_on_loose_spheres_loses_the_energy_that_is_booked() {
     assert!(worst < 1e-3 * lost, "{worst} J of {lost} J");
 }
 
+/// Contact with a box over terrain is none with the terrain: no impact is counted there and the verdict does not name it.
+#[test]
+fn a_rock_that_rests_on_a_box_over_terrain_has_not_come_to_rest_on_the_terrain() {
+    let dir = tempfile::tempdir().expect("a directory");
+    std::fs::write(dir.path().join("t.obj"), "v -3 -3 0\nv 3 -3 0\nv 3 3 0\nv -3 3 0\nf 1 2 3\nf 1 3 4\n")
+        .expect("written");
+    let path = dir.path().join("s.toml").display().to_string();
+    let text = "end_time = 3.0\ngravity = [0.0, 0.0, -9.81]\n[terrain]\nfile = \"t.obj\"\n[box]\nlowest = [-1, -1, 0.5]\nhighest = [1, 1, 3]\n\
+                [[rock]]\nposition = [0, 0, 0.8]\nmass = 10.0\nshape = { type = \"sphere\", radius = 0.1 }\n"
+        .to_owned()
+        + &law("restitution = 0.3");
+    let scene = Scene::from_text(&path, &text).expect("a scene");
+    let mut solver = DemSolver::new(&scene, &OPTIONS).unwrap_or_else(|e| panic!("{e}"));
+    let mut output = solver.prepare(&Plan::default(), &mut |_| Ok(())).expect("prepared").initial;
+    for number in 0..300_u64 {
+        let window = Window { number: number + 1, iteration: 1, start: number as f64 * 1e-2, length: 1e-2 };
+        solver.solve(&window, &[], &mut output).unwrap_or_else(|f| panic!("{f}"));
+        solver.commit().expect("committed");
+    }
+    let told = solver.finish().expect("finished");
+    let impacts = told.measures.iter().find(|m| m.name == "impacts").expect("counted");
+    assert_eq!(impacts.value, 0.0);
+    let verdict = told.warnings.iter().find(|w| w.starts_with("verdict: ")).expect("a verdict");
+    assert!(!verdict.contains("terrain") && verdict.contains("0.60)"), "{verdict}");
+}
+
 #[test]
 fn near_rocks_are_those_that_a_look_at_every_pair_finds_whenever_the_list_was_made() {
     let mut x = 1_u64;
@@ -213,6 +239,12 @@ fn what_makes_no_sense_of_boxes_and_spheres_beside_rocks_is_refused_with_its_pla
             "no table [[contact]] is for `rock` and `wall`",
         ),
         (text.replace("highest = [0.2", "highest = [-0.2"), "highest = ", "reaches from"),
+        (text.replace("[\"+z\"]", "[\"+z\", \"+z\"]"), "open = ", "named twice"),
+        (
+            text.replace("[\"+z\"]", "[\"-x\", \"+x\", \"-y\", \"+y\", \"-z\", \"+z\"]"),
+            "open = ",
+            "all six sides are open",
+        ),
         (text[..text.find("[[contact]]").expect("there")].to_owned(), "[box]", "no contact law"),
     ];
     for (text, place, expected) in cases {

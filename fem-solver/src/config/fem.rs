@@ -91,6 +91,12 @@ impl LoadSteps {
         }
         positive(scene, "fem.load_steps.first", self.first, "s")?;
         positive(scene, "fem.load_steps.shortest", self.shortest(), "s")?;
+        let end = scene.end_time()?;
+        if self.first > end {
+            let what =
+                format!("the first step of {} s is longer than the run, end_time = {end} s", self.first);
+            return Err(scene.invalid("fem.load_steps.first", what).try_instead("0.05 is 50 ms"));
+        }
         if self.shortest() > self.first {
             let what = format!(
                 "the shortest step of {} s is longer than the first, {} s",

@@ -250,7 +250,7 @@ entry! {
         moment: [f64; 3],
         /// Factor of force and moment over time: rows `[t, factor]` [s, 1], straight between them, constant outside. Form
         /// finding takes that at t = 0. Its work is the column `energy_loads_fem`. Default: 1 at any time.
-        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[serde(default, deserialize_with = "rows", skip_serializing_if = "Vec::is_empty")]
         history: Vec<[f64; 2]>,
     }
 }
@@ -277,7 +277,7 @@ pub struct PressureEntry {
     pub pressure: f64,
     /// Factor of the pressure over time: rows `[t, factor]` [s, 1], straight between them, constant outside. Form finding
     /// takes that at t = 0. Default: 1 at any time.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, deserialize_with = "rows", skip_serializing_if = "Vec::is_empty")]
     pub history: Vec<[f64; 2]>,
 }
 
@@ -334,6 +334,17 @@ pub struct GroupEntry {
 }
 
 /// Exactly two: an array would take the first two of more.
+/// Rows of a history, at least one.
+fn rows<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<[f64; 2]>, D::Error> {
+    let rows = Vec::<[f64; 2]>::deserialize(deserializer)?;
+    if rows.is_empty() {
+        return Err(serde::de::Error::custom(
+            "a history without rows; rows are [t, factor], as [[0.0, 0.0], [0.5, 1.0]]",
+        ));
+    }
+    Ok(rows)
+}
+
 fn two_nodes<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<[usize; 2], D::Error> {
     let nodes = Vec::<usize>::deserialize(deserializer)?;
     <[usize; 2]>::try_from(nodes).map_err(|nodes| {

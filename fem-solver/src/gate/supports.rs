@@ -2,6 +2,7 @@
 
 use crate::config::Config;
 use crate::config::structure::SupportEntry;
+use crate::implicit::Scheme;
 use crate::model::Model;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -37,6 +38,7 @@ pub fn judge(
     }
     judge_motions(scene, config, model, warnings)?;
     judge_loads(scene, config, model, warnings)?;
+    judge_pressures(config, warnings);
     judge_histories(scene, config, warnings);
     judge_velocities(scene, config, model, warnings)?;
     let all_held = (0..model.node_count()).filter(|n| used[*n]).all(|n| model.fully_held(n));
@@ -129,6 +131,9 @@ fn judge_loads(
         let key = format!("structure.loads.{i}");
         let nodes = model.place(scene, &key, entry.place())?;
         let held = |node: &usize| (0..3).all(|c| entry.force[c] == 0.0 || model.held[model.dof(*node, c)]);
+        if entry.moment == [0.0; 3] && entry.force == [0.0; 3] {
+            warnings.push(format!("{key}: force and moment are 0, so it loads nothing"));
+        }
         if entry.moment == [0.0; 3] && entry.force != [0.0; 3] && !nodes.is_empty() && nodes.iter().all(held)
         {
             warnings.push(format!(
@@ -140,17 +145,64 @@ fn judge_loads(
     Ok(())
 }
 
+/// Pressure from which on a unit is the likelier meaning [Pa]: 100 bar.
+const HIGH: f64 = 1e7;
+
+/// Pressures that load nothing, or burst whatever is built.
+fn judge_pressures(config: &Config, warnings: &mut Vec<String>) {
+    for (i, entry) in config.structure.pressures.iter().enumerate() {
+        let (key, pressure) = (format!("structure.pressures.{i}.pressure"), entry.pressure);
+        if pressure == 0.0 {
+            warnings.push(format!("{key}: 0 Pa load nothing"));
+        } else if pressure.abs() > HIGH {
+            warnings.push(format!("{key}: {pressure:e} Pa are {:e} bar; 5 kPa are 5000.0", 1e-5 * pressure));
+        }
+    }
+}
+
+/// The histories of all loads, with their keys.
+fn histories(config: &Config) -> impl Iterator<Item = (String, &Vec<[f64; 2]>)> {
+    let of = |name: &'static str| move |i: usize| format!("structure.{name}.{i}.history");
+    let (load, pressure) = (of("loads"), of("pressures"));
+    let loads = config.structure.loads.iter().enumerate().map(move |(i, e)| (load(i), &e.history));
+    let pressures = config.structure.pressures.iter().enumerate();
+    loads.chain(pressures.map(move |(i, e)| (pressure(i), &e.history)))
+}
+
+/// What is said of rows of a history between which no step of `step` [s] ends, of a scheme that takes loads as they are at the
+/// instants where it balances.
+pub fn unseen_rows(config: &Config, step: f64) -> Vec<String> {
+    if Scheme::of(&config.fem).is_none_or(|scheme| scheme.takes_mean_only()) {
+        return Vec::new();
+    }
+    let unseen = |(key, rows): (String, &Vec<[f64; 2]>)| {
+        let close = rows.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(f64::INFINITY, f64::min);
+        (close < step * (1.0 - 1e-9)).then(|| {
+            format!(
+                "{key}: two rows are {close:.3e} s apart and steps are {step:.3e} s long: {} takes a load as it is at single instants, \
+                 what lies between two of them is not seen; write fem.time_step = {close:.1e} or less, or use central_difference",
+                config.fem.integrator.name()
+            )
+        })
+    };
+    histories(config).filter_map(unseen).collect()
+}
+
 /// Histories of loads that do nothing, or nothing before the end.
 fn judge_histories(scene: &Scene, config: &Config, warnings: &mut Vec<String>) {
     let Ok(end_time) = scene.end_time() else { return };
-    let loads = config.structure.loads.iter().map(|e| &e.history).enumerate();
-    let loads = loads.map(|(i, rows)| (format!("structure.loads.{i}.history"), rows));
-    let pressures = config.structure.pressures.iter().map(|e| &e.history).enumerate();
-    let pressures = pressures.map(|(i, rows)| (format!("structure.pressures.{i}.history"), rows));
-    for (key, rows) in loads.chain(pressures) {
+    for (key, rows) in histories(config) {
         let Some(last) = rows.last().map(|row| row[0]) else { continue };
+        // Before the first row the factor is that of the first row.
+        let begins_later = rows.first().is_some_and(|row| row[1] == 0.0 && row[0] >= end_time);
         if rows.iter().all(|row| row[1] == 0.0) {
             warnings.push(format!("{key}: all factors are 0: it loads nothing"));
+        } else if begins_later {
+            warnings.push(format!(
+                "{key}: it is 0 until {} s, and the run ends at end_time = {end_time} s, so it loads nothing; rows are [t, factor] in s: \
+                 100 ms is 0.1",
+                rows[0][0]
+            ));
         } else if last > LATER * end_time {
             warnings.push(format!(
                 "{key}: it goes on until {last} s, and the run ends at end_time = {end_time} s; rows are [t, factor] in s: \

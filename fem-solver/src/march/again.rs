@@ -39,9 +39,12 @@ impl March {
                     let late = ((self.broke_under - 1.0) / BREAKS_WITHIN).clamp(0.0, FINEST_TORN as f64);
                     if torn < longest {
                         longest = torn;
-                    } else if late > 1.0 && finer < FINEST_TORN {
+                    } else if late > 1.0 && finer < FINEST_TORN && self.moves() {
                         finer = (finer * (late.ceil() as usize).next_power_of_two()).min(FINEST_TORN);
                     } else {
+                        if late > 1.0 {
+                            self.counts.late = self.counts.late.max(self.broke_under);
+                        }
                         return Ok(());
                     }
                     self.begin_again();
@@ -60,6 +63,11 @@ impl March {
                 }
             }
         }
+    }
+
+    /// Whether there is inertia: in statics a step is what the scene makes it.
+    fn moves(&self) -> bool {
+        matches!(&self.engine, Engine::Implicit(implicit) if implicit.scheme.inertia)
     }
 
     /// The longest step of a structure that is torn or not [s].

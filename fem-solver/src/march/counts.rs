@@ -21,6 +21,8 @@ pub struct Counts {
     pub unstable: u64,
     /// Degree of freedom of the pivot that was not positive, in the first of them.
     pub unstable_at: Option<usize>,
+    /// Most of its strength that anything carried as it broke in an implicit step, where that was too much; 0 where nothing did.
+    pub late: f64,
     /// Committed windows in which nothing loaded or moved the structure.
     pub skipped: u64,
 }

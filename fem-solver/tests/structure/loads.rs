@@ -3,7 +3,7 @@
 use crate::common::{Run, coupled_plan, off, scene};
 use crate::pressures::octant;
 use fem_solver::FemSolver;
-use interface_defs::Sampling;
+use interface_defs::{Plan, Sampling};
 use interface_defs::toolkit::alloc::allocations;
 use interface_defs::toolkit::program::Options;
 use std::f64::consts::PI;
@@ -203,6 +203,8 @@ fn what_no_one_can_mean_is_refused_where_it_stands() {
         swing("[[0.0, 0.0], [1.0, 1.0]]").replace(MIDPOINT, "integrator = \"static\"\npath_speed = 1.0");
     assert!(refused(&path).contains("there is no history"), "{}", refused(&path));
 
+    assert!(refused(&swing("[]")).contains("a history without rows"), "{}", refused(&swing("[]")));
+
     let skin = |pressures: &str| octant(2, "young = [1e9]", pressures, "integrator = \"static\"");
     let message = refused(&skin("pressures = [{ group = \"skinn\", pressure = 1.0 }]"));
     assert!(message.starts_with("test.toml:9:") && message.contains("`skin`"), "{message}");
@@ -223,8 +225,34 @@ fn what_someone_might_mean_is_warned_of() {
         |text: &str| FemSolver::new(&scene(text), &Options::default()).unwrap().model().warnings.join("\n");
     assert!(warned(&oscillator(MIDPOINT, 1e-3, "[[0.0, 0.0], [1.0, 0.0]]")).contains("it loads nothing"));
     assert!(warned(&oscillator(MIDPOINT, 1e-3, "[[0.0, 0.0], [5000.0, 1.0]]")).contains("100 ms is 0.1"));
+    assert!(
+        warned(&oscillator(MIDPOINT, 1e-3, "[[5000.0, 0.0], [5001.0, 1.0]]"))
+            .contains("it is 0 until 5000 s")
+    );
     let held = bar(1.0, "").replace("velocity = [1.0, 0.0, 0.0]", "velocity = [0.0, 1.0, 0.0]");
     assert!(warned(&held).contains("they stay at rest"), "{}", warned(&held));
+    let skin = |pressure: &str| {
+        let of = format!("pressures = [{{ group = \"skin\", pressure = {pressure} }}]");
+        warned(&octant(2, "young = [1e9]", &of, "integrator = \"static\""))
+    };
+    assert!(skin("0.0").contains("0 Pa load nothing"));
+    assert!(skin("1e12").contains("bar"));
+    assert!(!skin("1e5").contains("structure.pressures"), "{}", skin("1e5"));
+}
+
+/// A pulse of 4 ms in the middle between two instants 10 ms apart: the mean of a step has it, an instant does not.
+#[test]
+fn rows_between_two_instants_of_a_step_are_said_to_be_unseen() {
+    let pulse = "[[0.012, 0.0], [0.014, 50.0], [0.016, 0.0]]";
+    let said = |fem: &str, step: f64| {
+        let text = oscillator(fem, step, pulse);
+        let plan = Plan { end_time: 0.1, window: step, ..Plan::default() };
+        Run::with(&text, plan).ready.warnings.iter().any(|w| w.contains("is not seen"))
+    };
+    assert!(said("integrator = \"newmark\"", 1e-2));
+    assert!(said("integrator = \"static\"", 1e-2));
+    assert!(!said("integrator = \"newmark\"", 1e-3));
+    assert!(!said(MIDPOINT, 1e-2));
 }
 
 /// A membrane under a pressure with a history, held at one corner until 2 ms, thrown.

@@ -263,6 +263,38 @@ fn a_brake_at_the_end_of_its_stroke_keeps_the_balance() {
     assert!(coarse < 5e-3 && fine < coarse / 10.0, "{coarse} {fine}");
 }
 
+/// Two cables beside a spring, drawn by a support until both tear in the first step of statics: what is not there any more
+/// takes no work from the support, and that the step went far beyond the strength is said.
+#[test]
+fn in_statics_a_support_works_on_nothing_that_is_torn() {
+    let text = r#"
+end_time = 0.05
+[structure]
+form_finding = "none"
+nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.5, 0.0, 0.0]]
+supports = [{ nodes = [0] }, { nodes = [1], directions = "yz" }, { nodes = [2], motion = [[0.0, 0.0, 0.0, 0.0], [0.05, 0.2, 0.0, 0.0]] }]
+springs = [{ nodes = [1], stiffness = [1e5, 0.0, 0.0] }]
+[[structure.parts]]
+name = "rope"
+element = "cable"
+young = 1e9
+area = 1e-4
+density = 7850.0
+rupture_force = 3000.0
+cells = [[0, 1], [1, 2]]
+[fem]
+integrator = "static"
+"#;
+    let mut run = Run::alone(text, 0.025);
+    run.step(0.025, &[]);
+    let first = run.value("energy_supports_fem");
+    assert!(first < -100.0, "{first}");
+    run.step(0.025, &[]);
+    assert_eq!(run.value("energy_supports_fem"), first);
+    let told = run.solver.finish().expect("is prepared").warnings;
+    assert!(told.iter().any(|w| w.contains("times the strength of what broke in it")), "{told:?}");
+}
+
 #[test]
 fn no_window_allocates_while_a_net_tears() {
     use interface_defs::toolkit::alloc::allocations;
