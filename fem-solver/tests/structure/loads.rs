@@ -3,9 +3,9 @@
 use crate::common::{Run, coupled_plan, off, scene};
 use crate::pressures::octant;
 use fem_solver::FemSolver;
-use interface_defs::{Plan, Sampling};
 use interface_defs::toolkit::alloc::allocations;
 use interface_defs::toolkit::program::Options;
+use interface_defs::{Plan, Sampling};
 use std::f64::consts::PI;
 
 /// Every integrator in time, as it stands in a scene.
