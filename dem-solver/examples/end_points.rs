@@ -15,9 +15,9 @@
 //! sort by 0.042, the 5 % level is 0.096. At rest on the slope end 96 and 122 of 400, two standard errors apart.
 
 use dem_solver::DemSolver;
-use dem_solver::ground::slope::Slope;
+use dem_solver::model::runout::Ending;
 use dem_solver::rock::Motion;
-use dem_solver::solver::path::Ending;
+use dem_solver::terrain::slope::Slope;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};

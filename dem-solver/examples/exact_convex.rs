@@ -24,9 +24,9 @@
 //! volume, say). The solver has none.
 
 use dem_solver::DemSolver;
-use dem_solver::ground::Ground;
-use dem_solver::ground::slope::Slope;
 use dem_solver::settings::Rotation;
+use dem_solver::terrain::Terrain;
+use dem_solver::terrain::slope::Slope;
 use dem_solver::wall::closest::on_face;
 use interface_defs::ipc::serve::cpu_seconds;
 use interface_defs::toolkit::program::Options;
@@ -84,7 +84,7 @@ struct Near {
 }
 
 impl Near {
-    fn look(&mut self, ground: &Ground, at: Vector3<f64>, radius: f64) {
+    fn look(&mut self, ground: &Terrain, at: Vector3<f64>, radius: f64) {
         self.at = at;
         self.triangles.clear();
         let (mut nodes, mut edges) = (Vec::new(), Vec::new());
@@ -190,7 +190,14 @@ struct Result {
 
 /// From `position` at 6 m/s down the slope until it leaves or `limit` steps are done; with `bounce` until it has parted from
 /// its first landing, without friction and dashpot.
-fn run(ground: &Ground, block: &Block, position: Vector3<f64>, h: f64, limit: usize, bounce: bool) -> Result {
+fn run(
+    ground: &Terrain,
+    block: &Block,
+    position: Vector3<f64>,
+    h: f64,
+    limit: usize,
+    bounce: bool,
+) -> Result {
     let gravity = -Vector3::z() * 9.81;
     let stiffness = 4.0 / 3.0 * 1e9 / 0.9375 * ROUND.sqrt();
     let (mut x, mut v, mut l) = (position, Vector3::x() * 6.0, Vector3::zeros());

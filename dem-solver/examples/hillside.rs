@@ -10,10 +10,10 @@
 mod statistics;
 
 use dem_solver::DemSolver;
-use dem_solver::ground::relief::Raster;
-use dem_solver::ground::slope::Slope;
+use dem_solver::model::runout::Ending;
 use dem_solver::rock::Motion;
-use dem_solver::solver::path::Ending;
+use dem_solver::terrain::slope::Slope;
+use dem_solver::terrain::triangulation::Raster;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};

@@ -6,8 +6,8 @@
 //! `fixed` takes every step as long as the shortest possible contact asks for, `own` (the default) as the contact at hand does.
 
 use dem_solver::DemSolver;
-use dem_solver::ground::slope::Slope;
 use dem_solver::rock::Motion;
+use dem_solver::terrain::slope::Slope;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p dem-solver --example slope -- launch/scenes/data/slope.asc`
 
-use dem_solver::ground::slope::Slope;
+use dem_solver::terrain::slope::Slope;
 use std::path::Path;
 use std::process::ExitCode;
 

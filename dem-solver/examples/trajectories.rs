@@ -7,9 +7,9 @@
 //! 4.4 and 10.2 microseconds (5 000 times less than the 22 and 51 ms of the reference implementation).
 
 use dem_solver::DemSolver;
-use dem_solver::ground::slope::Slope;
+use dem_solver::model::runout::Ending;
 use dem_solver::rock::Motion;
-use dem_solver::solver::path::Ending;
+use dem_solver::terrain::slope::Slope;
 use interface_defs::ipc::serve::cpu_seconds;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;

@@ -8,12 +8,14 @@
 //! - [`shape`]: the true solid of a rock as a closed surface
 //! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
 //! - [`wall`]: the interface mesh as contact partner
-//! - [`ground`]: the terrain, and a static tree over it
+//! - [`terrain`]: triangles that never move, and a static tree over them
 //! - [`gate`]: what is refused and warned of before anything starts
 //! - [`search`]: which spheres may touch which elements
 //! - [`contact`]: the law of contact, part by part
-//! - [`critical`]: the largest stable step
+//! - [`model`]: the prepared scene, the largest stable step, the state of all rocks
 //! - [`granular`]: thousands of separate spheres instead of rocks
+//! - [`guard`]: what stops a run that would end with a wrong answer
+//! - [`results`]: what is reported
 //! - [`solver`]: the contract, and the order of one step
 //! - [`check`](mod@check): what would be built
 //! - [`reference`]: what is read and written, for editors
@@ -21,17 +23,19 @@
 pub mod check;
 pub mod cluster;
 pub mod contact;
-pub mod critical;
 pub mod gate;
 pub mod granular;
-pub mod ground;
+pub mod guard;
+pub mod model;
 pub mod net_contact;
 pub mod reference;
+pub mod results;
 pub mod rock;
 pub mod search;
 pub mod settings;
 pub mod shape;
 pub mod solver;
+pub mod terrain;
 pub mod wall;
 
 pub use solver::DemSolver;

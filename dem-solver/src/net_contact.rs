@@ -2,9 +2,9 @@
 
 use crate::contact::Law;
 use crate::contact::normal::Normal;
-use crate::critical::DEEP;
+use crate::model::Model;
+use crate::model::critical::DEEP;
 use crate::settings::{EffectiveMass, STRUCTURE};
-use crate::solver::Model;
 use std::collections::BTreeMap;
 
 /// A flat landing on a rigid, fixed structure: an upper bound of each contact's stiffness.

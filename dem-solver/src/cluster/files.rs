@@ -6,7 +6,7 @@
 
 use super::MOST_SPHERES;
 use crate::rock::Sphere;
-use crate::shape::file::{ReadError, lines, number, point, read_bytes, shown};
+use crate::shape::formats::{ReadError, lines, number, point, read_bytes, shown};
 use interface_defs::toolkit::input_error::InputError;
 use std::collections::HashMap;
 use std::path::Path;

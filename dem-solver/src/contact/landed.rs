@@ -15,10 +15,10 @@ use super::restitution;
 use super::rows::Sums;
 use super::standing::Turned;
 use super::whole::{Pressed, Whole};
-use crate::ground::Ground;
-use crate::ground::face::Nearest;
 use crate::rock::{Motion, Rock};
 use crate::search::terrain::{Pair, Surroundings};
+use crate::terrain::Terrain;
+use crate::terrain::face::Nearest;
 use crate::wall::closest::{Feature, on_face};
 use nalgebra::Vector3;
 
@@ -80,7 +80,7 @@ impl Landed {
         &mut self,
         rock: &Rock,
         whole: &Whole,
-        ground: &Ground,
+        ground: &Terrain,
         around: &Surroundings,
         now: &Motion,
         reach: f64,
@@ -260,7 +260,7 @@ struct Near {
 }
 
 /// Where the surface is from `place`, of which `pairs` hold what may be nearest; `None` beside the border.
-fn look(ground: &Ground, around: &Surroundings, pairs: &[Pair], place: &Vector3<f64>) -> Option<Near> {
+fn look(ground: &Terrain, around: &Surroundings, pairs: &[Pair], place: &Vector3<f64>) -> Option<Near> {
     let (mut nearest, mut triangle) = (Nearest::default(), pairs[0].triangle);
     for pair in pairs {
         if nearest.take(&around.faces[pair.face as usize], place) {
@@ -284,7 +284,7 @@ fn look(ground: &Ground, around: &Surroundings, pairs: &[Pair], place: &Vector3<
 }
 
 /// The corner of a triangle that is nearest to `place`.
-fn node_of(ground: &Ground, triangle: u32, place: &Vector3<f64>) -> u32 {
+fn node_of(ground: &Terrain, triangle: u32, place: &Vector3<f64>) -> u32 {
     let corners = ground.corners(triangle);
     let weights = on_face(place, corners.each_ref()).weights;
     let first = (0..3).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).expect("three");

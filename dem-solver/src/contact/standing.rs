@@ -11,10 +11,10 @@ use super::laws::WallLaws;
 use super::memory::{Heir, Memory, NONE, inherit, inherit_beside};
 use super::pair::{Meeting, Past};
 use super::rows::{Rows, Sums};
-use crate::ground::Ground;
 use crate::rock::{Motion, Rock};
 use crate::search::cells::Plane;
 use crate::search::terrain::Surroundings;
+use crate::terrain::Terrain;
 use crate::wall::closest::{Feature, on_face};
 use crate::wall::hierarchy::{Candidate, keep_contacts};
 use nalgebra::{Matrix3, Vector3};
@@ -95,7 +95,7 @@ impl Standing {
     }
 
     /// Find the contacts at `now`; `around` must be good there. Where the ground says so they are continuous over kinks.
-    pub fn find(&mut self, rock: &Rock, ground: &Ground, around: &Surroundings, now: &Motion) {
+    pub fn find(&mut self, rock: &Rock, ground: &Terrain, around: &Surroundings, now: &Motion) {
         self.contacts.clear();
         let moved = around.moved;
         let rotation = Turned::new(rock, now);
@@ -174,7 +174,7 @@ impl Standing {
     }
 
     /// Make of the candidates from `first` on, all of one sphere, contacts that are continuous over edges and corners.
-    fn share_out(&mut self, first: usize, ground: &Ground, position: &Vector3<f64>) {
+    fn share_out(&mut self, first: usize, ground: &Terrain, position: &Vector3<f64>) {
         // Mostly one triangle, away from its edges. It was written just now: to copy it whole would wait for that.
         match &self.contacts[first..] {
             [] => return,
@@ -233,7 +233,7 @@ impl Standing {
         &mut self,
         rock: &Rock,
         laws: WallLaws,
-        ground: Option<&Ground>,
+        ground: Option<&Terrain>,
         now: &Motion,
         h: f64,
         before: &[Memory],

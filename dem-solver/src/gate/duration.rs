@@ -2,9 +2,9 @@
 
 use super::start;
 use super::units::short;
-use crate::ground::Ground;
-use crate::ground::look::Parabola;
-use crate::solver::Model;
+use crate::model::Model;
+use crate::terrain::Terrain;
+use crate::terrain::queries::Parabola;
 use nalgebra::Vector3;
 
 /// Steps of which something is said: some ten hours of one rock.
@@ -52,7 +52,7 @@ pub fn check(model: &Model) -> Vec<String> {
 }
 
 /// What is said of a rock that is still in its first flight at the end.
-fn flight(model: &Model, ground: &Ground, at: usize) -> Option<String> {
+fn flight(model: &Model, ground: &Terrain, at: usize) -> Option<String> {
     let (settings, rock) = (&model.settings, &model.rocks[at]);
     let start = rock.start(&settings.rocks[at], settings.gravity);
     let flight = Parabola {
@@ -77,7 +77,7 @@ fn flight(model: &Model, ground: &Ground, at: usize) -> Option<String> {
             rock.name,
             short(settings.end_time),
             short(fall),
-            short(crate::ground::look::arrival(fall, speed, g))
+            short(crate::terrain::queries::arrival(fall, speed, g))
         )
     })
 }

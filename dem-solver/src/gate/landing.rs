@@ -7,11 +7,11 @@ use super::start;
 use super::units::short;
 use crate::contact::normal::Normal;
 use crate::contact::whole::Whole;
-use crate::ground::Ground;
+use crate::model::Model;
 use crate::rock::Rock;
 use crate::rock::exposed::direction;
 use crate::settings::LawName;
-use crate::solver::Model;
+use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
 /// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
@@ -24,7 +24,7 @@ const TURNS: usize = 60;
 const HALVINGS: usize = 40;
 
 /// What the user should know of the first landing of each rock.
-pub fn check(model: &Model, ground: &Ground) -> Vec<String> {
+pub fn check(model: &Model, ground: &Terrain) -> Vec<String> {
     let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
     let mut warnings = Vec::new();
     let settings = &model.settings;

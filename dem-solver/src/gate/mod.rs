@@ -18,9 +18,9 @@ pub mod reach;
 pub mod start;
 pub mod units;
 
+use crate::model::Model;
 use crate::rock::Rock;
 use crate::settings::{GranularSettings, Settings};
-use crate::solver::Model;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 

@@ -2,8 +2,8 @@
 
 use super::start;
 use super::units::short;
-use crate::ground::Ground;
-use crate::solver::Model;
+use crate::model::Model;
+use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
 /// Height above the terrain from which on something is said [m].
@@ -75,7 +75,7 @@ pub fn other_heights(ground: f64, z: f64) -> Option<&'static str> {
 }
 
 /// What is said of a rock that starts very high above the terrain.
-pub fn above(model: &Model, ground: &Ground, at: usize) -> Option<String> {
+pub fn above(model: &Model, ground: &Terrain, at: usize) -> Option<String> {
     let height = start::height(ground, &model.settings, at).filter(|height| *height > HIGH)?;
     let z = model.settings.rocks[at].position[2];
     let cure = other_heights(z - height, z)

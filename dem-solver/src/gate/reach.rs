@@ -2,8 +2,8 @@
 
 use super::start::distance;
 use super::units::short;
-use crate::ground::Ground;
-use crate::solver::Model;
+use crate::model::Model;
+use crate::terrain::Terrain;
 use crate::wall::Wall;
 use nalgebra::Vector3;
 
@@ -185,7 +185,7 @@ fn cure(model: &Model, net: &Net, throw: &Throw, at: usize) -> String {
 }
 
 /// On a terrain a rock goes where the ground leads it, but never higher than its energy, and not far beside the map.
-fn on_terrain(model: &Model, ground: &Ground, net: &Net, at: usize) -> Option<String> {
+fn on_terrain(model: &Model, ground: &Terrain, net: &Net, at: usize) -> Option<String> {
     let rock = &model.rocks[at];
     let throw = throw(model, at);
     let g = throw.gravity.norm();

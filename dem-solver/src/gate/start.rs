@@ -3,12 +3,12 @@
 use super::units::short;
 use super::{place, reach};
 use crate::contact::Law;
-use crate::ground::Ground;
+use crate::model::Model;
 use crate::rock::{Motion, Rock, Sphere};
 use crate::search::cells::Plane;
 use crate::search::tree::SphereTree;
 use crate::settings::Settings;
-use crate::solver::Model;
+use crate::terrain::Terrain;
 use crate::wall::closest::{on_face, on_line};
 use crate::wall::{Element, Kind, Wall};
 use interface_defs::toolkit::input_error::InputError;
@@ -105,12 +105,12 @@ fn freed(settings: &Settings, at: usize, way: &Vector3<f64>, by: f64) -> String 
 }
 
 /// Height [m] of a rock's centre of mass over the terrain at the start; `None` where there is none below it.
-pub fn height(ground: &Ground, settings: &Settings, at: usize) -> Option<f64> {
+pub fn height(ground: &Terrain, settings: &Settings, at: usize) -> Option<f64> {
     ground.height(&(Vector3::from(settings.rocks[at].position) - ground.origin), &settings.down())
 }
 
 /// Refuse rock number `at` if it starts beside all of the terrain, below it, or with its surface in it.
-pub fn on_terrain(model: &Model, ground: &Ground, at: usize, scene: &Scene) -> Result<(), InputError> {
+pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> Result<(), InputError> {
     let (settings, start) = (&model.settings, Start::of(model, at));
     let table = &settings.rocks[at];
     let down = settings.down();
@@ -219,7 +219,7 @@ fn beside(point: &Vector3<f64>, low: &Vector3<f64>, high: &Vector3<f64>, down: &
 }
 
 /// The sphere that reaches deepest into the terrain, if any does.
-fn in_terrain(start: &Start, ground: &Ground, motion: &Motion, down: &Vector3<f64>) -> Option<Deepest> {
+fn in_terrain(start: &Start, ground: &Terrain, motion: &Motion, down: &Vector3<f64>) -> Option<Deepest> {
     let below = |point: &Vector3<f64>| ground.height(point, down).filter(|h| *h < 0.0);
     if below(&motion.position).is_none() && !ground.is_near(&motion.position, start.rock.reach) {
         return None;

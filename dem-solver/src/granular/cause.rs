@@ -3,7 +3,7 @@
 use super::Model;
 use super::state::State;
 use crate::gate::landing::LIMIT;
-use crate::solver::cause::power;
+use crate::guard::cause::power;
 
 /// How much faster than start and gravity make a sphere shows that contact forces gain energy.
 const GAINED: f64 = 1.05;

@@ -6,11 +6,11 @@
 //! frequency), each pressed with the weight of a column of the greatest height. Where friction holds,
 //! the tangential springs move a sphere and turn it: `7/2 k_t` instead of `k_n`.
 //!
-//! With damping ratio z the limit shrinks by `sqrt(1 + 4 z^2) - 2 z` ([`crate::critical`]).
+//! With damping ratio z the limit shrinks by `sqrt(1 + 4 z^2) - 2 z` ([`crate::model::critical`]).
 
 use crate::contact::Law;
 use crate::contact::rolling::STIFFNESS;
-use crate::critical::{DEEP, critical};
+use crate::model::critical::{DEEP, critical};
 use crate::settings::placement::Start;
 use crate::settings::{DemSettings, GranularSettings};
 use interface_defs::toolkit::input_error::InputError;

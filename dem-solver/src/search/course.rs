@@ -8,9 +8,9 @@
 
 use super::boxes::Bounds;
 use super::tree::SphereTree;
-use crate::ground::face::Face;
-use crate::ground::look::arrival;
 use crate::rock::{Motion, Rock};
+use crate::terrain::face::Face;
+use crate::terrain::queries::arrival;
 use nalgebra::{Matrix3, Vector3};
 
 /// Share of the reach by which gaps are taken smaller, for rounding.

@@ -6,9 +6,9 @@
 
 use super::course::Course;
 use super::tree::{Slab, SphereTree};
-use crate::ground::Ground;
-use crate::ground::face::{Face, Nearest};
 use crate::rock::{Motion, Rock};
+use crate::terrain::Terrain;
+use crate::terrain::face::{Face, Nearest};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// How much further than asked for pairs are listed: what the rock moves in [`STRIDES`] steps, at least and at most
@@ -81,7 +81,7 @@ impl Surroundings {
         &mut self,
         rock: &Rock,
         tree: &SphereTree,
-        ground: &Ground,
+        ground: &Terrain,
         now: &Motion,
         h: f64,
         reach: f64,
@@ -109,7 +109,7 @@ impl Surroundings {
     }
 
     /// Make sure that every triangle that is nearer than `further` [m] to the rock's reach is kept.
-    fn look_around(&mut self, tree: &SphereTree, ground: &Ground, now: &Motion, further: f64) {
+    fn look_around(&mut self, tree: &SphereTree, ground: &Terrain, now: &Motion, further: f64) {
         let need = tree.reach + further;
         if (now.position - self.near_at).norm() + need <= self.coverage {
             return;
@@ -147,7 +147,7 @@ impl Surroundings {
         &mut self,
         rock: &Rock,
         tree: &SphereTree,
-        ground: &Ground,
+        ground: &Terrain,
         now: &Motion,
         gravity: &Vector3<f64>,
         far: f64,
@@ -178,7 +178,7 @@ impl Surroundings {
     }
 
     /// Whether a node of the terrain, one within what is kept, lies on a border: its triangles do not go all around it.
-    pub fn is_on_border(&self, ground: &Ground, node: u32) -> bool {
+    pub fn is_on_border(&self, ground: &Terrain, node: u32) -> bool {
         let (mut triangles, mut others) = (0, 0);
         let of_node = |t: &&u32| ground.triangles[**t as usize].contains(&node);
         for t in self.near.iter().filter(of_node) {

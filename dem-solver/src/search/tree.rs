@@ -1,8 +1,8 @@
 //! The tree over a rock's spheres in its own frame.
 
 use super::boxes::{Bounds, BoxTree, morton_order};
-use crate::ground::face::Face;
 use crate::rock::Sphere;
+use crate::terrain::face::Face;
 use nalgebra::Vector3;
 
 /// Built once: a rigid cluster never changes in its own frame.

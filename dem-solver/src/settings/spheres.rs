@@ -4,7 +4,7 @@ use super::RockSettings;
 use crate::cluster::files;
 use crate::rock::Sphere;
 use crate::settings::placement::Start;
-use crate::shape::file::read_bytes;
+use crate::shape::formats::read_bytes;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;

@@ -6,19 +6,17 @@
 //! - [`integrals`]: exact volume, centre and inertia
 //! - [`tree`]: the nearest point of a surface, on which side of it a point lies
 //! - [`builtin`], [`hull`]: shapes that need no file
-//! - [`stl`], [`obj`], [`file`](mod@file): readers
+//! - [`formats`]: readers of files
 //! - [`spec`]: one shape from all of these, as a scene or a command line names it
 
 pub mod builtin;
 pub mod crossing;
-pub mod file;
+pub mod formats;
 pub mod holes;
 pub mod hull;
 pub mod integrals;
-pub mod obj;
 pub mod pieces;
 pub mod spec;
-pub mod stl;
 pub mod surface;
 pub mod tree;
 

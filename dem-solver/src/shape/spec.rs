@@ -1,6 +1,6 @@
 //! One shape, as a scene (`shape = { type = "box", ... }`) or a command line (`box:0.2,0.4,0.6`) names it.
 
-use super::file::read_surface;
+use super::formats::read_surface;
 use super::pieces::PieceChoice;
 use super::surface::Mend;
 use super::{Surface, builtin, hull};

@@ -3,12 +3,12 @@
 //! First the triangles around it are asked when it may meet them; where there are none, the sphere around the whole
 //! rock is swept along its parabola. The answer follows from the state alone, so that equal input gives equal bytes.
 
-use super::Model;
-use super::state::State;
-use crate::ground::Ground;
-use crate::ground::look::Parabola;
+use crate::model::Model;
+use crate::model::state::State;
 use crate::rock::Motion;
 use crate::search::terrain::Surroundings;
+use crate::terrain::Terrain;
+use crate::terrain::queries::Parabola;
 
 /// How far triangles are looked for, as a share of the rock's reach.
 const FAR: f64 = 0.5;
@@ -20,7 +20,7 @@ const ROUNDING: f64 = 1e-9;
 /// at their middles and ends.
 fn clear_steps(
     model: &Model,
-    ground: &Ground,
+    ground: &Terrain,
     around: &mut Surroundings,
     rock: usize,
     now: &Motion,

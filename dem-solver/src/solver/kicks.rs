@@ -1,10 +1,10 @@
 //! How far another rock, the terrain or a box may throw a rock off its flight within a window: what a flight alone does not
 //! reach of the wall may then be reached all the same.
 
-use super::Model;
 use super::meetings::Meetings;
 use super::sides::is_near;
-use super::state::State;
+use crate::model::Model;
+use crate::model::state::State;
 
 /// Bounds for all rocks, by their numbers; buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
@@ -110,7 +110,7 @@ mod tests {
         solver.commit().expect("committed");
         let bodies = solver.state().bodies.iter().zip(&start.bodies).zip(&kicks.ways);
         let off =
-            |((after, before), way): ((&crate::solver::state::Body, &crate::solver::state::Body), &f64)| {
+            |((after, before), way): ((&crate::model::state::Body, &crate::model::state::Body), &f64)| {
                 let flight = before.motion.position + before.motion.velocity * length;
                 ((after.motion.position - flight).norm(), *way)
             };

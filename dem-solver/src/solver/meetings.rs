@@ -4,11 +4,11 @@
 //! rocks every two make a pair, of many those that are near. What is kept here between windows are lists of candidates, which no
 //! result shows.
 
-use super::cause::Case;
-use super::rows::Between;
-use super::state::{Against, Encounters, State};
-use super::{Model, name_of};
 use crate::contact::rocks::{Both, Evaluation, Held, Two};
+use crate::guard::cause::Case;
+use crate::model::between::Between;
+use crate::model::state::{Against, Encounters, State};
+use crate::model::{Model, name_of};
 use crate::rock::{Motion, Rock};
 use crate::search::rocks::{NearRocks, Pose, RockPairs, free_time};
 use interface_defs::Fault;

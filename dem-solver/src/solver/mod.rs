@@ -1,49 +1,41 @@
 //! The solver as the contract sees it: hello, prepare, solve, commit, finish.
 //!
-//! - [`state`]: what is committed and what is tried
 //! - [`zone`]: a rock's surroundings in a window
-//! - [`window`]: the steps ([`step`]) of a window ([`cut`], [`watch`](mod@watch), [`cause`]), and [`flight`] elsewhere
+//! - [`window`]: the steps ([`step`]) of a window ([`cut`]), and [`flight`] elsewhere
 //! - [`meetings`]: contacts of rocks with each other; [`sides`]: with a box; [`kicks`]: how far they may throw each other in a window
-//! - `rows`: which law is between what; [`clear`](mod@clear), [`stretch`], [`path`]: over terrain, for how long a rock flies, the step while it touches, its way
-//! - [`gauges`], [`measures`], [`verdict`] ([`outline`]), [`fields`], [`trajectory`], [`picture`]: what is reported of it
+//! - [`clear`](mod@clear), [`stretch`]: over terrain, for how long a rock flies, the step while it touches
+//!
+//! What it computes with is a [`Model`] and a [`State`]; [`crate::guard`] watches the steps, [`crate::results`] reports.
 
-pub mod cause;
 pub mod clear;
 pub mod cut;
-pub mod fields;
 pub mod flight;
-pub mod gauges;
 pub mod kicks;
-pub mod measures;
 pub mod meetings;
-pub mod outline;
-pub mod path;
-pub mod picture;
-pub mod rows;
 pub mod sides;
-pub mod state;
 pub mod step;
 pub mod stretch;
 pub mod terrain;
-pub mod trajectory;
-pub mod verdict;
-pub mod watch;
 pub mod window;
 pub mod zone;
 
 use crate::contact::laws::Laws;
-use crate::contact::whole::Whole;
-use crate::critical::Steps;
 use crate::gate;
-use crate::ground::Ground;
+use crate::model::between::{Between, rows, whole_rocks};
+use crate::model::critical::Steps;
+use crate::model::state::{self, State};
+use crate::model::{Model, impact, name_of, prefix, runout};
+use crate::results::fields::{self, Fields};
+use crate::results::gauges::Gauges;
+use crate::results::trajectory::{self, Trajectory};
+use crate::results::{self, map, measures, verdict};
 use crate::rock::Rock;
 use crate::search::cells::Plane;
 use crate::search::tree::SphereTree;
 use crate::settings::{BoxSettings, ContactSelection, STRUCTURE, Settings, limits};
+use crate::terrain::Terrain;
 use crate::wall::Wall;
 use crate::wall::hierarchy::Crossings;
-use fields::Fields;
-use gauges::Gauges;
 use interface_defs::message::{Hello, Measure, capability};
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
@@ -54,9 +46,6 @@ use interface_defs::{
 };
 use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
-use rows::{Between, rows, whole_rocks};
-use state::State;
-use trajectory::Trajectory;
 use window::Run;
 
 /// Most samples per window of any field.
@@ -73,38 +62,6 @@ pub struct Counts {
     pub flight_steps: u64,
     /// Evaluations of a contact.
     pub contact_evaluations: u64,
-}
-
-/// What does not change in a run.
-pub struct Model {
-    /// What the scene says.
-    pub settings: Settings,
-    /// The rocks.
-    pub rocks: Vec<Rock>,
-    /// A tree over the spheres of each.
-    pub trees: Vec<SphereTree>,
-    /// The terrain.
-    pub ground: Option<Ground>,
-    /// What is added to the positions of a state to give the user's [m]; zero without terrain.
-    pub origin: Vector3<f64>,
-    /// The laws of contact; `None`: nothing is touched.
-    pub laws: Option<Laws>,
-    /// For each rock the number of its law with the structure.
-    pub rows: Vec<Vec<u16>>,
-    /// For each rock the numbers of its laws with the materials of the terrain.
-    pub ground_rows: Vec<Vec<u16>>,
-    /// For each rock with such a law there what its contact with the terrain as a whole needs.
-    pub wholes: Vec<Option<Whole>>,
-    /// Which law is between two rocks; `None`: they do not touch each other.
-    pub between: Option<Between>,
-    /// The sides of the box.
-    pub planes: Vec<Plane>,
-    /// For each rock the number of its law with them; empty without a box.
-    pub side_rows: Vec<Vec<u16>>,
-    /// The step.
-    pub steps: Steps,
-    /// Whether savings may be used.
-    pub shortcuts: bool,
 }
 
 /// Rocks as rigid sphere clusters, in contact with a wall that the structure moves.
@@ -138,7 +95,7 @@ impl DemSolver {
         notices.extend(limits::of_contacts(&settings.contacts));
         notices.extend(settings.notices.iter().cloned());
         let laws = Laws::new(&settings.contacts);
-        let mut ground = settings.terrain.as_ref().map(|terrain| Ground::of(scene, terrain)).transpose()?;
+        let mut ground = settings.terrain.as_ref().map(|terrain| Terrain::of(scene, terrain)).transpose()?;
         let (mut ground_rows, mut choices) = (Vec::new(), Vec::new());
         let mut wholes = vec![None; rocks.len()];
         if let Some(ground) = &mut ground {
@@ -281,8 +238,8 @@ impl DemSolver {
             elastic: 0.0,
             contacts: 0,
             met: 0,
-            track: measures::Track::default(),
-            path: path::Path::default(),
+            track: impact::Track::default(),
+            path: runout::Path::default(),
             deepest: state::Depths::default(),
         };
         body.part();
@@ -348,15 +305,6 @@ fn rows_with_box(
     })?;
     rows(laws, settings, std::slice::from_ref(&sides.material))
         .map_err(|(what, advice)| scene.invalid("box", what).try_instead(advice))
-}
-
-/// What the names of a rock's measures begin with: its name where there are several.
-fn prefix(model: &Model, rock: usize) -> String {
-    if model.settings.named() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
-}
-
-pub(crate) fn name_of(model: &Model, rock: usize) -> &str {
-    &model.rocks[rock].name
 }
 
 impl Solver for DemSolver {
@@ -459,18 +407,17 @@ impl DemSolver {
             let prefix = prefix(&self.model, number);
             let start = Vector3::from(settings.rocks[number].position) - self.model.origin;
             let (motion, time) = (&body.motion, self.committed.time);
-            path::results(
+            results::runout::results(
                 rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings,
             );
         }
         let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out) else { return };
         let ways = trajectory::ways(&self.model, ground, &trajectory.rows);
         let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_ways(&ways));
-        let (path, bodies) = (out.join(picture::PICTURE), &self.committed.bodies);
-        for (name, written) in [
-            (picture::PICTURE, picture::write(&path, &self.model, ground, &ways, bodies)),
-            (fields::WAYS, fields),
-        ] {
+        let (path, bodies) = (out.join(map::PICTURE), &self.committed.bodies);
+        for (name, written) in
+            [(map::PICTURE, map::write(&path, &self.model, ground, &ways, bodies)), (fields::WAYS, fields)]
+        {
             if let Err(e) = written {
                 warnings.push(format!("{name} cannot be written: {e}"));
             }

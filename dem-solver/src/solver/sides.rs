@@ -1,15 +1,15 @@
 //! The contacts of rocks with the sides of a box in a step, and free time between.
 
-use super::Model;
-use super::cause::Case;
-use super::state::{Against, Body, State};
-use super::watch::watch;
 use crate::contact::laws::WallLaws;
 use crate::contact::rows::Sums;
 use crate::contact::standing::Standing;
-use crate::ground::look::arrival;
+use crate::guard::cause::Case;
+use crate::guard::watch;
+use crate::model::Model;
+use crate::model::state::{Against, Body, State};
 use crate::rock::Motion;
 use crate::search::cells::Plane;
+use crate::terrain::queries::arrival;
 use interface_defs::Fault;
 
 /// Share of the reach by which the bounding sphere is larger than the rock, for rounding.

@@ -8,16 +8,16 @@
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.
 
-use super::Model;
-use super::cause::Case;
 use super::cut::{Cut, Part};
-use super::measures::Passage;
-use super::state::{Against, State};
 use super::terrain::steps_per_look;
-use super::watch::watch;
 use super::window::Run;
 use super::zone::{View, add_forces};
 use crate::contact::rows::Sums;
+use crate::guard::cause::Case;
+use crate::guard::watch;
+use crate::model::Model;
+use crate::model::impact::Passage;
+use crate::model::state::{Against, State};
 use crate::rock::{Motion, Rock};
 use crate::settings::Rotation;
 use interface_defs::{Fault, Window};

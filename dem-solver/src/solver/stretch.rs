@@ -7,18 +7,18 @@
 //! change while an impact turns speed into overlap and back). Everything follows from the state at the stretch's start,
 //! and no sphere that was not counted can be reached within it.
 
-use super::Model;
-use super::state::Body;
 use crate::contact::Law;
 use crate::contact::landed::Landed;
 use crate::contact::laws::WallLaws;
 use crate::contact::rolling::STIFFNESS;
 use crate::contact::whole::Whole;
-use crate::critical::{DEEP, TURN, critical};
-use crate::ground::Ground;
+use crate::model::Model;
+use crate::model::critical::{DEEP, TURN, critical};
+use crate::model::state::Body;
 use crate::rock::{Motion, Rock};
 use crate::search::terrain::Surroundings;
 use crate::settings::{DemSettings, EffectiveMass, RollingName};
+use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
 /// Spheres within this share of the smallest radius count; a stretch ends before a rock has moved by it.
@@ -61,7 +61,7 @@ struct Near {
 /// The stretch that rock number `rock` with the state `body` takes next, of at most `most` steps of `h` [s].
 pub fn next(
     model: &Model,
-    ground: &Ground,
+    ground: &Terrain,
     laws: WallLaws,
     around: &mut Surroundings,
     landed: &mut Landed,

@@ -1,21 +1,21 @@
 //! The contacts of rocks with the terrain in a step, and the rows of their way.
 
-use super::Model;
-use super::cause::Case;
-use super::path::{LOOK, jump_height};
-use super::state::{Against, Body, State};
 use super::stretch::{self, Stretch};
-use super::trajectory::Row;
-use super::watch::{watch, watch_gap, watch_whole};
 use crate::contact::landed::Landed;
 use crate::contact::laws::WallLaws;
 use crate::contact::rows::Sums;
 use crate::contact::standing::Standing;
 use crate::contact::whole::Whole;
-use crate::critical::DEEP;
-use crate::ground::Ground;
+use crate::guard::cause::Case;
+use crate::guard::{watch, watch_gap, watch_whole};
+use crate::model::Model;
+use crate::model::critical::DEEP;
+use crate::model::runout::{LOOK, jump_height};
+use crate::model::state::{Against, Body, State};
+use crate::results::trajectory::Row;
 use crate::rock::{Motion, Rock};
 use crate::search::terrain::Surroundings;
+use crate::terrain::Terrain;
 use interface_defs::Fault;
 
 /// Rows in the shortest contact.
@@ -24,7 +24,7 @@ const ROWS_PER_CONTACT: f64 = 10.0;
 const ROWS_PER_INTERVAL: f64 = 5.0;
 
 /// The laws of a rock with the terrain.
-fn laws_on<'a>(model: &'a Model, ground: &'a Ground, rock: usize) -> Option<WallLaws<'a>> {
+fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<WallLaws<'a>> {
     let laws = &model.laws.as_ref()?.walls;
     Some(WallLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
 }
@@ -72,7 +72,7 @@ impl OnTerrain {
     pub fn stretch(
         &mut self,
         model: &Model,
-        ground: &Ground,
+        ground: &Terrain,
         bodies: &[Body],
         h: f64,
         most: usize,
@@ -89,7 +89,7 @@ impl OnTerrain {
     pub fn forces(
         &mut self,
         model: &Model,
-        ground: &Ground,
+        ground: &Terrain,
         rock: usize,
         body: &mut Body,
         now: &Motion,
@@ -127,7 +127,7 @@ impl OnTerrain {
     }
 
     /// Elastic energy [J] and number of contacts of rock number `rock` at `now`.
-    pub fn energy(&mut self, model: &Model, ground: &Ground, rock: usize, now: &Motion) -> (f64, usize) {
+    pub fn energy(&mut self, model: &Model, ground: &Terrain, rock: usize, now: &Motion) -> (f64, usize) {
         let Some(laws) = laws_on(model, ground, rock) else { return (0.0, 0) };
         let it = &model.rocks[rock];
         let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
@@ -153,7 +153,7 @@ impl OnTerrain {
     pub fn stepped(
         &mut self,
         model: &Model,
-        ground: &Ground,
+        ground: &Terrain,
         rock: usize,
         body: &mut Body,
         end: f64,
@@ -189,7 +189,7 @@ impl OnTerrain {
     pub fn flew(
         &mut self,
         model: &Model,
-        ground: &Ground,
+        ground: &Terrain,
         rock: usize,
         body: &mut Body,
         end: f64,
@@ -203,7 +203,7 @@ impl OnTerrain {
     }
 
     /// A window ends at `state.time`: has a way ended with it?
-    pub fn end(&mut self, model: &Model, ground: &Ground, state: &mut State) {
+    pub fn end(&mut self, model: &Model, ground: &Terrain, state: &mut State) {
         let (time, down) = (state.time, model.settings.down());
         for (number, body) in state.bodies.iter_mut().enumerate() {
             let had_left = body.path.has_left();

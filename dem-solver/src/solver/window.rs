@@ -2,20 +2,21 @@
 
 use super::clear::clear_of_all;
 use super::cut::{Cut, Part};
-use super::gauges::{Gauges, Moment};
 use super::kicks::Kicks;
-use super::measures::Passage;
 use super::meetings::Meetings;
-use super::outline::Outline;
-use super::path::jump_height;
 use super::sides::{self, Sides};
-use super::state::State;
 use super::step::Load;
 use super::stretch::Stretch;
 use super::terrain::{OnTerrain, steps_per_look};
-use super::trajectory::Row;
 use super::zone::{View, Zone, add_forces};
-use super::{Counts, Model, flight};
+use super::{Counts, flight};
+use crate::model::Model;
+use crate::model::impact::Passage;
+use crate::model::runout::jump_height;
+use crate::model::state::State;
+use crate::results::gauges::{Gauges, Moment};
+use crate::results::outline::Outline;
+use crate::results::trajectory::Row;
 use crate::rock::Motion;
 use crate::search::pairs::Instant;
 use crate::wall::motion::MotionFields;

@@ -2,9 +2,9 @@
 //!
 //! Nothing here is state: it can be thrown away at any time without changing a result.
 
-use super::Model;
 use crate::contact::evaluate::{Evaluation, Scene, Seam};
 use crate::contact::laws::WallLaws;
+use crate::model::Model;
 use crate::rock::Motion;
 use crate::search::near::{NearList, NodeBox, Sweep};
 use crate::search::pairs::{Instant, PairList};

@@ -1,8 +1,8 @@
 //! V-T1 to V-T3 and V-T5: bounces down a plane.
 
 use crate::bench::{Bench, G, dropped, plane};
+use dem_solver::model::state::Against;
 use dem_solver::settings::Rotation;
-use dem_solver::solver::state::Against;
 use nalgebra::Vector3;
 
 const YOUNG: f64 = 2e15;
@@ -181,7 +181,7 @@ fn the_energy_of_a_cube_that_lands_on_an_edge_or_a_face_never_grows() {
     }
 }
 
-/// Ground with kinks, a cube of 64 spheres that lands on it without dashpot and friction: what its energy errs by in the contact. The nearest
+/// Terrain with kinks, a cube of 64 spheres that lands on it without dashpot and friction: what its energy errs by in the contact. The nearest
 /// hierarchy lets contacts set in with a finite overlap, whatever the step; the continuous one leaves the integrator's error,
 /// of second order.
 #[test]

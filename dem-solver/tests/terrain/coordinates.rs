@@ -1,7 +1,7 @@
 //! Coordinates, units and marks of terrain files: what is not in metres is refused by name, what is scaled is scaled.
 
-use dem_solver::ground::Ground;
 use dem_solver::settings::{NoData, TerrainSettings};
+use dem_solver::terrain::Terrain;
 use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
 use tiff::encoder::{TiffEncoder, colortype};
@@ -51,7 +51,7 @@ fn read_in(dir: &Path, name: &str, change: impl FnOnce(&mut TerrainSettings)) ->
     let scene = Scene::from_text(&dir.join("s.toml").display().to_string(), "").expect("a scene");
     let mut settings = TerrainSettings::new(name);
     change(&mut settings);
-    let ground = Ground::of(&scene, &settings).map_err(|e| e.to_string())?;
+    let ground = Terrain::of(&scene, &settings).map_err(|e| e.to_string())?;
     Ok([ground.lowest.z + ground.origin.z, ground.highest.z + ground.origin.z])
 }
 

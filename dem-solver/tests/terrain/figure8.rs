@@ -2,7 +2,7 @@
 //! shapes that begin at one place go down one slope in bounces, and not on one way.
 
 use dem_solver::DemSolver;
-use dem_solver::solver::path::Ending;
+use dem_solver::model::runout::Ending;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};

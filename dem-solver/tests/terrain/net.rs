@@ -2,7 +2,7 @@
 
 use crate::bench::{G, plane};
 use dem_solver::DemSolver;
-use dem_solver::solver::state::Against;
+use dem_solver::model::state::Against;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{FieldSpec, InterfaceMesh, Layout, Plan, Sampling, Solver, Window, name};
@@ -44,7 +44,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// Ground z = 0 and net, both moved by `origin`; the rocks of `scene` are where it says.
+    /// Terrain z = 0 and net, both moved by `origin`; the rocks of `scene` are where it says.
     fn new(scene: &str, origin: &Vector3<f64>) -> Self {
         let dir = tempfile::tempdir().expect("a directory");
         let mut ground = plane(0.0, [-8.0, 8.0], 8, 5);

@@ -1,10 +1,10 @@
 //! Terrain files of every format: the same slope from each, and files that lie.
 
 use crate::memory::peak;
-use dem_solver::ground::Ground;
-use dem_solver::ground::relief;
-use dem_solver::ground::slope::Slope;
 use dem_solver::settings::{NoData, TerrainSettings};
+use dem_solver::terrain::Terrain;
+use dem_solver::terrain::slope::Slope;
+use dem_solver::terrain::triangulation;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::fmt::Write as _;
@@ -39,13 +39,13 @@ fn settings(file: &str) -> TerrainSettings {
 }
 
 /// Read `bytes` as the file `name`.
-fn read(name: &str, bytes: &[u8], change: impl FnOnce(&mut TerrainSettings)) -> Result<Ground, String> {
+fn read(name: &str, bytes: &[u8], change: impl FnOnce(&mut TerrainSettings)) -> Result<Terrain, String> {
     let dir = tempfile::tempdir().expect("a directory");
     std::fs::write(dir.path().join(name), bytes).expect("written");
     let scene = Scene::from_text(&dir.path().join("s.toml").display().to_string(), "").expect("a scene");
     let mut settings = settings(name);
     change(&mut settings);
-    let ground = Ground::of(&scene, &settings)
+    let ground = Terrain::of(&scene, &settings)
         .map_err(|e| e.to_string().replace(&format!("{}/", dir.path().display()), ""))?;
     Ok(ground)
 }
@@ -105,7 +105,7 @@ fn las_of(version: (u8, u8), format: u8, compressed: bool) -> Vec<u8> {
 
 /// The triangles of the grid as a closed list, for STL and OBJ.
 fn grid() -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
-    let relief = relief::from_raster(&slope().raster(), NoData::Refuse, "t").expect("a surface");
+    let relief = triangulation::from_raster(&slope().raster(), NoData::Refuse, "t").expect("a surface");
     (relief.nodes.iter().map(|n| n + relief.origin).collect(), relief.triangles)
 }
 
@@ -227,7 +227,7 @@ fn zones_are_found_by_polygon_and_by_raster() {
     std::fs::write(dir.path().join("z.asc"), zones).expect("written");
     let scene = Scene::from_text(&dir.path().join("s.toml").display().to_string(), text).expect("a scene");
     let terrain: TerrainSettings = scene.read("terrain").expect("valid").expect("there");
-    let ground = Ground::of(&scene, &terrain).expect("a terrain");
+    let ground = Terrain::of(&scene, &terrain).expect("a terrain");
     assert_eq!(ground.materials, ["rock", "scree", "wood"]);
     for t in 0..ground.triangles.len() as u32 {
         let middle = ground.corners(t).iter().sum::<Vector3<f64>>() / 3.0 + ground.origin;

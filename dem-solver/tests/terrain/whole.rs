@@ -153,7 +153,7 @@ fn a_ball_bounces_as_under_the_law_of_single_spheres() {
     assert!((ours.2 - known.2).norm() < 5e-3 * known.2.norm(), "{ours:?} {known:?}");
 }
 
-/// Ground with kinks, an elastic block without friction: the overlap is continuous over edges and nodes, outside and inside. What the
+/// Terrain with kinks, an elastic block without friction: the overlap is continuous over edges and nodes, outside and inside. What the
 /// energy errs by is the integrator's, and falls with the step.
 #[test]
 fn over_rough_ground_no_energy_is_made() {

@@ -1,0 +1,108 @@
+//! Which contact law is between what.
+
+use crate::contact::laws::Laws;
+use crate::contact::whole::Whole;
+use crate::rock::Rock;
+use crate::settings::{RockSettings, Settings};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+
+/// For each rock the numbers of its laws with `walls`. Errs with what is missing, and what to try.
+pub fn rows(laws: &Laws, settings: &Settings, walls: &[String]) -> Result<Vec<Vec<u16>>, (String, String)> {
+    let row = |rock: &RockSettings| {
+        laws.row(&rock.material, walls).map_err(|wall| {
+            let rock = &rock.material;
+            (
+                format!("no table [[contact]] is for `{rock}` and `{wall}`"),
+                format!(
+                    "add one with between = [\"{rock}\", \"{wall}\"], or one without `between` for all others"
+                ),
+            )
+        })
+    };
+    settings.rocks.iter().map(row).collect()
+}
+
+/// What the contact as a whole of each rock needs; all laws of a rock with the terrain are of that kind, or none.
+pub fn whole_rocks(
+    laws: &Laws,
+    ground_rows: &[Vec<u16>],
+    rocks: &[Rock],
+    scene: &Scene,
+) -> Result<Vec<Option<Whole>>, InputError> {
+    let of = |(at, rock): (usize, &Rock)| {
+        let mut row = ground_rows.get(at).into_iter().flatten().map(|n| (*n, laws.walls[*n as usize].whole));
+        let Some((_, whole)) = row.next() else { return Ok(None) };
+        match row.find(|(_, other)| *other != whole) {
+            Some((other, _)) => Err(scene
+                .invalid(
+                    &format!("contact.{other}.law"),
+                    format!("rock `{}` has `hertz_rock` with one part of the terrain and another law with the next", rock.name),
+                )
+                .try_instead("write law = \"hertz_rock\" in all its tables, or in none")),
+            None => Ok(whole.then(|| Whole::new(rock))),
+        }
+    };
+    rocks.iter().enumerate().map(of).collect()
+}
+
+/// Which law is between two rocks, by the number of the material of each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Between {
+    /// For each rock the number of its material.
+    material: Vec<u16>,
+    /// Law numbers, a row for each material.
+    laws: Vec<u16>,
+    /// Number of materials.
+    count: usize,
+}
+
+impl Between {
+    /// `None` with one rock, or without any law. What no two rocks ask for is left open.
+    pub fn new(laws: Option<&Laws>, settings: &Settings, scene: &Scene) -> Result<Option<Self>, InputError> {
+        let Some(laws) = laws.filter(|_| settings.rocks.len() > 1) else { return Ok(None) };
+        let mut names: Vec<&str> = Vec::new();
+        // The first rock of each material, and the second.
+        let mut rocks: Vec<[Option<usize>; 2]> = Vec::new();
+        let mut material = Vec::with_capacity(settings.rocks.len());
+        for (at, rock) in settings.rocks.iter().enumerate() {
+            let number = names.iter().position(|n| *n == rock.material).unwrap_or_else(|| {
+                names.push(&rock.material);
+                rocks.push([None; 2]);
+                names.len() - 1
+            });
+            let place = rocks[number].iter_mut().find(|place| place.is_none());
+            if let Some(place) = place {
+                *place = Some(at);
+            }
+            material.push(number as u16);
+        }
+        let mut table = Vec::with_capacity(names.len() * names.len());
+        for (a, one) in names.iter().enumerate() {
+            for (b, other) in names.iter().enumerate() {
+                let two = if a == b { (rocks[a][0], rocks[a][1]) } else { (rocks[a][0], rocks[b][0]) };
+                match (laws.number(one, other), two) {
+                    (Some(number), _) => table.push(number as u16),
+                    (None, (Some(first), Some(second))) => {
+                        let [first, second] = [first, second].map(|r| &settings.rocks[r].name);
+                        let what = format!(
+                            "no table [[contact]] is for `{one}` and `{other}`, of which rocks `{first}` and `{second}` are"
+                        );
+                        let advice = format!(
+                            "add one with between = [\"{one}\", \"{other}\"], or one without `between` for all others"
+                        );
+                        return Err(scene.invalid("rock", what).try_instead(advice));
+                    }
+                    (None, _) => table.push(0),
+                }
+            }
+        }
+        Ok(Some(Self { material, laws: table, count: names.len() }))
+    }
+
+    /// Number of the law of two rocks.
+    pub fn law(&self, a: usize, b: usize) -> usize {
+        let [a, b] = [a, b].map(|r| usize::from(self.material[r]));
+        usize::from(self.laws[a * self.count + b])
+    }
+}

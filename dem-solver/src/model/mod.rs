@@ -1,0 +1,65 @@
+//! What a run computes with: the prepared scene, and the state of its rocks at one instant.
+//!
+//! - [`between`]: which contact law is between what
+//! - [`critical`]: the largest stable step
+//! - [`state`]: what a window starts from and ends with
+//! - [`impact`], [`runout`]: what a state holds of a rock's impact on the net, and of its trajectory over terrain
+
+pub mod between;
+pub mod critical;
+pub mod impact;
+pub mod runout;
+pub mod state;
+
+use crate::contact::laws::Laws;
+use crate::contact::whole::Whole;
+use crate::rock::Rock;
+use crate::search::cells::Plane;
+use crate::search::tree::SphereTree;
+use crate::settings::Settings;
+use crate::terrain::Terrain;
+use between::Between;
+use critical::Steps;
+use nalgebra::Vector3;
+
+/// What does not change in a run.
+pub struct Model {
+    /// What the scene says.
+    pub settings: Settings,
+    /// The rocks.
+    pub rocks: Vec<Rock>,
+    /// A tree over the spheres of each.
+    pub trees: Vec<SphereTree>,
+    /// The terrain.
+    pub ground: Option<Terrain>,
+    /// What is added to the positions of a state to give the user's [m]; zero without terrain.
+    pub origin: Vector3<f64>,
+    /// The laws of contact; `None`: nothing is touched.
+    pub laws: Option<Laws>,
+    /// For each rock the number of its law with the structure.
+    pub rows: Vec<Vec<u16>>,
+    /// For each rock the numbers of its laws with the materials of the terrain.
+    pub ground_rows: Vec<Vec<u16>>,
+    /// For each rock with such a law there what its contact with the terrain as a whole needs.
+    pub wholes: Vec<Option<Whole>>,
+    /// Which law is between two rocks; `None`: they do not touch each other.
+    pub between: Option<Between>,
+    /// The sides of the box.
+    pub planes: Vec<Plane>,
+    /// For each rock the number of its law with them; empty without a box.
+    pub side_rows: Vec<Vec<u16>>,
+    /// The step.
+    pub steps: Steps,
+    /// Whether savings may be used.
+    pub shortcuts: bool,
+}
+
+/// What the names of a rock's measures begin with: its name where there are several.
+pub fn prefix(model: &Model, rock: usize) -> String {
+    if model.settings.named() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
+}
+
+/// Name of a rock.
+pub fn name_of(model: &Model, rock: usize) -> &str {
+    &model.rocks[rock].name
+}

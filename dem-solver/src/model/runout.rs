@@ -1,0 +1,180 @@
+//! The way of a rock over terrain: what is followed of it step by step, and what it amounts to.
+//!
+//! An impact is a touch after a flight that lasted longer than the shortest contact. Jump height is that
+//! of the rock's lowest point above the ground under its centre, along gravity, looked at twenty times in a
+//! second of flight (what an apex between two looks has more is 3 mm). A rock has come to rest when its fastest point stayed slower than
+//! `rest_speed` for `rest_time` while it touched the ground; it is out when its centre has left the
+//! terrain sideways, or has fallen below all of it.
+
+use crate::rock::{Motion, Rock};
+use crate::settings::{Settings, TerrainSettings};
+use crate::terrain::Terrain;
+use nalgebra::Vector3;
+
+/// Time between two looks at the height of a flying rock [s].
+pub const LOOK: f64 = 0.05;
+
+/// How a way ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// At rest on the ground.
+    Rest,
+    /// Beside or below the terrain.
+    Out,
+}
+
+/// What has been seen of a rock's way so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Path {
+    /// Since when it has been slow and touching [s].
+    pub slow_since: Option<f64>,
+    /// When it last touched [s]; the start of the run before that.
+    pub touched: f64,
+    /// When the touch under way began [s].
+    pub contact_since: Option<f64>,
+    /// Number of impacts.
+    pub impacts: u64,
+    /// Time in contact [s].
+    pub in_contact: f64,
+    /// Largest speed of the centre, and when [m/s, s].
+    pub fastest: (f64, f64),
+    /// Largest jump height, and when [m, s].
+    pub highest: (f64, f64),
+    /// Largest kinetic energy, and when [J, s].
+    pub most_energy: (f64, f64),
+    /// When the last row of its way was written [s].
+    pub row: f64,
+    /// Until when it has been judged whether it has ended [s].
+    pub judged: f64,
+    /// How it ended.
+    pub ending: Option<End>,
+}
+
+/// The end of a way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct End {
+    /// How.
+    pub how: Ending,
+    /// When [s].
+    pub time: f64,
+    /// Centre of mass then [m].
+    pub position: Vector3<f64>,
+    /// Its velocity [m/s].
+    pub velocity: Vector3<f64>,
+}
+
+impl Path {
+    /// The start of the run, with the jump height there.
+    pub fn begin(&mut self, rock: &Rock, motion: &Motion, height: Option<f64>) {
+        self.see(rock, motion, 0.0);
+        self.height(height, 0.0);
+    }
+
+    /// Whether the rock has left the terrain: where it goes then, while others still move, counts no more.
+    pub fn has_left(&self) -> bool {
+        self.ending.is_some_and(|end| end.how == Ending::Out)
+    }
+
+    /// Take in a step of `h` [s] that ends at `end` [s] with the motion `after`; `touching`: there were
+    /// contacts in its middle.
+    pub fn step(
+        &mut self,
+        rock: &Rock,
+        terrain: &TerrainSettings,
+        after: &Motion,
+        end: f64,
+        h: f64,
+        touching: bool,
+        shortest: f64,
+    ) {
+        let speed = after.velocity.norm();
+        self.see(rock, after, end);
+        if !touching {
+            (self.contact_since, self.slow_since) = (None, None);
+            return;
+        }
+        if self.contact_since.is_none() {
+            self.contact_since = Some(end);
+            self.impacts += u64::from(self.impacts == 0 || end - self.touched > shortest);
+        }
+        self.touched = end;
+        self.in_contact += h;
+        let fastest =
+            speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
+        if fastest > terrain.rest_speed {
+            self.slow_since = None;
+        } else if self.slow_since.is_none() {
+            self.slow_since = Some(end);
+        }
+    }
+
+    /// Take in a flight that ends at `end` [s] with the motion `after`.
+    pub fn flew(&mut self, rock: &Rock, after: &Motion, end: f64) {
+        (self.contact_since, self.slow_since) = (None, None);
+        self.see(rock, after, end);
+    }
+
+    fn see(&mut self, rock: &Rock, motion: &Motion, time: f64) {
+        if self.has_left() {
+            return;
+        }
+        let speed = motion.velocity.norm();
+        if speed > self.fastest.0 {
+            self.fastest = (speed, time);
+        }
+        let energy = rock.kinetic_energy(motion);
+        if energy > self.most_energy.0 {
+            self.most_energy = (energy, time);
+        }
+    }
+
+    /// Take in the jump height at `time` [s].
+    pub fn height(&mut self, height: Option<f64>, time: f64) {
+        if let Some(height) = height.filter(|h| *h > self.highest.0 && !self.has_left()) {
+            self.highest = (height, time);
+        }
+    }
+
+    /// Whether the trajectory has ended by `time` [s].
+    pub fn judge(&mut self, ground: &Terrain, settings: &Settings, motion: &Motion, time: f64) {
+        let since = std::mem::replace(&mut self.judged, time).max(self.touched);
+        let Some(terrain) = settings.terrain.as_ref().filter(|_| self.ending.is_none()) else { return };
+        let (position, velocity) = (motion.position, motion.velocity);
+        if self.slow_since.is_some_and(|since| time - since >= terrain.rest_time) {
+            self.ending = Some(End { how: Ending::Rest, time, position, velocity });
+        } else if is_out(ground, &settings.down(), &position) {
+            self.ending = Some(exit(ground, settings, motion, time, time - since));
+        }
+    }
+}
+
+/// Height of a rock's lowest point above the ground under its centre [m].
+pub fn jump_height(ground: &Terrain, rock: &Rock, motion: &Motion, down: &Vector3<f64>) -> Option<f64> {
+    let below = rock.depth(motion, down) - motion.position.dot(down);
+    ground.height(&motion.position, down).map(|height| height - below)
+}
+
+/// When and where a rock crossed the border of the terrain that is beside it at `time` [s], in flight for the last `flight` [s].
+fn exit(ground: &Terrain, settings: &Settings, motion: &Motion, time: f64, flight: f64) -> End {
+    let (gravity, down) = (settings.gravity, settings.down());
+    let at = |ago: f64| motion.position - motion.velocity * ago + gravity * (0.5 * ago * ago);
+    let (mut outside, mut inside) = (0.0, flight);
+    // Halved to rounding. Where the start of the flight counts as outside too, nothing better is known than now.
+    for _ in 0..if is_out(ground, &down, &at(flight)) { 0 } else { 50 } {
+        let middle = 0.5 * (outside + inside);
+        *(if is_out(ground, &down, &at(middle)) { &mut outside } else { &mut inside }) = middle;
+    }
+    let velocity = motion.velocity - gravity * outside;
+    End { how: Ending::Out, time: time - outside, position: at(outside), velocity }
+}
+
+/// True if a point lies beside the terrain, or below all of it. Sideways are the two axes that gravity
+/// follows least.
+fn is_out(ground: &Terrain, down: &Vector3<f64>, position: &Vector3<f64>) -> bool {
+    let upright = down.iamax();
+    (0..3).any(|axis| {
+        let (below, above) = (position[axis] < ground.lowest[axis], position[axis] > ground.highest[axis]);
+        let sunk = if down[axis] > 0.0 { above } else { below };
+        if axis == upright { sunk } else { below || above }
+    })
+}

@@ -1,0 +1,138 @@
+//! Which material lies where: polygons in the scene, or a raster of zone numbers.
+
+use super::formats;
+use super::triangulation::Raster;
+use crate::settings::TerrainSettings;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+
+/// The zones of a terrain, in local coordinates. Zone 0 is everything else.
+#[derive(Debug, Clone, Default)]
+pub struct Zones {
+    materials: Vec<String>,
+    polygons: Vec<(Vec<[f64; 2]>, u8)>,
+    raster: Option<Raster>,
+    numbers: Vec<(i64, u8)>,
+}
+
+/// Polygons that lie beside the terrain, from `low` to `high`.
+pub fn beside(settings: &TerrainSettings, low: &Vector3<f64>, high: &Vector3<f64>) -> Vec<String> {
+    let of = |(number, corners): (usize, &Vec<[f64; 2]>)| {
+        let range = |axis: usize| {
+            let along = corners.iter().map(|c| c[axis]);
+            along.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
+        };
+        let [[x0, x1], [y0, y1]] = [range(0), range(1)];
+        (x1 < low.x || x0 > high.x || y1 < low.y || y0 > high.y).then(|| {
+            format!(
+                "terrain.zone.{number}.polygon: it covers nothing: it lies from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}), and the \
+                 terrain from ({:.1}, {:.1}) to ({:.1}, {:.1}); corners are [x, y] in the terrain's coordinates",
+                low.x, low.y, high.x, high.y
+            )
+        })
+    };
+    let zones = settings.zone.iter().enumerate();
+    zones.filter_map(|(number, zone)| Some((number, zone.polygon.as_ref()?))).filter_map(of).collect()
+}
+
+impl Zones {
+    /// Those of a scene whose terrain has the origin `origin`.
+    pub fn of(scene: &Scene, settings: &TerrainSettings, origin: &Vector3<f64>) -> Result<Self, InputError> {
+        let mut zones = Self { materials: vec![settings.material.clone()], ..Self::default() };
+        for zone in &settings.zone {
+            let place = zones.materials.iter().position(|m| *m == zone.material).unwrap_or_else(|| {
+                zones.materials.push(zone.material.clone());
+                zones.materials.len() - 1
+            }) as u8;
+            if let Some(corners) = &zone.polygon {
+                let local = corners.iter().map(|[x, y]| [x - origin.x, y - origin.y]).collect();
+                zones.polygons.push((local, place));
+            }
+            if let Some(number) = zone.number {
+                zones.numbers.push((number, place));
+            }
+        }
+        if let Some(file) = &settings.zones {
+            let mut raster = formats::raster(&scene.resolve(file))?;
+            raster.corner = [raster.corner[0] - origin.x, raster.corner[1] - origin.y];
+            zones.raster = Some(raster);
+        }
+        Ok(zones)
+    }
+
+    /// Materials by zone.
+    pub fn materials(&self) -> &[String] {
+        &self.materials
+    }
+
+    /// True if everything is zone 0.
+    pub fn is_empty(&self) -> bool {
+        self.polygons.is_empty() && self.numbers.is_empty()
+    }
+
+    /// Zone at a local position; polygons count before the raster, the last one before the others.
+    pub fn at(&self, position: &Vector3<f64>) -> u8 {
+        let polygon =
+            self.polygons.iter().rev().find(|(corners, _)| contains(corners, position.x, position.y));
+        if let Some((_, zone)) = polygon {
+            return *zone;
+        }
+        let number = self.raster.as_ref().and_then(|raster| raster.nearest(position.x, position.y));
+        let zone =
+            |n: f64| self.numbers.iter().find(|(number, _)| *number as f64 == n).map(|(_, zone)| *zone);
+        number.and_then(zone).unwrap_or(0)
+    }
+}
+
+impl Raster {
+    /// Value of the cell that holds a point, `None` outside or where there is none.
+    fn nearest(&self, x: f64, y: f64) -> Option<f64> {
+        let cell = |v: f64, from: f64, size: f64, count: usize| {
+            let at = ((v - from) / size).round();
+            (at >= 0.0 && at < count as f64).then_some(at as usize)
+        };
+        let column = cell(x, self.corner[0], self.spacing[0], self.counts[0])?;
+        let row = self.counts[1] - 1 - cell(y, self.corner[1], self.spacing[1], self.counts[1])?;
+        Some(self.heights[row * self.counts[0] + column]).filter(|v| !v.is_nan())
+    }
+}
+
+/// True if the polygon holds the point: borders crossed on the way to the east are odd.
+fn contains(corners: &[[f64; 2]], x: f64, y: f64) -> bool {
+    let mut inside = false;
+    let mut from = corners[corners.len() - 1];
+    for &to in corners {
+        if (from[1] > y) != (to[1] > y) && x < (to[0] - from[0]) * (y - from[1]) / (to[1] - from[1]) + from[0]
+        {
+            inside = !inside;
+        }
+        from = to;
+    }
+    inside
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_polygon_counts_then_the_raster_then_the_rest() {
+        let square = |a: f64, b: f64| vec![[a, a], [b, a], [b, b], [a, b]];
+        let zones = Zones {
+            materials: ["ground", "scree", "wood", "rock"].map(String::from).into(),
+            polygons: vec![(square(0.0, 4.0), 1), (square(2.0, 6.0), 2)],
+            raster: Some(Raster {
+                corner: [10.0, 0.0],
+                spacing: [2.0; 2],
+                counts: [2, 2],
+                heights: vec![7.0, 8.0, 9.0, f64::NAN],
+            }),
+            numbers: vec![(7, 3), (9, 1)],
+        };
+        let at = |x, y| zones.at(&Vector3::new(x, y, 50.0));
+        assert_eq!([at(1.0, 1.0), at(3.0, 3.0), at(5.0, 5.0), at(8.0, 8.0)], [1, 2, 2, 0]);
+        // North-west has 7, north-east 8 without a material, south-west 9, south-east nothing.
+        assert_eq!([at(9.1, 2.9), at(12.0, 2.0), at(10.0, -0.9), at(12.0, 0.0)], [3, 0, 1, 0]);
+    }
+}
