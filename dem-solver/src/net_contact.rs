@@ -1,7 +1,6 @@
 //! The stiffest contact that a rock may come into with the structure, in numbers for `rockfall check`.
 
 use crate::law::Law;
-use crate::law::normal::Normal;
 use crate::model::Model;
 use crate::model::critical::DEEP;
 use crate::settings::{EffectiveMass, STRUCTURE};
@@ -83,8 +82,5 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
 
 /// The power of the force with which the stiffness of a contact grows.
 fn exponent(law: &Law) -> f64 {
-    match law.normal {
-        Normal::Hertz(_) => 1.0 / 3.0,
-        Normal::Linear(_) | Normal::LinearPerRadius(_) => 0.0,
-    }
+    law.normal.stiffening() / (law.normal.powers().overlap - 1.0)
 }

@@ -69,7 +69,7 @@ impl Steps {
             let squares = (2.0 * impact / mass).max(2.0 * NEIGHBOURS * pressed / mass) * share;
             let ratio = law.damping.map_or(0.0, |d| d.ratio);
             steps.critical = steps.critical.min(critical(squares.sqrt(), ratio));
-            steps.contact = steps.contact.min(law.normal.duration(0.5 * radius, 0.5 * mass, speed));
+            steps.contact = steps.contact.min(law.normal.impact(0.5 * radius, 0.5 * mass, speed).1);
             steps.stiffness = steps.stiffness.max(impact.max(pressed));
         }
         let dem = &settings.dem;

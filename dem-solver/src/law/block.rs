@@ -7,7 +7,7 @@
 
 use crate::law::Law;
 use crate::law::contact_point::{Answer, Meeting, Past};
-use crate::law::normal::{Load, Normal};
+use crate::law::normal::Load;
 use crate::law::tangential::Tangential;
 use crate::settings::TangentialName;
 use interface_defs::wide;
@@ -217,21 +217,8 @@ fn choose(first: bool, a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 wide! {
     /// The elastic load, and the normal force with the dashpot.
     fn press(law: &Law, given: &Given, found: &mut Found) {
-        match law.normal {
-            Normal::Hertz(modulus) => for l in 0..WIDTH {
-                let stiffness = 2.0 * modulus * (given.radius[l] * given.overlap[l]).sqrt();
-                let force = 2.0 / 3.0 * stiffness * given.overlap[l];
-                found.stiffness[l] = stiffness;
-                found.elastic[l] = force;
-                found.energy[l] = 0.4 * force * given.overlap[l];
-            },
-            Normal::Linear(_) | Normal::LinearPerRadius(_) => for l in 0..WIDTH {
-                let load = law.normal.load(given.radius[l], given.overlap[l]);
-                found.stiffness[l] = load.stiffness;
-                found.elastic[l] = load.force;
-                found.energy[l] = load.energy;
-            },
-        }
+        let loads = [&mut found.stiffness, &mut found.elastic, &mut found.energy];
+        law.normal.loads(&given.radius, &given.overlap, loads);
         let damped = law.damping.is_some();
         for l in 0..WIDTH {
             let n = [given.normal[0][l], given.normal[1][l], given.normal[2][l]];
@@ -322,14 +309,14 @@ fn variants(tangential: &Tangential, given: &Given, approach: &Column) -> [Colum
     let mut carried = [1.0; WIDTH];
     match tangential.history {
         TangentialName::Incremental => {}
-        TangentialName::UnloadingScaled => {
+        TangentialName::UnloadingScaled if tangential.stiffening <= 1.0 => {
             let overlaps = given.overlap.iter().zip(&given.before);
             for (carried, (overlap, before)) in carried.iter_mut().zip(overlaps) {
                 let less = (overlap / before).sqrt();
                 *carried = if overlap < before { less } else { 1.0 };
             }
         }
-        TangentialName::Secant => {
+        TangentialName::UnloadingScaled | TangentialName::Secant => {
             carried = std::array::from_fn(|l| tangential.carried(given.overlap[l], given.before[l]));
         }
     }
@@ -351,7 +338,7 @@ mod tests {
 
     fn law(more: &str) -> Law {
         let text = format!("law = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.2\n{more}");
-        Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), Partner::Wall)
+        Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), Partner::Surface)
     }
 
     fn bits(answer: &Answer) -> Vec<u64> {
@@ -386,7 +373,7 @@ mod tests {
                 "law = \"linear\"\nstiffness = 1e6\npoisson = 0.2\nrestitution = 0.4\nfriction = 0.3\n",
             )
             .expect("a table"),
-            Partner::Wall,
+            Partner::Surface,
         ));
         let (mut slides, mut sticks, mut parts) = (0, 0, 0);
         for law in &all {

@@ -14,7 +14,8 @@
 
 use crate::law::contact_point::{Meeting, Past};
 use crate::law::normal::Load;
-use crate::settings::RollingName;
+use crate::law::settings::RollingName;
+use crate::law::tangential::left_on_unloading;
 use nalgebra::Vector3;
 
 /// `k_r / (k_n (mu_r R*)^2)`.
@@ -29,6 +30,8 @@ pub struct Rolling {
     pub friction: f64,
     /// Damping ratio of the rolling spring.
     pub damping: f64,
+    /// The power of the overlap with which the normal stiffness grows.
+    pub stiffening: f64,
 }
 
 /// Moment of one contact in a step.
@@ -56,8 +59,7 @@ impl Rolling {
             }
             RollingName::Spring => {
                 let stiffness = STIFFNESS * load.stiffness * arm * arm;
-                let unloads = meeting.overlap < past.overlap;
-                let share = if unloads { (meeting.overlap / past.overlap).sqrt() } else { 1.0 };
+                let share = left_on_unloading(meeting.overlap, past.overlap, self.stiffening);
                 let half = meeting.spin * (0.5 * h * stiffness);
                 let trial = past.moment * share - half;
                 let size = trial.norm();
@@ -99,7 +101,7 @@ mod tests {
 
     #[test]
     fn a_constant_moment_is_the_limit_and_never_turns_the_spin_round() {
-        let law = Rolling { kind: RollingName::Constant, friction: 0.05, damping: 0.0 };
+        let law = Rolling { kind: RollingName::Constant, friction: 0.05, damping: 0.0, stiffening: 0.5 };
         let past = Past::default();
         let fast = law.resist(&LOAD, 100.0, &meeting(Vector3::y() * 3.0), &past, 1e-4);
         assert!((fast.moment + Vector3::y() * 0.5).norm() < 1e-15);
@@ -114,7 +116,7 @@ mod tests {
 
     #[test]
     fn below_its_limit_the_rolling_spring_gives_back_what_it_took() {
-        let law = Rolling { kind: RollingName::Spring, friction: 0.05, damping: 0.0 };
+        let law = Rolling { kind: RollingName::Spring, friction: 0.05, damping: 0.0, stiffening: 0.5 };
         let (spin, h) = (Vector3::new(0.01, -0.02, 0.0), 1e-4);
         let mut past = Past { overlap: 1e-3, ..Past::default() };
         let mut work = 0.0;

@@ -167,7 +167,7 @@ impl Steps {
             EffectiveMass::Rock => d.ratio * face.sqrt(),
         });
         self.critical = self.critical.min(critical(fastest.sqrt(), ratio));
-        self.contact = self.contact.min(law.normal.duration(radius, rock.mass / face, speed));
+        self.contact = self.contact.min(law.normal.impact(radius, rock.mass / face, speed).1);
         self.stiffness = self.stiffness.max(flat);
         Mode { square: fastest, ratio }
     }
@@ -248,7 +248,7 @@ impl Steps {
             EffectiveMass::Rock => d.ratio * face.sqrt(),
         });
         self.critical = self.critical.min(critical(square.sqrt(), ratio));
-        self.contact = self.contact.min(law.normal.duration(radius, mass / face, speed));
+        self.contact = self.contact.min(law.normal.impact(radius, mass / face, speed).1);
         self.stiffness = self.stiffness.max(flat);
         Mode { square, ratio }
     }

@@ -153,7 +153,7 @@ impl Landed {
         let mobility = push.norm_squared() / rock.mass + own.dot(&own.component_div(&rock.inertia));
         group.mass = group.weights * group.weights / mobility;
         if let Some(damping) = &group.law.damping {
-            let ratio = restitution::linear_of_hertz(damping.ratio);
+            let ratio = restitution::as_linear(damping.ratio, 2.5);
             // ds/dt = F dD/dt / s with s = sqrt(2 U).
             let rising = group.pressed.force * rate / (2.0 * group.pressed.energy).sqrt();
             group.viscous = 2.0 * ratio * group.mass.sqrt() * rising;

@@ -6,8 +6,8 @@
 use super::*;
 use crate::law::damping::Damping;
 use crate::law::elastic::{Elastic, stiffness_ratio};
-use crate::law::normal::Normal;
-use crate::law::restitution::hertz_ratio;
+use crate::law::normal::{Hertz, Normal};
+use crate::law::restitution::ratio;
 use crate::law::tangential::Tangential;
 use crate::settings::{EffectiveMass, TangentialName};
 use std::f64::consts::PI;
@@ -34,7 +34,7 @@ fn impact(law: &Law, a: &mut Ball, b: &mut Ball, steps: f64) {
     let radius = 1.0 / (1.0 / a.radius + 1.0 / b.radius);
     let mass = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
     let speed = a.velocity[1] - b.velocity[1];
-    let h = law.normal.duration(radius, mass, speed) / steps;
+    let h = law.normal.impact(radius, mass, speed).1 / steps;
     let dashpot = law.damping.map_or(0.0, |d| 2.0 * d.ratio * mass.sqrt());
     let mut overlap = 0.0;
     let mut past = Past::default();
@@ -84,16 +84,16 @@ const VARIANTS: [TangentialName; 3] =
     [TangentialName::Incremental, TangentialName::UnloadingScaled, TangentialName::Secant];
 
 fn law(sides: Elastic, friction: f64, restitution: f64, history: TangentialName) -> Law {
-    let ratio = if restitution < 1.0 { hertz_ratio(restitution) } else { 0.0 };
+    let ratio = if restitution < 1.0 { ratio(restitution, 2.5) } else { 0.0 };
     Law {
         whole: false,
-        normal: Normal::Hertz(sides.modulus()),
+        normal: Normal::HertzMindlin(Hertz { modulus: sides.modulus() }),
         damping: (ratio > 0.0).then_some(Damping { ratio, mass: EffectiveMass::Rock }),
         tangential: (friction > 0.0).then_some(Tangential {
             friction,
             stiffness_ratio: sides.stiffness_ratio(),
             history,
-            grows: true,
+            stiffening: 0.5,
             sliding: None,
         }),
         rolling: None,
