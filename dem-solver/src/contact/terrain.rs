@@ -5,15 +5,15 @@
 //!
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
-use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::broad_phase::terrain_pairs::Surroundings;
-use crate::contact::history::{Heir, Memory, NONE, inherit, inherit_beside};
-use crate::contact::narrow_phase::faces::{Faces, Met, Part};
-use crate::contact::narrow_phase::selection::{Candidate, keep_contacts};
-use crate::contact::rows::{Rows, Sums};
+use super::broad_phase::cell_grid::Plane;
+use super::broad_phase::terrain_pairs::Surroundings;
+use super::history::{Successor, SurfaceHistory, Transfer};
+use super::narrow_phase::faces::{Faces, Met, Part};
+use super::narrow_phase::selection::{Candidate, keep_contacts};
+use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
 use crate::geometry::closest::{Feature, on_face};
 use crate::law::Law;
-use crate::law::contact_point::{Meeting, Past};
+use crate::law::contact_point::History;
 use crate::law::table::WallLaws;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
@@ -71,27 +71,26 @@ impl Candidate for Contact {
 pub struct Standing {
     /// The contacts, by sphere, in the order of the hierarchy.
     pub contacts: Vec<Contact>,
-    heirs: Vec<u32>,
+    transfer: Transfer,
     rows: Rows,
     spare: Vec<Contact>,
     met: Vec<Met>,
     faces: Faces,
-    /// The memories after the step.
-    pub memories: Vec<Memory>,
+    /// The histories after the step.
+    pub histories: Vec<SurfaceHistory>,
 }
 
 impl Standing {
     /// Room for so many contacts.
     pub fn new(contacts: usize) -> Self {
-        let mut rows = Rows::default();
-        rows.reserve(contacts);
-        Self {
-            rows,
+        let mut it = Self {
             contacts: Vec::with_capacity(contacts),
-            heirs: Vec::with_capacity(contacts),
-            memories: Vec::with_capacity(contacts),
+            histories: Vec::with_capacity(contacts),
             ..Self::default()
-        }
+        };
+        it.transfer.reserve(contacts);
+        it.rows.reserve(contacts);
+        it
     }
 
     /// Find the contacts at `now`; `around` must be good there. Where the ground says so they are continuous over kinks.
@@ -227,8 +226,8 @@ impl Standing {
         self.contacts.iter().map(of).sum()
     }
 
-    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the memories after
-    /// it go to [`Standing::memories`]. Without `ground` the contacts are those with planes.
+    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the histories after
+    /// it go to [`Standing::histories`]. Without `ground` the contacts are those with planes.
     pub fn forces(
         &mut self,
         rock: &Rock,
@@ -236,72 +235,28 @@ impl Standing {
         ground: Option<&Terrain>,
         now: &Motion,
         h: f64,
-        before: &[Memory],
+        before: &[SurfaceHistory],
     ) -> Sums {
-        self.memories.clear();
-        let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
+        self.histories.clear();
+        let fastest = now.velocity.norm();
         if self.contacts.is_empty() {
-            return sums;
+            return Sums { fastest, ..Sums::default() };
         }
-        let remembers = laws.any(|law| law.remembers());
-        let stays = |(c, m): (&Contact, &Memory)| (c.sphere, c.key) == (m.sphere, m.element);
-        if before.len() == self.contacts.len() && self.contacts.iter().zip(before).all(stays) {
-            // As in most steps, each is its own heir.
-            self.heirs.clear();
-            self.heirs.extend(0..before.len() as u32);
-        } else if remembers {
+        if laws.any(|law| law.remembers()) {
             let neighbours = |a: u32, b: u32| ground.is_some_and(|ground| ground.share_a_node(a, b));
-            let view = |contact| View { contact, way: sums.fastest * h };
-            inherit(self.contacts.len(), |i| view(&self.contacts[i]), before, neighbours, &mut self.heirs);
-            if ground.is_some_and(|ground| ground.continuous) {
-                inherit_beside(|i| view(&self.contacts[i]), before, &mut self.heirs);
-            }
+            let view = |contact| View { contact, slip: fastest * h };
+            let beside = ground.is_some_and(|ground| ground.continuous);
+            self.transfer.find(&self.contacts, view, before, neighbours, beside);
         }
-        let spin = rock.spin(now);
-        let contacts = self.count();
-        let inertia = rock.inertia.min() / contacts as f64;
-        let dashpot =
-            |law: &Law| law.damping.as_ref().map_or(0.0, |d| d.coefficient(rock.mass, contacts, 0.0));
-        let mut known = laws.of(self.contacts[0].triangle);
-        let mut coefficient = dashpot(known);
-        self.rows.clear();
-        for (i, contact) in self.contacts.iter().enumerate() {
-            let number = laws.number(contact.triangle);
-            let law = &laws.laws[number as usize];
-            if !std::ptr::eq(law, known) {
-                (known, coefficient) = (law, dashpot(law));
-            }
-            let past = match self.heirs.get(i) {
-                Some(&heir) if remembers && heir != NONE => before[heir as usize].past(),
-                _ => Past::default(),
-            };
-            let meeting = Meeting {
-                normal: contact.normal,
-                overlap: contact.overlap,
-                radius: contact.radius,
-                velocity: now.velocity + spin.cross(&contact.arm()),
-                spin,
-                inertia,
-                dashpot: coefficient,
-            };
-            self.rows.push(meeting, past, number, laws.laws);
-        }
-        self.rows.answer(laws.laws, h);
-        for (contact, answer) in self.contacts.iter().zip(self.rows.answers()) {
-            if laws.of(contact.triangle).remembers() {
-                self.memories.push(Memory {
-                    sphere: contact.sphere,
-                    element: contact.key,
-                    spring: answer.spring,
-                    moment: answer.rolled,
-                    normal: contact.normal,
-                    overlap: contact.overlap,
-                    energy: answer.sheared,
-                });
-            }
-            sums.add(&answer, contact.share, &contact.arm(), contact.overlap / contact.radius);
-        }
-        sums
+        let (spin, count) = (rock.spin(now), self.count());
+        let inertia = rock.inertia.min() / count as f64;
+        let mover = Mover { velocity: now.velocity, spin, relative_spin: spin, inertia };
+        let Self { contacts, transfer, rows, histories, .. } = self;
+        let first = &laws.laws[usize::from(laws.number(contacts[0].triangle))];
+        let known = (first, dashpot(first, rock.mass, count));
+        let mut partner = OnSurface { laws, mass: rock.mass, count, known, transfer, before, histories };
+        let sums = forces(&mut partner, contacts, &mover, laws.laws, rows, h);
+        Sums { fastest, ..sums }
     }
 
     /// Sphere of the first contact that has been pushed past the centres of the outer spheres, as
@@ -315,6 +270,65 @@ impl Standing {
                 || contact.distance + h * relative.dot(&contact.normal) < 0.0
         };
         self.contacts.iter().find(passed).map(|c| c.sphere)
+    }
+}
+
+/// A surface that stands still as partner, along the axes of space.
+struct OnSurface<'a> {
+    laws: WallLaws<'a>,
+    /// Mass of the rock [kg].
+    mass: f64,
+    /// Contacts among which it is shared.
+    count: usize,
+    /// The law that was asked last, and its dashpot: mostly all have one.
+    known: (&'a Law, f64),
+    transfer: &'a Transfer,
+    before: &'a [SurfaceHistory],
+    histories: &'a mut Vec<SurfaceHistory>,
+}
+
+/// Dashpot of a contact of a rock of `mass` [kg] that `count` share, with a surface that is fixed [kg^(1/2)].
+fn dashpot(law: &Law, mass: f64, count: usize) -> f64 {
+    law.damping.as_ref().map_or(0.0, |d| d.coefficient(mass, count, 0.0))
+}
+
+impl<'a> Partner for OnSurface<'a> {
+    type Contact = Contact;
+
+    #[inline]
+    fn law(&self, contact: &Contact) -> u16 {
+        self.laws.number(contact.triangle)
+    }
+
+    #[inline]
+    fn site(&self, contact: &Contact) -> Site {
+        Site {
+            normal: contact.normal,
+            overlap: contact.overlap,
+            radius: contact.radius,
+            smaller: contact.radius,
+            arm: contact.arm(),
+            weight: contact.share,
+        }
+    }
+
+    #[inline]
+    fn dashpot(&mut self, contact: &Contact, law: &Law) -> f64 {
+        if !std::ptr::eq(law, self.known.0) {
+            self.known = (self.laws.of(contact.triangle), dashpot(law, self.mass, self.count));
+        }
+        self.known.1
+    }
+
+    #[inline]
+    fn history(&mut self, number: usize, _: &Contact) -> History {
+        self.transfer.of(number, self.before).unwrap_or_default()
+    }
+
+    #[inline]
+    fn keep(&mut self, contact: &Contact, site: &Site, history: History) {
+        let (sphere, element) = (contact.sphere, contact.key);
+        self.histories.push(SurfaceHistory { sphere, element, normal: site.normal, history });
     }
 }
 
@@ -341,10 +355,10 @@ impl Turned {
 
 struct View<'a> {
     contact: &'a Contact,
-    way: f64,
+    slip: f64,
 }
 
-impl Heir for View<'_> {
+impl Successor for View<'_> {
     fn sphere(&self) -> u32 {
         self.contact.sphere
     }
@@ -355,7 +369,7 @@ impl Heir for View<'_> {
         self.contact.normal
     }
     fn turn(&self) -> f64 {
-        // Twice the way, for the spin that it does not show; and rounding.
-        2.0 * self.way / self.contact.distance.abs() + 1e-9
+        // Twice the slip, for the spin that it does not show; and rounding.
+        2.0 * self.slip / self.contact.distance.abs() + 1e-9
     }
 }

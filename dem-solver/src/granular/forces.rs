@@ -5,11 +5,10 @@
 //! share out blocks of spheres; who computes a block does not change a bit of it, and energies are
 //! summed up in the order of the blocks.
 
-use super::state::Held;
 use crate::contact::broad_phase::cell_grid::{Pair, PairList, Plane};
 use crate::law::Law;
 use crate::law::block::{Block, WIDTH};
-use crate::law::contact_point::{Meeting, Past};
+use crate::law::contact_point::{ContactPoint, History};
 use nalgebra::Vector3;
 
 /// Spheres of a block.
@@ -66,7 +65,7 @@ impl Sums {
     }
 }
 
-/// A contact that waits for its answer.
+/// A contact that waits for its response.
 #[derive(Debug, Clone, Copy, Default)]
 struct Touch {
     /// Its pair, from the first of those that are answered.
@@ -80,7 +79,7 @@ struct Touch {
 /// Where answers go.
 struct Out<'a> {
     sums: Sums,
-    held: &'a mut [Held],
+    held: &'a mut [History],
     pushes: &'a mut [Push],
     moments: &'a mut [Vector3<f64>],
 }
@@ -133,7 +132,7 @@ impl Scene<'_> {
         &self,
         from: usize,
         to: usize,
-        held: &mut [Held],
+        held: &mut [History],
         pushes: &mut [Push],
         moments: &mut [Vector3<f64>],
     ) -> Sums {
@@ -163,8 +162,8 @@ impl Scene<'_> {
                 };
                 waiting[block.count] = Touch { pair: p - origin, normal, overlap, depth: overlap / smaller };
                 let held = &out.held[p - origin];
-                let past = if held.overlap > 0.0 { held.past() } else { Past::default() };
-                block.push(&self.meeting(law, i, pair, normal, overlap, arms), &past);
+                let history = if held.overlap > 0.0 { *held } else { History::default() };
+                block.push(&self.point(law, i, pair, normal, overlap, arms), &history);
             }
         }
         self.finish(&mut block, &waiting, &mut out);
@@ -179,20 +178,19 @@ impl Scene<'_> {
         let law = &self.laws[block.law as usize];
         block.compute(law, self.h);
         for (l, touch) in waiting.iter().enumerate().take(block.count) {
-            let answer = block.answer(l);
-            out.held[touch.pair] =
-                Held { overlap: touch.overlap, spring: answer.spring, moment: answer.rolled };
+            let response = block.response(l);
+            out.held[touch.pair] = response.history(touch.overlap);
             let couple =
-                if law.tangential.is_some() { touch.normal.cross(&answer.force) } else { Vector3::zeros() };
-            out.pushes[touch.pair] = Push { force: answer.force, couple };
+                if law.tangential.is_some() { touch.normal.cross(&response.force) } else { Vector3::zeros() };
+            out.pushes[touch.pair] = Push { force: response.force, couple };
             if law.rolling.is_some() {
-                out.moments[touch.pair] = answer.moment;
+                out.moments[touch.pair] = response.moment;
             }
             let sums = &mut out.sums;
-            sums.damped += answer.damped;
-            sums.rubbed += answer.rubbed;
-            sums.sheared += answer.sheared;
-            sums.elastic += answer.load.energy;
+            sums.damped += response.damped;
+            sums.rubbed += response.rubbed;
+            sums.sheared += response.sheared;
+            sums.elastic += response.load.energy;
             sums.contacts += 1;
             sums.deepest = sums.deepest.max(touch.depth);
         }
@@ -200,7 +198,7 @@ impl Scene<'_> {
     }
 
     #[inline]
-    fn meeting(
+    fn point(
         &self,
         law: &Law,
         i: usize,
@@ -208,7 +206,7 @@ impl Scene<'_> {
         normal: Vector3<f64>,
         overlap: f64,
         arms: [f64; 2],
-    ) -> Meeting {
+    ) -> ContactPoint {
         let first = &self.seen[i];
         let mut velocity = first.velocity;
         let mut spin = first.spin;
@@ -227,7 +225,8 @@ impl Scene<'_> {
             velocity += turning.cross(&normal);
         }
         let dashpot = law.damping.as_ref().map_or(0.0, |d| 2.0 * d.ratio * pair.root_mass);
-        Meeting { normal, overlap, radius: pair.radius, velocity, spin, inertia, dashpot }
+        let jump = Vector3::zeros();
+        ContactPoint { normal, overlap, radius: pair.radius, velocity, spin, inertia, dashpot, jump }
     }
 
     /// Energy of the normal springs and number of contacts of the spheres from `from` to `to`.
@@ -250,7 +249,7 @@ impl Scene<'_> {
     pub fn gather(
         &self,
         i: usize,
-        held: &[Held],
+        held: &[History],
         pushes: &[Push],
         moments: &[Vector3<f64>],
     ) -> [Vector3<f64>; 2] {

@@ -3,8 +3,9 @@
 use super::Model;
 use super::cause;
 use super::forces::{BLOCK, Push, Scene, Seen, Sums};
-use super::state::{Held, State};
+use super::state::State;
 use crate::contact::broad_phase::cell_grid::{Pair, PairList};
+use crate::law::contact_point::History;
 use interface_defs::{Fault, Window};
 use nalgebra::Vector3;
 
@@ -20,9 +21,9 @@ const DEEPEST: f64 = 1.0;
 pub struct Run {
     list: PairList,
     seen: Vec<Seen>,
-    held: Vec<Held>,
+    held: Vec<History>,
     /// The list before, while histories are handed over.
-    old: (Vec<u32>, Vec<Pair>, Vec<Held>),
+    old: (Vec<u32>, Vec<Pair>, Vec<History>),
     centres: Vec<Vector3<f64>>,
     pushes: Vec<Push>,
     moments: Vec<Vector3<f64>>,
@@ -133,7 +134,7 @@ impl Run {
         self.list.build(&self.centres, &model.radius, &model.planes, skin, |i, second| model.pair(i, second));
         let count = self.list.pairs.len();
         self.held.clear();
-        self.held.resize(count, Held::default());
+        self.held.resize(count, History::default());
         self.pushes.resize(count, Push::default());
         if model.rolls {
             self.moments.resize(count, Vector3::zeros());
@@ -221,9 +222,9 @@ impl Run {
     /// Put what the state remembers into the list.
     fn recall(&mut self, model: &Model, state: &State) {
         self.see(model, state, 0.0);
-        self.held.fill(Held::default());
+        self.held.fill(History::default());
         self.make_sure(model);
-        for (first, second, held) in &state.memories {
+        for (first, second, held) in &state.histories {
             let range =
                 self.list.start[*first as usize] as usize..self.list.start[*first as usize + 1] as usize;
             let at = self.list.pairs[range.clone()].binary_search_by_key(second, |p| p.second);
@@ -235,14 +236,14 @@ impl Run {
     }
 
     fn remember(&self, state: &mut State, model: &Model) {
-        state.memories.clear();
+        state.histories.clear();
         if !model.remembers {
             return;
         }
         for i in 0..self.seen.len() {
             for p in self.list.start[i] as usize..self.list.start[i + 1] as usize {
                 if self.held[p].overlap > 0.0 {
-                    state.memories.push((i as u32, self.list.pairs[p].second, self.held[p]));
+                    state.histories.push((i as u32, self.list.pairs[p].second, self.held[p]));
                 }
             }
         }
@@ -257,7 +258,7 @@ fn split<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
 }
 
 /// Hand the histories of sphere `i` from its old pairs to its new ones; both ascend.
-fn hand_over(pairs: &[Pair], old: &[Held], list: &PairList, i: usize, held: &mut [Held]) {
+fn hand_over(pairs: &[Pair], old: &[History], list: &PairList, i: usize, held: &mut [History]) {
     let mut new = list.start[i] as usize;
     let end = list.start[i + 1] as usize;
     for (pair, old) in pairs.iter().zip(old).filter(|(_, old)| old.overlap > 0.0) {

@@ -1,7 +1,7 @@
 //! The contacts of rocks with the sides of a box in a step, and free time between.
 
 use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::rows::Sums;
+use crate::contact::pipeline::Sums;
 use crate::contact::terrain::Standing;
 use crate::guard::cause::Case;
 use crate::guard::watch;
@@ -72,7 +72,7 @@ impl Sides {
     }
 
     /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`; their number. The
-    /// memories after the step are `body`'s.
+    /// histories after the step are `body`'s.
     pub fn forces(
         &mut self,
         model: &Model,
@@ -83,18 +83,18 @@ impl Sides {
         time: f64,
     ) -> Result<(Sums, usize), Fault> {
         let Some(laws) = laws_with(model, rock).filter(|_| is_near(model, rock, now, 0.0)) else {
-            body.side_memories.clear();
+            body.box_histories.clear();
             return Ok((Sums::default(), 0));
         };
         let (it, standing) = (&model.rocks[rock], &mut self.standing);
         standing.find_on_planes(it, &model.planes, now);
-        let sums = standing.forces(it, laws, None, now, h, &body.side_memories);
+        let sums = standing.forces(it, laws, None, now, h, &body.box_histories);
         let law = laws.row.first().map(|law| usize::from(*law));
         let case = Case { model, rock, against: Against::Sides, law, pair: None, impact: None, h, time };
         watch(&case, now, &sums, |depth| {
             Some((standing.passed_centre(it, now, h, depth)?, "a side of the box".into()))
         })?;
-        std::mem::swap(&mut body.side_memories, &mut standing.memories);
+        std::mem::swap(&mut body.box_histories, &mut standing.histories);
         Ok((sums, standing.contacts.len()))
     }
 

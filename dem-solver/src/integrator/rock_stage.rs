@@ -5,7 +5,7 @@
 //! result shows.
 
 use crate::contact::broad_phase::rock_pairs::{NearRocks, Pose, RockPairs, free_time};
-use crate::contact::rocks::{Both, Evaluation, Held, Two};
+use crate::contact::rocks::{Both, Evaluation, RockHistory, Two};
 use crate::guard::cause::Case;
 use crate::model::between::Between;
 use crate::model::state::{Against, Encounters, State};
@@ -62,7 +62,7 @@ pub struct Meetings {
     /// Searches of pairs that are no more near.
     ended: u64,
     evaluation: Evaluation,
-    after: Vec<Held>,
+    after: Vec<RockHistory>,
     /// What each rock feels, by its number.
     pub felt: Vec<Felt>,
 }
@@ -147,7 +147,7 @@ impl Meetings {
     }
 
     /// Forces of all pairs in the middle of the step of `h` [s] that began at `time`, where the rocks
-    /// move as `middles`; what each feels goes to [`Meetings::felt`], memories to `encounters`. The
+    /// move as `middles`; what each feels goes to [`Meetings::felt`], histories to `encounters`. The
     /// sums are those of all pairs together.
     pub fn forces(
         &mut self,
@@ -161,7 +161,7 @@ impl Meetings {
         self.felt.fill(Felt::default());
         self.after.clear();
         let mut all = Both::default();
-        let mut before = &encounters.memories[..];
+        let mut before = &encounters.histories[..];
         for pair in &mut self.pairs {
             let numbers = pair.numbers();
             let ended = before.iter().take_while(|held| held.rocks < numbers).count();
@@ -192,7 +192,7 @@ impl Meetings {
             all.first.sheared += own.sheared;
             all.contacts += sums.contacts;
         }
-        std::mem::swap(&mut encounters.memories, &mut self.after);
+        std::mem::swap(&mut encounters.histories, &mut self.after);
         Ok(all)
     }
 
@@ -231,7 +231,7 @@ impl Pair {
         Self { rocks, law: between.law(a, b), near }
     }
 
-    /// What its memories are kept under.
+    /// What its histories are kept under.
     fn numbers(&self) -> [u32; 2] {
         let [a, b] = self.rocks;
         [b as u32, a as u32]

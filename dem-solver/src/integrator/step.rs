@@ -8,7 +8,7 @@
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.
 
-use crate::contact::rows::Sums;
+use crate::contact::pipeline::Sums;
 use crate::guard::cause::Case;
 use crate::guard::watch;
 use crate::integrator::mesh_stage::{View, add_forces};
@@ -117,7 +117,7 @@ impl Run {
         let zone = &mut self.zones[rock];
         zone.update(view, now, at)?;
         let (evaluation, scene) = zone.parts(view);
-        let sums = evaluation.forces(scene, now, at, h, &body.memories);
+        let sums = evaluation.forces(scene, now, at, h, &body.histories);
         if !scene.list.pairs.is_empty() {
             let law = model.rows[rock].first().map(|law| *law as usize);
             let impact = body.track.touch;
@@ -139,7 +139,7 @@ impl Run {
             load.touched = Some(if first { evaluation.touched_ago(scene, now, h) } else { 0.0 });
             body.deepest.take(Against::Net, sums.penetration, start + 0.5 * h);
         }
-        std::mem::swap(&mut body.memories, &mut evaluation.memories);
+        std::mem::swap(&mut body.histories, &mut evaluation.histories);
         self.counts.contact_evaluations += contacts as u64;
         if contacts > 0 {
             let share = cut.segments as f64 / cut.steps as f64;

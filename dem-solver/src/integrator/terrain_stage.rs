@@ -1,7 +1,7 @@
 //! The contacts of rocks with the terrain in a step, and the rows of their way.
 
 use crate::contact::broad_phase::terrain_pairs::Surroundings;
-use crate::contact::rows::Sums;
+use crate::contact::pipeline::Sums;
 use crate::contact::terrain::Standing;
 use crate::contact::whole_rock::Whole;
 use crate::contact::whole_rock::terrain::Landed;
@@ -85,7 +85,7 @@ impl OnTerrain {
     }
 
     /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`;
-    /// their number. The memories after the step are `body`'s.
+    /// their number. The histories after the step are `body`'s.
     pub fn forces(
         &mut self,
         model: &Model,
@@ -102,19 +102,19 @@ impl OnTerrain {
         around.update(it, &model.trees[rock], ground, now, h, 0.0);
         if around.pairs.is_empty() {
             watch_gap(model, ground, rock, now, h, time)?;
-            body.ground_memories.clear();
+            body.terrain_histories.clear();
             return Ok((Sums::default(), 0));
         }
         if let Some(whole) = &model.wholes[rock] {
             let landed = &mut self.landed[rock];
             landed.find(it, whole, ground, around, now, 0.0);
-            let sums = landed.forces(it, whole, laws, now, h, &body.ground_memories);
+            let sums = landed.forces(it, whole, laws, now, h, &body.terrain_histories);
             watch_whole(model, rock, whole, now, &sums, h, time)?;
-            std::mem::swap(&mut body.ground_memories, &mut landed.memories);
+            std::mem::swap(&mut body.terrain_histories, &mut landed.histories);
             return Ok((sums, landed.contacts.len()));
         }
         standing.find(it, ground, around, now);
-        let sums = standing.forces(it, laws, Some(ground), now, h, &body.ground_memories);
+        let sums = standing.forces(it, laws, Some(ground), now, h, &body.terrain_histories);
         let law = model.ground_rows[rock].first().map(|law| *law as usize);
         let case = Case { model, rock, against: Against::Terrain, law, pair: None, impact: None, h, time };
         watch(&case, now, &sums, |depth| {
@@ -122,7 +122,7 @@ impl OnTerrain {
             let [x, y, z] = (now.position + ground.origin).into();
             Some((sphere, format!("near ({x:.2}, {y:.2}, {z:.2}) the terrain")))
         })?;
-        std::mem::swap(&mut body.ground_memories, &mut standing.memories);
+        std::mem::swap(&mut body.terrain_histories, &mut standing.histories);
         Ok((sums, standing.contacts.len()))
     }
 

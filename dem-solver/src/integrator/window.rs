@@ -236,7 +236,7 @@ impl Run {
     /// Keep where the wall is said to be at the window's end, if a contact remembers its slip.
     fn remember_motion(&self, state: &mut State, length: f64, input: &[f64]) {
         state.predicted.clear();
-        if state.bodies.iter().any(|b| !b.memories.is_empty()) {
+        if state.bodies.iter().any(|b| !b.histories.is_empty()) {
             self.fields.seen_at_end(input, length, &mut state.predicted);
         }
     }
@@ -488,7 +488,7 @@ impl Run {
             zone.update(view, &body.motion, at)?;
             let (evaluation, scene) = zone.parts(view);
             if let Some((output, field)) = &mut field {
-                let sums = evaluation.forces(scene, &body.motion, at, 0.0, &body.memories);
+                let sums = evaluation.forces(scene, &body.motion, at, 0.0, &body.histories);
                 body.elastic = on_others + sums.elastic;
                 add_forces(zone, output, *field, 1.0);
             } else {

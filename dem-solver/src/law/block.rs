@@ -6,7 +6,7 @@
 //! one by one: rolling resistance, a jump between windows, the contacts that are left over.
 
 use crate::law::Law;
-use crate::law::contact_point::{Answer, Meeting, Past};
+use crate::law::contact_point::{ContactPoint, History, Response};
 use crate::law::normal::Load;
 use crate::law::tangential::Tangential;
 use crate::settings::TangentialName;
@@ -88,41 +88,42 @@ impl Block {
 
     /// Add a contact; there must be room.
     #[inline(always)]
-    pub fn push(&mut self, meeting: &Meeting, past: &Past) {
+    pub fn push(&mut self, point: &ContactPoint, history: &History) {
         let (l, to) = (self.count % WIDTH, &mut self.given);
         for a in 0..3 {
-            to.normal[a][l] = meeting.normal[a];
-            to.velocity[a][l] = meeting.velocity[a];
-            to.spring[a][l] = past.spring[a];
+            to.normal[a][l] = point.normal[a];
+            to.velocity[a][l] = point.velocity[a];
+            to.spring[a][l] = history.spring[a];
         }
-        to.overlap[l] = meeting.overlap;
-        to.radius[l] = meeting.radius;
-        to.dashpot[l] = meeting.dashpot;
-        to.before[l] = past.overlap;
+        to.overlap[l] = point.overlap;
+        to.radius[l] = point.radius;
+        to.dashpot[l] = point.dashpot;
+        to.before[l] = history.overlap;
         self.count += 1;
         if self.rolls {
             for a in 0..3 {
-                to.spin[a][l] = meeting.spin[a];
-                to.moment[a][l] = past.moment[a];
+                to.spin[a][l] = point.spin[a];
+                to.moment[a][l] = history.moment[a];
             }
-            to.inertia[l] = meeting.inertia;
+            to.inertia[l] = point.inertia;
         }
-        if past.jump != Vector3::zeros() {
+        if point.jump != Vector3::zeros() {
             if !self.jumps {
                 (to.jump, self.jumps) = ([ZERO; 3], true);
             }
             for a in 0..3 {
-                to.jump[a][l] = past.jump[a];
+                to.jump[a][l] = point.jump[a];
             }
         }
     }
 
     /// Contact number `l`.
     #[inline(always)]
-    fn contact(&self, l: usize) -> (Meeting, Past) {
+    fn contact(&self, l: usize) -> (ContactPoint, History) {
         let (given, zero) = (&self.given, Vector3::zeros());
         let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
-        let meeting = Meeting {
+        let point = ContactPoint {
+            jump: if self.jumps { vector(&given.jump) } else { zero },
             normal: vector(&given.normal),
             overlap: given.overlap[l],
             radius: given.radius[l],
@@ -131,22 +132,21 @@ impl Block {
             inertia: if self.rolls { given.inertia[l] } else { 0.0 },
             dashpot: given.dashpot[l],
         };
-        let past = Past {
+        let history = History {
             spring: vector(&given.spring),
             moment: if self.rolls { vector(&given.moment) } else { zero },
             overlap: given.before[l],
-            jump: if self.jumps { vector(&given.jump) } else { zero },
         };
-        (meeting, past)
+        (point, history)
     }
 
-    /// The answer to contact number `l`.
+    /// The response of contact number `l`.
     #[inline(always)]
-    pub fn answer(&self, l: usize) -> Answer {
+    pub fn response(&self, l: usize) -> Response {
         let (found, zero) = (&self.found, Vector3::zeros());
         let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
         let load = Load { stiffness: found.stiffness[l], force: found.elastic[l], energy: found.energy[l] };
-        Answer {
+        Response {
             load,
             force: vector(&found.force),
             moment: if self.rolls { vector(&found.moment) } else { zero },
@@ -159,12 +159,12 @@ impl Block {
         }
     }
 
-    /// Compute the answers in the middle of a step of `h` [s] (0: at an instant).
+    /// Compute the responses in the middle of a step of `h` [s] (0: at an instant).
     pub fn compute(&mut self, law: &Law, h: f64) {
         if self.count < WORTH || self.jumps || self.rolls {
             for l in 0..self.count {
-                let (meeting, past) = self.contact(l);
-                self.take(l, &law.answer(&meeting, &past, h));
+                let (point, history) = self.contact(l);
+                self.take(l, &law.respond(&point, &history, h));
             }
             return;
         }
@@ -181,25 +181,25 @@ impl Block {
 
     /// Keep the answer to contact number `l`.
     #[inline(always)]
-    fn take(&mut self, l: usize, answer: &Answer) {
+    fn take(&mut self, l: usize, response: &Response) {
         let found = &mut self.found;
         for a in 0..3 {
-            found.force[a][l] = answer.force[a];
-            found.spring[a][l] = answer.spring[a];
+            found.force[a][l] = response.force[a];
+            found.spring[a][l] = response.spring[a];
         }
         if self.rolls {
             for a in 0..3 {
-                found.moment[a][l] = answer.moment[a];
-                found.rolled[a][l] = answer.rolled[a];
+                found.moment[a][l] = response.moment[a];
+                found.rolled[a][l] = response.rolled[a];
             }
         }
-        found.stiffness[l] = answer.load.stiffness;
-        found.elastic[l] = answer.load.force;
-        found.energy[l] = answer.load.energy;
-        found.damped[l] = answer.damped;
-        found.rubbed[l] = answer.rubbed;
-        found.sheared[l] = answer.sheared;
-        found.jumped[l] = answer.jumped;
+        found.stiffness[l] = response.load.stiffness;
+        found.elastic[l] = response.load.force;
+        found.energy[l] = response.load.energy;
+        found.damped[l] = response.damped;
+        found.rubbed[l] = response.rubbed;
+        found.sheared[l] = response.sheared;
+        found.jumped[l] = response.jumped;
     }
 }
 
@@ -341,8 +341,8 @@ mod tests {
         Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), Partner::Surface)
     }
 
-    fn bits(answer: &Answer) -> Vec<u64> {
-        let Answer { load, force, moment, spring, rolled, damped, rubbed, sheared, jumped } = answer;
+    fn bits(response: &Response) -> Vec<u64> {
+        let Response { load, force, moment, spring, rolled, damped, rubbed, sheared, jumped } = response;
         let mut all = vec![load.stiffness, load.force, load.energy, *damped, *rubbed, *sheared, *jumped];
         for vector in [force, moment, spring, rolled] {
             all.extend(vector.iter());
@@ -350,7 +350,7 @@ mod tests {
         all.iter().map(|x| x.to_bits()).collect()
     }
 
-    /// Sticking, sliding, with a dashpot that is cut, loading and unloading, without a past, parting, at rest.
+    /// Sticking, sliding, with a dashpot that is cut, loading and unloading, without a history, parting, at rest.
     #[test]
     fn several_at_once_are_answered_to_the_bit_as_one_alone() {
         let mut x = 3_u64;
@@ -378,13 +378,13 @@ mod tests {
         let (mut slides, mut sticks, mut parts) = (0, 0, 0);
         for law in &all {
             let mut vector = |size: f64| Vector3::new(random(), random(), random()) * size;
-            let mut meetings = Vec::new();
-            let mut pasts = Vec::new();
+            let mut points = Vec::new();
+            let mut histories = Vec::new();
             for k in 0..123 {
                 let normal = vector(1.0).normalize();
                 let overlap = 1e-4 * (1.0 + vector(0.9).x);
                 let speed = [0.0, 1e-3, 0.1, 3.0][k % 4];
-                meetings.push(Meeting {
+                points.push(ContactPoint {
                     normal,
                     overlap,
                     radius: 0.1,
@@ -392,38 +392,38 @@ mod tests {
                     spin: vector(speed),
                     inertia: 0.3,
                     dashpot: law.damping.map_or(0.0, |d| d.coefficient(20.0, 3, 0.0)),
+                    jump: if k % 29 == 3 && k % 7 != 0 { vector(1e-6) } else { Vector3::zeros() },
                 });
-                let past = Past {
+                let history = History {
                     spring: vector([1.0, 30.0, 3000.0][k % 3]),
                     moment: vector(0.1),
                     overlap: overlap * (1.0 + vector(0.3).x),
-                    jump: if k % 29 == 3 { vector(1e-6) } else { Vector3::zeros() },
                 };
-                pasts.push(if k % 7 == 0 { Past::default() } else { past });
+                histories.push(if k % 7 == 0 { History::default() } else { history });
             }
             for h in [0.0, 1e-5] {
-                let mut answers = Vec::new();
+                let mut found = Vec::new();
                 let mut block = Block::default();
-                for (meetings, pasts) in meetings.chunks(WIDTH).zip(pasts.chunks(WIDTH)) {
+                for (points, histories) in points.chunks(WIDTH).zip(histories.chunks(WIDTH)) {
                     block.begin(0, law);
-                    meetings.iter().zip(pasts).for_each(|(meeting, past)| block.push(meeting, past));
+                    points.iter().zip(histories).for_each(|(point, history)| block.push(point, history));
                     block.compute(law, h);
-                    answers.extend((0..meetings.len()).map(|l| block.answer(l)));
+                    found.extend((0..points.len()).map(|l| block.response(l)));
                 }
-                for ((meeting, past), found) in meetings.iter().zip(&pasts).zip(&answers) {
-                    let alone = law.answer(meeting, past, h);
+                for ((point, history), together) in points.iter().zip(&histories).zip(&found) {
+                    let alone = law.respond(point, history, h);
                     assert_eq!(
-                        bits(found),
+                        bits(together),
                         bits(&alone),
-                        "{law:?} {meeting:?} {past:?}\n{found:?}\n{alone:?}"
+                        "{law:?} {point:?} {history:?}\n{together:?}\n{alone:?}"
                     );
-                    let limit = 0.5 * alone.force.dot(&meeting.normal).abs();
-                    let along = (alone.force + meeting.normal * -alone.force.dot(&meeting.normal)).norm();
+                    let limit = 0.5 * alone.force.dot(&point.normal).abs();
+                    let along = (alone.force + point.normal * -alone.force.dot(&point.normal)).norm();
                     slides += usize::from(along > 0.999 * limit && limit > 0.0);
                     sticks += usize::from(along < 0.9 * limit);
                     parts += usize::from(limit == 0.0);
                 }
-                assert_eq!(answers.len(), meetings.len());
+                assert_eq!(found.len(), points.len());
             }
         }
         assert!(slides > 100 && sticks > 100 && parts > 20, "{slides} {sticks} {parts}");

@@ -215,9 +215,9 @@ impl DemSolver {
         self.model.settings.rocks[rock].position = motion.position.into();
         *body = state::Body {
             motion: crate::rock::Motion { position: motion.position - self.model.origin, ..motion },
-            memories: std::mem::take(&mut body.memories),
-            ground_memories: std::mem::take(&mut body.ground_memories),
-            side_memories: std::mem::take(&mut body.side_memories),
+            histories: std::mem::take(&mut body.histories),
+            terrain_histories: std::mem::take(&mut body.terrain_histories),
+            box_histories: std::mem::take(&mut body.box_histories),
             sheared: 0.0,
             elastic: 0.0,
             contacts: 0,

@@ -141,7 +141,7 @@ fn the_bytes_do_not_depend_on_threads_windows_or_what_was_solved_before() {
     };
     let step = "time_step = 0.000030517578125\n";
     let reference = run(step, 128, false);
-    assert!(reference.state().memories.len() > 200, "{}", reference.state().memories.len());
+    assert!(reference.state().histories.len() > 200, "{}", reference.state().histories.len());
     for threads in [2, 3, 7] {
         let other = run(&format!("{step}threads = {threads}"), 128, false);
         assert!(other.state() == reference.state(), "{threads} threads");

@@ -157,14 +157,14 @@ fn a_rock_meets_the_ground_and_then_a_moving_net_and_the_balances_close() {
             let force: Vector3<f64> = bench.forces().iter().sum();
             push += force * 1e-3;
             let body = &bench.solver.state().bodies[0];
-            if force.norm() > 0.0 && body.ground_memories.is_empty() {
+            if force.norm() > 0.0 && body.terrain_histories.is_empty() {
                 // In the air the net alone changes the speed along x.
                 let gained = 50.0 * (bench.value("rock_vx") - before);
                 if body.path.contact_since.is_none() {
                     assert!((gained + force.x * 1e-3).abs() < 1e-9 * 50.0 * 6.0, "{gained} {}", force.x);
                 }
             }
-            on_ground += usize::from(!body.ground_memories.is_empty());
+            on_ground += usize::from(!body.terrain_histories.is_empty());
             worst = worst.max((bench.energy() - start).abs());
         }
         println!("steps of {step:e} s: imbalance {worst:.2e} J; the net took {push:.1?} N s");
@@ -221,7 +221,7 @@ fn ground_before_the_net_is_no_impact_and_the_deepest_overlap_stands_once() {
     let mut first = None;
     while bench.time < 0.6 {
         bench.advance(1e-3);
-        if !bench.solver.state().bodies[0].ground_memories.is_empty() && on_ground.is_none() {
+        if !bench.solver.state().bodies[0].terrain_histories.is_empty() && on_ground.is_none() {
             on_ground = Some(bench.time);
         }
         if first.is_none() && bench.forces().iter().any(|f| f.norm() > 0.0) {

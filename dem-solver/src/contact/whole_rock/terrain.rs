@@ -7,13 +7,13 @@
 //! Source of the inside: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
 use crate::contact::broad_phase::terrain_pairs::{Pair, Surroundings};
-use crate::contact::history::Memory;
-use crate::contact::rows::Sums;
+use crate::contact::history::SurfaceHistory;
+use crate::contact::pipeline::Sums;
 use crate::contact::terrain::Turned;
 use crate::contact::whole_rock::{Pressed, Whole};
 use crate::geometry::closest::{Feature, on_face};
 use crate::law::Law;
-use crate::law::contact_point::{Meeting, Past};
+use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
 use crate::law::restitution;
 use crate::law::table::WallLaws;
@@ -65,14 +65,14 @@ pub struct Group<'a> {
 pub struct Landed {
     /// The contacts, by sphere.
     pub contacts: Vec<Contact>,
-    /// The memories after the step.
-    pub memories: Vec<Memory>,
+    /// The histories after the step.
+    pub histories: Vec<SurfaceHistory>,
 }
 
 impl Landed {
     /// Room for so many contacts.
     pub fn new(contacts: usize) -> Self {
-        Self { contacts: Vec::with_capacity(contacts), memories: Vec::with_capacity(contacts) }
+        Self { contacts: Vec::with_capacity(contacts), histories: Vec::with_capacity(contacts) }
     }
 
     /// Find the spheres that are nearer than `reach` [m] at `now`; `around` must be good there.
@@ -160,8 +160,8 @@ impl Landed {
         }
     }
 
-    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the memories after
-    /// it go to [`Landed::memories`].
+    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the histories after
+    /// it go to [`Landed::histories`].
     pub fn forces(
         &mut self,
         rock: &Rock,
@@ -169,19 +169,19 @@ impl Landed {
         laws: WallLaws,
         now: &Motion,
         h: f64,
-        before: &[Memory],
+        before: &[SurfaceHistory],
     ) -> Sums {
-        let mut memories = std::mem::take(&mut self.memories);
-        memories.clear();
+        let mut histories = std::mem::take(&mut self.histories);
+        histories.clear();
         let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
         for law in laws.distinct() {
             let Some(mut group) = self.group(whole, laws, law) else { continue };
             self.weigh(&mut group, whole, laws, law, rock, now);
             sums.elastic += group.pressed.energy;
-            self.add(&group, rock, whole, laws, law, now, h, before, &mut memories, &mut sums);
+            self.add(&group, rock, whole, laws, law, now, h, before, &mut histories, &mut sums);
         }
-        memories.sort_unstable_by_key(|m| m.sphere);
-        self.memories = memories;
+        histories.sort_unstable_by_key(|m| m.sphere);
+        self.histories = histories;
         sums
     }
 }
@@ -197,8 +197,8 @@ impl Landed {
         law: u16,
         now: &Motion,
         h: f64,
-        before: &[Memory],
-        memories: &mut Vec<Memory>,
+        before: &[SurfaceHistory],
+        histories: &mut Vec<SurfaceHistory>,
         sums: &mut Sums,
     ) {
         let (pressed, spin) = (group.pressed, rock.spin(now));
@@ -217,7 +217,7 @@ impl Landed {
             // Of the contact of Hertz of the rock's radius that is as stiff.
             let overlap = pressed.overlap * (stiffness / pressed.stiffness).powi(2);
             let load = Load { stiffness, force: elastic * share, energy: pressed.energy * share };
-            let meeting = Meeting {
+            let point = ContactPoint {
                 normal: contact.normal,
                 overlap,
                 radius: whole.radius,
@@ -225,26 +225,24 @@ impl Landed {
                 spin,
                 inertia: rock.inertia.min() * share,
                 dashpot: dashpot * share.sqrt(),
+                jump: Vector3::zeros(),
             };
             let found = before.binary_search_by_key(&contact.sphere, |m| m.sphere);
-            let past = found.map_or(Past::default(), |at| before[at].past());
-            let answer = group.law.answer_pressed(load, force * share, &meeting, &past, h);
+            let history = found.map_or(History::default(), |at| before[at].history);
+            let response = group.law.respond_pressed(load, force * share, &point, &history, h);
             if group.law.remembers() {
-                memories.push(Memory {
+                histories.push(SurfaceHistory {
                     sphere: contact.sphere,
                     element: contact.triangle,
-                    spring: answer.spring,
-                    moment: answer.rolled,
                     normal: contact.normal,
-                    overlap,
-                    energy: answer.sheared,
+                    history: response.history(overlap),
                 });
             }
-            sums.damped += answer.damped;
-            sums.rubbed += answer.rubbed;
-            sums.sheared += answer.sheared;
-            sums.force += answer.force;
-            sums.torque += arm.cross(&answer.force) + answer.moment;
+            sums.damped += response.damped;
+            sums.rubbed += response.rubbed;
+            sums.sheared += response.sheared;
+            sums.force += response.force;
+            sums.torque += arm.cross(&response.force) + response.moment;
             sums.penetration = sums.penetration.max(contact.overlap / whole.radius);
         }
     }

@@ -37,7 +37,7 @@ fn impact(law: &Law, a: &mut Ball, b: &mut Ball, steps: f64) {
     let h = law.normal.impact(radius, mass, speed).1 / steps;
     let dashpot = law.damping.map_or(0.0, |d| 2.0 * d.ratio * mass.sqrt());
     let mut overlap = 0.0;
-    let mut past = Past::default();
+    let mut past = History::default();
     // Acceleration of each ball along x, along the normal, about y.
     let mut last = [[0.0_f64; 3]; 2];
     loop {
@@ -54,7 +54,7 @@ fn impact(law: &Law, a: &mut Ball, b: &mut Ball, steps: f64) {
         // -R s along x; that of the other at +R z.
         let rolls = |spin: f64, r: f64| if r.is_finite() { spin * r } else { 0.0 };
         let slip = u[0] - rolls(u[2], a.radius) - (w[0] + rolls(w[2], b.radius));
-        let meeting = Meeting {
+        let meeting = ContactPoint {
             normal: -Vector3::z(),
             overlap,
             radius,
@@ -62,9 +62,10 @@ fn impact(law: &Law, a: &mut Ball, b: &mut Ball, steps: f64) {
             spin: Vector3::zeros(),
             inertia: 0.0,
             dashpot,
+            jump: Vector3::zeros(),
         };
-        let answer = law.answer(&meeting, &past, h);
-        past = Past { spring: answer.spring, moment: answer.rolled, overlap, ..past };
+        let answer = law.respond(&meeting, &past, h);
+        past = answer.history(overlap);
         let (along, normal) = (answer.force.x, -answer.force.z);
         for (i, (ball, sign)) in [(&mut *a, 1.0), (&mut *b, -1.0)].into_iter().enumerate() {
             // Both sides are turned alike: -R z x f and +R z x (-f).
