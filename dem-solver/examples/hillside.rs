@@ -13,7 +13,7 @@ use dem_solver::DemSolver;
 use dem_solver::model::runout::Ending;
 use dem_solver::rock::Motion;
 use dem_solver::terrain::slope::Slope;
-use dem_solver::terrain::triangulation::Raster;
+use dem_solver::terrain::raster::Raster;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};

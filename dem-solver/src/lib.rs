@@ -26,6 +26,7 @@ pub mod contact;
 pub mod gate;
 pub mod granular;
 pub mod guard;
+pub mod input;
 pub mod model;
 pub mod net_contact;
 pub mod reference;

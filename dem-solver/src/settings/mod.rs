@@ -10,13 +10,12 @@ pub mod limits;
 pub mod placement;
 pub mod rock;
 pub mod spheres;
-pub mod terrain;
 
+pub use crate::terrain::settings::{NoData, TerrainSettings, ZoneSettings};
 pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
 pub use dem::{ContactSelection, DemSettings, Rotation};
 pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
-pub use terrain::{NoData, TerrainSettings, ZoneSettings};
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;

@@ -2,9 +2,9 @@
 
 use super::RockSettings;
 use crate::cluster::files;
+use crate::input::{LARGEST, read_bytes};
 use crate::rock::Sphere;
 use crate::settings::placement::Start;
-use crate::shape::formats::read_bytes;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -259,7 +259,7 @@ fn read(
     let Some(file) = &mut group.file else { return Ok(()) };
     let path = scene.resolve(file);
     *file = std::path::absolute(&path).unwrap_or(path);
-    let spheres = read_bytes(file)
+    let spheres = read_bytes(file, LARGEST)
         .and_then(|bytes| files::read_at_most(&bytes, most).map_err(|e| e.in_file(file)))
         .map_err(|e| invalid("file", format!("`{}`: {e}", group.name)))?;
     for (k, sphere) in spheres.iter().enumerate() {

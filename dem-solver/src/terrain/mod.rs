@@ -4,7 +4,9 @@
 //! terrain: survey coordinates of 2.6e6 m leave 5e-10 m to a double, local ones 1e-12 m. What a user
 //! writes and reads has the origin added.
 //!
+//! - [`settings`]: the table `[terrain]`
 //! - [`formats`]: from files to rasters, points, triangles
+//! - [`raster`]: heights on a grid
 //! - [`triangulation`]: from those to one surface, its holes refused or cut
 //! - [`zones`]: which material lies where
 //! - [`face`]: one of its triangles
@@ -15,6 +17,8 @@
 pub mod face;
 pub mod formats;
 pub mod queries;
+pub mod raster;
+pub mod settings;
 pub mod slope;
 pub mod triangulation;
 mod winding;
@@ -22,10 +26,10 @@ pub mod zones;
 
 use crate::search::boxes::{Bounds, BoxTree, morton_order};
 use crate::search::shared::{Unshared, first_fault};
-use crate::settings::TerrainSettings;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use settings::TerrainSettings;
 use triangulation::Triangulated;
 
 /// The terrain. Triangles stand in the order of the tree; a triangle's number is its place there.

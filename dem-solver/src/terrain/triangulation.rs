@@ -1,7 +1,8 @@
 //! From what a file holds (a raster of heights, points, triangles) to one surface with a local origin.
 
 use super::formats::{self, Content};
-use crate::settings::{NoData, TerrainSettings};
+use super::raster::Raster;
+use super::settings::{NoData, TerrainSettings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -18,19 +19,6 @@ pub struct Triangulated {
     pub triangles: Vec<[u32; 3]>,
     /// What the user should know of it.
     pub notices: Vec<String>,
-}
-
-/// Heights at the crossings of a grid.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Raster {
-    /// First column's x and last row's y [m].
-    pub corner: [f64; 2],
-    /// Distance of columns and of rows [m], above 0.
-    pub spacing: [f64; 2],
-    /// Columns, rows.
-    pub counts: [usize; 2],
-    /// Heights [m], row by row from the north (largest y), west to east; NaN where there is none.
-    pub heights: Vec<f64>,
 }
 
 /// Read the terrain of a scene.

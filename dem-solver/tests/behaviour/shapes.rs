@@ -5,7 +5,7 @@ use dem_solver::DemSolver;
 use dem_solver::check::check;
 use dem_solver::cluster::{Accuracy, Fit, Wish, files, make};
 use dem_solver::rock::Sphere;
-use dem_solver::shape::formats::{obj, stl};
+use dem_solver::shape::formats::{Facets, obj, stl};
 use dem_solver::shape::{Body, Shape, Surface};
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
@@ -338,7 +338,10 @@ fn readers_hold_against_thousands_of_mutated_files() {
     let text = files::text(&["a rock".into()], &spheres);
     let clu = format!("Name\nrock\nBegin centers_and_radii\n{text}End centers_and_radii\nVolume\n0.1\n");
     type Reader = fn(&[u8]) -> bool;
-    let soup: Reader = |b| stl::read(b, 1000).is_ok_and(|t| Surface::from_soup(&t.corners).is_ok());
+    let soup: Reader = |b| {
+        let read = stl::read(b, 1000).map(Facets::indexed);
+        read.is_ok_and(|(p, t)| Surface::from_indexed(p, t).is_ok())
+    };
     let indexed: Reader = |b| obj::read(b, 1000).is_ok_and(|(p, t)| Surface::from_indexed(p, t).is_ok());
     let readers: [(&[u8], Reader); 5] = [
         (ascii.as_bytes(), soup),
