@@ -6,10 +6,10 @@
 //! What was measured stands in `README.md` beside this.
 
 use fem_solver::config::Config;
-use fem_solver::explicit::Explicit;
+use fem_solver::integrator::explicit::Explicit;
+use fem_solver::internal_force::tangent::{Slack, Tangent};
 use fem_solver::model::Model;
 use fem_solver::state::State;
-use fem_solver::tangent::{Slack, Tangent};
 use interface_defs::toolkit::scene::Scene;
 use std::time::Instant;
 

@@ -2,7 +2,7 @@
 //!
 //! Displacements count from the structure as it is modelled. With `W` the energy, the internal
 //! force is `f = dW/du` and the tangent `K = df/du`; the tests of each file differentiate one to
-//! find the other. What many cables do at once, and fast, is in [`crate::kernel`]; all others go
+//! find the other. What many cables do at once, and fast, is in [`crate::internal_force::kernel`]; all others go
 //! through [`Element`]. To add one: a file here, with `impl Element`, and a line in [`AnyElement`].
 
 pub mod bar;
@@ -13,6 +13,7 @@ mod capstan;
 #[cfg(test)]
 pub(crate) mod checks;
 pub mod mass;
+pub mod material;
 pub mod membrane;
 pub mod membrane_quad;
 #[cfg(test)]
@@ -36,7 +37,7 @@ pub use shell::Shell;
 pub use sliding_cable::SlidingCable;
 pub use spring::Spring;
 
-use crate::tangent::Slack;
+use crate::internal_force::tangent::Slack;
 use std::fmt::Debug;
 use std::ops::Deref;
 

@@ -5,7 +5,7 @@ use super::checks::patch;
 use super::membrane::{Fabric, Membrane};
 use super::sliding_cable::Memory;
 use super::{Bar, Beam, Brake, Element, Shell, SlidingCable};
-use crate::material::Law;
+use crate::element::material::Law;
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 
 /// Along this line, at these places.

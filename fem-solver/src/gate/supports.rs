@@ -2,7 +2,7 @@
 
 use crate::config::Config;
 use crate::config::structure::SupportEntry;
-use crate::implicit::Scheme;
+use crate::integrator::implicit::Scheme;
 use crate::model::Model;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;

@@ -5,6 +5,7 @@
 //! rotations of the nodes that have any, in the same manner.
 //! At the interface they are node-major.
 
+pub mod applied;
 mod base;
 mod build;
 mod generator;
@@ -13,13 +14,14 @@ mod loading;
 mod names;
 pub mod numbering;
 mod parts;
+pub mod pressure;
 mod ropes;
 pub mod support;
 mod surfaces;
 pub mod timed;
 
 use crate::element::{AnyElement, Cable, PointMass, Spring};
-use crate::tangent::Tangent;
+use crate::internal_force::tangent::Tangent;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
 use support::Motion;

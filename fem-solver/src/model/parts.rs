@@ -8,10 +8,10 @@ use crate::config::part::{BeamPart, BrakePart, CablePart, PartConfig, RingPart, 
 use crate::config::structure::{CableConfig, StructureConfig};
 use crate::config::{not_negative, positive};
 use crate::element::bar::Rupture;
+use crate::element::material::Law;
 use crate::element::ring::{Mechanism, Ring};
 use crate::element::sliding_cable::Memory;
 use crate::element::{AnyElement, Bar, Beam, Brake, Cable, SlidingCable};
-use crate::material::Law;
 use crate::read::mesh::ElementGroup;
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::input_error::InputError;

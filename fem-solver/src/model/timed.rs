@@ -66,7 +66,7 @@ impl Model {
     /// Constant loads and the pressure at t = 0, on every degree of freedom [N].
     pub fn load_at_start(&self, u: &[f64]) -> Vec<f64> {
         let mut load = self.dead_load.clone();
-        crate::pressure::press(&self.timed, &self.pressures_at_start(), u, &mut load);
+        crate::model::pressure::press(&self.timed, &self.pressures_at_start(), u, &mut load);
         load
     }
 

@@ -2,7 +2,7 @@
 
 use crate::common::{Run, WALENSTADT, coupled_plan, off, random, scene, solver};
 use fem_solver::FemSolver;
-use fem_solver::newton::Failure;
+use fem_solver::equilibrium::newton::Failure;
 use interface_defs::field::{Sampling, name};
 use interface_defs::message::{FaultKind, Plan};
 use interface_defs::solver::Solver;

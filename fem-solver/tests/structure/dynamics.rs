@@ -459,7 +459,7 @@ time_step = 2e-4
 "#
         )
     };
-    let check = |scaling: &str| fem_solver::check::check(&crate::common::scene(&text(scaling)));
+    let check = |scaling: &str| fem_solver::solver::check::check(&crate::common::scene(&text(scaling)));
     assert!(check("").expect_err("is too long").to_string().contains("critical"));
     let report = check("mass_scaling = 3e-4").expect("is slow enough");
     // As modelled; sagged, strains of 1e-3 stiffen it by three times that.

@@ -2,7 +2,7 @@
 
 use crate::common::scene;
 use fem_solver::FemSolver;
-use fem_solver::check::check;
+use fem_solver::solver::check::check;
 use interface_defs::toolkit::program::Options;
 
 /// A barrier of one field with everything in it.

@@ -2,7 +2,7 @@
 
 use crate::common::{WALENSTADT, scene};
 use fem_solver::FemSolver;
-use fem_solver::check::check;
+use fem_solver::solver::check::check;
 use interface_defs::toolkit::program::Options;
 
 /// The message with which a scene is refused.

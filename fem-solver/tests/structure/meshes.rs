@@ -2,7 +2,7 @@
 
 use crate::common::{Run, off, scene};
 use fem_solver::FemSolver;
-use fem_solver::check::check;
+use fem_solver::solver::check::check;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use std::path::Path;

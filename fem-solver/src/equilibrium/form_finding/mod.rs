@@ -1,0 +1,402 @@
+//! The state at t = 0: static equilibrium under the dead load.
+//!
+//! Newton from the structure as modelled. A net that is slack or without tension has no stiffness
+//! across its plane there; it starts from a slightly sagged shape instead, the one that a soap
+//! film of the same mesh would take (for a square net the sin-sin shape). Rings that are slack go slack
+//! gradually at first ([`easing`]). What Newton does not bring to rest then falls and swings until it does ([`kinetic`]).
+
+pub mod easing;
+pub mod kinetic;
+
+use crate::config::NewtonConfig;
+use crate::config::structure::FormFinding;
+use crate::element::{AnyElement, Cable};
+use crate::equilibrium::form_finding::easing::Easing;
+use crate::equilibrium::form_finding::kinetic::Swing;
+use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem, spring_dofs};
+use crate::internal_force::assembly::Assembly;
+use crate::internal_force::kernel::Kernel;
+use crate::internal_force::tangent::Slack;
+use crate::model::Model;
+use crate::model::pressure::press;
+use nalgebra::Matrix3;
+
+/// Depth of the sagged start, relative to the extent of the structure.
+const START_SAG: f64 = 1e-3;
+/// Residual, relative to the forces: the level of rounding.
+const TOLERANCE: f64 = 1e-12;
+/// Most iterations where the scene does not say: from the structure as modelled, from a peak of the kinetic energy, and
+/// with friction of ropes.
+const MOST: (u32, u32, u32) = (200, 12, 60);
+/// Peaks after which a form that is not stable is taken: nothing but a mechanism, which no force moves, is left.
+const PATIENCE: usize = 3;
+/// Most steps of dynamic relaxation; Newton goes on from wherever it is then.
+const MOST_RELAXING: usize = 20_000;
+/// Residual, relative to the support forces, at which Newton takes over.
+const RELAXED: f64 = 1e-4;
+/// Steps after which the masses of dynamic relaxation are taken anew at the next peak.
+const RETAKEN: usize = 50;
+
+/// A structure in equilibrium.
+#[derive(Debug, Clone)]
+pub struct Form {
+    /// Displacement from the structure as modelled [m].
+    pub displacement: Vec<f64>,
+    /// History of the elements there.
+    pub history: Vec<f64>,
+    /// Whether friction of ropes was left out, because with it no form was found.
+    pub smoothed: bool,
+}
+
+/// Where a structure that has been through something begins.
+#[derive(Debug, Clone, Copy)]
+pub struct Basis<'a> {
+    /// Displacement from the structure as modelled [m].
+    pub displacement: &'a [f64],
+    /// History of the elements.
+    pub history: &'a [f64],
+}
+
+/// Displacements [m] of static equilibrium under the dead load, moving supports at their place at
+/// t = 0, and what it took. `most` bounds the Newton iterations of each approach; by default as many as it makes sense.
+///
+/// Ropes with friction have many forms; where Newton does not come to one at once, they hang as they would without it,
+/// with the same tension in every segment: a form that friction holds, too.
+pub fn find_form(
+    model: &Model,
+    newton: &mut Newton,
+    way: FormFinding,
+    most: Option<u32>,
+    on_iteration: OnIteration,
+) -> Result<(Form, Info), Failure> {
+    find_form_from(model, newton, way, most, None, on_iteration)
+}
+
+/// The same from a structure that has been through something: what its elements remember is theirs in the equilibrium, too.
+pub fn find_form_from(
+    model: &Model,
+    newton: &mut Newton,
+    way: FormFinding,
+    most: Option<u32>,
+    basis: Option<Basis>,
+    on_iteration: OnIteration,
+) -> Result<(Form, Info), Failure> {
+    let rough = |e: &AnyElement| matches!(e, AnyElement::SlidingCable(rope) if rope.friction > 0.0);
+    if !model.elements.iter().any(rough) {
+        return find(model, newton, way, most, basis, on_iteration);
+    }
+    let mut start = Start::new(model, newton, way, basis);
+    match start.by_newton(model, newton, most.unwrap_or(MOST.2), on_iteration) {
+        Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {}
+        done => return done.map(|form| (form, start.done)),
+    }
+    let mut smooth = model.clone();
+    for element in &mut smooth.elements {
+        if let AnyElement::SlidingCable(rope) = element {
+            *rope = rope.smooth();
+        }
+    }
+    let history = basis.map_or(Vec::new(), |basis| smooth_history(model, basis.history));
+    let basis = basis.map(|basis| Basis { history: &history, ..basis });
+    let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), way, most, basis, on_iteration)?;
+    let mut assembly = Assembly::new(&smooth);
+    let histories = model.elements.iter().enumerate().map(|(i, element)| match element {
+        AnyElement::SlidingCable(rope) => {
+            let own = assembly.history(i, &form.history);
+            rope.hung(assembly.gather(i, &form.displacement), own)
+        }
+        _ => assembly.history(i, &form.history).to_vec(),
+    });
+    form.history = histories.flatten().collect();
+    form.smoothed = true;
+    Ok((form, info))
+}
+
+/// What of `history` a structure has whose ropes are without friction.
+fn smooth_history(model: &Model, history: &[f64]) -> Vec<f64> {
+    let assembly = Assembly::new(model);
+    let own = model.elements.iter().enumerate().map(|(i, element)| match element {
+        AnyElement::SlidingCable(rope) => rope.smooth_history(assembly.history(i, history)),
+        _ => assembly.history(i, history),
+    });
+    own.flatten().copied().collect()
+}
+
+/// The same where no rope has friction.
+fn find(
+    model: &Model,
+    newton: &mut Newton,
+    way: FormFinding,
+    most: Option<u32>,
+    basis: Option<Basis>,
+    on_iteration: OnIteration,
+) -> Result<(Form, Info), Failure> {
+    let mut start = Start::new(model, newton, way, basis);
+    let form = match start.by_newton(model, newton, most.unwrap_or(MOST.0), on_iteration) {
+        Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {
+            // A net as modelled falls far, and is no nearer to its rest shape so: that would cost it half as many iterations again.
+            let eased = match basis {
+                Some(_) => start.eased(model, newton, most, on_iteration)?,
+                None => None,
+            };
+            match eased {
+                Some(form) => Ok(form),
+                None => start.swinging(model, newton, most.unwrap_or(MOST.1), on_iteration),
+            }
+        }
+        done => done,
+    };
+    Ok((form?, start.done))
+}
+
+/// Where an approach begins.
+struct Start {
+    u: Vec<f64>,
+    /// The same where Newton begins, which needs stiffness in every direction.
+    sagged: Vec<f64>,
+    history: Vec<f64>,
+    done: Info,
+}
+
+impl Start {
+    fn new(model: &Model, newton: &mut Newton, way: FormFinding, basis: Option<Basis>) -> Self {
+        let (mut u, mut history) = match basis {
+            Some(basis) => (basis.displacement.to_vec(), basis.history.to_vec()),
+            None => (vec![0.0; model.dof_count()], model.start_history()),
+        };
+        model.prescribe_first(&mut u);
+        let mut done = Info::default();
+        if newton.tangent.is_empty() {
+            return Self { sagged: u.clone(), u, history, done };
+        }
+        match way {
+            // Its force densities as modelled are not those of a structure that has been through something.
+            FormFinding::ForceDensity if basis.is_none() => keep_force_densities(model, newton, &mut u),
+            FormFinding::DynamicRelaxation => relax(model, newton, &mut history, &mut u),
+            _ => {}
+        }
+        newton.tangent.assemble(model, &u, &history, 1.0, Slack::Exact);
+        done.factorisations += 1;
+        let mut sagged = u.clone();
+        if newton.tangent.factorise().is_err() {
+            sag(model, newton, &mut sagged);
+            done.factorisations += 1;
+        }
+        Self { u, sagged, history, done }
+    }
+
+    /// By Newton alone.
+    fn by_newton(
+        &mut self,
+        model: &Model,
+        newton: &mut Newton,
+        most: u32,
+        on_iteration: OnIteration,
+    ) -> Result<Form, Failure> {
+        if newton.tangent.is_empty() {
+            return Ok(Form { displacement: self.u.clone(), history: self.history.clone(), smoothed: false });
+        }
+        settled(model, newton, &self.sagged, &self.history, most, &mut self.done, on_iteration)
+    }
+
+    /// By Newton with rings that go slack gradually; none where there are no rings, or where that does not end in a stable rest shape.
+    fn eased(
+        &mut self,
+        model: &Model,
+        newton: &mut Newton,
+        most: Option<u32>,
+        on_iteration: OnIteration,
+    ) -> Result<Option<Form>, Failure> {
+        let Some(mut easing) = Easing::of(model, most) else { return Ok(None) };
+        let (mut u, mut history) = (self.u.clone(), self.history.clone());
+        if !easing.approach(newton, &mut u, &mut history, &mut self.done, on_iteration)? {
+            return Ok(None);
+        }
+        let most = most.unwrap_or(MOST.1);
+        match settled(model, newton, &u, &history, most, &mut self.done, on_iteration) {
+            Ok(form) => Ok(self.done.unstable.is_none().then_some(form)),
+            Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => Ok(None),
+            Err(failure) => Err(failure),
+        }
+    }
+
+    /// Falling and swinging, by Newton from each peak of the kinetic energy.
+    fn swinging(
+        &mut self,
+        model: &Model,
+        newton: &mut Newton,
+        most: u32,
+        on_iteration: OnIteration,
+    ) -> Result<Form, Failure> {
+        let Self { u, history, done, .. } = self;
+        let mut unstable = 0;
+        Swing::new(model).to_rest(
+            newton,
+            u,
+            history,
+            done,
+            on_iteration,
+            |newton, u, history, done, on_iteration| {
+                match settled(model, newton, u, history, most, done, on_iteration) {
+                    // A post on its tip is in balance, too: it falls on.
+                    Ok(_) if done.unstable.is_some() && unstable < PATIENCE => {
+                        unstable += 1;
+                        Ok(None)
+                    }
+                    Ok(form) => Ok(Some(form)),
+                    Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => Ok(None),
+                    Err(failure) => Err(failure),
+                }
+            },
+        )
+    }
+}
+
+/// Equilibrium under the dead load by Newton from `u`, and the history there.
+fn settled(
+    model: &Model,
+    newton: &mut Newton,
+    u: &[f64],
+    history: &[f64],
+    most: u32,
+    done: &mut Info,
+    on_iteration: OnIteration,
+) -> Result<Form, Failure> {
+    let zero = vec![0.0; u.len()];
+    let pressures = model.pressures_at_start();
+    let mut form = Form { displacement: u.to_vec(), history: history.to_vec(), smoothed: false };
+    let problem = Problem {
+        load: &model.dead_load,
+        start: &zero,
+        inertia: 0.0,
+        share: 1.0,
+        mean_stress: false,
+        history,
+        viscosity: (&[], 0.0),
+        pressures: &pressures,
+    };
+    let settings = NewtonConfig { tolerance: TOLERANCE, max_iterations: Some(most), line_search: true };
+    let (begun, mut count) = (done.iterations, 0);
+    let outcome = newton.solve(model, &problem, &settings, &mut form.displacement, &mut |_, residual| {
+        count += 1;
+        on_iteration(begun + count, residual)
+    });
+    done.iterations += count;
+    let info = outcome?;
+    let mut assembly = Assembly::new(model);
+    assembly.settle(&model.elements, &form.displacement, &mut form.history);
+    if let Some(broken) = assembly.broken().first() {
+        return Err(Failure::Broken { element: broken.element as usize, tension: broken.tension, part: 1.0 });
+    }
+    done.factorisations += info.factorisations;
+    done.unstable = info.unstable;
+    done.shifted_at = done.shifted_at.or(info.shifted_at);
+    Ok(form)
+}
+
+/// Move `u` to where every cable keeps its force per length `q_0` as modelled: `sum q_0 (x_j - x_i) = -p`, one linear
+/// system. Nothing happens where that has no solution.
+///
+/// Source: Schek (1974), CMAME 3, 115.
+fn keep_force_densities(model: &Model, newton: &mut Newton, u: &mut [f64]) {
+    let density = |cable: &Cable| cable.initial_pull_per_length().max(0.0);
+    newton.tangent.assemble_blocks(model, 1.0, |cable| Matrix3::from_diagonal_element(density(cable)));
+    newton.tangent.add_film(model, u, &model.start_history(), START_SAG);
+    if newton.tangent.factorise().is_err() {
+        return;
+    }
+    let mut force = model.load_at_start(u);
+    for cable in &model.cables {
+        let pull = density(cable) * (cable.span + model.relative(u, cable));
+        for c in 0..3 {
+            force[model.dof(cable.nodes[0], c)] += pull[c];
+            force[model.dof(cable.nodes[1], c)] -= pull[c];
+        }
+    }
+    let dofs = newton.tangent.dofs().to_vec();
+    let mut shape: Vec<f64> = dofs.iter().map(|dof| force[*dof]).collect();
+    newton.tangent.solve(&mut shape);
+    dofs.iter().zip(&shape).for_each(|(dof, w)| u[*dof] += w);
+}
+
+/// Let `u` swing towards equilibrium with masses of one's own choosing, stopped at every peak of the kinetic energy.
+///
+/// Steps of length 1 with `m_a = sum_b |K_ab| / 2`, half of what Gershgorin's circles ask for at the structure's
+/// stiffness when all is taut; what stiffens beyond is noticed by forces that grow, and the masses are taken anew.
+///
+/// Source: Cundall (1976), Explicit finite-difference methods in geomechanics; handbook 2.8.
+fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64]) {
+    let mut kernel = Kernel::new(&model.cables, model.node_count());
+    let pressures = model.pressures_at_start();
+    let mut assembly = Assembly::new(model);
+    let springs = spring_dofs(model);
+    let n = u.len();
+    let free: Vec<bool> = model.held.iter().map(|held| !held).collect();
+    let (mut velocity, mut force) = (vec![0.0; n], vec![0.0; n]);
+    let mut mass = fictitious_masses(model, newton, history, u);
+    let (mut energy, mut since) = (0.0, 0);
+    for _ in 0..MOST_RELAXING {
+        force.copy_from_slice(&model.dead_load);
+        kernel.pull(u, &mut force);
+        press(&model.timed, &pressures, u, &mut force);
+        assembly.pull(&model.elements, u, history, &mut force);
+        springs.iter().for_each(|(dof, k)| force[*dof] -= k * u[*dof]);
+        let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
+        let residual = norm(&mut (0..n).filter(|i| free[*i]).map(|i| force[i]));
+        let held = norm(&mut (0..n).filter(|i| !free[*i]).map(|i| force[i]));
+        if residual <= RELAXED * held.max(f64::MIN_POSITIVE) {
+            return;
+        }
+        let before = energy;
+        energy = 0.0;
+        for i in (0..n).filter(|i| free[*i] && mass[*i] > 0.0) {
+            velocity[i] += 2.0 * force[i] / mass[i];
+            energy += 0.5 * mass[i] * velocity[i] * velocity[i];
+        }
+        since += 1;
+        if energy < before || !energy.is_finite() {
+            velocity.fill(0.0);
+            energy = 0.0;
+            if since > RETAKEN {
+                mass = fictitious_masses(model, newton, history, u);
+                since = 0;
+            }
+            continue;
+        }
+        u.iter_mut().zip(&velocity).for_each(|(u, v)| *u += v);
+        assembly.settle_rotations(&model.elements, u, history);
+    }
+}
+
+/// A bound of the stiffness of each degree of freedom, the same in all directions of a node: what is soft across a cable
+/// becomes stiff as the cable turns.
+fn fictitious_masses(model: &Model, newton: &mut Newton, history: &[f64], u: &[f64]) -> Vec<f64> {
+    let mut sums = newton.tangent.row_sums(model, u, history);
+    for node in 0..model.node_count() {
+        let dofs = [0, 1, 2].map(|c| model.dof(node, c));
+        let most = dofs.iter().map(|dof| sums[*dof]).fold(0.0, f64::max);
+        dofs.iter().for_each(|dof| sums[*dof] = most);
+    }
+    sums
+}
+
+/// Add the shape of a soap film under the dead load, [`START_SAG`] deep.
+fn sag(model: &Model, newton: &mut Newton, u: &mut [f64]) {
+    newton.tangent.assemble_blocks(model, 1.0, |cable| {
+        Matrix3::from_diagonal_element(START_SAG * cable.axial_stiffness())
+    });
+    newton.tangent.add_film(model, u, &model.start_history(), START_SAG);
+    if newton.tangent.factorise().is_err() {
+        // Something is connected to no support: Newton says what, with a shifted tangent.
+        return;
+    }
+    let dofs = newton.tangent.dofs().to_vec();
+    let load = model.load_at_start(u);
+    let mut shape: Vec<f64> = dofs.iter().map(|dof| load[*dof]).collect();
+    newton.tangent.solve(&mut shape);
+    let depth = shape.iter().fold(0.0, |a, b| f64::max(a, b.abs()));
+    if depth > 0.0 {
+        let factor = START_SAG * model.extent() / depth;
+        dofs.iter().zip(&shape).for_each(|(dof, w)| u[*dof] += factor * w);
+    }
+}

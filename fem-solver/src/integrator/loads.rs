@@ -1,0 +1,298 @@
+//! The interface force of a window: which samples a plan brings, and the load of each step.
+
+use crate::integrator::implicit::{Scheme, StepLoad};
+use crate::linear_algebra::lanes::wide;
+use interface_defs::field::{FieldSpec, Layout, Sampling, name};
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::{Fault, Plan};
+use std::ops::Range;
+
+/// Most samples of a field in a window.
+pub const MOST_SAMPLES: u32 = 64;
+
+/// What load a scheme needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Needs {
+    /// The mean over each part of the window.
+    pub mean: bool,
+    /// The force at the end of each part.
+    pub end: bool,
+}
+
+impl Needs {
+    /// Of an implicit scheme, or of the explicit one (`None`).
+    pub fn of(scheme: Option<Scheme>) -> Self {
+        match scheme {
+            None => Self { mean: true, end: false },
+            Some(s) => Self { mean: !s.takes_end_only(), end: !s.takes_mean_only() },
+        }
+    }
+
+    /// The fields that a solver with these needs takes.
+    pub fn fields(self) -> Vec<FieldSpec> {
+        let field =
+            |sampling| FieldSpec { samples: MOST_SAMPLES, ..FieldSpec::nodal(name::FORCE, 3, sampling) };
+        let mean = self.mean.then(|| field(Sampling::Means));
+        mean.into_iter().chain(self.end.then(|| field(Sampling::AtEnds))).collect()
+    }
+}
+
+/// Where the samples of one kind lie in the input.
+#[derive(Debug, Clone)]
+struct Source {
+    samples: Vec<Range<usize>>,
+}
+
+/// The interface force over a window, and the memory for that of a step (component-major).
+pub struct Loads {
+    nodes: usize,
+    mean: Option<Source>,
+    end: Option<Source>,
+    mean_now: Vec<f64>,
+    end_before: Vec<f64>,
+    end_now: Vec<f64>,
+    balance: Vec<f64>,
+    end_of_step: Vec<f64>,
+}
+
+impl Loads {
+    /// Find the force in `plan`, for a structure of so many degrees of freedom. A force of the other kind than the scheme needs is taken in its
+    /// place, with a warning.
+    pub fn new(
+        needs: Needs,
+        plan: &Plan,
+        mesh: &InterfaceMesh,
+        dofs: usize,
+    ) -> Result<(Self, Vec<String>), Fault> {
+        let layout = Layout::new(&plan.takes, mesh, 0);
+        let find = |sampling| {
+            let spec = plan.takes.iter().find(|f| f.name == name::FORCE && f.sampling == sampling)?;
+            let samples = (0..spec.samples as usize).filter_map(|s| layout.sample(name::FORCE, sampling, s));
+            Some(Source { samples: samples.collect() })
+        };
+        let (means, ends) = (find(Sampling::Means), find(Sampling::AtEnds));
+        let mut warnings = Vec::new();
+        let mut choose = |own: &Option<Source>, other: &Option<Source>, what: &str| match (own, other) {
+            (Some(own), _) => Some(own.clone()),
+            (None, Some(other)) => {
+                warnings.push(what.to_owned());
+                Some(other.clone())
+            }
+            (None, None) => None,
+        };
+        let mean = if needs.mean {
+            choose(
+                &means,
+                &ends,
+                "the force at a window's end is taken for its mean: impulse and work are not exact",
+            )
+        } else {
+            None
+        };
+        let end = if needs.end {
+            let what = "a window's mean force is applied as the force at its end: a lag of half a window, which adds \
+                        energy; exchange the force at the end, or use generalized_alpha with rho_inf = 1";
+            choose(&ends, &means, what)
+        } else {
+            None
+        };
+        if let (Some(mean), Some(end)) = (&mean, &end)
+            && mean.samples.len() != end.samples.len()
+        {
+            let what = format!(
+                "the integrator needs mean and end forces of equal samples, the plan has {} and {}",
+                mean.samples.len(),
+                end.samples.len()
+            );
+            return Err(Fault::input(what));
+        }
+        let memory = || vec![0.0; dofs];
+        let loads = Self {
+            nodes: mesh.node_count(),
+            mean,
+            end,
+            mean_now: memory(),
+            end_before: memory(),
+            end_now: memory(),
+            balance: memory(),
+            end_of_step: memory(),
+        };
+        Ok((loads, warnings))
+    }
+
+    /// Parts of a window that carry a force of their own.
+    pub fn parts(&self) -> usize {
+        self.mean.as_ref().or(self.end.as_ref()).map_or(1, |s| s.samples.len().max(1))
+    }
+
+    /// Whether there is any force in `input`.
+    pub fn any(&self, input: &[f64]) -> bool {
+        let sources = self.mean.iter().chain(&self.end);
+        sources.flat_map(|s| &s.samples).any(|at| input[at.clone()].iter().any(|f| *f != 0.0))
+    }
+
+    /// Part number `part` begins; `before` is the force at the end of what came before.
+    pub fn begin_part(&mut self, input: &[f64], part: usize, before: &[f64]) {
+        if let Some(mean) = &self.mean {
+            to_component_major(&input[mean.samples[part].clone()], self.nodes, &mut self.mean_now);
+        }
+        if let Some(end) = &self.end {
+            self.end_before.copy_from_slice(before);
+            to_component_major(&input[end.samples[part].clone()], self.nodes, &mut self.end_now);
+        }
+    }
+
+    /// Mean force of the current part [N], component-major.
+    pub fn mean(&self) -> &[f64] {
+        &self.mean_now
+    }
+
+    /// Load of step `step` of `steps` in the current part, for a scheme that balances at `1 - alpha_f`.
+    pub fn of_step(&mut self, scheme: &Scheme, step: usize, steps: usize) -> StepLoad<'_> {
+        self.between(scheme, |x| (step as f64 + x) / steps as f64)
+    }
+
+    /// The same of a step whose begin and end, at 0 and 1, lie `at` these shares of the part.
+    pub fn between(&mut self, scheme: &Scheme, at: impl Fn(f64) -> f64) -> StepLoad<'_> {
+        if scheme.takes_mean_only() {
+            return StepLoad { balance: &self.mean_now, end: &self.mean_now };
+        }
+        let (balance, end) = (at(1.0 - scheme.alpha_f), at(1.0));
+        for i in 0..self.balance.len() {
+            let (first, slope) = if self.mean.is_some() {
+                // The straight line with this mean and this end.
+                let first = 2.0 * self.mean_now[i] - self.end_now[i];
+                (first, self.end_now[i] - first)
+            } else {
+                (self.end_before[i], self.end_now[i] - self.end_before[i])
+            };
+            self.balance[i] = if balance == 1.0 { self.end_now[i] } else { first + balance * slope };
+            self.end_of_step[i] = if end == 1.0 { self.end_now[i] } else { first + end * slope };
+        }
+        StepLoad { balance: &self.balance, end: &self.end_of_step }
+    }
+
+    /// Whether the scheme's load has an end, which the next window begins from.
+    pub fn has_end(&self) -> bool {
+        self.end.is_some()
+    }
+}
+
+wide! {
+    /// From node-major to component-major.
+    pub fn to_component_major(from: &[f64], nodes: usize, to: &mut [f64]) {
+        let (x, rest) = to.split_at_mut(nodes);
+        let (y, rest) = rest.split_at_mut(nodes);
+        let z = &mut rest[..nodes];
+        let (vectors, _) = from[..3 * nodes].as_chunks::<3>();
+        for (((v, x), y), z) in vectors.iter().zip(x).zip(y).zip(z) {
+            (*x, *y, *z) = (v[0], v[1], v[2]);
+        }
+    }
+}
+
+wide! {
+    /// `a - b`, from component-major to node-major.
+    pub fn difference_to_node_major(a: &[f64], b: &[f64], nodes: usize, to: &mut [f64]) {
+        let (ax, ay, az) = (&a[..nodes], &a[nodes..2 * nodes], &a[2 * nodes..3 * nodes]);
+        let (bx, by, bz) = (&b[..nodes], &b[nodes..2 * nodes], &b[2 * nodes..3 * nodes]);
+        let (vectors, _) = to[..3 * nodes].as_chunks_mut::<3>();
+        let vectors = &mut vectors[..nodes];
+        for i in 0..nodes {
+            vectors[i] = [ax[i] - bx[i], ay[i] - by[i], az[i] - bz[i]];
+        }
+    }
+}
+
+wide! {
+    /// From component-major to node-major.
+    pub fn to_node_major(from: &[f64], nodes: usize, to: &mut [f64]) {
+        let (x, y, z) = (&from[..nodes], &from[nodes..2 * nodes], &from[2 * nodes..3 * nodes]);
+        let (vectors, _) = to[..3 * nodes].as_chunks_mut::<3>();
+        let vectors = &mut vectors[..nodes];
+        for i in 0..nodes {
+            vectors[i] = [x[i], y[i], z[i]];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{FemConfig, Integrator};
+
+    fn scheme(rho_inf: f64) -> Scheme {
+        let fem = FemConfig {
+            integrator: Integrator::GeneralizedAlpha,
+            rho_inf: Some(rho_inf),
+            ..Default::default()
+        };
+        Scheme::of(&fem).expect("is implicit")
+    }
+
+    fn mesh() -> InterfaceMesh {
+        InterfaceMesh { coordinates: vec![0.0; 3], ..Default::default() }
+    }
+
+    #[test]
+    fn a_scheme_declares_the_load_that_it_takes() {
+        let takes = |s| Needs::of(s).fields().iter().map(|f| f.sampling).collect::<Vec<_>>();
+        assert_eq!(takes(None), [Sampling::Means]);
+        assert_eq!(takes(Some(scheme(1.0))), [Sampling::Means]);
+        assert_eq!(takes(Some(scheme(0.0))), [Sampling::AtEnds]);
+        assert_eq!(takes(Some(scheme(0.5))), [Sampling::Means, Sampling::AtEnds]);
+    }
+
+    #[test]
+    fn a_force_that_grows_straight_reaches_every_step_as_it_is_there() {
+        // F(t) = 8 t over a window of length 1: mean 4, end 8; the scheme balances at 1 - alpha_f.
+        let plan = Plan { takes: Needs::of(Some(scheme(0.5))).fields(), ..Default::default() };
+        let mut plan = plan;
+        plan.takes.iter_mut().for_each(|f| f.samples = 1);
+        let (mut loads, warnings) =
+            Loads::new(Needs::of(Some(scheme(0.5))), &plan, &mesh(), 3).expect("is fine");
+        assert!(warnings.is_empty());
+        loads.begin_part(&[4.0, 0.0, 0.0, 8.0, 0.0, 0.0], 0, &[0.0; 3]);
+        for step in 0..4 {
+            let load = loads.of_step(&scheme(0.5), step, 4);
+            let balance = 8.0 * (step as f64 + 1.0 - scheme(0.5).alpha_f) / 4.0;
+            assert!((load.balance[0] - balance).abs() < 1e-14);
+            assert!((load.end[0] - 2.0 * (step as f64 + 1.0)).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn end_forces_are_joined_by_straight_lines() {
+        let mut plan = Plan { takes: Needs::of(Some(scheme(0.0))).fields(), ..Default::default() };
+        plan.takes[0].samples = 2;
+        let (mut loads, _) = Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
+        assert_eq!(loads.parts(), 2);
+        let input = [6.0, 0.0, 0.0, 7.0, 0.0, 0.0];
+        loads.begin_part(&input, 0, &[2.0, 0.0, 0.0]);
+        assert_eq!(loads.of_step(&scheme(0.0), 0, 2).end[0], 4.0);
+        assert_eq!(loads.of_step(&scheme(0.0), 1, 2).end[0], 6.0);
+        loads.begin_part(&input, 1, &[6.0, 0.0, 0.0]);
+        assert_eq!(loads.of_step(&scheme(0.0), 0, 1).balance[0], 7.0);
+    }
+
+    #[test]
+    fn the_wrong_kind_of_force_is_taken_with_a_warning() {
+        let plan =
+            Plan { takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)], ..Default::default() };
+        let (mut loads, warnings) =
+            Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
+        assert!(warnings[0].contains("lag of half a window"), "{warnings:?}");
+        loads.begin_part(&[5.0, 0.0, 0.0], 0, &[0.0; 3]);
+        assert_eq!(loads.of_step(&scheme(0.0), 0, 1).end[0], 5.0);
+    }
+
+    #[test]
+    fn transposing_there_and_back_changes_nothing() {
+        let nodal: Vec<f64> = (0..12).map(f64::from).collect();
+        let (mut by_component, mut back) = (vec![0.0; 12], vec![0.0; 12]);
+        to_component_major(&nodal, 4, &mut by_component);
+        assert_eq!(by_component[..4], [0.0, 3.0, 6.0, 9.0]);
+        to_node_major(&by_component, 4, &mut back);
+        assert_eq!(nodal, back);
+    }
+}

@@ -1,0 +1,348 @@
+//! The start of a run: form finding, critical step, time step. What `check` tells and `prepare` does.
+
+use crate::config::structure::FormFinding;
+use crate::config::{Config, Integrator};
+use crate::equilibrium::form_finding::{Basis, Form, find_form_from};
+use crate::equilibrium::newton::{Failure, Info, Newton, spring_dofs};
+use crate::gate::supports::unseen_rows;
+use crate::integrator::critical_step::highest_frequency;
+use crate::internal_force::assembly::Assembly;
+use crate::internal_force::kernel::Kernel;
+use crate::model::Model;
+use crate::state::inherited::Inherited;
+use interface_defs::message::Fault;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from::At;
+use std::time::{Duration, Instant};
+
+/// Residual, relative to the largest of load and internal force, below which a structure is at rest.
+const AT_REST: f64 = 1e-10;
+/// Time between two reports of form finding.
+const BETWEEN_REPORTS: Duration = Duration::from_millis(500);
+/// Share of the critical step that is taken by default.
+const DEFAULT_SHARE: f64 = 0.5;
+/// Share of the critical step above which the user hears that nets stiffen as they are stretched.
+const CLOSE: f64 = 0.9;
+
+/// A structure at t = 0.
+pub struct Start {
+    /// Displacement from the structure as modelled [m].
+    pub displacement: Vec<f64>,
+    /// History of the elements there.
+    pub history: Vec<f64>,
+    /// How it moves; `None`: not at all.
+    pub motion: Option<Motion>,
+    /// Whether something of it was torn before.
+    pub torn: bool,
+    /// What the books begin with: energy dissipated by damping, work of the interface force, of moving supports, of loads
+    /// with a history [J].
+    pub booked: [f64; 4],
+    /// Force of dead load and elements on every degree of freedom [N].
+    pub force: Vec<f64>,
+    /// Whether it is in static equilibrium, to rounding.
+    pub at_rest: bool,
+    /// Force that nothing balances, over the forces of supports and dead load.
+    pub unbalanced: f64,
+    /// Highest angular frequency [rad/s]; 0 in statics.
+    pub frequency: f64,
+    /// Critical step of central differences [s], infinite where nothing is stiff.
+    pub critical_step: f64,
+    /// Longest time step [s]; infinite = one step per window.
+    pub time_step: f64,
+    /// Largest axial force [N].
+    pub cable_force: f64,
+    /// What form finding took.
+    pub form_finding: Info,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// The Newton iteration, for the implicit schemes.
+    pub newton: Newton,
+}
+
+/// Motion with which a structure starts.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// Velocity [m/s].
+    pub velocity: Vec<f64>,
+    /// Acceleration [m/s2]; empty where only a balance of forces tells it.
+    pub acceleration: Vec<f64>,
+}
+
+impl Motion {
+    /// Add it to velocities that the scene gives [m/s].
+    pub fn add_to(&self, velocity: &mut [f64]) {
+        velocity.iter_mut().zip(&self.velocity).for_each(|(v, own)| *v += own);
+    }
+
+    /// Keep its accelerations [m/s2], if they are known.
+    pub fn keep(&self, acceleration: &mut [f64]) {
+        if self.acceleration.len() == acceleration.len() {
+            acceleration.copy_from_slice(&self.acceleration);
+        }
+    }
+
+    /// Nothing moves where the supports of `model` hold it, whatever it did before; those that move go on.
+    fn held(mut self, model: &Model) -> Self {
+        for dof in (0..model.dof_count()).filter(|dof| model.held_first(*dof)) {
+            if model.moving.iter().all(|(moving, _)| *moving != dof) {
+                self.velocity.iter_mut().skip(dof).take(1).for_each(|v| *v = 0.0);
+                self.acceleration.iter_mut().skip(dof).take(1).for_each(|a| *a = 0.0);
+            }
+        }
+        self
+    }
+}
+
+/// Told what is done.
+pub type OnProgress<'a> = &'a mut dyn FnMut(String) -> Result<(), Fault>;
+
+/// Why a run cannot start.
+pub enum NoStart {
+    /// The scene is at fault.
+    Input(InputError),
+    /// Whoever listens has stopped it.
+    Stopped(Fault),
+}
+
+impl From<NoStart> for Fault {
+    fn from(reason: NoStart) -> Self {
+        match reason {
+            NoStart::Input(error) => error.into(),
+            NoStart::Stopped(fault) => fault,
+        }
+    }
+}
+
+impl Start {
+    /// Find the form, the critical step and the time step of `model`.
+    pub fn new(
+        scene: &Scene,
+        config: &Config,
+        model: &Model,
+        inherited: Option<&Inherited>,
+        on_progress: OnProgress,
+    ) -> Result<Self, NoStart> {
+        let (whole, at_start) = (model, model.at_start());
+        let model = &*at_start;
+        on_progress(format!(
+            "{} nodes, {} elements: analysing",
+            model.node_count(),
+            model.cables.len() + model.elements.len()
+        ))
+        .map_err(NoStart::Stopped)?;
+        let mut newton = Newton::new(model);
+        let moves = inherited.filter(|inherited| inherited.at == At::Motion);
+        let basis = inherited
+            .map(|Inherited { end, .. }| Basis { displacement: &end.displacement, history: &end.history });
+        let way = if moves.is_some() { FormFinding::None } else { config.structure.form_finding };
+        let (Form { displacement, history, smoothed }, form_finding) = match way {
+            FormFinding::None => (as_it_is(model, basis), Info::default()),
+            way => {
+                let mut last: Option<Instant> = None;
+                let mut report = |iteration, residual| {
+                    if last.is_some_and(|at| at.elapsed() < BETWEEN_REPORTS) {
+                        return Ok(());
+                    }
+                    last = Some(Instant::now());
+                    on_progress(format!(
+                        "form finding: iteration {iteration}, residual {residual:.1e} times its limit"
+                    ))
+                };
+                let most = config.fem.newton.max_iterations;
+                find_form_from(model, &mut newton, way, most, basis, &mut report).map_err(|failure| {
+                    match failure {
+                        Failure::Stopped(fault) => NoStart::Stopped(fault),
+                        failure => NoStart::Input(not_found(scene, model, way, &failure)),
+                    }
+                })?
+            }
+        };
+        let mut force = model.load_at_start(&displacement);
+        let mut kernel = Kernel::new(&model.cables, model.node_count());
+        let cables = kernel.pull(&displacement, &mut force);
+        let mut assembly = Assembly::new(model);
+        let others = assembly.pull(&model.elements, &displacement, &history, &mut force);
+        let booked = match inherited {
+            Some(Inherited { at: At::Motion, end, .. }) => end.booked,
+            // The books begin anew: what the elements have dissipated by now is none of this run's.
+            Some(_) => [-assembly.energy(&model.elements, &displacement, &history).dissipated, 0.0, 0.0, 0.0],
+            None => [0.0; 4],
+        };
+        let cable_force = cables.max(others).sqrt();
+        for (dof, k) in spring_dofs(model) {
+            force[dof] -= k * displacement[dof];
+        }
+        let residual = newton.tangent.dofs().iter().map(|dof| force[*dof].powi(2)).sum::<f64>().sqrt();
+        let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
+        // What is let go later moves in the steps to come, not in form finding.
+        let mut of_run = (!whole.until.is_empty()).then(|| Newton::new(whole));
+        let frequency = match config.fem.integrator {
+            Integrator::Static => 0.0,
+            _ => {
+                let tangent = &mut of_run.as_mut().unwrap_or(&mut newton).tangent;
+                if tangent.is_empty() {
+                    0.0
+                } else {
+                    highest_frequency(whole, tangent, &displacement, &history)
+                }
+            }
+        };
+        let critical_step = 2.0 / frequency;
+        let mut warnings = model.warnings.clone();
+        warnings.extend(inherited.iter().flat_map(|from| from.warnings.iter().cloned()));
+        if model.added_mass > 0.0 {
+            let all: f64 = model.mass.iter().sum();
+            warnings.push(format!(
+                "mass scaling added {:.4} kg to {:.4} kg: impacts are slower and forces of inertia larger by as much",
+                model.added_mass,
+                all - model.added_mass
+            ));
+        }
+        if smoothed {
+            warnings.push(
+                "with friction of the ropes no rest shape was found: they hang as they would without, with one tension each; \
+                 friction acts from t = 0 on"
+                    .into(),
+            );
+        }
+        if let Some(dof) = form_finding.shifted_at {
+            // Whoever reads the log sees why it took so long; the answer does not depend on it.
+            tracing::warn!(
+                "form finding: the tangent was not positive, first at {}; it was shifted, which slows Newton down",
+                model.dof_name(dof)
+            );
+        }
+        let statics = config.fem.integrator == Integrator::Static;
+        if (statics || form_finding.unstable.is_some())
+            && !newton.tangent.is_empty()
+            && let Some(dof) = newton.not_held(model, &displacement, &history)
+        {
+            // What a support or a load is going to push may stiffen on the way, as a flat net does.
+            let steady = model.timed.iter().all(|load| load.factor.rests(0.0, f64::INFINITY));
+            if statics && model.moving.is_empty() && steady {
+                return Err(NoStart::Input(mechanism(scene, model, dof)));
+            }
+            let held = if statics {
+                "what moves or loads it must stiffen it first"
+            } else {
+                "it is held there by nothing but inertia"
+            };
+            warnings
+                .push(format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof)));
+        }
+        let time_step =
+            time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
+        // A window is one step at least; that of a coupled run is chosen elsewhere.
+        let rows = if scene.has("rock") {
+            f64::INFINITY
+        } else {
+            Output::of(scene).map_err(NoStart::Input)?.interval
+        };
+        let longest = time_step.min(rows);
+        if longest.is_finite() {
+            warnings.extend(unseen_rows(config, longest));
+        }
+        let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
+        Ok(Self {
+            displacement,
+            history,
+            motion: moves.map(|from| from.motion(config.fem.integrator.name()).held(model)),
+            torn: inherited.is_some_and(|from| !from.torn().is_empty()),
+            booked,
+            force,
+            at_rest,
+            unbalanced: if residual == 0.0 { 0.0 } else { residual / scale },
+            frequency,
+            critical_step,
+            time_step,
+            cable_force,
+            form_finding,
+            warnings,
+            newton: of_run.unwrap_or(newton),
+        })
+    }
+}
+
+/// The structure as modelled, or as it was left.
+fn as_it_is(model: &Model, basis: Option<Basis>) -> Form {
+    let mut u = basis.map_or_else(|| vec![0.0; model.dof_count()], |basis| basis.displacement.to_vec());
+    model.prescribe_first(&mut u);
+    let history = basis.map_or_else(|| model.start_history(), |basis| basis.history.to_vec());
+    Form { displacement: u, history, smoothed: false }
+}
+
+fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {
+    let what = format!(
+        "the structure is a mechanism: {} can move without any force, so statics has no answer",
+        model.dof_name(dof)
+    );
+    scene.invalid("structure", what).try_instead(
+        "support or connect that node, give the cables tension, or choose an integrator with inertia",
+    )
+}
+
+fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) -> InputError {
+    let what = format!("no static equilibrium under the dead load was found: {}", failure.describe(model));
+    if let Failure::Broken { element, .. } = failure {
+        let of_part = model.parts[..model.part_count].iter().position(|p| p.elements.contains(element));
+        let key = of_part.map_or("structure".into(), |part| format!("structure.parts.{part}.rupture_force"));
+        return scene.invalid(&key, what).try_instead(
+            "a larger rupture_force, in newtons (300 kN is 3e5), or rupture_strain; or less load or prestress",
+        );
+    }
+    if let Some((node, count)) = model.adrift() {
+        let what = format!(
+            "nothing holds node {} and what hangs together with it, {count} nodes in all: there is no support and no spring, \
+             and a load acts",
+            model.node_name(node)
+        );
+        return scene.invalid("structure", what).try_instead(
+            "add supports = [{ group = \"name of a group\" }]; or write form_finding = \"none\" for what shall fall",
+        );
+    }
+    let other = match way {
+        FormFinding::DynamicRelaxation => {
+            "form_finding = \"none\" with damping, so that it comes to rest in time"
+        }
+        _ => "form_finding = \"dynamic_relaxation\" where much is slack, or \"none\"",
+    };
+    scene.invalid("structure.form_finding", what).try_instead(format!(
+        "support or connect that node, give the cables tension or the rings less room, or write {other}"
+    ))
+}
+
+/// The longest step: as the scene says, else by default.
+fn time_step(
+    scene: &Scene,
+    config: &Config,
+    frequency: f64,
+    critical: f64,
+    warnings: &mut Vec<String>,
+) -> Result<f64, InputError> {
+    let explicit = config.fem.integrator == Integrator::CentralDifference;
+    if !explicit {
+        return Ok(config.fem.time_step.unwrap_or(f64::INFINITY));
+    }
+    let step = config.fem.time_step.unwrap_or(DEFAULT_SHARE * critical);
+    if step > critical * (1.0 + 1e-9) {
+        let what = format!(
+            "the time step {step:.4e} s lies above the critical one, {critical:.4e} s (highest frequency {frequency:.4e} rad/s)"
+        );
+        if !config.fem.allow_unstable {
+            return Err(scene.invalid("fem.time_step", what).try_instead(format!(
+                "at most {:.2e}, an implicit integrator, or allow_unstable = true",
+                CLOSE * critical
+            )));
+        }
+        warnings.push(what);
+    } else if step > CLOSE * critical {
+        warnings.push(format!(
+            "the time step is {:.0} % of the critical one at rest; a cable at 5 % strain is 15 % stiffer, so a loaded net \
+             may become unstable",
+            100.0 * step / critical
+        ));
+    }
+    Ok(step)
+}

@@ -1,0 +1,456 @@
+//! A prepared structure: one window after the other.
+
+mod again;
+mod counts;
+mod load_steps;
+
+pub use self::counts::Counts;
+use crate::config::Config;
+use crate::config::fem::AtBranch;
+use crate::equilibrium::arc_length::Path;
+use crate::equilibrium::newton::{Failure, Info};
+use crate::integrator::explicit::Explicit;
+use crate::integrator::implicit::{Implicit, Scheme};
+use crate::integrator::loads::{Loads, difference_to_node_major, to_node_major};
+use crate::integrator::start::Start;
+use crate::linear_algebra::lanes::{add, work};
+use crate::model::Model;
+use crate::results::energy::Energies;
+use crate::results::record::{Largest, Recorder, Step};
+use crate::state::{Peak, Peaks, State};
+use interface_defs::field::{Layout, Sampling, name};
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::{Fault, Plan};
+use interface_defs::solver::Window;
+use load_steps::Control;
+use std::ops::Range;
+
+/// The scheme in time.
+enum Engine {
+    Explicit(Box<Explicit>),
+    Implicit(Box<Implicit>),
+    Path(Box<Path>),
+}
+
+/// Everything that a window needs.
+pub struct March {
+    engine: Engine,
+    energies: Energies,
+    recorder: Recorder,
+    loads: Loads,
+    /// State at the start of the window at hand.
+    pub committed: State,
+    trial: State,
+    /// Displacement at t = 0 [m].
+    pub origin: Vec<f64>,
+    rest_force: Vec<f64>,
+    nodes: usize,
+    time_step: f64,
+    /// Longest explicit step once something has broken [s].
+    torn_step: f64,
+    /// Largest share of its strength that anything used as it broke in an implicit step of the window.
+    broke_under: f64,
+    /// Load steps of statics that adapt.
+    load_steps: Option<Box<Control>>,
+    shortcuts: bool,
+    skipped: bool,
+    displacement_samples: Vec<Range<usize>>,
+    velocity_samples: Vec<Range<usize>>,
+    gauges_from: usize,
+    parts: usize,
+    energy_now: Vec<f64>,
+    part_start: Vec<f64>,
+    end_loads: Vec<f64>,
+    /// What was done so far.
+    pub counts: Counts,
+}
+
+impl March {
+    /// For `model` from `start`, with the fields of `plan` on `mesh`.
+    pub fn new(
+        model: &Model,
+        config: &Config,
+        start: Start,
+        recorder: Recorder,
+        loads: Loads,
+        plan: &Plan,
+        mesh: &InterfaceMesh,
+        shortcuts: bool,
+    ) -> Self {
+        let layout = Layout::new(&plan.gives, mesh, 0);
+        let samples = |field: &str| -> Vec<Range<usize>> {
+            let count = plan.gives.iter().find(|f| f.name == field).map_or(0, |f| f.samples as usize);
+            (0..count).filter_map(|s| layout.sample(field, Sampling::AtEnds, s)).collect()
+        };
+        let (displacement_samples, velocity_samples) = (samples(name::DISPLACEMENT), samples(name::VELOCITY));
+        let each = [loads.parts(), displacement_samples.len().max(1), velocity_samples.len().max(1)];
+        let n = model.dof_count();
+        let scheme = Scheme::of(&config.fem);
+        let ends = if loads.has_end() { n } else { 0 };
+        let balances_at_end = scheme.is_some_and(|s| !s.takes_mean_only());
+        let mut velocity = model.start_velocity.clone();
+        let thrown = velocity.iter().any(|v| *v != 0.0);
+        velocity.resize(n, 0.0);
+        start.motion.iter().for_each(|motion| motion.add_to(&mut velocity));
+        let mut committed = State {
+            displacement: start.displacement.clone(),
+            velocity,
+            acceleration: vec![0.0; if scheme.is_some() { n } else { 0 }],
+            force: if balances_at_end { start.force.clone() } else { Vec::new() },
+            load: vec![0.0; ends],
+            at_rest: start.at_rest && !thrown && config.fem.path_speed.is_none(),
+            history: start.history.clone(),
+            groups: recorder.groups(),
+            events: Vec::with_capacity(model.elements.len()),
+            ..State::default()
+        };
+        if scheme.is_some_and(|s| s.inertia) && (thrown || !start.at_rest) {
+            // The first step of an implicit scheme starts from a balance of its own.
+            for dof in (0..n).filter(|dof| !model.held_first(*dof)) {
+                let damped = model.damping * committed.velocity[dof];
+                committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof) - damped;
+            }
+            for (dof, viscosity) in model.dashpots.iter().filter(|(dof, _)| !model.held_first(*dof)) {
+                committed.acceleration[*dof] -= viscosity * committed.velocity[*dof] / model.dof_mass(*dof);
+            }
+        }
+        start.motion.iter().filter(|_| !thrown).for_each(|motion| motion.keep(&mut committed.acceleration));
+        committed.open_books(start.booked);
+        let reaction = recorder.total_reaction(&start.force, &start.displacement);
+        let size = reaction.iter().map(|r| r * r).sum::<f64>().sqrt();
+        let at_start = |value| Peak { value, time: 0.0 };
+        committed.peaks = Peaks {
+            reaction: at_start(size),
+            reaction_1ms: at_start(size),
+            cable_force: at_start(start.cable_force),
+        };
+        let torn_step = match scheme {
+            None => start.time_step.min(again::TORN_SHARE * start.critical_step),
+            Some(_) => start.time_step,
+        };
+        let done = start.form_finding;
+        Self {
+            energies: Energies::new(model, scheme.is_none_or(|s| s.inertia)),
+            engine: match scheme {
+                _ if let Some(speed) = config.fem.path_speed => {
+                    let turns = config.fem.path_at_branch == Some(AtBranch::Turn);
+                    Engine::Path(Box::new(Path::new(model, config.fem.newton.clone(), speed, turns)))
+                }
+                None => Engine::Explicit(Box::new(Explicit::new(model))),
+                Some(scheme) => Engine::Implicit(Box::new(Implicit::new(
+                    model,
+                    scheme,
+                    config.fem.newton.clone(),
+                    start.newton,
+                ))),
+            },
+            recorder: recorder.at_end(scheme.is_some_and(|s| !s.inertia)),
+            loads,
+            load_steps: Control::new(&config.fem, &committed, model),
+            trial: State { events: Vec::with_capacity(model.elements.len()), ..committed.clone() },
+            nodes: model.node_count(),
+            committed,
+            origin: start.displacement,
+            rest_force: start.force,
+            time_step: if start.torn { torn_step } else { start.time_step },
+            torn_step,
+            broke_under: 0.0,
+            shortcuts,
+            skipped: false,
+            gauges_from: layout.len(),
+            parts: each.into_iter().fold(1, least_common_multiple),
+            displacement_samples,
+            velocity_samples,
+            energy_now: Vec::with_capacity(9),
+            part_start: vec![0.0; n],
+            end_loads: vec![0.0; n],
+            counts: Counts {
+                newton: done.iterations,
+                factorisations: done.factorisations,
+                ..Counts::default()
+            },
+        }
+    }
+
+    /// The answer as it stands at t = 0.
+    pub fn initial(&mut self, model: &Model, output: &mut [f64]) {
+        // Where a path does not begin at all, its first step says so.
+        if let Engine::Path(path) = &mut self.engine
+            && let Ok(info) = path.begin(model, &mut self.trial)
+        {
+            self.counts.factorisations += info.factorisations;
+            self.committed.copy_from(&self.trial);
+        }
+        self.rest(model, 0.0, 1.0);
+        self.committed.groups.copy_from_slice(&self.trial.groups);
+        self.answer_all(output);
+        self.write_gauges(model, output);
+        self.recorder.begin();
+    }
+
+    /// Advance the committed state over `window` under `input`, into the trial state and `output`.
+    pub fn solve(
+        &mut self,
+        model: &Model,
+        window: &Window,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.trial.copy_from(&self.committed);
+        let rests = || model.rests(window.start, window.end());
+        self.skipped = self.shortcuts && self.committed.at_rest && !self.loads.any(input) && rests();
+        if self.skipped {
+            self.rest(model, window.end(), window.length);
+            self.answer_all(output);
+        } else {
+            self.trial.at_rest = false;
+            self.advance(model, window, input, output)?;
+        }
+        self.write_gauges(model, output);
+        if self.energy_now.iter().all(|e| e.is_finite()) {
+            return Ok(());
+        }
+        Err(Fault::window(format!(
+            "window {} from {:.6e} s diverged: its energy is not finite after steps of at most {:.3e} s; the force on the \
+             structure or its time step is too large",
+            window.number, window.start, self.time_step
+        )))
+    }
+
+    /// Nothing happens for a time of `length` until `end`.
+    fn rest(&mut self, model: &Model, end: f64, length: f64) {
+        self.recorder.begin();
+        let (mut peaks, mut groups) = (self.trial.peaks, std::mem::take(&mut self.trial.groups));
+        let (force, middle) = (&self.rest_force, &self.trial.displacement);
+        let step = Step { end, length, force, middle, at: end, tension: 0.0 };
+        let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };
+        self.recorder.step(model, &self.trial, &step, largest);
+        self.trial.groups = groups;
+    }
+
+    fn advance_by(
+        &mut self,
+        model: &Model,
+        window: &Window,
+        input: &[f64],
+        output: &mut [f64],
+        (longest, finer): (f64, usize),
+    ) -> Result<(), Fault> {
+        self.recorder.begin();
+        self.broke_under = 0.0;
+        (self.trial.along.lowest, self.trial.along.highest) = (self.trial.factor, self.trial.factor);
+        let part = Window { length: window.length / self.parts as f64, ..*window };
+        let own = if self.load_steps.is_some() { 1 } else { part.steps(longest) };
+        let steps = own * self.parts * finer;
+        let h = window.length / steps as f64;
+        let per_load = steps / self.loads.parts();
+        for step in 0..steps {
+            let time = window.start + step as f64 * h;
+            if step % per_load == 0 {
+                self.loads.begin_part(input, step / per_load, &self.trial.load);
+                if step > 0 && matches!(self.engine, Engine::Explicit(_)) {
+                    self.part_start.copy_from_slice(&self.trial.displacement);
+                }
+            }
+            if matches!(self.engine, Engine::Path(_)) {
+                let end = window.start + (step + 1) as f64 * h;
+                self.along_path(model, time, end).map_err(|what| {
+                    Fault::window(format!("window {} from {:.6e} s: {what}", window.number, window.start))
+                })?;
+                self.answer(step + 1, steps, output);
+                continue;
+            }
+            if self.load_steps.is_some() {
+                let place = (step % per_load, per_load);
+                self.by_load_steps(model, (time, window.start + (step + 1) as f64 * h), place).map_err(
+                    |what| {
+                        Fault::window(format!("window {} from {:.6e} s: {what}", window.number, window.start))
+                    },
+                )?;
+                self.answer(step + 1, steps, output);
+                continue;
+            }
+            let tension = self.step(model, time, h, step % per_load, per_load).map_err(|what| {
+                Fault::window(format!(
+                    "window {} from {:.6e} s, step {} of {steps}: {what}; a shorter window or fem.time_step may do",
+                    window.number,
+                    window.start,
+                    step + 1
+                ))
+            })?;
+            if (step + 1) % per_load == 0 && matches!(self.engine, Engine::Explicit(_)) {
+                self.book_mean_work(step < per_load);
+            }
+            self.record(model, window.start + (step + 1) as f64 * h, h, tension);
+            self.answer(step + 1, steps, output);
+        }
+        if !matches!(self.engine, Engine::Path(_)) && self.load_steps.is_none() {
+            self.counts.steps += steps as u64;
+        }
+        Ok(())
+    }
+
+    /// One step; returns the largest tension in it.
+    fn step(&mut self, model: &Model, time: f64, h: f64, step: usize, steps: usize) -> Result<f64, String> {
+        match &mut self.engine {
+            Engine::Explicit(explicit) => {
+                if step == 0 {
+                    explicit.load(model, self.loads.mean());
+                }
+                Ok(explicit.step(model, &mut self.trial, time, h).sqrt())
+            }
+            Engine::Path(_) => unreachable!("a path has steps of its own"),
+            Engine::Implicit(_) => self
+                .implicit_step(model, time, h, |x| (step as f64 + x) / steps as f64)
+                .map(|(tension, _)| tension)
+                .map_err(|failure| failure.describe(model)),
+        }
+    }
+
+    /// One implicit step, whose begin and end, at 0 and 1, are these shares of the part of the window; returns the largest tension in it, and the
+    /// iterations.
+    fn implicit_step(
+        &mut self,
+        model: &Model,
+        time: f64,
+        h: f64,
+        share: impl Fn(f64) -> f64,
+    ) -> Result<(f64, Info), Failure> {
+        let Engine::Implicit(implicit) = &mut self.engine else { return Err(Failure::Unstable { dof: 0 }) };
+        self.part_start.copy_from_slice(&self.trial.displacement);
+        let scheme = implicit.scheme;
+        let load = self.loads.between(&scheme, share);
+        let (largest, info) = implicit.step(model, &mut self.trial, &load, time, h)?;
+        self.counts.newton += info.iterations;
+        if let Some(dof) = info.shifted_at {
+            if self.counts.shifted == 0 {
+                tracing::warn!(
+                    "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (reported once)",
+                    model.dof_name(dof)
+                );
+            }
+            self.counts.shifted += 1;
+        }
+        self.counts.unstable += u64::from(info.unstable.is_some());
+        self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
+        self.counts.factorisations += info.factorisations;
+        self.counts.kept_factors += info.kept_factors;
+        self.broke_under = self.broke_under.max(implicit.broke_under());
+        let (after, before) = (&self.trial.displacement, &self.part_start);
+        if scheme.takes_mean_only() {
+            self.trial.received += work(load.balance, after, before);
+        } else if !self.trial.load.is_empty() {
+            // The mean of both ends, as the trapezoidal rule does its work.
+            add(&mut self.end_loads, &self.trial.load, load.end);
+            self.trial.received += 0.5 * work(&self.end_loads, after, before);
+            self.trial.load.copy_from_slice(load.end);
+        }
+        Ok((largest.sqrt(), info))
+    }
+
+    /// Along the path of equilibrium from `time` to `end`, by as many steps as it takes.
+    fn along_path(&mut self, model: &Model, mut time: f64, end: f64) -> Result<(), String> {
+        while time < end {
+            let Engine::Path(path) = &mut self.engine else { return Ok(()) };
+            let taken = path
+                .step(model, &mut self.trial, time, end - time)
+                .map_err(|failure| format!("t = {time:.6e} s: {}", failure.describe(model)))?;
+            self.counts.newton += taken.info.iterations;
+            self.counts.factorisations += taken.info.factorisations;
+            self.counts.refused += taken.refused;
+            self.counts.steps += 1;
+            let h = taken.length;
+            time = if h >= end - time { end } else { time + h };
+            self.record(model, time, h, taken.tension.sqrt());
+        }
+        Ok(())
+    }
+
+    /// Work of the mean force over the part of the window that has just ended: exactly `F . du`.
+    fn book_mean_work(&mut self, first_part: bool) {
+        let before = if first_part { &self.committed.displacement } else { &self.part_start };
+        self.trial.received += work(self.loads.mean(), &self.trial.displacement, before);
+    }
+
+    fn record(&mut self, model: &Model, end: f64, h: f64, tension: f64) {
+        let (mut peaks, mut groups) = (self.trial.peaks, std::mem::take(&mut self.trial.groups));
+        let middle_of_step = end - 0.5 * h;
+        let (force, middle, at) = match &self.engine {
+            Engine::Explicit(e) => (&e.force[..], &e.middle[..], middle_of_step),
+            // Statics knows no way between two states: what it reports is the state at the end.
+            Engine::Implicit(i) if !i.scheme.inertia => {
+                (&self.trial.force[..], &self.trial.displacement[..], end)
+            }
+            Engine::Implicit(i) => (&i.force[..], &i.middle[..], middle_of_step),
+            Engine::Path(p) => (p.force(), &self.trial.displacement[..], end),
+        };
+        let step = Step { end, length: h, force, middle, at, tension };
+        let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };
+        self.recorder.step(model, &self.trial, &step, largest);
+        (self.trial.peaks, self.trial.groups) = (peaks, groups);
+    }
+
+    /// Write the samples of motion that lie at the end of step `step` of `steps`.
+    fn answer(&self, step: usize, steps: usize, output: &mut [f64]) {
+        let nodes = self.nodes;
+        let due = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
+        if !self.displacement_samples.is_empty()
+            && let Some(sample) = due(self.displacement_samples.len())
+        {
+            let to = &mut output[self.displacement_samples[sample].clone()];
+            difference_to_node_major(&self.trial.displacement, &self.origin, nodes, to);
+        }
+        if !self.velocity_samples.is_empty()
+            && let Some(sample) = due(self.velocity_samples.len())
+        {
+            to_node_major(&self.trial.velocity, nodes, &mut output[self.velocity_samples[sample].clone()]);
+        }
+    }
+
+    /// The trial state as every sample of the window.
+    fn answer_all(&self, output: &mut [f64]) {
+        for step in 1..=self.parts {
+            self.answer(step, self.parts, output);
+        }
+    }
+
+    /// Energies at the window's end, reactions and scene gauges over the window.
+    fn write_gauges(&mut self, model: &Model, output: &mut [f64]) {
+        let parts = match &mut self.engine {
+            Engine::Explicit(e) => e.parts(),
+            Engine::Implicit(i) => i.parts(),
+            Engine::Path(p) => p.parts(),
+        };
+        self.energies.of(model, parts, &self.trial, &mut self.energy_now);
+        let gauges = &mut output[self.gauges_from..];
+        let (triples, _) = gauges.as_chunks_mut::<3>();
+        for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {
+            *triple = [*energy; 3];
+        }
+        if let (Engine::Path(_), [.., factor, _]) = (&self.engine, &mut triples[..self.energy_now.len()]) {
+            let along = &self.trial.along;
+            *factor = [factor[0], along.lowest.min(factor[0]), along.highest.max(factor[0])];
+        }
+        self.recorder.write(&mut gauges[3 * self.energy_now.len()..]);
+    }
+
+    /// State at the end of the window solved last.
+    pub fn solved(&self) -> &State {
+        &self.trial
+    }
+
+    /// Accept the last window.
+    pub fn commit(&mut self) {
+        std::mem::swap(&mut self.committed, &mut self.trial);
+        self.recorder.commit();
+        self.counts.skipped += u64::from(self.skipped);
+    }
+}
+
+fn least_common_multiple(a: usize, b: usize) -> usize {
+    let (mut x, mut y) = (a, b);
+    while y != 0 {
+        (x, y) = (y, x % y);
+    }
+    a / x * b
+}

@@ -1,0 +1,260 @@
+//! All elements that are not in the fast kernel, one by one: their forces, histories, tangents, energies.
+
+mod rupture;
+
+use self::rupture::{Release, Stretch};
+use crate::element::{Answer, AnyElement, Energy};
+use crate::internal_force::tangent::Slack;
+use crate::model::Model;
+use std::ops::Range;
+
+/// Something that broke.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// When it broke; with implicit steps the end of the step in which it did [s].
+    pub time: f64,
+    /// Number of the element.
+    pub element: u32,
+    /// Largest axial force it carried then [N].
+    pub tension: f64,
+}
+
+/// An element that broke in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Broken {
+    /// Number of the element.
+    pub element: u32,
+    /// Largest axial force it carried then [N].
+    pub tension: f64,
+    /// At which part of the step.
+    pub part: f64,
+    /// Share of its strength that it used then, 1 or more.
+    pub share: f64,
+}
+
+impl Broken {
+    /// As an event of the step from `time` [s] that is `length` [s] long.
+    pub fn event(&self, time: f64, length: f64) -> Event {
+        Event { time: time + self.part * length, element: self.element, tension: self.tension }
+    }
+}
+
+/// Where an element finds its numbers.
+#[derive(Debug, Clone)]
+struct Place {
+    dofs: Range<usize>,
+    history: Range<usize>,
+}
+
+/// The elements of a structure, with memory for one of them.
+#[derive(Debug, Clone, Default)]
+pub struct Assembly {
+    places: Vec<Place>,
+    /// Degrees of freedom of all elements, one after the other.
+    dofs: Vec<usize>,
+    u: Vec<f64>,
+    force: Vec<f64>,
+    tangent: Vec<f64>,
+    history: Vec<f64>,
+    /// What broke as the history was last advanced.
+    broken: Vec<Broken>,
+    /// What broke within the last explicit step, and the forces of that over the step, one after the other [N].
+    releases: Vec<Release>,
+    released: Vec<f64>,
+    /// History of one element that breaks.
+    torn: Vec<f64>,
+}
+
+impl Assembly {
+    /// For the elements of `model`.
+    pub fn new(model: &Model) -> Self {
+        let mut assembly = Self::default();
+        let mut histories = 0;
+        for element in &model.elements {
+            let first = assembly.dofs.len();
+            for node in element.nodes() {
+                assembly.dofs.extend((0..3).map(|c| model.dof(*node, c)));
+                if element.rotates() {
+                    assembly.dofs.extend((0..3).filter_map(|c| model.rotation(*node, c)));
+                }
+            }
+            let dofs = first..assembly.dofs.len();
+            let history = histories..histories + element.start_history().len();
+            histories = history.end;
+            assembly.places.push(Place { dofs, history });
+        }
+        let widest = assembly.places.iter().map(|p| p.dofs.len()).max().unwrap_or(0);
+        let longest = assembly.places.iter().map(|p| p.history.len()).max().unwrap_or(0);
+        assembly.u = vec![0.0; widest];
+        assembly.force = vec![0.0; widest];
+        assembly.tangent = vec![0.0; widest * widest];
+        assembly.history = vec![0.0; longest];
+        assembly.reserve_ruptures(&model.elements);
+        assembly
+    }
+
+    /// Whether there is nothing to do.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Degrees of freedom of element number `element`.
+    pub fn dofs(&self, element: usize) -> &[usize] {
+        &self.dofs[self.places[element].dofs.clone()]
+    }
+
+    /// History of element number `element` in that of all.
+    pub fn history<'a>(&self, element: usize, of: &'a [f64]) -> &'a [f64] {
+        &of[self.places[element].history.clone()]
+    }
+
+    /// Displacements of element number `element` out of `u`.
+    pub fn gather(&mut self, element: usize, u: &[f64]) -> &[f64] {
+        let dofs = &self.dofs[self.places[element].dofs.clone()];
+        let local = &mut self.u[..dofs.len()];
+        local.iter_mut().zip(dofs).for_each(|(to, dof)| *to = u[*dof]);
+        local
+    }
+
+    /// Take the internal forces at the displacements `u` from `force` [N]. Returns the largest axial
+    /// force, squared [N2].
+    pub fn pull(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64], force: &mut [f64]) -> f64 {
+        let mut largest = 0.0;
+        for (i, element) in elements.iter().enumerate() {
+            let tension = self.respond(i, element, u, history, None);
+            let dofs = &self.dofs[self.places[i].dofs.clone()];
+            for (dof, f) in dofs.iter().zip(&self.force) {
+                force[*dof] -= f;
+            }
+            // Of cables, ropes, rings and brakes: a post is none of them.
+            if !element.has_moments() {
+                largest = f64::max(largest, tension);
+            }
+        }
+        largest * largest
+    }
+
+    /// The same over an explicit step from the displacements `start`, at those in its middle; `history` becomes that at the
+    /// middle, and what breaks within the step pulls until it does.
+    pub fn pull_and_settle(
+        &mut self,
+        elements: &[AnyElement],
+        (start, middle): (&[f64], &[f64]),
+        history: &mut [f64],
+        force: &mut [f64],
+    ) -> f64 {
+        let mut largest = 0.0;
+        self.broken.clear();
+        self.releases.clear();
+        self.released.clear();
+        for (i, element) in elements.iter().enumerate() {
+            let of = Stretch { number: i, element, start, middle };
+            let broken = if element.can_break() { self.break_within(&of, history) } else { None };
+            let tension = match broken {
+                Some(broken) => broken.tension,
+                None => self.respond(i, element, middle, history, None),
+            };
+            self.broken.extend(broken);
+            let place = &self.places[i];
+            for (dof, f) in self.dofs[place.dofs.clone()].iter().zip(&self.force) {
+                force[*dof] -= f;
+            }
+            let own = &mut history[place.history.clone()];
+            own.copy_from_slice(&self.history[..own.len()]);
+            // Of cables, ropes, rings and brakes: a post is none of them.
+            if !element.has_moments() {
+                largest = f64::max(largest, tension);
+            }
+        }
+        largest * largest
+    }
+
+    /// `history` becomes that at `u`.
+    pub fn settle(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
+        self.broken.clear();
+        for (i, element) in elements.iter().enumerate() {
+            let tension = self.respond(i, element, u, history, None);
+            self.keep(i, element, history, tension);
+        }
+    }
+
+    /// `history` becomes that at `u` where nodes turn, and stays as it is elsewhere.
+    pub fn settle_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
+        for (i, element) in elements.iter().enumerate().filter(|(_, element)| element.rotates()) {
+            self.respond(i, element, u, history, None);
+            let own = &mut history[self.places[i].history.clone()];
+            own.copy_from_slice(&self.history[..own.len()]);
+        }
+    }
+
+    /// Elements that broke as the history was last settled, and what they carried [N].
+    pub fn broken(&self) -> &[Broken] {
+        &self.broken
+    }
+
+    fn keep(&mut self, i: usize, element: &AnyElement, history: &mut [f64], tension: f64) {
+        let place = &self.places[i];
+        let own = &mut history[place.history.clone()];
+        own.copy_from_slice(&self.history[..own.len()]);
+        let u = &self.u[..place.dofs.len()];
+        if element.breaks(u, own) {
+            let share = element.utilisation(u, tension);
+            self.broken.push(Broken { element: i as u32, tension, part: 1.0, share });
+        }
+    }
+
+    /// Answer of one element into the memory of this; returns its largest axial force.
+    fn respond(
+        &mut self,
+        i: usize,
+        element: &AnyElement,
+        u: &[f64],
+        history: &[f64],
+        slack: Option<Slack>,
+    ) -> f64 {
+        self.gather(i, u);
+        self.answer(i, element, history, slack)
+    }
+
+    /// The same at the displacements in the memory of this.
+    fn answer(&mut self, i: usize, element: &AnyElement, history: &[f64], slack: Option<Slack>) -> f64 {
+        let place = &self.places[i];
+        let (n, m) = (place.dofs.len(), place.history.len());
+        let mut answer = Answer {
+            force: &mut self.force[..n],
+            tangent: slack.is_some().then_some(&mut self.tangent[..n * n]),
+            slack: slack.unwrap_or(Slack::Exact),
+            history: &mut self.history[..m],
+            tension: 0.0,
+        };
+        element.respond(&self.u[..n], &history[place.history.clone()], &mut answer);
+        answer.tension
+    }
+
+    /// Tangent of element number `i`, square, by rows.
+    pub fn tangent(
+        &mut self,
+        i: usize,
+        element: &AnyElement,
+        u: &[f64],
+        history: &[f64],
+        slack: Slack,
+    ) -> &[f64] {
+        self.respond(i, element, u, history, Some(slack));
+        let n = self.places[i].dofs.len();
+        &self.tangent[..n * n]
+    }
+
+    /// Energies of all elements at `u` [J].
+    pub fn energy(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) -> Energy {
+        let mut sum = Energy::default();
+        for (i, element) in elements.iter().enumerate() {
+            self.gather(i, u);
+            let place = &self.places[i];
+            let own = element.energy(&self.u[..place.dofs.len()], &history[place.history.clone()]);
+            sum.stored += own.stored;
+            sum.dissipated += own.dissipated;
+        }
+        sum
+    }
+}

@@ -1,0 +1,435 @@
+//! The global tangent over the free degrees of freedom: pattern once, numbers as often as needed.
+
+use crate::element::Cable;
+use crate::internal_force::assembly::Assembly;
+use crate::linear_algebra::linear_solver::Cholesky;
+use crate::model::Model;
+use crate::model::pressure::{dofs_of_face, face_tangent};
+use crate::model::timed::TimedLoad;
+use nalgebra::Matrix3;
+
+/// Marks a degree of freedom that a support holds.
+const HELD: usize = usize::MAX;
+
+/// What a slack cable adds to the tangent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Slack {
+    /// Nothing: the exact tangent, for dynamics, where the masses hold the node.
+    Exact,
+    /// This share of its axial stiffness in every direction, for statics. Only the tangent knows of
+    /// it, so it alters the path of the iteration and not where it ends.
+    Regularised(f64),
+    /// Its axial stiffness as if it were just taut: an upper bound, for the critical step.
+    Taut,
+}
+
+/// `K` of `K x = r`, lower triangle, with what is needed to assemble and to solve it.
+pub struct Tangent {
+    /// Number of each degree of freedom among the free ones, or [`HELD`].
+    free: Vec<usize>,
+    /// Degree of freedom of each free one.
+    dofs: Vec<usize>,
+    starts: Vec<usize>,
+    rows: Vec<usize>,
+    /// Values in the order of the pattern; the last one takes what belongs to held ones.
+    values: Vec<f64>,
+    /// Position of the diagonal of each free degree of freedom.
+    diagonal: Vec<usize>,
+    /// Positions of each cable's blocks: (1,1) and (2,2) by their lower triangles, (1,2) in full.
+    cables: Vec<[u32; 21]>,
+    /// The other elements.
+    assembly: Assembly,
+    /// Positions of the lower triangles of their tangents, by rows, one after the other.
+    elements: Vec<u32>,
+    /// Those of them that stand for their mirror image too; ascending. An element that comes back to a node, as a closed
+    /// rope does, has entries beside its diagonal that lie on the structure's.
+    mirrored: Vec<u32>,
+    /// Positions of the lower triangle of each face that pressure acts on, by rows, one after the other.
+    faces: Vec<u32>,
+    /// For each free degree of freedom whether a support that lets go later holds it now; empty without such supports.
+    fixed: Vec<bool>,
+    /// Memory of [`Tangent::bound`].
+    sums: Vec<f64>,
+    cholesky: Cholesky,
+    revision: u64,
+}
+
+impl Tangent {
+    /// Pattern and positions of a structure.
+    pub fn new(model: &Model) -> Self {
+        let mut free = vec![HELD; model.dof_count()];
+        let mut dofs = Vec::new();
+        for node in 0..model.node_count() {
+            let turns = (0..3).filter_map(|c| model.rotation(node, c));
+            let dofs_of_node = (0..3).map(|c| model.dof(node, c)).chain(turns);
+            for dof in dofs_of_node.filter(|dof| !model.held[*dof]) {
+                free[dof] = dofs.len();
+                dofs.push(dof);
+            }
+        }
+        let places: Vec<_> = model.cables.iter().map(|c| block_dofs(model, &free, c)).collect();
+        let assembly = Assembly::new(model);
+        let others: Vec<_> =
+            (0..model.elements.len()).flat_map(|i| triangle(&free, assembly.dofs(i))).collect();
+        let mut mirrored = Vec::new();
+        let mut count = 0;
+        for i in 0..model.elements.len() {
+            let dofs = assembly.dofs(i);
+            for row in 0..dofs.len() {
+                let there = (0..row).filter(|column| dofs[*column] == dofs[row]);
+                mirrored.extend(there.map(|column| (count + column) as u32));
+                count += row + 1;
+            }
+        }
+        let (starts, rows) = pattern(dofs.len(), || places.iter().flatten().chain(&others).flatten());
+        let position = |row: usize, column: usize| {
+            let inside = rows[starts[column]..starts[column + 1]].binary_search(&row);
+            starts[column] + inside.expect("the pattern holds every entry of every element")
+        };
+        let sink = rows.len();
+        let place = |at: Option<(usize, usize)>| at.map_or(sink, |(i, j)| position(i, j)) as u32;
+        let cables = places.iter().map(|p| p.map(place)).collect();
+        let elements = others.iter().map(|at| place(*at)).collect();
+        // The nodes of a face are those of one element, whose entries the pattern has.
+        let faces = model.timed.iter().chain(&model.live_pressures).flat_map(|load| &load.faces);
+        let faces = faces
+            .flat_map(|face| triangle(&free, &dofs_of_face(face, model.node_count())).collect::<Vec<_>>());
+        let faces = faces.map(place).collect();
+        let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
+        let cholesky = Cholesky::new(dofs.len(), &starts, &rows);
+        let count = dofs.len();
+        Self {
+            free,
+            dofs,
+            values: vec![0.0; sink + 1],
+            starts,
+            rows,
+            diagonal,
+            cables,
+            assembly,
+            elements,
+            mirrored,
+            faces,
+            fixed: vec![false; if model.until.is_empty() { 0 } else { count }],
+            sums: vec![0.0; count],
+            cholesky,
+            revision: 0,
+        }
+    }
+
+    /// How often it was assembled: as long as this number stays, so do its values and its factor.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Number of free degrees of freedom.
+    pub fn len(&self) -> usize {
+        self.dofs.len()
+    }
+
+    /// True if every degree of freedom is held.
+    pub fn is_empty(&self) -> bool {
+        self.dofs.is_empty()
+    }
+
+    /// The free degrees of freedom, as degrees of freedom of the structure.
+    pub fn dofs(&self) -> &[usize] {
+        &self.dofs
+    }
+
+    /// `share` times the tangent of all elements at the displacements `u`.
+    pub fn assemble(&mut self, model: &Model, u: &[f64], history: &[f64], share: f64, slack: Slack) {
+        self.assemble_blocks(model, share, |cable| {
+            let w = model.relative(u, cable);
+            let response = cable.response(&w);
+            match slack {
+                Slack::Exact => response.tangent,
+                Slack::Regularised(part) if response.slack => {
+                    Matrix3::from_diagonal_element(part * cable.axial_stiffness())
+                }
+                Slack::Regularised(_) => response.tangent,
+                Slack::Taut if response.slack => {
+                    let d = cable.span + w;
+                    2.0 * cable.slope() * d * d.transpose()
+                }
+                Slack::Taut => response.tangent,
+            }
+        });
+        let (mut at, mut mirrored) = (0, self.mirrored.iter().peekable());
+        for (i, element) in model.elements.iter().enumerate() {
+            let k = self.assembly.tangent(i, element, u, history, slack);
+            let n = k.len().isqrt();
+            for row in 0..n {
+                for column in 0..=row {
+                    let both = k[row * n + column] + k[column * n + row];
+                    let counts = if mirrored.next_if(|m| **m == at).is_some() { 1.0 } else { 0.5 };
+                    self.values[self.elements[at as usize] as usize] += share * counts * both;
+                    at += 1;
+                }
+            }
+        }
+    }
+
+    /// The same with a tangent of one's own for each cable.
+    pub fn assemble_blocks(&mut self, model: &Model, share: f64, block: impl Fn(&Cable) -> Matrix3<f64>) {
+        self.revision += 1;
+        self.values.fill(0.0);
+        for (cable, at) in model.cables.iter().zip(&self.cables) {
+            let k = share * block(cable);
+            for (i, (r, c)) in LOWER.into_iter().enumerate() {
+                self.values[at[i] as usize] += k[(r, c)];
+                self.values[at[6 + i] as usize] += k[(r, c)];
+            }
+            for i in 0..9 {
+                self.values[at[12 + i] as usize] -= k[(i / 3, i % 3)];
+            }
+        }
+        for spring in &model.springs {
+            let k = spring.tangent();
+            for c in 0..3 {
+                let free = self.free[model.dof(spring.node, c)];
+                if free != HELD {
+                    self.values[self.diagonal[free]] += share * k[(c, c)];
+                }
+            }
+        }
+    }
+
+    /// Add to the tangent, for each element that is no cable, `part` of its largest stiffness between its nodes, in every
+    /// direction: a soap film over what it spans.
+    pub fn add_film(&mut self, model: &Model, u: &[f64], history: &[f64], part: f64) {
+        let (mut at, mut mirrored) = (0, self.mirrored.iter().peekable());
+        for (i, element) in model.elements.iter().enumerate() {
+            let k = self.assembly.tangent(i, element, u, history, Slack::Taut);
+            let n = k.len().isqrt();
+            let stiffness = (0..n).map(|d| k[d * n + d]).fold(0.0, f64::max) * part;
+            let nodes = element.nodes().len();
+            let per_node = n / nodes;
+            for row in 0..n {
+                for column in 0..=row {
+                    let counts = if mirrored.next_if(|m| **m == at).is_some() { 2.0 } else { 1.0 };
+                    let share = if row == column { nodes as f64 - 1.0 } else { -counts };
+                    if row % per_node == column % per_node && row % per_node < 3 {
+                        self.values[self.elements[at as usize] as usize] += share * stiffness;
+                    } else if row == column {
+                        self.values[self.elements[at as usize] as usize] += stiffness;
+                    }
+                    at += 1;
+                }
+            }
+        }
+    }
+
+    /// Add `share` times what the pressures [Pa] on the faces of `loads` take from the stiffness at `u`: its symmetric part,
+    /// which is all of it but at free edges.
+    pub fn add_pressures(&mut self, loads: &[TimedLoad], pressures: &[f64], u: &[f64], share: f64) {
+        let mut places = self.faces.chunks_exact(45);
+        for (load, pressure) in loads.iter().zip(pressures) {
+            for (face, places) in load.faces.iter().zip(&mut places) {
+                let k = face_tangent(&load.corners(face, u), *pressure);
+                let entries = (0..9).flat_map(|row| (0..=row).map(move |column| (row, column)));
+                for ((row, column), at) in entries.zip(places) {
+                    self.values[*at as usize] += 0.5 * share * (k[row][column] + k[column][row]);
+                }
+            }
+        }
+    }
+
+    /// Add `factor` [1/s2] times the lumped masses.
+    pub fn add_mass(&mut self, model: &Model, factor: f64) {
+        for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
+            self.values[*at] += factor * model.dof_mass(*dof);
+        }
+    }
+
+    /// Add `factor` times what stands in `amounts` for each degree of freedom of the structure; empty = nothing.
+    pub fn add_diagonal(&mut self, amounts: &[f64], factor: f64) {
+        if amounts.is_empty() {
+            return;
+        }
+        for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
+            self.values[*at] += factor * amounts[*dof];
+        }
+    }
+
+    /// Sum of the magnitudes in each row of the tangent at `u` when all is taut, for every degree of freedom of the
+    /// structure: a bound of its stiffness.
+    pub fn row_sums(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vec<f64> {
+        self.assemble(model, u, history, 1.0, Slack::Taut);
+        let mut sums = vec![0.0; model.dof_count()];
+        for j in 0..self.dofs.len() {
+            for at in self.starts[j]..self.starts[j + 1] {
+                let (row, size) = (self.rows[at], self.values[at].abs());
+                sums[self.dofs[j]] += size;
+                if row != j {
+                    sums[self.dofs[row]] += size;
+                }
+            }
+        }
+        sums
+    }
+
+    /// Add `amount` [N/m] to every diagonal entry.
+    pub fn shift(&mut self, amount: f64) {
+        for at in &self.diagonal {
+            self.values[*at] += amount;
+        }
+    }
+
+    /// Take `part` of itself from every diagonal entry.
+    pub fn weaken(&mut self, part: f64) {
+        for at in &self.diagonal {
+            self.values[*at] *= 1.0 - part;
+        }
+    }
+
+    /// Largest diagonal entry [N/m].
+    pub fn largest_diagonal(&self) -> f64 {
+        self.diagonal.iter().map(|at| self.values[*at]).fold(0.0, f64::max)
+    }
+
+    /// From now on these degrees of freedom of the structure, and no others, are fixed beside those that are held.
+    pub fn fix(&mut self, dofs: &[usize]) {
+        self.fixed.fill(false);
+        for free in dofs.iter().map(|dof| self.free[*dof]).filter(|free| *free != HELD) {
+            self.fixed[free] = true;
+        }
+    }
+
+    /// Take what is fixed out of the system: it keeps a diagonal of its own.
+    fn leave_out_fixed(&mut self) {
+        if !self.fixed.contains(&true) {
+            return;
+        }
+        let diagonal = self.largest_diagonal().max(f64::MIN_POSITIVE);
+        for j in 0..self.dofs.len() {
+            for at in self.starts[j]..self.starts[j + 1] {
+                let row = self.rows[at];
+                if self.fixed[j] || self.fixed[row] {
+                    self.values[at] = if row == j { diagonal } else { 0.0 };
+                }
+            }
+        }
+    }
+
+    /// Factorise what was assembled; the error is the degree of freedom of the structure whose pivot is the first that
+    /// is not positive.
+    pub fn factorise(&mut self) -> Result<(), usize> {
+        self.leave_out_fixed();
+        let outcome = self.cholesky.factorise(&self.values[..self.rows.len()]);
+        outcome.map_err(|pivot| self.dofs[pivot.unknown])
+    }
+
+    /// The same with pivots of either sign; returns how many are negative. The error is a degree of freedom of the structure
+    /// where the tangent is no number.
+    pub fn factorise_signed(&mut self) -> Result<usize, usize> {
+        self.leave_out_fixed();
+        let outcome = self.cholesky.factorise_signed(&self.values[..self.rows.len()]);
+        outcome.map_err(|pivot| self.dofs[pivot.unknown])
+    }
+
+    /// Degree of freedom of the structure of the first negative pivot of the last factorisation, if there is one.
+    pub fn first_negative(&self) -> Option<usize> {
+        self.cholesky.first_negative().map(|unknown| self.dofs[unknown])
+    }
+
+    /// Logarithm of the magnitude of the determinant of what was factorised last.
+    pub fn log_determinant(&self) -> f64 {
+        self.cholesky.log_determinant()
+    }
+
+    /// Solve in place for the free degrees of freedom.
+    pub fn solve(&mut self, x: &mut [f64]) {
+        self.cholesky.solve(x);
+    }
+
+    /// Numbers in the Cholesky factor.
+    pub fn factor_len(&self) -> usize {
+        self.cholesky.factor_len()
+    }
+
+    /// Norm of `|K| x` over the free degrees of freedom, entries by their magnitudes.
+    pub fn bound(&mut self, x: &[f64]) -> f64 {
+        self.sums.fill(0.0);
+        for j in 0..self.dofs.len() {
+            let (start, end) = (self.starts[j], self.starts[j + 1]);
+            self.sums[j] += self.values[start].abs() * x[j];
+            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
+                self.sums[*row] += value.abs() * x[j];
+                self.sums[j] += value.abs() * x[*row];
+            }
+        }
+        self.sums.iter().map(|s| s * s).sum::<f64>().sqrt()
+    }
+
+    /// `y = K x` over the free degrees of freedom.
+    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        for j in 0..self.dofs.len() {
+            let (start, end) = (self.starts[j], self.starts[j + 1]);
+            y[j] += self.values[start] * x[j];
+            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
+                y[*row] += value * x[j];
+                y[j] += value * x[*row];
+            }
+        }
+    }
+}
+
+/// Columns of the lower triangle of order `n` that has a diagonal and the given entries `(row, column)`, which may repeat.
+fn pattern<'a, I>(n: usize, entries: impl Fn() -> I) -> (Vec<usize>, Vec<usize>)
+where
+    I: Iterator<Item = &'a (usize, usize)>,
+{
+    let mut next = vec![1_usize; n + 1];
+    next[n] = 0;
+    entries().for_each(|(_, column)| next[*column] += 1);
+    let mut sum = 0;
+    next.iter_mut().for_each(|count| (*count, sum) = (sum, sum + *count));
+    let begins = next.clone();
+    let mut all = vec![0_usize; sum];
+    let mut put = |row: usize, column: usize| {
+        all[next[column]] = row;
+        next[column] += 1;
+    };
+    (0..n).for_each(|j| put(j, j));
+    entries().for_each(|(row, column)| put(*row, *column));
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    for j in 0..n {
+        let column = &mut all[begins[j]..begins[j + 1]];
+        column.sort_unstable();
+        let first = rows.len();
+        for row in column {
+            if rows.len() == first || rows[rows.len() - 1] != *row {
+                rows.push(*row);
+            }
+        }
+        starts.push(rows.len());
+    }
+    (starts, rows)
+}
+
+/// Row and column, in the lower triangle of all, of each entry of the lower triangle of one element, by rows.
+fn triangle<'a>(free: &'a [usize], dofs: &'a [usize]) -> impl Iterator<Item = Option<(usize, usize)>> + 'a {
+    let pairs = (0..dofs.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+    pairs.map(|(row, column)| {
+        let (a, b) = (free[dofs[row]], free[dofs[column]]);
+        (a != HELD && b != HELD).then(|| (a.max(b), a.min(b)))
+    })
+}
+
+/// Entries of the lower triangle of a 3 x 3 block.
+const LOWER: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+
+/// Row and column, in the lower triangle, of each entry of a cable's blocks; `None` where held.
+fn block_dofs(model: &Model, free: &[usize], cable: &Cable) -> [Option<(usize, usize)>; 21] {
+    let number = |end: usize, c: usize| free[model.dof(cable.nodes[end], c)];
+    let entry = |a: usize, b: usize| (a != HELD && b != HELD).then(|| (a.max(b), a.min(b)));
+    std::array::from_fn(|i| match i {
+        0..12 => {
+            let (r, c) = LOWER[i % 6];
+            entry(number(i / 6, r), number(i / 6, c))
+        }
+        _ => entry(number(0, (i - 12) / 3), number(1, (i - 12) % 3)),
+    })
+}

@@ -1,0 +1,124 @@
+//! Loops over long vectors, as wide as the processor can, with sums in one fixed order.
+//!
+//! A sum is kept in [`LANES`] parts that are added at the end: the same parts whatever the width of
+//! the processor's registers, and never a fused multiply-add, so that these loops give the same bytes
+//! on every machine (the factorisation, [`crate::linear_algebra::dense`], does not). On x86-64 each loop exists twice, for its oldest processors and for those with AVX2;
+//! measured on the net of the drop test, the second is 1.5 times faster.
+
+/// Parts of a sum that are kept apart.
+pub const LANES: usize = 8;
+
+pub(crate) use interface_defs::wide;
+
+/// The parts of a sum and what is left over, added.
+#[inline(always)]
+pub fn total(lanes: [f64; LANES], rest: impl Iterator<Item = f64>) -> f64 {
+    let mut total = 0.0;
+    for lane in lanes {
+        total += lane;
+    }
+    for value in rest {
+        total += value;
+    }
+    total
+}
+
+wide! {
+    /// `sum a_i`.
+    pub fn sum_of(a: &[f64]) -> f64 {
+        let (chunks, rest) = a.as_chunks::<LANES>();
+        let mut lanes = [0.0; LANES];
+        for a in chunks {
+            for l in 0..LANES {
+                lanes[l] += a[l];
+            }
+        }
+        total(lanes, rest.iter().copied())
+    }
+}
+
+wide! {
+    /// `sum a_i b_i`.
+    pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+        let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+        let mut lanes = [0.0; LANES];
+        for (a, b) in a.iter().zip(b) {
+            for l in 0..LANES {
+                lanes[l] += a[l] * b[l];
+            }
+        }
+        total(lanes, a_rest.iter().zip(b_rest).map(|(a, b)| a * b))
+    }
+}
+
+wide! {
+    /// `sum m_i v_i^2`.
+    pub fn weighted_square(m: &[f64], v: &[f64]) -> f64 {
+        let ((m, m_rest), (v, v_rest)) = (m.as_chunks::<LANES>(), v.as_chunks::<LANES>());
+        let mut lanes = [0.0; LANES];
+        for (m, v) in m.iter().zip(v) {
+            for l in 0..LANES {
+                lanes[l] += m[l] * (v[l] * v[l]);
+            }
+        }
+        total(lanes, m_rest.iter().zip(v_rest).map(|(m, v)| m * (v * v)))
+    }
+}
+
+wide! {
+    /// Work of the force `f` on the way from `before` to `after`: `sum f_i (after_i - before_i)`.
+    pub fn work(f: &[f64], after: &[f64], before: &[f64]) -> f64 {
+        let ((f, f_rest), (a, a_rest)) = (f.as_chunks::<LANES>(), after.as_chunks::<LANES>());
+        let (b, b_rest) = before.as_chunks::<LANES>();
+        let mut lanes = [0.0; LANES];
+        for ((f, a), b) in f.iter().zip(a).zip(b) {
+            for l in 0..LANES {
+                lanes[l] += f[l] * (a[l] - b[l]);
+            }
+        }
+        total(lanes, f_rest.iter().zip(a_rest).zip(b_rest).map(|((f, a), b)| f * (a - b)))
+    }
+}
+
+wide! {
+    /// `to = a + b`.
+    pub fn add(to: &mut [f64], a: &[f64], b: &[f64]) {
+        to.iter_mut().zip(a).zip(b).for_each(|((t, a), b)| *t = a + b);
+    }
+}
+
+wide! {
+    /// `to += a`.
+    pub fn add_to(to: &mut [f64], a: &[f64]) {
+        to.iter_mut().zip(a).for_each(|(t, a)| *t += a);
+    }
+}
+
+wide! {
+    /// `to -= a`.
+    pub fn subtract_from(to: &mut [f64], a: &[f64]) {
+        to.iter_mut().zip(a).for_each(|(t, a)| *t -= a);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_take_every_value() {
+        let a: Vec<f64> = (1..=29).map(f64::from).collect();
+        let b = vec![2.0; 29];
+        assert_eq!((sum_of(&a), dot(&a, &b), weighted_square(&b, &b)), (435.0, 870.0, 29.0 * 8.0));
+        assert_eq!(work(&b, &a, &b), 2.0 * (435.0 - 58.0));
+    }
+
+    #[test]
+    fn a_wide_sum_is_the_narrow_sum_bit_for_bit() {
+        let a: Vec<f64> = (0..1003).map(|i| f64::from(i).sin() * 1e3).collect();
+        let mut lanes = [0.0; LANES];
+        (0..1000).for_each(|i| lanes[i % LANES] += a[i] * a[i]);
+        let narrow = total(lanes, a[1000..].iter().map(|a| a * a));
+        assert_eq!(dot(&a, &a).to_bits(), narrow.to_bits());
+    }
+}

@@ -1,0 +1,477 @@
+//! Cholesky factorisation of a sparse matrix front by front: the multifrontal method.
+//!
+//! A *supernode* is a block of columns of the factor with one pattern. Its *front* is the dense matrix over its own
+//! columns (pivots) and the rows below: what the matrix has there, and what its children in the elimination tree
+//! leave over. The pivots are eliminated, the panel of their columns is a piece of the factor, and the rest (Schur
+//! complement) is handed to the parent. All arithmetic runs in small dense loops over contiguous memory. Source:
+//! Duff and Reid (1983), ACM TOMS 9, 302; Liu (1992), SIAM Review 34, 82.
+//!
+//! Fronts of cable nets are small (three to a few hundred columns): general dense kernels spend more time in
+//! getting started than in numbers, so [`crate::linear_algebra::dense`] has its own. Every sum has one order, so that equal input gives
+//! equal bytes on one machine. Between machines the last bits of a factor may differ: where the processor can, the
+//! factorisation fuses products with sums.
+
+use crate::linear_algebra::dense::{Apart, Fused, ROWS, rest_place};
+use crate::linear_algebra::gaps::Memory;
+use crate::linear_algebra::lanes::wide;
+use crate::linear_algebra::signed::{Pivoting, Positive, Signed};
+use std::ops::Range;
+
+/// Columns of the factor with one pattern.
+#[derive(Debug, Clone)]
+struct Supernode {
+    /// Its columns, in the order of elimination.
+    columns: Range<usize>,
+    /// Rows of its front: its columns, and below them.
+    rows: usize,
+    /// Place of its panel in the factor.
+    panel: usize,
+    /// Place of what it leaves over.
+    rest: usize,
+    /// Its rows below, in `below`.
+    below: Range<usize>,
+    /// Entries of the matrix that belong to its panel.
+    entries: Range<usize>,
+    /// Its children, in `children`.
+    children: Range<usize>,
+}
+
+/// Shape of a factor: all that does not depend on the numbers.
+#[derive(Debug, Clone, Default)]
+pub struct Fronts {
+    /// Each right after its children.
+    supernodes: Vec<Supernode>,
+    /// Rows below all supernodes, in the order of elimination.
+    below: Vec<u32>,
+    /// Where these are in the front of the parent, by rows and in its first column.
+    in_parent: Vec<u32>,
+    in_panel: Vec<u32>,
+    /// Place of a number among those of the matrix, and in the panel.
+    entries: Vec<[u32; 2]>,
+    /// Children of all supernodes.
+    children: Vec<u32>,
+    /// Unknown of each column.
+    unknowns: Vec<usize>,
+    factor_len: usize,
+    rest_len: usize,
+    most_rows: usize,
+}
+
+/// A column pattern of supernodes, as an analysis gives it.
+pub struct Shape<'a> {
+    /// Unknown of each column in the order of elimination.
+    pub unknowns: &'a [usize],
+    /// Columns of each supernode and its rows below, increasing; each supernode right after its children.
+    pub supernodes: Vec<(Range<usize>, Vec<usize>)>,
+}
+
+impl Supernode {
+    /// The row of the front with which the columns of what is left over begin: tiles of both then meet.
+    #[inline(always)]
+    fn base(&self) -> usize {
+        self.columns.len() / ROWS * ROWS
+    }
+
+    /// Rows with which the first tile of what is left over begins, and which are none of it.
+    #[inline(always)]
+    fn skipped(&self) -> usize {
+        self.columns.len() - self.base()
+    }
+
+    /// Numbers of what is left over.
+    fn rest_len(&self) -> usize {
+        let tiles = leading(self.rows) / ROWS - self.base() / ROWS;
+        tiles * (tiles + 1) / 2 * ROWS * ROWS
+    }
+
+    /// Column `j` of what is left over, from the diagonal on.
+    #[inline(always)]
+    fn rest_column<'a>(&self, rest: &'a [f64], j: usize) -> &'a [f64] {
+        let tiles = leading(self.rows) / ROWS - self.base() / ROWS;
+        let column = self.skipped() + j;
+        let from = rest_place(tiles, column) + column % ROWS;
+        &rest[from..from + self.below.len() - j]
+    }
+}
+
+impl Fronts {
+    /// For a lower triangle by columns, the rows of column `j` being `rows[starts[j]..starts[j + 1]]`.
+    pub fn new(shape: &Shape, starts: &[usize], rows: &[usize]) -> Self {
+        let n = shape.unknowns.len();
+        let mut column = vec![0; n];
+        shape.unknowns.iter().enumerate().for_each(|(i, unknown)| column[*unknown] = i);
+        let mut owner = vec![0; n];
+        for (s, (columns, _)) in shape.supernodes.iter().enumerate() {
+            owner[columns.clone()].fill(s);
+        }
+        let count = shape.supernodes.len();
+        let mut children = vec![Vec::new(); count];
+        for (s, (_, below)) in shape.supernodes.iter().enumerate() {
+            if let Some(row) = below.first() {
+                children[owner[*row]].push(s);
+            }
+        }
+        let mut fronts = Self { unknowns: shape.unknowns.to_vec(), ..Self::default() };
+        let mut memory = Memory::default();
+        for (supernode, children) in shape.supernodes.iter().zip(&children) {
+            fronts.push(supernode, &mut memory, children);
+        }
+        fronts.rest_len = memory.len;
+        for s in 0..count {
+            let parent = &fronts.supernodes[s];
+            for child in &fronts.children[parent.children.clone()] {
+                for at in fronts.supernodes[*child as usize].below.clone() {
+                    let row = local(parent, &fronts.below, fronts.below[at] as usize);
+                    fronts.in_parent[at] = row as u32;
+                    fronts.in_panel[at] = in_panel(parent.columns.len(), row, 0) as u32;
+                }
+            }
+        }
+        fronts.place_entries(&column, &owner, starts, rows);
+        fronts
+    }
+
+    /// Find the place of each number of the matrix in the panel of its supernode.
+    fn place_entries(&mut self, column: &[usize], owner: &[usize], starts: &[usize], rows: &[usize]) {
+        let ends = |j: usize, at: usize| {
+            let (a, b) = (column[j], column[rows[at]]);
+            (a.max(b), a.min(b))
+        };
+        let all = || (0..column.len()).flat_map(|j| (starts[j]..starts[j + 1]).map(move |at| (j, at)));
+        let mut next = vec![0; self.supernodes.len()];
+        all().for_each(|(j, at)| next[owner[ends(j, at).1]] += 1);
+        let mut sum = 0;
+        for (supernode, next) in self.supernodes.iter_mut().zip(&mut next) {
+            supernode.entries = sum..sum + *next;
+            (*next, sum) = (sum, sum + *next);
+        }
+        self.entries = vec![[0; 2]; sum];
+        for (j, at) in all() {
+            let (row, column) = ends(j, at);
+            let supernode = &self.supernodes[owner[column]];
+            let row = local(supernode, &self.below, row);
+            let place = in_panel(supernode.columns.len(), row, column - supernode.columns.start);
+            let next = &mut next[owner[column]];
+            self.entries[*next] = [at as u32, place as u32];
+            *next += 1;
+        }
+    }
+
+    /// Append a supernode whose children are there.
+    fn push(
+        &mut self,
+        (columns, below): &(Range<usize>, Vec<usize>),
+        memory: &mut Memory,
+        children: &[usize],
+    ) {
+        let first = self.below.len();
+        self.below.extend(below.iter().map(|row| *row as u32));
+        self.in_parent.resize(self.below.len(), 0);
+        self.in_panel.resize(self.below.len(), 0);
+        let first_child = self.children.len();
+        self.children.extend(children.iter().map(|c| *c as u32));
+        let rows = columns.len() + below.len();
+        let mut supernode = Supernode {
+            columns: columns.clone(),
+            rows,
+            panel: self.factor_len,
+            rest: 0,
+            below: first..self.below.len(),
+            entries: 0..0,
+            children: first_child..self.children.len(),
+        };
+        supernode.rest = memory.take(supernode.rest_len());
+        for child in children {
+            let child = &self.supernodes[*child];
+            memory.give_back(child.rest, child.rest_len());
+        }
+        self.factor_len += leading(rows) * columns.len();
+        self.most_rows = self.most_rows.max(rows);
+        self.supernodes.push(supernode);
+    }
+
+    /// Numbers in the factor, padding included.
+    pub fn factor_len(&self) -> usize {
+        self.factor_len
+    }
+
+    /// Numbers that wait for a parent, at most.
+    pub fn rest_len(&self) -> usize {
+        self.rest_len
+    }
+
+    /// Numbers of work that [`Self::solve`] needs.
+    pub fn work_len(&self) -> usize {
+        self.unknowns.len() + leading(self.most_rows)
+    }
+
+    /// Factorise the matrix with `values`. `rest` holds [`Self::rest_len`] numbers. If a pivot is not
+    /// positive, its unknown is the error.
+    pub fn factorise(&self, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+        factorise(self, values, factor, rest)
+    }
+
+    /// The same with pivots of either sign, which `signed` keeps. The unknown of a pivot that is no number is the error.
+    pub fn factorise_signed(
+        &self,
+        values: &[f64],
+        factor: &mut [f64],
+        rest: &mut [f64],
+        signed: &mut Signed,
+    ) -> Result<(), usize> {
+        factorise_signed(self, values, factor, rest, signed)
+    }
+
+    /// Unknown of each column, in the order of elimination.
+    pub fn unknowns(&self) -> &[usize] {
+        &self.unknowns
+    }
+
+    /// Logarithm of the magnitude of the determinant, of a factor.
+    pub fn log_determinant(&self, factor: &[f64]) -> f64 {
+        let panels = self.supernodes.iter().flat_map(|s| {
+            let pivots = s.columns.len();
+            (0..pivots).map(move |k| s.panel + in_panel(pivots, k, k))
+        });
+        // On the diagonal stands the inverse of the root of the pivot's magnitude.
+        panels.map(|at| -2.0 * factor[at].ln()).sum()
+    }
+
+    /// Solve in place by `factor`, whose pivots have the signs `signs`; empty = all are positive. `work` holds
+    /// [`Self::work_len`] numbers.
+    pub fn solve(&self, factor: &[f64], signs: &[f64], x: &mut [f64], work: &mut [f64]) {
+        let (y, work) = work.split_at_mut(x.len());
+        y.iter_mut().zip(&self.unknowns).for_each(|(y, unknown)| *y = x[*unknown]);
+        forward(self, factor, y, work);
+        y.iter_mut().zip(signs).for_each(|(y, sign)| *y *= sign);
+        backward(self, factor, y, work);
+        y.iter().zip(&self.unknowns).for_each(|(y, unknown)| x[*unknown] = *y);
+    }
+}
+
+/// Rows of all tiles of a front of so many rows.
+#[inline(always)]
+fn leading(rows: usize) -> usize {
+    rows.next_multiple_of(ROWS)
+}
+
+/// Place of a number in a panel of so many pivots.
+#[inline(always)]
+fn in_panel(pivots: usize, row: usize, column: usize) -> usize {
+    (row / ROWS * pivots + column) * ROWS + row % ROWS
+}
+
+/// Where `row` is in the front of `supernode`.
+fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
+    if supernode.columns.contains(&row) {
+        return row - supernode.columns.start;
+    }
+    let inside = below[supernode.below.clone()].binary_search(&(row as u32));
+    supernode.columns.len() + inside.expect("the front of a parent holds the rows of its children")
+}
+
+/// [`all_fronts`], compiled for the widest registers that this processor has.
+fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx512f")]
+        fn widest(
+            fronts: &Fronts,
+            values: &[f64],
+            factor: &mut [f64],
+            rest: &mut [f64],
+        ) -> Result<(), usize> {
+            all_fronts(fronts, values, factor, rest, &mut Positive::<Fused<true>>::default())
+        }
+        #[target_feature(enable = "avx2,fma")]
+        fn wide(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+            all_fronts(fronts, values, factor, rest, &mut Positive::<Fused<false>>::default())
+        }
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            // SAFETY: the processor has what the function is compiled for; it was asked a line above.
+            return unsafe { widest(fronts, values, factor, rest) };
+        }
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+            // SAFETY: as above.
+            return unsafe { wide(fronts, values, factor, rest) };
+        }
+    }
+    all_fronts(fronts, values, factor, rest, &mut Positive::<Apart>::default())
+}
+
+wide! {
+    /// [`all_fronts`] with pivots of either sign.
+    fn factorise_signed(
+        fronts: &Fronts,
+        values: &[f64],
+        factor: &mut [f64],
+        rest: &mut [f64],
+        signed: &mut Signed,
+    ) -> Result<(), usize> {
+        all_fronts(fronts, values, factor, rest, signed)
+    }
+}
+
+/// All fronts, one after the other.
+#[inline(always)]
+fn all_fronts<P: Pivoting>(
+    fronts: &Fronts,
+    values: &[f64],
+    factor: &mut [f64],
+    rest: &mut [f64],
+    pivoting: &mut P,
+) -> Result<(), usize> {
+    for supernode in &fronts.supernodes {
+        let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
+        let children = &fronts.children[supernode.children.clone()];
+        let panel = &mut factor[supernode.panel..][..ld * pivots];
+        // What stands above the diagonal, but for the tiles on it, is neither written nor read.
+        for (t, tile) in panel.chunks_exact_mut(pivots * ROWS).enumerate() {
+            tile[..pivots.min((t + 1) * ROWS) * ROWS].fill(0.0);
+        }
+        for [from, to] in &fronts.entries[supernode.entries.clone()] {
+            panel[*to as usize] = values[*from as usize];
+        }
+        for child in children {
+            let child = &fronts.supernodes[*child as usize];
+            let places = &fronts.in_parent[child.below.clone()];
+            let in_panel = &fronts.in_panel[child.below.clone()];
+            let from = &rest[child.rest..][..child.rest_len()];
+            for (j, place) in places.iter().enumerate().take_while(|(_, place)| (**place as usize) < pivots) {
+                let to = &mut panel[*place as usize * ROWS..];
+                for (number, row) in child.rest_column(from, j).iter().zip(&in_panel[j..]) {
+                    to[*row as usize] += number;
+                }
+            }
+        }
+        if let Err(column) = pivoting.eliminate(panel, &supernode.columns) {
+            return Err(fronts.unknowns[supernode.columns.start + column]);
+        }
+        pivoting.leave_over(
+            &mut rest[supernode.rest..][..supernode.rest_len()],
+            panel,
+            &supernode.columns,
+            supernode.rows,
+        );
+        let (base, tiles) = (supernode.base(), (ld - supernode.base()) / ROWS);
+        for child in children {
+            let child = &fronts.supernodes[*child as usize];
+            let places = &fronts.in_parent[child.below.clone()];
+            // The two lie apart in one memory, in either order.
+            let (from, to) = if supernode.rest < child.rest {
+                let (low, high) = rest.split_at_mut(child.rest);
+                (&high[..child.rest_len()], &mut low[supernode.rest..])
+            } else {
+                let (low, high) = rest.split_at_mut(supernode.rest);
+                (&low[child.rest..][..child.rest_len()], high)
+            };
+            let first = places.partition_point(|place| (*place as usize) < pivots);
+            for (j, place) in places.iter().enumerate().skip(first) {
+                let column = *place as usize - base;
+                let start = column / ROWS * ROWS + base;
+                let to = &mut to[rest_place(tiles, column)..][..ld - start];
+                for (number, row) in child.rest_column(from, j).iter().zip(&places[j..]) {
+                    to[*row as usize - start] += number;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+wide! {
+    /// `y = L^-1 y`, in the order of elimination.
+    fn forward(fronts: &Fronts, factor: &[f64], y: &mut [f64], work: &mut [f64]) {
+        for supernode in &fronts.supernodes {
+            let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
+            let panel = factor[supernode.panel..][..ld * pivots].as_chunks::<ROWS>().0;
+            let x = &mut y[supernode.columns.clone()];
+            for (t, tile) in panel.chunks_exact(pivots).enumerate() {
+                let solved = pivots.min(t * ROWS);
+                let mut sums = [[0.0; ROWS]; 2];
+                let ((x2, x1), (l2, l1)) = (x[..solved].as_chunks::<2>(), tile[..solved].as_chunks::<2>());
+                for (x, l) in x2.iter().zip(l2) {
+                    for part in 0..2 {
+                        for r in 0..ROWS {
+                            sums[part][r] += x[part] * l[part][r];
+                        }
+                    }
+                }
+                let mut sum: [f64; ROWS] = std::array::from_fn(|r| sums[0][r] + sums[1][r]);
+                for (x, l) in x1.iter().zip(l1) {
+                    for r in 0..ROWS {
+                        sum[r] += x * l[r];
+                    }
+                }
+                for k in solved..pivots.min(solved + ROWS) {
+                    let l = &tile[k];
+                    x[k] = (x[k] - sum[k - solved]) * l[k - solved];
+                    for r in 0..ROWS {
+                        sum[r] += x[k] * l[r];
+                    }
+                }
+                work[t * ROWS..][..ROWS].copy_from_slice(&sum);
+            }
+            for (row, w) in fronts.below[supernode.below.clone()].iter().zip(&work[pivots..]) {
+                y[*row as usize] -= w;
+            }
+        }
+    }
+}
+
+wide! {
+    /// `y = L^-T y`, in the order of elimination.
+    fn backward(fronts: &Fronts, factor: &[f64], y: &mut [f64], work: &mut [f64]) {
+        for supernode in fronts.supernodes.iter().rev() {
+            let (pivots, ld) = (supernode.columns.len(), leading(supernode.rows));
+            let panel = factor[supernode.panel..][..ld * pivots].as_chunks::<ROWS>().0;
+            let work = &mut work[..ld];
+            for (row, w) in fronts.below[supernode.below.clone()].iter().zip(&mut work[pivots..]) {
+                *w = y[*row as usize];
+            }
+            // What is not solved yet counts as 0, as does what lies behind the last row.
+            work[..pivots].fill(0.0);
+            work[supernode.rows..].fill(0.0);
+            let x = &mut y[supernode.columns.clone()];
+            for start in (0..pivots).step_by(4).rev() {
+                match pivots - start {
+                    1 => back::<1>(panel, pivots, start, work, x),
+                    2 => back::<2>(panel, pivots, start, work, x),
+                    3 => back::<3>(panel, pivots, start, work, x),
+                    _ => back::<4>(panel, pivots, start, work, x),
+                }
+            }
+        }
+    }
+}
+
+/// Solve for unknowns `start..start + W` of a front, those behind being in `work` already.
+#[inline(always)]
+fn back<const W: usize>(panel: &[[f64; ROWS]], pivots: usize, start: usize, work: &mut [f64], x: &mut [f64]) {
+    let mut sums = [[0.0; ROWS]; W];
+    for (tile, w) in panel.chunks_exact(pivots).zip(work.as_chunks::<ROWS>().0).skip(start / ROWS) {
+        let tile: &[[f64; ROWS]; W] = tile[start..start + W].try_into().expect("so many columns");
+        for k in 0..W {
+            for r in 0..ROWS {
+                sums[k][r] += w[r] * tile[k][r];
+            }
+        }
+    }
+    let tile = &panel[start / ROWS * pivots + start..][..W];
+    for k in (0..W).rev() {
+        let mut sum = total(&sums[k]);
+        for r in k + 1..W {
+            sum += work[start + r] * tile[k][start % ROWS + r];
+        }
+        let value = (x[start + k] - sum) * tile[k][start % ROWS + k];
+        x[start + k] = value;
+        work[start + k] = value;
+    }
+}
+
+/// Sum of the parts of a sum.
+#[inline(always)]
+fn total(lanes: &[f64; ROWS]) -> f64 {
+    let pairs = [lanes[0] + lanes[4], lanes[1] + lanes[5], lanes[2] + lanes[6], lanes[3] + lanes[7]];
+    (pairs[0] + pairs[2]) + (pairs[1] + pairs[3])
+}

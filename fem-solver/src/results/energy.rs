@@ -1,0 +1,84 @@
+//! Energies of a structure, from its state.
+
+use crate::equilibrium::newton::spring_dofs;
+use crate::integrator::explicit::free_masses;
+use crate::internal_force::assembly::Assembly;
+use crate::internal_force::kernel::Kernel;
+use crate::linear_algebra::lanes::{dot, weighted_square};
+use crate::model::Model;
+use crate::state::State;
+use interface_defs::message::{Gauge, Role};
+
+/// What is needed to tell the energies of a state.
+pub struct Energies {
+    springs: Vec<(usize, f64)>,
+    /// Mass of each degree of freedom that takes part in the kinetic energy; empty in statics.
+    mass: Vec<f64>,
+    moving_supports: bool,
+    timed_loads: bool,
+}
+
+impl Energies {
+    /// For `model`, with inertia or without.
+    pub fn new(model: &Model, inertia: bool) -> Self {
+        Self {
+            springs: spring_dofs(model),
+            mass: if inertia { free_masses(model) } else { Vec::new() },
+            moving_supports: !model.moving.is_empty(),
+            timed_loads: !model.timed.is_empty(),
+        }
+    }
+
+    /// Declarations, in the order of [`Energies::of`].
+    pub fn gauges(model: &Model) -> Vec<Gauge> {
+        let mut kinds = vec![
+            ("energy_kinetic_fem", Role::Kinetic),
+            ("energy_potential_fem", Role::Potential),
+            ("energy_stored_fem", Role::Stored),
+            ("energy_dissipated_fem", Role::Dissipated),
+            ("energy_received_fem", Role::Received),
+        ];
+        if !model.moving.is_empty() {
+            // Supports that move are a second source of work; it counts as their potential, negated.
+            kinds.push(("energy_supports_fem", Role::Potential));
+        }
+        if !model.timed.is_empty() {
+            kinds.push(("energy_loads_fem", Role::Potential));
+        }
+        let energies = kinds.into_iter().map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") });
+        let path: &[&str] =
+            if model.live_load.is_empty() { &[] } else { &["load_factor", "negative_pivots"] };
+        energies.chain(path.iter().map(|name| Gauge { extremes: true, ..Gauge::new(*name, "1") })).collect()
+    }
+
+    /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
+    /// supports and loads with a history have given, negated; and of a path the load factor and the negative pivots. Potential and stored energy count from the structure as modelled.
+    pub fn of(
+        &self,
+        model: &Model,
+        (kernel, assembly): (&mut Kernel, &mut Assembly),
+        state: &State,
+        to: &mut Vec<f64>,
+    ) {
+        let u = &state.displacement;
+        let kinetic = 0.5 * weighted_square(&self.mass, &state.velocity);
+        let potential = -dot(&model.dead_load, u);
+        let springs: f64 = self.springs.iter().map(|(dof, k)| 0.5 * k * u[*dof] * u[*dof]).sum();
+        let (mut stored, mut dissipated) = (kernel.energy(u) + springs, state.dissipated);
+        if !assembly.is_empty() {
+            let own = assembly.energy(&model.elements, u, &state.history);
+            (stored, dissipated) = (stored + own.stored, dissipated + own.dissipated);
+        }
+        to.clear();
+        to.extend([kinetic, potential, stored, dissipated, state.received]);
+        if self.moving_supports {
+            to.push(-state.support_work);
+        }
+        if self.timed_loads {
+            to.push(0.0 - state.load_work);
+        }
+        if !model.live_load.is_empty() {
+            to.extend([state.factor, state.along.negative as f64]);
+        }
+    }
+}

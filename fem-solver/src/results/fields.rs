@@ -1,0 +1,253 @@
+//! Field files for ParaView.
+//!
+//! `structure`: its lines with displacement, velocity, `axial_force` [N] (`tension` is its old name), `stress` [Pa] (axial
+//! force by the section as modelled; 0 where there is none, as in rings and brakes), `utilisation` (axial force over
+//! `rupture_force`, or strain over `rupture_strain`, the larger; 0 without either, 1 where broken), and the flags `slack`
+//! and `broken`; where there are beams, `bending_moment_1_start` to `bending_moment_2_end` [N m] in the plane of each cross
+//! axis, positive where it bends the beam towards that axis, and `torsion` [N m], the same along an element.
+//! `structure_faces`: its triangles and quadrilaterals, where there are any, with both principal stresses [Pa] (of the middle
+//! surface; of a quadrilateral their mean), the principal forces per width `force_1`, `force_2` [N/m], the flag `slack`, and
+//! where there are shells the principal bending moments per width `moment_1`, `moment_2` [N m/m].
+//! `part` and `group` number parts and named sets; `structure_legend.json` says their names.
+
+use crate::integrator::loads::{difference_to_node_major, to_node_major};
+use crate::internal_force::assembly::Assembly;
+use crate::model::Model;
+use crate::results::legend::Legend;
+use crate::state::State;
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::Fault;
+use interface_defs::toolkit::vtu::{Cells, Series, Vtu};
+use std::path::Path;
+
+/// A series of field files at multiples of an interval.
+pub struct Fields {
+    series: Series,
+    interval: f64,
+    written: u64,
+    displacement: Vec<f64>,
+    velocity: Vec<f64>,
+    points: Vec<f64>,
+    tension: Vec<f64>,
+    /// Section of each line [m2], 0 where it has none.
+    section: Vec<f64>,
+    stress: Vec<f64>,
+    slack: Vec<f64>,
+    broken: Vec<f64>,
+    utilisation: Vec<f64>,
+    /// Of beams: both bending moments at both ends, and torsion; empty without beams.
+    moments: Vec<[f64; MOMENTS.len()]>,
+    legend: Legend,
+    assembly: Assembly,
+    faces: Option<Faces>,
+}
+
+/// Names of the moments of beams, in the order of [`crate::element::Moments`].
+const MOMENTS: [&str; 5] = [
+    "bending_moment_1_start",
+    "bending_moment_1_end",
+    "bending_moment_2_start",
+    "bending_moment_2_end",
+    "torsion",
+];
+
+/// The faces: their series, both principal stresses, forces and moments per width, and whether they are slack.
+struct Faces {
+    series: Series,
+    /// Nodes of all, one after the other, and where those of each end.
+    nodes: Vec<u32>,
+    ends: Vec<u32>,
+    stresses: [Vec<f64>; 2],
+    forces: [Vec<f64>; 2],
+    /// Empty without shells.
+    moments: [Vec<f64>; 2],
+    slack: Vec<f64>,
+}
+
+impl Faces {
+    fn create(dir: &Path, model: &Model) -> Result<Option<Self>, Fault> {
+        let cells = || model.elements.iter().map(|e| e.face_cell()).filter(|cell| !cell.is_empty());
+        let count = cells().count();
+        if count == 0 {
+            return Ok(None);
+        }
+        let memory = |count: usize| [0, 1].map(|_| vec![0.0; count]);
+        let mut end = 0;
+        let ends = cells().map(|cell| {
+            end += cell.len() as u32;
+            end
+        });
+        let shells = model.elements.iter().any(|e| e.rotates() && !e.face_cell().is_empty());
+        Ok(Some(Self {
+            series: Series::create(dir, "structure_faces").map_err(|e| cannot_write(&e))?,
+            ends: ends.collect(),
+            nodes: cells().flatten().map(|node| *node as u32).collect(),
+            stresses: memory(count),
+            forces: memory(count),
+            moments: memory(if shells { count } else { 0 }),
+            slack: vec![0.0; count],
+        }))
+    }
+}
+
+impl Fields {
+    /// A series in `dir`, a file at the first committed time at or after each multiple of `interval` [s].
+    pub fn create(dir: &Path, interval: f64, mesh: &InterfaceMesh, model: &Model) -> Result<Self, Fault> {
+        let series = Series::create(dir, "structure").map_err(|e| cannot_write(&e))?;
+        let n = mesh.coordinates.len();
+        let memory = || vec![0.0; n];
+        let legend = Legend::new(model);
+        legend.write(dir).map_err(|e| cannot_write(&e))?;
+        let beams = model.elements.iter().any(|e| e.has_moments());
+        Ok(Self {
+            series,
+            interval,
+            written: 0,
+            displacement: memory(),
+            velocity: memory(),
+            points: memory(),
+            tension: vec![0.0; mesh.lines.len()],
+            section: sections(model),
+            stress: vec![0.0; mesh.lines.len()],
+            slack: vec![0.0; mesh.lines.len()],
+            broken: vec![0.0; mesh.lines.len()],
+            utilisation: vec![0.0; mesh.lines.len()],
+            moments: vec![[0.0; MOMENTS.len()]; if beams { mesh.lines.len() } else { 0 }],
+            legend,
+            assembly: Assembly::new(model),
+            faces: Faces::create(dir, model)?,
+        })
+    }
+
+    /// Write `state` at `time` if a multiple of the interval has been reached.
+    pub fn offer(
+        &mut self,
+        model: &Model,
+        mesh: &InterfaceMesh,
+        origin: &[f64],
+        state: &State,
+        time: f64,
+    ) -> Result<(), Fault> {
+        // A time that is a multiple but for rounding counts as that multiple.
+        let reached = (time / self.interval * (1.0 + 1e-12) + 1e-9).floor() as u64 + 1;
+        if reached <= self.written {
+            return Ok(());
+        }
+        self.written = reached;
+        let nodes = model.node_count();
+        difference_to_node_major(&state.displacement, origin, nodes, &mut self.displacement);
+        to_node_major(&state.velocity, nodes, &mut self.velocity);
+        for ((point, start), u) in self.points.iter_mut().zip(&mesh.coordinates).zip(&self.displacement) {
+            *point = start + u;
+        }
+        let (cables, others) = self.tension.split_at_mut(model.cables.len());
+        for (tension, cable) in cables.iter_mut().zip(&model.cables) {
+            *tension = cable.response(&model.relative(&state.displacement, cable)).tension;
+        }
+        let mut at = 0;
+        for (i, element) in model.elements.iter().enumerate() {
+            let count = element.line_count();
+            let history = self.assembly.history(i, &state.history);
+            let u = self.assembly.gather(i, &state.displacement);
+            let forces = &mut others[at..at + count];
+            element.line_forces(u, history, forces);
+            let first = model.cables.len() + at;
+            for (share, force) in self.utilisation[first..first + count].iter_mut().zip(&*forces) {
+                *share = if force.is_nan() { 1.0 } else { element.utilisation(u, *force) };
+            }
+            if element.has_moments() {
+                self.moments[first..first + count].fill(element.moments(u, history).flat());
+            }
+            at += count;
+        }
+        for (force, (slack, broken)) in
+            self.tension.iter_mut().zip(self.slack.iter_mut().zip(&mut self.broken))
+        {
+            *broken = f64::from(u8::from(force.is_nan()));
+            *force = if force.is_nan() { 0.0 } else { *force };
+            *slack = f64::from(u8::from(*force == 0.0));
+        }
+        for ((stress, force), area) in self.stress.iter_mut().zip(&self.tension).zip(&self.section) {
+            *stress = if *area > 0.0 { force / area } else { 0.0 };
+        }
+        if self.faces.is_some() {
+            self.write_faces(model, state, time)?;
+        }
+        let separate: Vec<Vec<f64>> = (0..if self.moments.is_empty() { 0 } else { MOMENTS.len() })
+            .map(|m| self.moments.iter().map(|of| of[m]).collect())
+            .collect();
+        let mut cell_data: Vec<(&str, usize, &[f64])> = Vec::new();
+        if !mesh.lines.is_empty() {
+            cell_data.extend([
+                ("part", 1, &self.legend.line_parts[..]),
+                ("group", 1, &self.legend.line_groups),
+                ("axial_force", 1, &self.tension),
+                ("tension", 1, &self.tension),
+                ("stress", 1, &self.stress),
+                ("utilisation", 1, &self.utilisation),
+                ("slack", 1, &self.slack),
+                ("broken", 1, &self.broken),
+            ]);
+            cell_data.extend(MOMENTS.iter().zip(&separate).map(|(name, values)| (*name, 1, &values[..])));
+        }
+        let vtu = Vtu {
+            points: &self.points,
+            cells: if mesh.lines.is_empty() { Cells::Vertices } else { Cells::Lines(&mesh.lines) },
+            point_data: vec![
+                ("displacement", 3, &self.displacement),
+                ("velocity", 3, &self.velocity),
+                ("group", 1, &self.legend.node_groups),
+            ],
+            cell_data,
+        };
+        self.series.add(time, &vtu).map_err(|e| cannot_write(&e))
+    }
+
+    fn write_faces(&mut self, model: &Model, state: &State, time: f64) -> Result<(), Fault> {
+        let Some(faces) = &mut self.faces else { return Ok(()) };
+        let with_faces = model.elements.iter().enumerate().filter(|(_, e)| !e.face_cell().is_empty());
+        for (face, (i, element)) in with_faces.enumerate() {
+            let history = self.assembly.history(i, &state.history);
+            let u = self.assembly.gather(i, &state.displacement);
+            let (stresses, moments) = (element.face_stresses(u), element.face_moments(u, history));
+            for k in 0..2 {
+                faces.stresses[k][face] = stresses[k];
+                faces.forces[k][face] = stresses[k] * element.thickness();
+                if let Some(moment) = faces.moments[k].get_mut(face) {
+                    *moment = moments[k];
+                }
+            }
+            faces.slack[face] = f64::from(u8::from(stresses == [0.0; 2]));
+        }
+        let mut cell_data = vec![
+            ("part", 1, &self.legend.face_parts[..]),
+            ("group", 1, &self.legend.face_groups),
+            ("stress_1", 1, &faces.stresses[0]),
+            ("stress_2", 1, &faces.stresses[1]),
+            ("force_1", 1, &faces.forces[0]),
+            ("force_2", 1, &faces.forces[1]),
+            ("slack", 1, &faces.slack),
+        ];
+        if !faces.moments[0].is_empty() {
+            cell_data.extend([("moment_1", 1, &faces.moments[0][..]), ("moment_2", 1, &faces.moments[1])]);
+        }
+        let vtu = Vtu {
+            points: &self.points,
+            cells: Cells::Polygons { nodes: &faces.nodes, ends: &faces.ends },
+            point_data: vec![("displacement", 3, &self.displacement), ("velocity", 3, &self.velocity)],
+            cell_data,
+        };
+        faces.series.add(time, &vtu).map_err(|e| cannot_write(&e))
+    }
+}
+
+/// Section of each line [m2], 0 where it has none.
+fn sections(model: &Model) -> Vec<f64> {
+    let cables = model.cables.iter().map(|c| c.area);
+    let others = model.elements.iter().flat_map(|e| std::iter::repeat_n(e.section(), e.line_count()));
+    cables.chain(others).collect()
+}
+
+fn cannot_write(error: &std::io::Error) -> Fault {
+    Fault::broken(format!("the field files of the structure cannot be written: {error}"))
+}

@@ -1,0 +1,191 @@
+//! `fem-solver check`: what would be built, the critical step, the cost.
+
+use crate::config::{Config, Integrator};
+use crate::integrator::critical_step::typical_stiffness;
+use crate::integrator::start::{NoStart, Start};
+use crate::model::{Model, Part};
+use crate::solver::FemSolver;
+use crate::state::inherited::Inherited;
+use interface_defs::field::FieldSpec;
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::Plan;
+use interface_defs::solver::{Solver, Window};
+use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from::KEY;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// Windows of one step that are timed; the fastest of so many rounds counts.
+const ROUNDS: usize = 5;
+
+/// Build the structure of a scene, find its form, and say what came of it. Starts nothing.
+pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
+    let config = Config::of(scene)?;
+    let mut solver = FemSolver::new(scene, &Options::default())?;
+    let start = Start::new(scene, &config, solver.model(), solver.inherited(), &mut |_| Ok(())).map_err(
+        |reason| match reason {
+            NoStart::Input(error) => error,
+            NoStart::Stopped(fault) => InputError::new(fault.message),
+        },
+    )?;
+    let model = solver.model();
+    let mut interface = model.interface_mesh(&start.displacement);
+    // Masses are for contact alone, and JSON has no infinity for those that are held.
+    let masses = std::mem::take(&mut interface.masses);
+    let least = masses.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min);
+    let sag = model.sag(&start.displacement);
+    let mut numbers: BTreeMap<String, f64> = BTreeMap::new();
+    let mut tell = |name: &str, value: f64| {
+        numbers.insert(name.to_owned(), value);
+    };
+    tell("nodes", model.node_count() as f64);
+    tell(
+        "elements",
+        (model.cables.len() + model.elements.len() + model.springs.len() + model.point_masses.len()) as f64,
+    );
+    tell("least_interface_mass_kg", least);
+    if !interface.lines.is_empty() {
+        tell("interface_length_per_node_m", mesh_length(&interface) / interface.node_count() as f64);
+    }
+    if let Some(extent) = narrower_extent(&interface.coordinates) {
+        tell("interface_extent_m", extent);
+    }
+    if let Some((stiffness, mass)) = typical_stiffness(model, &start.displacement, &start.history) {
+        tell("interface_stiffness_n_per_m", stiffness);
+        tell("interface_stiffness_mass_kg", mass);
+    }
+    tell("highest_frequency_rad_per_s", start.frequency);
+    if config.fem.integrator != Integrator::Static {
+        tell("critical_step_s", start.critical_step);
+    }
+    tell("time_step_s", start.time_step);
+    if let Some(sag) = sag {
+        tell("sag_m", sag);
+    }
+    let mut builds = describe(&config, model, &start, sag);
+    builds.extend(solver.inherited().map(Inherited::describe));
+    let resolved = resolve(&config, &start, solver.inherited())?;
+    let warnings = start.warnings.clone();
+    numbers.insert("seconds_per_step".into(), seconds_per_step(&mut solver, scene, &config, start)?);
+    Ok(CheckReport {
+        builds,
+        numbers,
+        warnings,
+        resolved,
+        interface: Some(interface),
+        ..CheckReport::default()
+    })
+}
+
+/// Length of all lines of the interface mesh [m].
+fn mesh_length(mesh: &InterfaceMesh) -> f64 {
+    let at = |node: u32| nalgebra::Vector3::from_column_slice(&mesh.coordinates[3 * node as usize..][..3]);
+    mesh.lines.iter().map(|[a, b]| (at(*b) - at(*a)).norm()).sum()
+}
+
+/// The narrower side [m] of a net with nodes at `coordinates`: the second largest of its three extents. `None` if it has none.
+fn narrower_extent(coordinates: &[f64]) -> Option<f64> {
+    let mut extents = [0, 1, 2].map(|axis| {
+        let along = coordinates.iter().skip(axis).step_by(3);
+        let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+        high - low
+    });
+    extents.sort_by(f64::total_cmp);
+    (extents[1] > 0.0 && extents[1].is_finite()).then_some(extents[1])
+}
+
+fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> Vec<String> {
+    let mass: f64 = model.mass.iter().sum();
+    let held = (0..model.node_count()).filter(|n| model.held_at_first(*n)).count();
+    let mut lines = vec![format!(
+        "structure: {} nodes ({held} held), {mass:.4} kg; {}",
+        model.node_count(),
+        counts(model)
+    )];
+    let at_rest = match start.at_rest {
+        _ if start.motion.is_some() => "moves".to_owned(),
+        true => "at rest in static equilibrium".to_owned(),
+        false => format!("let go, {:.1e} of the support forces unbalanced", start.unbalanced),
+    };
+    let hangs = sag.map_or(String::new(), |sag| format!(", its lowest node {sag:.6} m below the supports"));
+    lines.push(format!(
+        "t = 0: {at_rest}{hangs}, largest cable force {:.4e} N ({} Newton iterations)",
+        start.cable_force, start.form_finding.iterations
+    ));
+    let step = if config.fem.load_steps.is_some() {
+        "load steps that adapt".into()
+    } else if start.time_step.is_finite() {
+        format!("steps of at most {:.3e} s", start.time_step)
+    } else {
+        "one step per window".into()
+    };
+    lines.push(format!("integrator: {}, {step}", config.fem.integrator.name()));
+    lines
+}
+
+/// How many elements of each part there are, and springs and point masses where there are any.
+fn counts(model: &Model) -> String {
+    let parts = &model.parts[..model.part_count];
+    let size = |part: &Part| part.cables.len() + part.elements.len();
+    let named: usize = parts.iter().map(size).sum();
+    let all = model.cables.len() + model.elements.len();
+    let mut counts = vec![(all.saturating_sub(named), "cables".to_owned())];
+    counts.extend(parts.iter().map(|part| (size(part), format!("elements of `{}`", part.name))));
+    counts.push((model.springs.len(), "springs".into()));
+    counts.push((model.point_masses.len(), "point masses".into()));
+    let built = counts.iter().filter(|(count, _)| *count > 0);
+    built.map(|(count, what)| format!("{count} {what}")).collect::<Vec<_>>().join(", ")
+}
+
+/// The tables with every default in place.
+fn resolve(config: &Config, start: &Start, inherited: Option<&Inherited>) -> Result<toml::Table, InputError> {
+    let mut fem = config.fem.resolved();
+    if start.time_step.is_finite() {
+        fem.time_step = Some(start.time_step);
+    }
+    let mut table = toml::Table::new();
+    let broken = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
+    table.insert("structure".into(), toml::Value::try_from(&config.structure).map_err(broken)?);
+    table.insert("fem".into(), toml::Value::try_from(fem).map_err(broken)?);
+    if let Some(from) = inherited {
+        table.insert(KEY.into(), toml::Value::try_from(&from.origin).map_err(broken)?);
+    }
+    if !config.gauges.is_empty() {
+        table.insert("gauge".into(), toml::Value::try_from(&config.gauges).map_err(broken)?);
+    }
+    Ok(table)
+}
+
+/// Measured wall time of one step [s] with the gauges of its window, under a force of 100 times the
+/// weight (at rest, Newton would have nothing to do): for the estimate of cost.
+fn seconds_per_step(
+    solver: &mut FemSolver,
+    scene: &Scene,
+    config: &Config,
+    start: Start,
+) -> Result<f64, InputError> {
+    let explicit = config.fem.integrator == Integrator::CentralDifference;
+    let step = if start.time_step.is_finite() { start.time_step } else { 0.01 * scene.end_time()? };
+    let takes: Vec<_> = solver.hello().takes.into_iter().map(|f| FieldSpec { samples: 1, ..f }).collect();
+    let sources = takes.len();
+    let plan = Plan { end_time: step, window: step, takes, ..Plan::default() };
+    let nodal = solver.model().mass.iter().flat_map(|m| [0.0, 0.0, -1000.0 * m]);
+    let force: Vec<f64> = std::iter::repeat_n(nodal, sources).flatten().collect();
+    let ready = solver.begin(start, &plan).map_err(|fault| InputError::new(fault.message))?;
+    let mut output = ready.initial;
+    let window = Window { number: 1, iteration: 1, start: 0.0, length: step };
+    let repeats = if explicit { 50 } else { 1 };
+    let mut best = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let started = Instant::now();
+        for _ in 0..repeats {
+            // A step that fails has cost what it has cost; the run itself will tell.
+            let _ = solver.solve(&window, &force, &mut output);
+        }
+        best = best.min(started.elapsed().as_secs_f64() / f64::from(repeats));
+    }
+    Ok(best)
+}

@@ -1,0 +1,485 @@
+//! The structure as a [`Solver`]: the contract's verbs, and nothing else.
+
+pub mod check;
+pub mod reference;
+
+use crate::config::Config;
+use crate::integrator::implicit::Scheme;
+use crate::integrator::loads::{Loads, MOST_SAMPLES, Needs};
+use crate::integrator::start::Start;
+use crate::integrator::window::March;
+use crate::internal_force::assembly::Event;
+use crate::model::Model;
+use crate::results::energy::Energies;
+use crate::results::fields::Fields;
+use crate::results::record::{Probes, Recorder};
+use crate::state::inherited::{End, Inherited};
+use crate::state::{Critical, Kind, State};
+use interface_defs::field::{FieldSpec, Layout, Place, Sampling, name};
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
+use interface_defs::solver::{OnProgress, Solver, Window};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::run_dir;
+use interface_defs::toolkit::scene::Scene;
+use std::ops::Range;
+
+/// Steps within 1 ms and a window for which memory is set aside, at most.
+const MOST_REMEMBERED: f64 = 2e5;
+/// Share of its time at which a run has come to its end, but for rounding.
+const AT_END: f64 = 1e-9;
+/// Windows are halved that often before a run gives up.
+const HALVINGS: f64 = 64.0;
+
+/// A structure of cables, springs and masses.
+pub struct FemSolver {
+    scene: Scene,
+    config: Config,
+    options: Options,
+    field_interval: Option<f64>,
+    model: Model,
+    probes: Probes,
+    gauges: Vec<Gauge>,
+    /// Where the structure starts, if not as modelled.
+    inherited: Option<Inherited>,
+    prepared: Option<Prepared>,
+}
+
+/// What exists from the preparation on.
+struct Prepared {
+    march: March,
+    mesh: InterfaceMesh,
+    fields: Option<Fields>,
+    sag: Option<f64>,
+    /// End of the last window solved [s].
+    time: f64,
+    /// End of the last window accepted, and of the run [s].
+    accepted: f64,
+    end_time: f64,
+    /// Where the answer says which lines are broken, and the lines of each element; none if nobody asks.
+    broken: Option<(Range<usize>, Vec<Range<usize>>)>,
+    /// What was torn before the run.
+    torn: Vec<Event>,
+    /// Whether something touches the structure from outside.
+    touched: bool,
+}
+
+impl Prepared {
+    /// Say in `output` which lines are broken, by `now` or before the run.
+    fn tell_broken(&self, now: &[Event], output: &mut [f64]) {
+        let Some((at, lines)) = &self.broken else { return };
+        let flags = &mut output[at.clone()];
+        flags.fill(0.0);
+        let events = self.torn.iter().chain(now);
+        events.for_each(|event| flags[lines[event.element as usize].clone()].fill(1.0));
+    }
+}
+
+/// Lines of each element in the interface mesh, where those of the fast kernel come first.
+fn lines_of_elements(model: &Model) -> Vec<Range<usize>> {
+    let mut next = model.cables.len();
+    let lines = model.elements.iter().map(|element| {
+        let first = next;
+        next += element.line_count();
+        first..next
+    });
+    lines.collect()
+}
+
+impl FemSolver {
+    /// The structure of `scene`. Computes nothing yet; what is wrong with the scene's numbers is found
+    /// here, what only form finding can tell in [`Solver::prepare`] and by `check`.
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
+        let config = Config::of(scene)?;
+        let model = Model::build(scene, &config)?;
+        let inherited = Inherited::of(scene, &model, config.fem.integrator)?;
+        let (probes, recorded) = Recorder::probes(scene, &model, &config.gauges)?;
+        let mut gauges = Energies::gauges(&model);
+        gauges.extend(recorded);
+        let field_interval = if scene.has("output") { Output::of(scene)?.fields } else { None };
+        Ok(Self {
+            scene: scene.clone(),
+            config,
+            options: options.clone(),
+            field_interval,
+            model,
+            probes,
+            gauges,
+            inherited,
+            prepared: None,
+        })
+    }
+
+    /// The structure as numbers.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Where it starts, if not as modelled.
+    pub fn inherited(&self) -> Option<&Inherited> {
+        self.inherited.as_ref()
+    }
+
+    fn prepared(&mut self) -> Result<(&Model, &mut Prepared), Fault> {
+        match &mut self.prepared {
+            Some(prepared) => Ok((&self.model, prepared)),
+            None => Err(Fault::broken("a window was asked for before the preparation")),
+        }
+    }
+
+    /// Make ready for windows from `start`, under a plan that has been checked.
+    pub(crate) fn begin(&mut self, mut start: Start, plan: &Plan) -> Result<Ready, Fault> {
+        let mesh = self.model.interface_mesh(&start.displacement);
+        let (loads, load_warnings) =
+            Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh, self.model.dof_count())?;
+        if self.probes.has_groups() {
+            tracing::info!(
+                "gauges of several members: `_min` and `_max` are new, `_sum` and `_mean` say what they are; the old columns \
+                 (`_tension` and `_elongation`: the largest; `_fx` ...: the sum; `_ux`, `_vx` ...: the mean) are kept for one version"
+            );
+        }
+        let shortest = start.time_step.min(plan.window) / HALVINGS;
+        let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
+        let recorder = Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
+        let mut warnings = start.warnings.clone();
+        warnings.extend(load_warnings);
+        let sag = self.model.sag(&start.displacement);
+        start.newton.keeps_factor = self.options.shortcuts;
+        let mut march = March::new(
+            &self.model,
+            &self.config,
+            start,
+            recorder,
+            loads,
+            plan,
+            &mesh,
+            self.options.shortcuts,
+        );
+        let (_, answer) = interface_defs::participant::payload_lengths(
+            plan,
+            &Ready { mesh: mesh.clone(), gauges: self.gauges.clone(), ..Ready::default() },
+        );
+        let mut initial = vec![0.0; answer];
+        march.initial(&self.model, &mut initial);
+        let mut fields = match (&self.options.out, self.field_interval) {
+            (Some(out), Some(interval)) => {
+                Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh, &self.model)?)
+            }
+            _ => None,
+        };
+        if let Some(fields) = &mut fields {
+            fields.offer(&self.model, &mesh, &march.origin, &march.committed, 0.0)?;
+        }
+        let at = Layout::new(&plan.gives, &mesh, 0).sample(name::BROKEN, Sampling::Once, 0);
+        let broken = at.map(|at| (at, lines_of_elements(&self.model)));
+        let touched = !plan.takes.is_empty();
+        let torn = self.inherited.as_ref().map_or(Vec::new(), Inherited::torn);
+        let prepared = Prepared {
+            march,
+            mesh: mesh.clone(),
+            fields,
+            sag,
+            time: 0.0,
+            accepted: 0.0,
+            end_time: plan.end_time,
+            broken,
+            torn,
+            touched,
+        };
+        prepared.tell_broken(&[], &mut initial);
+        self.prepared = Some(prepared);
+        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
+    }
+
+    /// Leave the state at the end for a run that starts from it: that of a run that has come to its end, and no other.
+    /// Returns what the user should know.
+    fn leave_state(&self, prepared: &Prepared) -> Option<String> {
+        let out = self.options.out.as_ref()?;
+        if prepared.accepted < prepared.end_time * (1.0 - AT_END) {
+            return None;
+        }
+        let path = out.join(run_dir::STRUCTURE_STATE);
+        let (state, name) = (&prepared.march.committed, self.config.fem.integrator.name());
+        let end = End::new(&self.model, state, prepared.accepted, name, &prepared.torn);
+        let written = end.write(&path);
+        written
+            .err()
+            .map(|e| format!("{} cannot be written, so no run can start from this one: {e}", path.display()))
+    }
+
+    /// Refuse a plan that asks for what this solver has not declared.
+    fn check_plan(&self, plan: &Plan) -> Result<(), Fault> {
+        let known = |fields: &[FieldSpec], asked: &FieldSpec, force: bool| {
+            let fits = |f: &FieldSpec| {
+                (&f.name, f.components, f.place) == (&asked.name, asked.components, asked.place)
+            };
+            fields.iter().any(|f| fits(f) && (f.sampling == asked.sampling || force))
+                && (1..=MOST_SAMPLES).contains(&asked.samples)
+        };
+        let hello = self.hello();
+        for asked in &plan.gives {
+            if !known(&hello.gives, asked, false) {
+                return Err(Fault::input(format!("fem-solver cannot give the field {asked:?}")));
+            }
+        }
+        if self.config.fem.path_speed.is_some() && !plan.takes.is_empty() {
+            return Err(Fault::input(
+                "fem.path_speed follows a path of equilibrium, which no force from outside acts on",
+            ));
+        }
+        for asked in &plan.takes {
+            let kind = matches!(asked.sampling, Sampling::Means | Sampling::AtEnds);
+            if !known(&hello.takes, asked, kind) {
+                return Err(Fault::input(format!("fem-solver cannot take the field {asked:?}")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What broke, in words: the first ones one by one.
+fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
+    const TOLD: usize = 20;
+    let told = events.iter().take(TOLD).map(|event| {
+        format!(
+            "rupture at t = {:.6} s: {} broke under {:.4e} N",
+            event.time,
+            model.member_name(event.element as usize, None),
+            event.tension,
+        )
+    });
+    let mut told: Vec<_> = told.collect();
+    if let Some(last) = events.get(TOLD..).and_then(|rest| rest.last()) {
+        told.push(format!("{} more broke until t = {:.6} s", events.len() - TOLD, last.time));
+    }
+    told
+}
+
+/// That something was torn before the run.
+fn torn_before(count: usize) -> Option<String> {
+    let were = match count {
+        0 => return None,
+        1 => "1 element was".to_owned(),
+        _ => format!("{count} elements were"),
+    };
+    Some(format!("{were} torn before, in the run that this one starts from"))
+}
+
+/// What tore, in a sentence for each part, in the order of its first rupture; that nothing did where something could.
+fn verdict(model: &Model, events: &[Event]) -> Vec<String> {
+    if events.is_empty() {
+        let can = model.elements.iter().any(|e| e.can_break());
+        return if can { vec!["verdict: nothing of the structure tore".into()] } else { Vec::new() };
+    }
+    let part_of = |event: &Event| {
+        let element = event.element as usize;
+        model.parts.iter().position(|p| p.elements.contains(&element))
+    };
+    let mut parts: Vec<(Option<usize>, Vec<&Event>)> = Vec::new();
+    for event in events {
+        let part = part_of(event);
+        match parts.iter_mut().find(|(known, _)| *known == part) {
+            Some((_, own)) => own.push(event),
+            None => parts.push((part, vec![event])),
+        }
+    }
+    let sentence = |(part, own): (Option<usize>, Vec<&Event>)| {
+        let (first, last) = (own[0], own[own.len() - 1]);
+        let name = part.map_or("the structure", |p| model.parts[p].name.as_str());
+        let place = model.member_name(first.element as usize, None);
+        let kind = if first.tension < 0.0 { " of compression" } else { "" };
+        let force = format!("{:.1} kN{kind}", first.tension.abs() / 1e3);
+        match own.len() {
+            1 => format!("verdict: `{name}` tore at {:.4} s under {force}: {place}", first.time),
+            count => format!(
+                "verdict: {count} elements of `{name}` tore from {:.4} s to {:.4} s, the first under {force}: {place}",
+                first.time, last.time
+            ),
+        }
+    };
+    parts.into_iter().map(sentence).collect()
+}
+
+/// The limit points and branch points of a path, and the first of them.
+fn critical_loads(state: &State) -> Vec<Measure> {
+    let measure = |name: String, point: &Critical| Measure {
+        name,
+        value: point.factor,
+        unit: "1".into(),
+        time: Some(point.time),
+    };
+    let mut counts = [0, 0];
+    let mut measures: Vec<_> =
+        state.critical.first().map(|p| measure("critical_load_factor".into(), p)).into_iter().collect();
+    for point in &state.critical {
+        let (kind, count) = match point.kind {
+            Kind::Limit => ("limit", &mut counts[0]),
+            Kind::Branch => ("branch", &mut counts[1]),
+        };
+        *count += 1;
+        measures.push(measure(format!("{kind}_point_{count}"), point));
+    }
+    measures
+}
+
+/// That a path goes on unstable, and from where.
+fn unstable_path(state: &State) -> Option<String> {
+    let (time, factor) = state.along.unstable_from?;
+    let from = match state.critical.iter().find(|p| p.negative > 0) {
+        Some(point) => {
+            let kind = match point.kind {
+                Kind::Limit => "the limit point",
+                Kind::Branch => "the branch point",
+            };
+            format!("{kind} at t = {:.6} s, load factor {:.6e}", point.time, point.factor)
+        }
+        None => format!("t = {time:.6} s, load factor {factor:.6e}"),
+    };
+    Some(format!(
+        "the path of equilibrium is unstable from {from}: under these loads alone the structure snaps or buckles there; the \
+         column negative_pivots says where it is stable again"
+    ))
+}
+
+impl Solver for FemSolver {
+    fn hello(&self) -> Hello {
+        let given = |name| FieldSpec { samples: MOST_SAMPLES, ..FieldSpec::nodal(name, 3, Sampling::AtEnds) };
+        let mut gives = vec![given(name::DISPLACEMENT), given(name::VELOCITY)];
+        if self.model.elements.iter().any(|element| element.can_break()) {
+            let broken = FieldSpec::nodal(name::BROKEN, 1, Sampling::Once);
+            gives.push(FieldSpec { place: Place::Line, ..broken });
+        }
+        Hello {
+            program: concat!("fem-solver ", env!("CARGO_PKG_VERSION")).into(),
+            capabilities: vec![capability::REPEATABLE.into()],
+            takes: Needs::of(Scheme::of(&self.config.fem)).fields(),
+            gives,
+            largest_window: f64::INFINITY,
+        }
+    }
+
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
+        self.check_plan(plan)?;
+        let mut told = |what| progress(Progress { what, done: f64::NAN });
+        let start = Start::new(&self.scene, &self.config, &self.model, self.inherited.as_ref(), &mut told)?;
+        self.begin(start, plan)
+    }
+
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        let (model, prepared) = self.prepared()?;
+        prepared.time = window.end();
+        prepared.march.solve(model, window, input, output)?;
+        prepared.tell_broken(&prepared.march.solved().events, output);
+        Ok(())
+    }
+
+    fn commit(&mut self) -> Result<(), Fault> {
+        let (model, prepared) = self.prepared()?;
+        prepared.march.commit();
+        prepared.accepted = prepared.time;
+        match &mut prepared.fields {
+            Some(fields) => fields.offer(
+                model,
+                &prepared.mesh,
+                &prepared.march.origin,
+                &prepared.march.committed,
+                prepared.time,
+            ),
+            None => Ok(()),
+        }
+    }
+
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        let Some(prepared) = &self.prepared else {
+            return Err(Fault::broken("asked for results before the preparation"));
+        };
+        let model = &self.model;
+        let peaks = prepared.march.committed.peaks;
+        let measure = |name: &str, value, unit: &str, time| Measure {
+            name: name.into(),
+            value,
+            unit: unit.into(),
+            time,
+        };
+        let (mut measures, mut warnings) = (Vec::new(), Vec::new());
+        let events = &prepared.march.committed.events;
+        warnings.extend(verdict(model, events));
+        warnings.extend(ruptures(model, events));
+        warnings.extend(torn_before(prepared.torn.len()));
+        if let Some(first) = events.first()
+            && prepared.touched
+            && prepared.broken.is_none()
+        {
+            warnings.push(format!(
+                "what is broken is still touched, from t = {:.6} s on ({} elements): the contact solver does not take the \
+                 field \"broken\"",
+                first.time,
+                events.len()
+            ));
+        }
+        if model.held.contains(&true) || !model.until.is_empty() || !model.springs.is_empty() {
+            let (raw, mean) = (peaks.reaction, peaks.reaction_1ms);
+            measures.push(measure("max_reaction", raw.value, "N", Some(raw.time)));
+            measures.push(measure("max_reaction_1ms", mean.value, "N", Some(mean.time)));
+        } else {
+            warnings.push("max_reaction is absent: the structure has no supports".into());
+        }
+        if model.lines().next().is_none() {
+            warnings.push("max_cable_force is absent: the structure has no cables".into());
+        } else {
+            measures.push(measure(
+                "max_cable_force",
+                peaks.cable_force.value,
+                "N",
+                Some(peaks.cable_force.time),
+            ));
+        }
+        let (committed, time) = (&prepared.march.committed, prepared.time);
+        measures.extend(self.probes.measures(&self.config.gauges, model, committed, time));
+        match prepared.sag {
+            Some(sag) => measures.push(measure("sag", sag, "m", None)),
+            None => {
+                warnings.push("sag is absent: no weight acts on the structure, or nothing is held".into())
+            }
+        }
+        warnings.extend(self.leave_state(prepared));
+        let counts = prepared.march.counts;
+        measures.extend(critical_loads(&prepared.march.committed));
+        warnings.extend(unstable_path(&prepared.march.committed));
+        if counts.refined > 0 {
+            warnings.push(format!(
+                "Newton failed in {} windows, iterations of the coupling included: they were begun anew with shorter steps",
+                counts.refined
+            ));
+        }
+        if counts.late > 0.0 {
+            warnings.push(format!(
+                "a step ended with {:.4} times the strength of what broke in it: loads grew too much in one step; shorten {}",
+                counts.late,
+                if self.config.fem.load_steps.is_some() { "fem.load_steps.first" } else { "fem.time_step" }
+            ));
+        }
+        if let Some(dof) = counts.unstable_at {
+            warnings.push(format!(
+                "the tangent was not positive at the end of {} steps (slack, or close to buckling; the first pivot at {}): it was \
+                 shifted, which slows Newton down and leaves its answer as it is",
+                counts.unstable,
+                model.dof_name(dof)
+            ));
+        }
+        let counts = [
+            ("sub_steps", counts.steps),
+            ("newton_iterations", counts.newton),
+            ("skipped_windows", counts.skipped),
+            ("factorisations", counts.factorisations),
+            ("kept_factors", counts.kept_factors),
+            ("refined_windows", counts.refined),
+            ("shifted_tangents", counts.shifted),
+            ("refused_steps", counts.refused),
+        ];
+        let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
+        Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
+    }
+}

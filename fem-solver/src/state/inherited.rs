@@ -1,0 +1,305 @@
+//! The state that a run leaves at its end, and a run that starts from it.
+//!
+//! What an element remembers lies in its history, so displacements, velocities and histories are all that a structure is
+//! at an instant. They mean something for the same model alone: the file says of which it is, part by part.
+
+use crate::config::Integrator;
+use crate::integrator::start::Motion;
+use crate::internal_force::assembly::Event;
+use crate::model::Model;
+use crate::state::State;
+use interface_defs::ipc::domain::fnv1a;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from::{At, KEY, Origin};
+use interface_defs::toolkit::state_file;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use std::fmt::Debug;
+use std::io;
+use std::path::Path;
+
+/// Version of [`End`], written and read.
+const VERSION: u32 = 1;
+/// What the histories of the elements mean is the program's own.
+const PROGRAM: &str = concat!("fem-solver ", env!("CARGO_PKG_VERSION"));
+/// Difference of two places of a support [relative to the extent of the structure] that is one of rounding.
+const SAME_PLACE: f64 = 1e-9;
+
+/// What a run leaves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct End {
+    /// Program and version by which it was computed.
+    program: String,
+    /// Which structure it is of.
+    model: Fingerprint,
+    /// Integrator.
+    integrator: String,
+    /// When that run ended [s].
+    pub time: f64,
+    /// Displacement from the structure as modelled [m, rad].
+    pub displacement: Vec<f64>,
+    /// Velocity [m/s, rad/s].
+    pub velocity: Vec<f64>,
+    /// Acceleration [m/s2]; of implicit schemes.
+    pub acceleration: Vec<f64>,
+    /// History of all elements.
+    pub history: Vec<f64>,
+    /// What has torn so far: number of the element, when in its own run [s], largest axial force [N].
+    pub torn: Vec<(u32, f64, f64)>,
+    /// Energy dissipated by damping, work of the interface force, of moving supports, of loads with a history, since the first run began [J].
+    pub booked: [f64; 4],
+}
+
+/// Which structure a state is of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Fingerprint {
+    /// Places of the nodes as modelled [m].
+    nodes: Vec<[f64; 3]>,
+    /// Nodes that have rotations.
+    turning: Vec<u64>,
+    /// The parts of the scene, and what is in none.
+    parts: Vec<Part>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Part {
+    name: String,
+    elements: u64,
+    /// Of the nodes of its elements, in order.
+    connectivity: u64,
+    /// Of all else that its elements are.
+    properties: u64,
+}
+
+impl Part {
+    fn of<'a, E: Debug + 'a>(name: &str, elements: impl Iterator<Item = (&'a [usize], E)>) -> Self {
+        let (mut nodes, mut properties, mut count) = (Vec::new(), String::new(), 0);
+        for (own, element) in elements {
+            nodes.push(own.len());
+            nodes.extend_from_slice(own);
+            properties.push_str(&format!("{element:?}"));
+            count += 1;
+        }
+        let nodes: Vec<u8> = nodes.iter().flat_map(|n| (*n as u64).to_le_bytes()).collect();
+        Self {
+            name: name.into(),
+            elements: count,
+            connectivity: fnv1a(&nodes),
+            properties: fnv1a(properties.as_bytes()),
+        }
+    }
+}
+
+impl Fingerprint {
+    fn of(model: &Model) -> Self {
+        let cable = |c: usize| (&model.cables[c].nodes[..], &model.cables[c]);
+        let element = |e: usize| (model.elements[e].nodes(), &model.elements[e]);
+        let mut loose = (vec![true; model.cables.len()], vec![true; model.elements.len()]);
+        let mut parts = Vec::new();
+        for part in &model.parts[..model.part_count] {
+            part.cables.iter().for_each(|c| loose.0[*c] = false);
+            part.elements.iter().for_each(|e| loose.1[*e] = false);
+            // A part is of cables or of other elements.
+            parts.push(if part.cables.is_empty() {
+                Part::of(&part.name, part.elements.iter().map(|e| element(*e)))
+            } else {
+                Part::of(&part.name, part.cables.iter().map(|c| cable(*c)))
+            });
+        }
+        let others = |loose: &[bool]| (0..loose.len()).filter(|i| loose[*i]).collect::<Vec<_>>();
+        parts.push(Part::of("the cables in no part", others(&loose.0).into_iter().map(cable)));
+        parts.push(Part::of("the elements in no part", others(&loose.1).into_iter().map(element)));
+        Self {
+            nodes: model.nodes.iter().map(|n| <[f64; 3]>::from(*n)).collect(),
+            turning: model.turning.iter().map(|n| *n as u64).collect(),
+            parts,
+        }
+    }
+
+    /// In what `there`, of the run that is started from, differs from this.
+    fn difference(&self, there: &Self, model: &Model) -> Option<String> {
+        if self.nodes.len() != there.nodes.len() {
+            return Some(format!("it has {} nodes, and this one {}", there.nodes.len(), self.nodes.len()));
+        }
+        let away = |i: usize| (Vector3::from(self.nodes[i]) - Vector3::from(there.nodes[i])).norm();
+        let moved: Vec<usize> = (0..self.nodes.len()).filter(|i| self.nodes[*i] != there.nodes[*i]).collect();
+        if let Some(farthest) = moved.iter().copied().max_by(|a, b| away(*a).total_cmp(&away(*b))) {
+            return Some(format!(
+                "{} of its {} nodes lie elsewhere, the farthest by {:.3e} m: node {}",
+                moved.len(),
+                self.nodes.len(),
+                away(farthest),
+                model.node_name(farthest)
+            ));
+        }
+        let named = |part: &Part, there: &str| {
+            let quoted = part.name.starts_with("the ");
+            if quoted { format!("{}{there}", part.name) } else { format!("the part `{}`{there}", part.name) }
+        };
+        for part in &self.parts {
+            let Some(other) = there.parts.iter().find(|p| p.name == part.name) else {
+                return Some(format!("it has no part `{}`", part.name));
+            };
+            if other.elements != part.elements {
+                let (there, here) = (other.elements, part.elements);
+                return Some(format!(
+                    "{} has {there} elements in it, and {here} in this one",
+                    named(part, "")
+                ));
+            }
+            if other.connectivity != part.connectivity {
+                return Some(format!("the elements of {} are at other nodes in it", named(part, "")));
+            }
+            if other.properties != part.properties {
+                return Some(format!(
+                    "the material, section, length or strength of {} is another in it",
+                    named(part, "")
+                ));
+            }
+        }
+        if let Some(more) = there.parts.iter().find(|p| !self.parts.iter().any(|own| own.name == p.name)) {
+            return Some(format!("it has {} too, and this one has not", named(more, "")));
+        }
+        (self.turning != there.turning).then(|| "other nodes of it have rotations".into())
+    }
+}
+
+impl End {
+    /// Of `state` at `time` [s], computed by `integrator`; `before` had torn before the run.
+    pub fn new(model: &Model, state: &State, time: f64, integrator: &str, before: &[Event]) -> Self {
+        let torn = before.iter().chain(&state.events).map(|e| (e.element, e.time, e.tension));
+        Self {
+            program: PROGRAM.into(),
+            model: Fingerprint::of(model),
+            integrator: integrator.into(),
+            time,
+            displacement: state.displacement.clone(),
+            velocity: state.velocity.clone(),
+            acceleration: state.acceleration.clone(),
+            history: state.history.clone(),
+            torn: torn.collect(),
+            booked: [state.dissipated, state.received, state.support_work, state.load_work],
+        }
+    }
+
+    /// Write it to `path`, as a whole or not at all.
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        state_file::write(path, VERSION, self)
+    }
+}
+
+/// A structure that starts from the end of another run.
+#[derive(Debug, Clone)]
+pub struct Inherited {
+    /// What that run has left.
+    pub end: End,
+    /// How the structure starts.
+    pub at: At,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// The scene's word, with the path as seen from anywhere.
+    pub origin: Origin,
+}
+
+impl Inherited {
+    /// What `scene` starts from, if anything; it must be of the same model.
+    pub fn of(scene: &Scene, model: &Model, integrator: Integrator) -> Result<Option<Self>, InputError> {
+        let Some(origin) = Origin::of(scene)? else { return Ok(None) };
+        if origin.at == At::Motion && integrator == Integrator::Static {
+            let what = "at = \"motion\" goes on with the velocities of that run, and statics has none";
+            return Err(scene
+                .invalid("start_from.at", what)
+                .try_instead("at = \"rest\", or an integrator with inertia in [fem]"));
+        }
+        let (file, warning) = origin.state(scene)?;
+        let shown = file.display();
+        let end: End = state_file::read(&file, VERSION).map_err(|why| {
+            scene.invalid(KEY, format!("the state {shown} cannot be used: {why}")).try_instead(
+                "run that scene again with this version; a file that was copied must be copied as it is",
+            )
+        })?;
+        if end.program != PROGRAM {
+            let what = format!(
+                "the state {shown} was written by {}, and this is {PROGRAM}: histories may differ",
+                end.program
+            );
+            return Err(scene.invalid(KEY, what).try_instead("run that scene again with this version"));
+        }
+        if let Some(difference) = Fingerprint::of(model).difference(&end.model, model) {
+            let what = format!("the structure of {} is another: {difference}", origin.run.display());
+            return Err(scene.invalid(KEY, what).try_instead(
+                "mesh, parts and materials must be those of that run; loads, supports, gauges and [fem] may differ",
+            ));
+        }
+        let run = std::path::absolute(&origin.run).unwrap_or_else(|_| origin.run.clone());
+        let origin = Origin { run, at: origin.at };
+        let inherited = Self { end, at: origin.at, warnings: warning.into_iter().collect(), origin };
+        inherited.check(scene, model)?;
+        Ok(Some(inherited))
+    }
+
+    /// Refuse a state that does not fit, and supports that would jump.
+    fn check(&self, scene: &Scene, model: &Model) -> Result<(), InputError> {
+        let (n, end) = (model.dof_count(), &self.end);
+        let histories = model.start_history().len();
+        if end.displacement.len() != n || end.velocity.len() != n || end.history.len() != histories {
+            let what = format!(
+                "the state of {} has {} displacements, {} velocities and {} numbers of history, and this structure has {n}, \
+                 {n} and {histories}",
+                self.origin.run.display(),
+                end.displacement.len(),
+                end.velocity.len(),
+                end.history.len()
+            );
+            return Err(scene.invalid(KEY, what).try_instead("run that scene again with this version"));
+        }
+        let near = SAME_PLACE * model.extent();
+        let mut start = end.displacement.clone();
+        model.prescribe_first(&mut start);
+        let jump = (0..n).find(|dof| (start[*dof] - end.displacement[*dof]).abs() > near);
+        let Some(dof) = jump else { return Ok(()) };
+        let what = format!(
+            "the support of {} would jump: that run has left it at a displacement of {} m, and its motion begins at {} m here",
+            model.dof_name(dof),
+            end.displacement[dof],
+            start[dof]
+        );
+        Err(scene
+            .invalid(KEY, what)
+            .try_instead("begin the rows of its motion with the displacement at which that run has left it"))
+    }
+
+    /// What had torn before.
+    pub fn torn(&self) -> Vec<Event> {
+        let event = |(element, time, tension): &(u32, f64, f64)| Event {
+            element: *element,
+            time: *time,
+            tension: *tension,
+        };
+        self.end.torn.iter().map(event).collect()
+    }
+
+    /// The motion at the end, for the scheme `integrator`: another one finds its accelerations itself.
+    pub fn motion(&self, integrator: &str) -> Motion {
+        let end = &self.end;
+        let same = end.integrator == integrator;
+        Motion {
+            velocity: end.velocity.clone(),
+            acceleration: if same { end.acceleration.clone() } else { Vec::new() },
+        }
+    }
+
+    /// In a sentence, for whoever checks a scene.
+    pub fn describe(&self) -> String {
+        let how = match self.at {
+            At::Rest => "at rest",
+            At::Motion => "moving on",
+        };
+        let torn = match self.end.torn.len() {
+            0 => "nothing torn".to_owned(),
+            count => format!("{count} elements torn"),
+        };
+        format!("starts from the end of {} ({} s), {how}: {torn}", self.origin.run.display(), self.end.time)
+    }
+}

@@ -1,0 +1,180 @@
+//! The state of a structure at one instant.
+
+pub mod inherited;
+
+use crate::internal_force::assembly::Event;
+
+/// Everything that a step starts from. Vectors are component-major over all degrees of freedom.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct State {
+    /// Displacement from the structure as modelled [m].
+    pub displacement: Vec<f64>,
+    /// Velocity [m/s].
+    pub velocity: Vec<f64>,
+    /// Acceleration [m/s2]; implicit schemes only.
+    pub acceleration: Vec<f64>,
+    /// Force of load and elements on each degree of freedom [N]; schemes that balance at the end only.
+    pub force: Vec<f64>,
+    /// Interface force at this instant [N]; schemes that balance at the end only.
+    pub load: Vec<f64>,
+    /// History of all elements: plastic strains, slips, reference rotations, what is broken.
+    pub history: Vec<f64>,
+    /// What has broken so far.
+    pub events: Vec<Event>,
+    /// Factor of the loads that grow along a path of equilibrium, and that at the start of the last step.
+    pub factor: f64,
+    /// See `factor`.
+    pub factor_before: f64,
+    /// Where the path has come to.
+    pub along: Along,
+    /// Limit points and branch points passed so far.
+    pub critical: Vec<Critical>,
+    /// Energy dissipated by damping since t = 0 [J].
+    pub dissipated: f64,
+    /// Work of the interface force since t = 0 [J].
+    pub received: f64,
+    /// Work of moving supports since t = 0 [J].
+    pub support_work: f64,
+    /// Work of loads with a history and of pressure since t = 0 [J].
+    pub load_work: f64,
+    /// At rest in static equilibrium, as it was at t = 0.
+    pub at_rest: bool,
+    /// Largest values so far.
+    pub peaks: Peaks,
+    /// Smallest and largest of the members of each group that is gauged, so far.
+    pub groups: Vec<Range>,
+}
+
+/// How a path of equilibrium goes on.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Along {
+    /// Length of the next step [m], of a load step [s]; 0 before the first.
+    pub stride: f64,
+    /// Change of the load factor per way of the degree of freedom that moves most [1/m].
+    pub rate: f64,
+    /// Its largest magnitude so far, per norm of all displacements [1/m].
+    pub steepest: f64,
+    /// Negative pivots of the tangent: directions that are unstable.
+    pub negative: usize,
+    /// Smallest and largest load factor of the window.
+    pub lowest: f64,
+    /// See `lowest`.
+    pub highest: f64,
+    /// The next step has nothing to be compared with: something broke in the last, or the path turns into a branch.
+    pub anew: bool,
+    /// The step at hand ends at a branch point, and turns.
+    pub turned: bool,
+    /// How many critical points are known and reported.
+    pub critical: usize,
+    /// Time [s] and load factor of the end of the first step that was unstable.
+    pub unstable_from: Option<(f64, f64)>,
+}
+
+/// A point of a path of equilibrium at which its tangent is singular.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Critical {
+    /// When along the path [s].
+    pub time: f64,
+    /// Load factor.
+    pub factor: f64,
+    /// Directions that are unstable behind it.
+    pub negative: usize,
+    /// Which.
+    pub kind: Kind,
+}
+
+/// Kind of a critical point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The load turns back.
+    Limit,
+    /// Another path crosses.
+    Branch,
+}
+
+/// A value of one member of a group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extreme {
+    /// Value.
+    pub value: f64,
+    /// Which member.
+    pub member: u32,
+    /// When [s].
+    pub time: f64,
+}
+
+/// Smallest and largest value of any member of a group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Smallest.
+    pub smallest: Extreme,
+    /// Largest.
+    pub largest: Extreme,
+}
+
+impl Default for Range {
+    fn default() -> Self {
+        let nothing = |value| Extreme { value, member: 0, time: 0.0 };
+        Self { smallest: nothing(f64::INFINITY), largest: nothing(f64::NEG_INFINITY) }
+    }
+}
+
+/// A largest value and when it occurred.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Peak {
+    /// Value.
+    pub value: f64,
+    /// When [s].
+    pub time: f64,
+}
+
+impl Peak {
+    /// Take `value` at `time` if it is larger.
+    pub fn take(&mut self, value: f64, time: f64) {
+        if value > self.value {
+            *self = Self { value, time };
+        }
+    }
+}
+
+/// Largest values of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Peaks {
+    /// Total support reaction [N].
+    pub reaction: Peak,
+    /// Its mean over any 1 ms [N].
+    pub reaction_1ms: Peak,
+    /// Axial force of a cable [N].
+    pub cable_force: Peak,
+}
+
+impl State {
+    /// Begin the books with energy dissipated by damping, work of the interface force, of moving supports, of loads with a
+    /// history [J].
+    pub fn open_books(&mut self, booked: [f64; 4]) {
+        [self.dissipated, self.received, self.support_work, self.load_work] = booked;
+    }
+
+    /// Become equal to `other`, in the memory that is there.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.displacement.copy_from_slice(&other.displacement);
+        self.velocity.copy_from_slice(&other.velocity);
+        self.acceleration.copy_from_slice(&other.acceleration);
+        self.force.copy_from_slice(&other.force);
+        self.load.copy_from_slice(&other.load);
+        self.history.copy_from_slice(&other.history);
+        self.events.clear();
+        self.events.extend_from_slice(&other.events);
+        (self.factor, self.factor_before) = (other.factor, other.factor_before);
+        self.along = other.along;
+        self.critical.clear();
+        self.critical.extend_from_slice(&other.critical);
+        self.dissipated = other.dissipated;
+        self.received = other.received;
+        self.support_work = other.support_work;
+        self.load_work = other.load_work;
+        self.at_rest = other.at_rest;
+        self.peaks = other.peaks;
+        self.groups.copy_from_slice(&other.groups);
+    }
+}
