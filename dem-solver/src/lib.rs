@@ -23,6 +23,7 @@
 
 pub mod check;
 pub mod cluster;
+pub mod command;
 pub mod contact;
 pub mod gate;
 pub mod geometry;

@@ -2,7 +2,7 @@
 
 use super::make::{Fit, Wish, largest, measured};
 use super::{Accuracy, MOST_SPHERES, files};
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
 use interface_defs::toolkit::input_error::InputError;

@@ -15,7 +15,7 @@ use super::index::SphereIndex;
 use super::make::{Fit, Maker, larger};
 use super::probe::Place;
 use super::refine::rounds;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use nalgebra::Vector3;
 
 /// Covers of the search, fewer where balls are many, and how near its bounds come to each other.

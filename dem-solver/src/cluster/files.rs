@@ -5,8 +5,8 @@
 //! values on lines of their own; `//` begins a comment. Only the spheres are taken: mass and inertia come from the shape.
 
 use super::MOST_SPHERES;
+use crate::geometry::sphere::Sphere;
 use crate::input::{LARGEST, ReadError, lines, number, point, read_bytes, shown};
-use crate::rock::Sphere;
 use interface_defs::toolkit::input_error::InputError;
 use std::collections::HashMap;
 use std::path::Path;

@@ -4,7 +4,7 @@
 //! another shape, or that was changed by hand, has another key, and the cluster is made again.
 
 use super::{Bound, Wish, files};
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use interface_defs::ipc::domain::fnv1a;
 use interface_defs::toolkit::run_dir;

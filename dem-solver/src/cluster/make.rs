@@ -16,7 +16,7 @@ use super::cover::{self, Cover, Wanted, cover};
 use super::index::SphereIndex;
 use super::samples::{Samples, Sizes};
 use super::{samples, volume};
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
 use schemars::JsonSchema;

@@ -11,12 +11,11 @@
 //! - [`index`], [`accuracy`], [`probe`], [`pits`], [`volume`]: the error of any cluster, measured
 //! - [`files`]: `x y z r` text and Kratos `.clu`
 //! - [`kept`]: a cluster beside its scene, so that a run does not make it twice
-//! - [`command`]: `dem-solver cluster`
+//! - [`lattice`]: the spheres that fill a box
 
 pub mod accuracy;
 pub mod ball;
 pub mod bound;
-pub mod command;
 pub mod compare;
 pub mod cover;
 pub mod even;
@@ -24,6 +23,7 @@ pub mod files;
 pub mod gaps;
 pub mod index;
 pub mod kept;
+pub mod lattice;
 pub mod make;
 pub mod pits;
 pub mod probe;

@@ -5,7 +5,7 @@
 
 use super::index::{SphereIndex, holds};
 use super::probe::around;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
 

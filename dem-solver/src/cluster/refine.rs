@@ -10,7 +10,7 @@ use super::make::{Maker, larger};
 use super::probe::Place;
 use super::samples::Samples;
 use super::seen::View;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 
 /// Share of the spheres that is moved in a round, in so many batches; after a round that is no better, so many times fewer.
 const MOVED: f64 = 0.1;

@@ -6,10 +6,10 @@
 use super::start;
 use super::units::short;
 use crate::contact::whole_rock::Whole;
+use crate::geometry::sphere::direction;
 use crate::law::normal::Normal;
 use crate::model::Model;
 use crate::rock::Rock;
-use crate::rock::exposed::direction;
 use crate::settings::LawName;
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
@@ -158,7 +158,7 @@ pub fn worst(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
 fn pressed(rock: &Rock, normal: &Normal, energy: f64, down: &Vector3<f64>) -> f64 {
     // How far each sphere stays behind the first, up to where none can be reached.
     let most = 2.0 * rock.largest_radius;
-    let depth = |s: &crate::rock::Sphere| s.centre.dot(down) + s.radius;
+    let depth = |s: &crate::geometry::sphere::Sphere| s.centre.dot(down) + s.radius;
     let first = rock.spheres.iter().map(depth).fold(f64::NEG_INFINITY, f64::max);
     let near: Vec<(f64, f64)> = rock
         .spheres

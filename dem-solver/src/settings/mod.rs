@@ -200,7 +200,6 @@ impl GranularSettings {
         let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         notices.extend(dem.rename_scale(scene)?);
         dem.check(scene)?;
-        crate::gate::gravity::check(scene.gravity()?.into(), false, scene)?;
         Ok(Self {
             spheres: groups,
             walls,
@@ -241,7 +240,7 @@ fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
         "effective_mass" => {
             "each contact of two spheres has their reduced mass, one with the [box] the sphere's"
         }
-        "rotation" => "a sphere turns exactly by any scheme",
+        "rotation" => "a sphere turns exactly",
         _ => "a sphere touches each other sphere and each side of the [box] once",
     };
     Err(scene.invalid(&place, format!("`{key}` beside [[spheres]]: {why}")).try_instead("leave it out"))

@@ -3,7 +3,7 @@
 
 use super::SpheresSettings;
 use crate::cluster::index::SphereIndex;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;

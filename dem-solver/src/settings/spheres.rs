@@ -2,8 +2,8 @@
 
 use super::RockSettings;
 use crate::cluster::files;
+use crate::geometry::sphere::Sphere;
 use crate::input::{LARGEST, read_bytes};
-use crate::rock::Sphere;
 use crate::settings::placement::Start;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;

@@ -9,12 +9,10 @@
 //! - [`raster`]: heights on a grid
 //! - [`triangulation`]: from those to one surface, its holes refused or cut
 //! - [`zones`]: which material lies where
-//! - [`face`]: one of its triangles
 //! - [`queries`]: what is near, how high a point stands, for how long a flight is free
 //! - [`slope`]: one that is generated
 //! - `winding`: which side is up
 
-pub mod face;
 pub mod formats;
 pub mod queries;
 pub mod raster;
@@ -25,7 +23,7 @@ mod winding;
 pub mod zones;
 
 use crate::geometry::box_tree::{Bounds, BoxTree, morton_order};
-use crate::interface_mesh::shared_nodes::{Unshared, first_fault};
+use crate::geometry::shared_nodes::{Unshared, first_fault};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;

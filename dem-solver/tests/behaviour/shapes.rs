@@ -4,7 +4,7 @@ use crate::bench::{Setup, fixed_plane};
 use dem_solver::DemSolver;
 use dem_solver::check::check;
 use dem_solver::cluster::{Accuracy, Fit, Wish, files, make};
-use dem_solver::rock::Sphere;
+use dem_solver::geometry::sphere::Sphere;
 use dem_solver::shape::formats::{Facets, obj, stl};
 use dem_solver::shape::{Body, Shape, Surface};
 use interface_defs::toolkit::program::Options;
@@ -249,7 +249,7 @@ fn a_mesh_and_a_cluster_from_files_fall_and_turn_as_the_box_they_describe() {
         text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
     }
     std::fs::write(dir.path().join("rock.obj"), text).expect("written");
-    let lattice = dem_solver::rock::cluster::Lattice::within(size.into(), 50).expect("fits").spheres();
+    let lattice = dem_solver::cluster::lattice::Lattice::within(size.into(), 50).expect("fits").spheres();
     let moved: Vec<Sphere> =
         lattice.iter().map(|s| Sphere { centre: turn * s.centre + shift, ..*s }).collect();
     std::fs::write(dir.path().join("rock.xyzr"), files::text(&[], &moved)).expect("written");

@@ -6,9 +6,9 @@
 
 use crate::contact::broad_phase::sphere_tree::{Slab, SphereTree};
 use crate::contact::broad_phase::time_of_impact::Course;
+use crate::geometry::triangle::{Face, Nearest};
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
-use crate::terrain::face::{Face, Nearest};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// How much further than asked for pairs are listed: what the rock moves in [`STRIDES`] steps, at least and at most

@@ -8,8 +8,8 @@
 
 use crate::contact::broad_phase::sphere_tree::SphereTree;
 use crate::geometry::box_tree::Bounds;
+use crate::geometry::triangle::Face;
 use crate::rock::{Motion, Rock};
-use crate::terrain::face::Face;
 use crate::terrain::queries::arrival;
 use nalgebra::{Matrix3, Vector3};
 
