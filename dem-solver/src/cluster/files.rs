@@ -4,7 +4,7 @@
 //! `x y z r`; `Name`, `Particle_center_and_diameter`, `Size`, `Volume` and `Inertia per unit mass` are each followed by their
 //! values on lines of their own; `//` begins a comment. Only the spheres are taken: mass and inertia come from the shape.
 
-use super::MOST_SPHERES;
+use super::wish::MOST_SPHERES;
 use crate::geometry::sphere::Sphere;
 use crate::input::{LARGEST, ReadError, lines, number, point, read_bytes, shown};
 use interface_defs::toolkit::input_error::InputError;

@@ -3,7 +3,9 @@
 //! The file begins with a key: a hash of the surface, of what was asked for, and of the spheres themselves. One that is of
 //! another shape, or that was changed by hand, has another key, and the cluster is made again.
 
-use super::{Bound, Wish, files};
+use super::bound::Bound;
+use super::files;
+use super::wish::Wish;
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use interface_defs::ipc::domain::fnv1a;

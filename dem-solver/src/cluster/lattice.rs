@@ -9,7 +9,7 @@
 //!
 //! Source: handbook 1.8; data of the drop test.
 
-use crate::cluster::MOST_SPHERES;
+use super::wish::MOST_SPHERES;
 use crate::geometry::sphere::Sphere;
 use interface_defs::toolkit::input_error::InputError;
 use nalgebra::Vector3;

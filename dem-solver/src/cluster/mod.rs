@@ -1,11 +1,12 @@
 //! From a closed surface to overlapping spheres, and how well they approximate it.
 //!
+//! - [`wish`]: what a cluster is to be
 //! - [`ball`]: the largest ball in the solid that touches the surface at a point
 //! - [`samples`]: points of the surface, as dense as the balls there require
 //! - [`gaps`]: how far each of them lies outside of all balls so far
 //! - [`cover`]: balls, until nothing lies further outside than a given error
 //! - [`make`]: the error that a number of spheres reaches, and the spheres
-//! - [`even`]: a second search where the first does not settle
+//! - [`even`]: a second search where the first does not settle, `best`: what is best of all that was found
 //! - [`refine`], [`seen`], [`compare`]: spheres moved to where the error is largest
 //! - [`bound`]: whether that error is small enough, and what to try if it is not
 //! - [`index`], [`accuracy`], [`probe`], [`pits`], [`volume`]: the error of any cluster, measured
@@ -15,6 +16,7 @@
 
 pub mod accuracy;
 pub mod ball;
+mod best;
 pub mod bound;
 pub mod compare;
 pub mod cover;
@@ -31,10 +33,9 @@ pub mod refine;
 pub mod samples;
 pub mod seen;
 pub mod volume;
+pub mod wish;
 
 pub use accuracy::Accuracy;
 pub use bound::Bound;
-pub use make::{Fit, Wish, make, measured};
-
-/// Most spheres of a cluster.
-pub const MOST_SPHERES: u32 = 50_000;
+pub use make::{make, measured};
+pub use wish::{Fit, MOST_SPHERES, Wish};

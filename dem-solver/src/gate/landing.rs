@@ -3,7 +3,7 @@
 //! All of its energy at the first touch is stored in the contacts of the spheres that a plane presses at once, in the
 //! worst of many turns: on a corner few small spheres carry what on a face many share. Dashpots and spin leave less.
 
-use super::start;
+use super::lengths::height as height_at_start;
 use super::units::short;
 use crate::contact::whole_rock::Whole;
 use crate::geometry::sphere::direction;
@@ -30,7 +30,7 @@ pub fn check(model: &Model, ground: &Terrain) -> Vec<String> {
     let settings = &model.settings;
     for at in settings.examples() {
         let rock = &model.rocks[at];
-        let Some(height) = start::height(ground, settings, at) else { continue };
+        let Some(height) = height_at_start(ground, settings, at) else { continue };
         let mut motion = rock.start(&settings.rocks[at], settings.gravity);
         motion.position = Vector3::zeros();
         // Its lowest point falls no further than to the terrain below the centre.

@@ -31,3 +31,13 @@ pub fn direction(number: usize, count: usize) -> Vector3<f64> {
     let across = (1.0 - z * z).sqrt();
     Vector3::new(across * turn.cos(), across * turn.sin(), z)
 }
+
+/// Eight directions at the angle `turn` [rad] from `along`.
+pub fn around(along: &Vector3<f64>, turn: f64) -> [Vector3<f64>; 8] {
+    let side = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
+    let other = along.cross(&side);
+    std::array::from_fn(|k| {
+        let angle = k as f64 * std::f64::consts::FRAC_PI_4;
+        along * turn.cos() + (side * angle.cos() + other * angle.sin()) * turn.sin()
+    })
+}

@@ -67,7 +67,7 @@ impl Settings {
         }
         let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
         spheres::complete(&mut groups, sides.as_ref(), scene)?;
-        let group = spheres::as_rocks(&groups, &mut rocks, scene)?;
+        let group = placement::as_rocks(&groups, &mut rocks, scene)?;
         let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
         let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         let scale = dem.rename_scale(scene)?;

@@ -24,7 +24,7 @@ pub struct Triangulated {
 /// Read the terrain of a scene.
 pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Triangulated, InputError> {
     let path = scene.resolve(&settings.file);
-    match formats::terrain(&path, settings)? {
+    match formats::terrain(&path, &settings.classes, settings.nodata_value)? {
         Content::Raster(raster) => from_raster(&raster, settings.nodata, &path.display().to_string()),
         Content::Points(points) => from_points(&points, settings.longest_edge, &path.display().to_string()),
         Content::Triangles { nodes, triangles, notices } => {

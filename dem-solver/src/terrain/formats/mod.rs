@@ -18,7 +18,6 @@ mod tif;
 mod xyz;
 
 use super::raster::Raster;
-use super::settings::TerrainSettings;
 use crate::input::read_bytes;
 use crate::shape;
 pub use format::{Content, Format, Holds, Source};
@@ -32,16 +31,17 @@ const FORMATS: &[&Format] = &[&asc::FORMAT, &tif::FORMAT, &grd::FORMAT, &xyz::FO
 /// Largest file that is read [bytes].
 const LARGEST: u64 = 16 << 30;
 
-/// Read a terrain file; its extension says what it is.
-pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, InputError> {
+/// Read a terrain file; its extension says what it is. Of classified points those of `classes` are taken (all, if there is none);
+/// heights that are `mark` [m] are those of cells without height.
+pub fn terrain(path: &Path, classes: &[u8], mark: Option<f64>) -> Result<Content, InputError> {
     let file = path.display().to_string();
     input_file::regular(path)?;
     let extension = extension(path);
     if kind(path).is_some() {
-        sniff::check(path, &extension)?;
+        sniff::check(path, &extension, FORMATS)?;
     }
     let mut content = if let Some(format) = FORMATS.iter().find(|format| format.has(&extension)) {
-        let source = Source { bytes: bytes(path)?, file: &file, classes: &settings.classes };
+        let source = Source { bytes: bytes(path)?, file: &file, classes };
         (format.read)(source)?
     } else if let Some(format) = surface(&extension) {
         mesh::read(format, &bytes(path)?).map_err(|e| e.in_file(path))?
@@ -51,7 +51,7 @@ pub fn terrain(path: &Path, settings: &TerrainSettings) -> Result<Content, Input
     crs::beside(path)?;
     match &mut content {
         Content::Raster(raster) => {
-            without(raster, settings.nodata_value);
+            without(raster, mark);
             heights::of_raster(raster, &file)?;
         }
         Content::Points(points) => heights::of_points(points, &file)?,

@@ -1,6 +1,6 @@
 //! What a file is by its first bytes, where its name says something else.
 
-use super::FORMATS;
+use super::format::Format;
 use crate::input::Head;
 use crate::shape;
 use interface_defs::toolkit::input_error::InputError;
@@ -35,11 +35,11 @@ const FOREIGN: [(&[u8], &str, &str); 9] = [
 ];
 
 /// The kind of a file that begins with `head`, if it shows.
-fn of(head: &Head) -> Option<Kind> {
+fn of(head: &Head, formats: &[&Format]) -> Option<Kind> {
     if let Some((_, name, cure)) = FOREIGN.into_iter().find(|(mark, ..)| head.begins(&[mark])) {
         return Some(Kind { name, extensions: Vec::new(), cure });
     }
-    let own = FORMATS.iter().find(|format| (format.begins)(head)).map(|format| {
+    let own = formats.iter().find(|format| (format.begins)(head)).map(|format| {
         let extensions = [format.extensions, format.also].concat();
         Kind { name: format.name, extensions, cure: "" }
     });
@@ -49,14 +49,14 @@ fn of(head: &Head) -> Option<Kind> {
     })
 }
 
-/// Refuse a file whose first bytes are of another kind than its `extension` says.
-pub fn check(path: &Path, extension: &str) -> Result<(), InputError> {
+/// Refuse a file whose first bytes are of another kind than its `extension` says; `formats` are those of terrain.
+pub fn check(path: &Path, extension: &str, formats: &[&Format]) -> Result<(), InputError> {
     let mut head = Vec::new();
     // What cannot be read is the reader's complaint.
     if std::fs::File::open(path).and_then(|file| file.take(Head::LENGTH).read_to_end(&mut head)).is_err() {
         return Ok(());
     }
-    let kind = of(&Head::new(head)).filter(|kind| !kind.extensions.contains(&extension));
+    let kind = of(&Head::new(head), formats).filter(|kind| !kind.extensions.contains(&extension));
     let Some(kind) = kind else { return Ok(()) };
     let cure = kind.extensions.first().map_or_else(
         || kind.cure.into(),
@@ -68,6 +68,7 @@ pub fn check(path: &Path, extension: &str) -> Result<(), InputError> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::FORMATS;
     use super::*;
 
     #[test]
@@ -88,7 +89,7 @@ mod tests {
             let path = dir.path().join(name);
             std::fs::write(&path, content).expect("written");
             let extension = path.extension().expect("one").to_string_lossy().into_owned();
-            let said = check(&path, &extension).expect_err(what).to_string();
+            let said = check(&path, &extension, FORMATS).expect_err(what).to_string();
             assert!(said.contains(name) && said.contains(what) && said.contains(cure), "{said}");
         }
         for (name, content) in [
@@ -100,7 +101,7 @@ mod tests {
         ] {
             let path = dir.path().join(name);
             std::fs::write(&path, content).expect("written");
-            assert_eq!(check(&path, &name[2..]), Ok(()), "{name}");
+            assert_eq!(check(&path, &name[2..], FORMATS), Ok(()), "{name}");
         }
     }
 }
