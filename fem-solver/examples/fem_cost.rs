@@ -6,8 +6,9 @@
 //! What was measured stands in `README.md` beside this.
 
 use fem_solver::config::Config;
+use fem_solver::element::Slack;
 use fem_solver::integrator::explicit::Explicit;
-use fem_solver::internal_force::tangent::{Slack, Tangent};
+use fem_solver::internal_force::tangent::Tangent;
 use fem_solver::model::Model;
 use fem_solver::state::State;
 use interface_defs::toolkit::scene::Scene;

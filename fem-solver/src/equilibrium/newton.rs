@@ -7,10 +7,11 @@
 //! exactly the work that it does ([`Kernel::pull_between`]); the tangent stays that of the middle.
 
 use crate::config::NewtonConfig;
+use crate::element::Slack;
 pub use crate::equilibrium::failure::Failure;
 use crate::internal_force::assembly::Assembly;
 use crate::internal_force::kernel::Kernel;
-use crate::internal_force::tangent::{Slack, Tangent};
+use crate::internal_force::tangent::Tangent;
 use crate::model::Model;
 use crate::model::pressure::press;
 use interface_defs::message::Fault;
@@ -155,7 +156,7 @@ impl Newton {
             },
             kernel: Kernel::new(&model.cables, model.node_count()),
             assembly: Assembly::new(model),
-            springs: spring_dofs(model),
+            springs: model.spring_dofs(),
             mass: (0..n).map(|dof| model.dof_mass(dof)).collect(),
             residual: vec![0.0; n],
             balance_at: vec![0.0; n],
@@ -402,12 +403,6 @@ impl Newton {
         let dofs = self.tangent.dofs().iter();
         dofs.max_by(|a, b| size(a).total_cmp(&size(b))).copied().unwrap_or(0)
     }
-}
-
-/// Stiffness of the grounded springs by degree of freedom, those without left out.
-pub fn spring_dofs(model: &Model) -> Vec<(usize, f64)> {
-    let all = model.springs.iter().flat_map(|s| (0..3).map(|c| (model.dof(s.node, c), s.stiffness[c])));
-    all.filter(|(_, k)| *k > 0.0).collect()
 }
 
 fn norm(x: &[f64]) -> f64 {

@@ -12,7 +12,6 @@
 //! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
 //! `h < 2 / w`, whatever the damping.
 
-use crate::equilibrium::newton::spring_dofs;
 use crate::internal_force::assembly::Assembly;
 use crate::internal_force::kernel::Kernel;
 use crate::linear_algebra::lanes::{LANES, add, total, wide, work};
@@ -53,9 +52,9 @@ pub struct Explicit {
 impl Explicit {
     /// For `model`; every node that moves must have a mass.
     pub fn new(model: &Model) -> Self {
-        let mass = free_masses(model);
+        let mass = model.free_masses();
         let n = model.dof_count();
-        let (assembly, springs) = (Assembly::new(model), spring_dofs(model));
+        let (assembly, springs) = (Assembly::new(model), model.spring_dofs());
         let applied = Applied::new(model);
         let own = if applied.is_empty() { 0 } else { n };
         Self {
@@ -212,11 +211,6 @@ impl Explicit {
             state.dissipated += is - was;
         }
     }
-}
-
-/// Mass of each degree of freedom, 0 where held: what takes part in the kinetic energy.
-pub fn free_masses(model: &Model) -> Vec<f64> {
-    (0..model.dof_count()).map(|dof| if model.held[dof] { 0.0 } else { model.dof_mass(dof) }).collect()
 }
 
 /// Factors of the kick and of the second drift.

@@ -12,67 +12,15 @@
 //!
 //! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
 
-use crate::config::{FemConfig, Integrator, NewtonConfig};
-use crate::equilibrium::newton::{Failure, Info, Newton, Problem, spring_dofs};
-use crate::integrator::explicit::free_masses;
+use crate::config::NewtonConfig;
+use crate::config::scheme::Scheme;
+use crate::equilibrium::newton::{Failure, Info, Newton, Problem};
 use crate::internal_force::assembly::Assembly;
 use crate::internal_force::kernel::Kernel;
 use crate::linear_algebra::lanes::{add, add_to, sum_of, work};
 use crate::model::Model;
 use crate::model::applied::Applied;
 use crate::state::State;
-
-/// Parameters of the family.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scheme {
-    /// Where inertia balances, `am`.
-    pub alpha_m: f64,
-    /// Where forces balance, `af`.
-    pub alpha_f: f64,
-    /// `b`.
-    pub beta: f64,
-    /// `g`.
-    pub gamma: f64,
-    /// Without inertia: statics.
-    pub inertia: bool,
-}
-
-impl Scheme {
-    /// The scheme that a scene asks for; `None` where it is explicit.
-    pub fn of(fem: &FemConfig) -> Option<Self> {
-        let fem = fem.resolved();
-        let dynamic = |alpha_m: f64, alpha_f: f64| Self {
-            alpha_m,
-            alpha_f,
-            beta: 0.25 * (1.0 - alpha_m + alpha_f).powi(2),
-            gamma: 0.5 - alpha_m + alpha_f,
-            inertia: true,
-        };
-        match fem.integrator {
-            Integrator::CentralDifference => None,
-            Integrator::Static => Some(Self { inertia: false, ..dynamic(0.0, 0.0) }),
-            Integrator::GeneralizedAlpha => {
-                let r = fem.rho_inf.unwrap_or(1.0);
-                Some(dynamic((2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)))
-            }
-            Integrator::Bossak => Some(dynamic(fem.alpha.unwrap_or(-0.3), 0.0)),
-            Integrator::Newmark => {
-                let (beta, gamma) = (fem.beta.unwrap_or(0.25), fem.gamma.unwrap_or(0.5));
-                Some(Self { beta, gamma, ..dynamic(0.0, 0.0) })
-            }
-        }
-    }
-
-    /// Whether its load is the mean over the step alone.
-    pub fn takes_mean_only(&self) -> bool {
-        self.alpha_f == 0.5
-    }
-
-    /// Whether its load is that at the step's end alone.
-    pub fn takes_end_only(&self) -> bool {
-        self.alpha_f == 0.0
-    }
-}
 
 /// Interface force of one step, component-major [N].
 pub struct StepLoad<'a> {
@@ -121,8 +69,8 @@ impl Implicit {
             kernel: Kernel::new(&model.cables, model.node_count()),
             assembly: Assembly::new(model),
             viscosity: viscosities(model),
-            springs: spring_dofs(model),
-            mass: free_masses(model),
+            springs: model.spring_dofs(),
+            mass: model.free_masses(),
             middle: vec![0.0; n],
             force: vec![0.0; n],
             load: vec![0.0; n],

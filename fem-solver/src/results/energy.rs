@@ -1,7 +1,5 @@
 //! Energies of a structure, from its state.
 
-use crate::equilibrium::newton::spring_dofs;
-use crate::integrator::explicit::free_masses;
 use crate::internal_force::assembly::Assembly;
 use crate::internal_force::kernel::Kernel;
 use crate::linear_algebra::lanes::{dot, weighted_square};
@@ -22,8 +20,8 @@ impl Energies {
     /// For `model`, with inertia or without.
     pub fn new(model: &Model, inertia: bool) -> Self {
         Self {
-            springs: spring_dofs(model),
-            mass: if inertia { free_masses(model) } else { Vec::new() },
+            springs: model.spring_dofs(),
+            mass: if inertia { model.free_masses() } else { Vec::new() },
             moving_supports: !model.moving.is_empty(),
             timed_loads: !model.timed.is_empty(),
         }

@@ -5,10 +5,11 @@
 //! pivots of either sign ([`crate::linear_algebra::signed`]), and the answer refined: small pivots may have been replaced.
 
 use crate::config::NewtonConfig;
-use crate::equilibrium::newton::{COARSEST, Failure, Info, SETTLED, SLACK_SHARE, spring_dofs};
+use crate::element::Slack;
+use crate::equilibrium::newton::{COARSEST, Failure, Info, SETTLED, SLACK_SHARE};
 use crate::internal_force::assembly::Assembly;
 use crate::internal_force::kernel::Kernel;
-use crate::internal_force::tangent::{Slack, Tangent};
+use crate::internal_force::tangent::Tangent;
 use crate::linear_algebra::lanes::dot;
 use crate::model::Model;
 use crate::model::pressure::press;
@@ -56,7 +57,7 @@ impl Corrector {
             settings,
             kernel: Kernel::new(&model.cables, model.node_count()),
             assembly: Assembly::new(model),
-            springs: spring_dofs(model),
+            springs: model.spring_dofs(),
             force: vec![0.0; model.dof_count()],
             negative: 0,
             live: model.live_load.clone(),

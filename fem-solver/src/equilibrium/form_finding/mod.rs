@@ -10,13 +10,13 @@ pub mod kinetic;
 
 use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
+use crate::element::Slack;
 use crate::element::{AnyElement, Cable};
 use crate::equilibrium::form_finding::easing::Easing;
 use crate::equilibrium::form_finding::kinetic::Swing;
-use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem, spring_dofs};
+use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
 use crate::internal_force::assembly::Assembly;
 use crate::internal_force::kernel::Kernel;
-use crate::internal_force::tangent::Slack;
 use crate::model::Model;
 use crate::model::pressure::press;
 use nalgebra::Matrix3;
@@ -329,7 +329,7 @@ fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64])
     let mut kernel = Kernel::new(&model.cables, model.node_count());
     let pressures = model.pressures_at_start();
     let mut assembly = Assembly::new(model);
-    let springs = spring_dofs(model);
+    let springs = model.spring_dofs();
     let n = u.len();
     let free: Vec<bool> = model.held.iter().map(|held| !held).collect();
     let (mut velocity, mut force) = (vec![0.0; n], vec![0.0; n]);

@@ -1,43 +1,14 @@
 //! All elements that are not in the fast kernel, one by one: their forces, histories, tangents, energies.
 
+mod event;
 mod rupture;
 
-use self::rupture::{Release, Stretch};
+pub use self::event::{Broken, Event};
+use self::event::{Release, Stretch};
+use crate::element::Slack;
 use crate::element::{Answer, AnyElement, Energy};
-use crate::internal_force::tangent::Slack;
 use crate::model::Model;
 use std::ops::Range;
-
-/// Something that broke.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Event {
-    /// When it broke; with implicit steps the end of the step in which it did [s].
-    pub time: f64,
-    /// Number of the element.
-    pub element: u32,
-    /// Largest axial force it carried then [N].
-    pub tension: f64,
-}
-
-/// An element that broke in a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Broken {
-    /// Number of the element.
-    pub element: u32,
-    /// Largest axial force it carried then [N].
-    pub tension: f64,
-    /// At which part of the step.
-    pub part: f64,
-    /// Share of its strength that it used then, 1 or more.
-    pub share: f64,
-}
-
-impl Broken {
-    /// As an event of the step from `time` [s] that is `length` [s] long.
-    pub fn event(&self, time: f64, length: f64) -> Event {
-        Event { time: time + self.part * length, element: self.element, tension: self.tension }
-    }
-}
 
 /// Where an element finds its numbers.
 #[derive(Debug, Clone)]
