@@ -24,10 +24,10 @@
 //! volume, say). The solver has none.
 
 use dem_solver::DemSolver;
+use dem_solver::geometry::closest::on_face;
 use dem_solver::settings::Rotation;
 use dem_solver::terrain::Terrain;
 use dem_solver::terrain::slope::Slope;
-use dem_solver::wall::closest::on_face;
 use interface_defs::ipc::serve::cpu_seconds;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;

@@ -7,16 +7,17 @@
 //! - [`rock`]: mass, spheres, motion, rotation
 //! - [`shape`]: the true solid of a rock as a closed surface
 //! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
-//! - [`wall`]: the interface mesh as contact partner
+//! - [`interface_mesh`]: the structure as contact partner: its elements, their motion in a window
 //! - [`terrain`]: triangles that never move, and a static tree over them
 //! - [`gate`]: what is refused and warned of before anything starts
-//! - [`search`]: which spheres may touch which elements
-//! - [`contact`]: the law of contact, part by part
+//! - [`law`]: the law of contact, part by part
+//! - [`contact`]: which spheres touch what, and the forces
 //! - [`model`]: the prepared scene, the largest stable step, the state of all rocks
+//! - [`integrator`]: the steps of a window
 //! - [`granular`]: thousands of separate spheres instead of rocks
 //! - [`guard`]: what stops a run that would end with a wrong answer
 //! - [`results`]: what is reported
-//! - [`solver`]: the contract, and the order of one step
+//! - [`solver`]: the contract
 //! - [`check`](mod@check): what would be built
 //! - [`reference`]: what is read and written, for editors
 
@@ -24,19 +25,21 @@ pub mod check;
 pub mod cluster;
 pub mod contact;
 pub mod gate;
+pub mod geometry;
 pub mod granular;
 pub mod guard;
+pub mod integrator;
+pub mod interface_mesh;
+pub mod law;
 pub mod model;
 pub mod net_contact;
 pub mod reference;
 pub mod results;
 pub mod rock;
-pub mod search;
 pub mod settings;
 pub mod shape;
 pub mod solver;
 pub mod terrain;
-pub mod wall;
 
 pub use solver::DemSolver;
 

@@ -1,7 +1,7 @@
 //! The stiffest contact that a rock may come into with the structure, in numbers for `rockfall check`.
 
-use crate::contact::Law;
-use crate::contact::normal::Normal;
+use crate::law::Law;
+use crate::law::normal::Normal;
 use crate::model::Model;
 use crate::model::critical::DEEP;
 use crate::settings::{EffectiveMass, STRUCTURE};

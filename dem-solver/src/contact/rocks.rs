@@ -9,11 +9,11 @@
 //!
 //! Source: handbook 1.1 to 1.3, 1.8.
 
-use super::Law;
-use super::pair::{Meeting, Past};
 use super::rows::{Rows, Sums};
+use crate::contact::broad_phase::rock_pairs::Pose;
+use crate::law::Law;
+use crate::law::contact_point::{Meeting, Past};
 use crate::rock::{Motion, Rock};
-use crate::search::rocks::Pose;
 use nalgebra::{Matrix3, Vector3};
 
 /// What a contact between rocks remembers from step to step.

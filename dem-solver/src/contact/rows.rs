@@ -1,9 +1,9 @@
 //! The contacts of a rock with one partner at one instant, as the law sees them: whoever finds them adds a row for each, the law
 //! answers all of them together, and what they amount to is summed up once.
 
-use super::Law;
-use super::lanes::{Block, WIDTH};
-use super::pair::{Answer, Meeting, Past};
+use crate::law::Law;
+use crate::law::block::{Block, WIDTH};
+use crate::law::contact_point::{Answer, Meeting, Past};
 use nalgebra::Vector3;
 
 /// The contacts and the answers, in the order in which they were added; buffers that are used again and again.

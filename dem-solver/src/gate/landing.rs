@@ -5,8 +5,8 @@
 
 use super::start;
 use super::units::short;
-use crate::contact::normal::Normal;
-use crate::contact::whole::Whole;
+use crate::contact::whole_rock::Whole;
+use crate::law::normal::Normal;
 use crate::model::Model;
 use crate::rock::Rock;
 use crate::rock::exposed::direction;

@@ -2,9 +2,9 @@
 
 use super::start::distance;
 use super::units::short;
+use crate::interface_mesh::Wall;
 use crate::model::Model;
 use crate::terrain::Terrain;
-use crate::wall::Wall;
 use nalgebra::Vector3;
 
 /// Times at which the flight of a rock is looked at.
@@ -122,7 +122,9 @@ fn in_flight(model: &Model, wall: &Wall, net: &Net, at: usize) -> Option<String>
 fn leaves(wall: &Wall, throw: &Throw, end: f64) -> bool {
     let nearest = |time: f64| {
         let place = throw.at(time);
-        let to = |e: &crate::wall::Element| distance(e, &place, &e.nodes.map(|n| wall.nodes[n as usize]));
+        let to = |e: &crate::interface_mesh::Element| {
+            distance(e, &place, &e.nodes.map(|n| wall.nodes[n as usize]))
+        };
         wall.elements.iter().map(to).fold(f64::INFINITY, f64::min)
     };
     let first = nearest(0.0);

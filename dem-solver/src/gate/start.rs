@@ -2,15 +2,15 @@
 
 use super::units::short;
 use super::{place, reach};
-use crate::contact::Law;
+use crate::contact::broad_phase::cell_grid::Plane;
+use crate::contact::broad_phase::sphere_tree::SphereTree;
+use crate::geometry::closest::{on_face, on_line};
+use crate::interface_mesh::{Element, Kind, Wall};
+use crate::law::Law;
 use crate::model::Model;
 use crate::rock::{Motion, Rock, Sphere};
-use crate::search::cells::Plane;
-use crate::search::tree::SphereTree;
 use crate::settings::Settings;
 use crate::terrain::Terrain;
-use crate::wall::closest::{on_face, on_line};
-use crate::wall::{Element, Kind, Wall};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -310,7 +310,9 @@ pub(super) fn distance(element: &Element, point: &Vector3<f64>, [a, b, c]: &[Vec
         Kind::Point => (a - point).norm(),
         Kind::Line => {
             let edge = b - a;
-            on_line(point, a, &edge, crate::search::near::inverse_square(&edge)).to_point.norm()
+            on_line(point, a, &edge, crate::contact::broad_phase::mesh_elements::inverse_square(&edge))
+                .to_point
+                .norm()
         }
         Kind::Face => on_face(point, [a, b, c]).to_point.norm(),
     }

@@ -31,7 +31,7 @@ pub fn of(model: &Model, state: &State, h: f64) -> String {
     // Two of the smallest, head on; for a given density the overlap over the radius is the same for all sizes.
     let (radius, speed) = (model.smallest, 2.0 * fastest);
     let at = model.radius.iter().position(|r| *r == radius).unwrap_or(0);
-    let deepest = |law: &crate::contact::Law| {
+    let deepest = |law: &crate::law::Law| {
         let overlap = law.normal.deepest(0.5 * radius, 0.5 * model.mass[at], speed) / radius;
         (overlap / LIMIT).powf(power(&law.normal))
     };

@@ -1,7 +1,7 @@
 //! What would be built of a scene of many spheres, with which step and at what cost.
 
 use super::GranularSolver;
-use crate::contact::laws::Laws;
+use crate::law::table::Laws;
 use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings, limits};
 use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::toolkit::check::CheckReport;

@@ -6,10 +6,10 @@
 //! summed up in the order of the blocks.
 
 use super::state::Held;
-use crate::contact::Law;
-use crate::contact::lanes::{Block, WIDTH};
-use crate::contact::pair::{Meeting, Past};
-use crate::search::cells::{Pair, PairList, Plane};
+use crate::contact::broad_phase::cell_grid::{Pair, PairList, Plane};
+use crate::law::Law;
+use crate::law::block::{Block, WIDTH};
+use crate::law::contact_point::{Meeting, Past};
 use nalgebra::Vector3;
 
 /// Spheres of a block.

@@ -14,10 +14,10 @@ pub mod run;
 pub mod state;
 pub mod steps;
 
-use crate::contact::Law;
-use crate::contact::laws::Laws;
+use crate::contact::broad_phase::cell_grid::{Pair, Plane};
 use crate::gate;
-use crate::search::cells::{Pair, Plane};
+use crate::law::Law;
+use crate::law::table::Laws;
 use crate::settings::placement::Start;
 use crate::settings::{BoxSettings, GranularSettings, RollingName, limits};
 use fields::Fields;

@@ -4,7 +4,7 @@ use super::Model;
 use super::cause;
 use super::forces::{BLOCK, Push, Scene, Seen, Sums};
 use super::state::{Held, State};
-use crate::search::cells::{Pair, PairList};
+use crate::contact::broad_phase::cell_grid::{Pair, PairList};
 use interface_defs::{Fault, Window};
 use nalgebra::Vector3;
 

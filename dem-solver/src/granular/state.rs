@@ -1,7 +1,7 @@
 //! What a window of many spheres starts from and ends with, all at one instant. One array for each
 //! quantity; a sphere's number is its place.
 
-use crate::contact::pair::Past;
+use crate::law::contact_point::Past;
 use crate::settings::placement::Start;
 use nalgebra::Vector3;
 

@@ -8,8 +8,8 @@
 //!
 //! With damping ratio z the limit shrinks by `sqrt(1 + 4 z^2) - 2 z` ([`crate::model::critical`]).
 
-use crate::contact::Law;
-use crate::contact::rolling::STIFFNESS;
+use crate::law::Law;
+use crate::law::rolling::STIFFNESS;
 use crate::model::critical::{DEEP, critical};
 use crate::settings::placement::Start;
 use crate::settings::{DemSettings, GranularSettings};

@@ -1,7 +1,7 @@
 //! Why a step went wrong, with the numbers: what passed the gate and is yet too soft, too small or too long.
 
-use crate::contact::normal::Normal;
 use crate::gate::landing::{LIMIT, stiffer, worst};
+use crate::law::normal::Normal;
 use crate::model::Model;
 use crate::model::impact::Impact;
 use crate::model::state::Against;

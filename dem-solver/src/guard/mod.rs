@@ -3,7 +3,7 @@
 pub mod cause;
 
 use crate::contact::rows::Sums;
-use crate::contact::whole::Whole;
+use crate::contact::whole_rock::Whole;
 use crate::model::Model;
 use crate::model::state::Against;
 use crate::rock::Motion;

@@ -1,7 +1,7 @@
 //! Which contact law is between what.
 
-use crate::contact::laws::Laws;
-use crate::contact::whole::Whole;
+use crate::contact::whole_rock::Whole;
+use crate::law::table::Laws;
 use crate::rock::Rock;
 use crate::settings::{RockSettings, Settings};
 use interface_defs::toolkit::input_error::InputError;

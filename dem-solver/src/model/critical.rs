@@ -12,10 +12,10 @@
 //! `(w h / 2)^2 + 2 z w h = 1`, that is `h = 2/w (sqrt(1 + 4 z^2) - 2 z)`. (With the plain velocity it
 //! would be z instead of 2 z, but of first order in the damping.)
 
-use crate::contact::Law;
-use crate::contact::laws::Laws;
-use crate::contact::rolling::STIFFNESS;
-use crate::contact::whole::Whole;
+use crate::contact::whole_rock::Whole;
+use crate::law::Law;
+use crate::law::rolling::STIFFNESS;
+use crate::law::table::Laws;
 use crate::rock::Rock;
 use crate::settings::{DemSettings, EffectiveMass, RockSettings, RollingName, Settings};
 use crate::terrain::Terrain;

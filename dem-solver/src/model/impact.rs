@@ -7,9 +7,9 @@
 //! Depth is that of the rock's lowest point (of its spheres) below the furthest-down node of the net at rest; it measures
 //! the impact where that goes down.
 
+use crate::interface_mesh::AtRest;
 use crate::rock::{Motion, Rock};
 use crate::settings::Settings;
-use crate::wall::AtRest;
 use nalgebra::Vector3;
 
 /// How a rock got past the net.

@@ -11,11 +11,11 @@ pub mod impact;
 pub mod runout;
 pub mod state;
 
-use crate::contact::laws::Laws;
-use crate::contact::whole::Whole;
+use crate::contact::broad_phase::cell_grid::Plane;
+use crate::contact::broad_phase::sphere_tree::SphereTree;
+use crate::contact::whole_rock::Whole;
+use crate::law::table::Laws;
 use crate::rock::Rock;
-use crate::search::cells::Plane;
-use crate::search::tree::SphereTree;
 use crate::settings::Settings;
 use crate::terrain::Terrain;
 use between::Between;

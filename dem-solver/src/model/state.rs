@@ -1,6 +1,6 @@
 //! What a window starts from and ends with, all at one instant.
 
-use crate::contact::memory::Memory;
+use crate::contact::history::Memory;
 use crate::contact::rocks::Held;
 use crate::model::impact::Track;
 use crate::model::runout::Path;

@@ -7,11 +7,11 @@
 //!
 //! Nothing here is asked in a step: a rock that has lost contact is judged once in each stretch of its own size.
 
+use crate::geometry::closest::{on_face, on_line};
+use crate::interface_mesh::{Kind, Wall};
 use crate::model::impact::Way;
 use crate::rock::{Motion, Rock};
 use crate::terrain::queries::Parabola;
-use crate::wall::closest::{on_face, on_line};
-use crate::wall::{Kind, Wall};
 use nalgebra::Vector3;
 
 /// Rays that look for the net around a point.

@@ -11,6 +11,7 @@
 //!
 //! Then how it ended: *came to rest* on the terrain, *left the terrain* ([`crate::model::runout`]), *still moved*.
 
+use crate::interface_mesh::{AtRest, Wall};
 use crate::model::Model;
 use crate::model::impact::{Impact, Track, Way};
 use crate::model::runout::{End, Ending};
@@ -18,7 +19,6 @@ use crate::model::state::{Body, State};
 use crate::results::outline::{Outline, clearance, side};
 use crate::rock::{Motion, Rock};
 use crate::terrain::queries::Parabola;
-use crate::wall::{AtRest, Wall};
 use nalgebra::Vector3;
 
 /// What a verdict begins with among the warnings of a solver.

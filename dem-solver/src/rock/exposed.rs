@@ -3,7 +3,7 @@
 //! By points spread evenly over each sphere; the error of an area is about a hundredth of the sphere's.
 
 use super::Sphere;
-use crate::search::tree::SphereTree;
+use crate::contact::broad_phase::sphere_tree::SphereTree;
 use nalgebra::Vector3;
 
 /// Points on each sphere.

@@ -1,6 +1,6 @@
 //! `[dem]`: the solver's own step.
 
-use crate::search::shared::Unshared;
+use crate::interface_mesh::shared_nodes::Unshared;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;

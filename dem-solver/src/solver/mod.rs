@@ -1,26 +1,16 @@
 //! The solver as the contract sees it: hello, prepare, solve, commit, finish.
 //!
-//! - [`zone`]: a rock's surroundings in a window
-//! - [`window`]: the steps ([`step`]) of a window ([`cut`]), and [`flight`] elsewhere
-//! - [`meetings`]: contacts of rocks with each other; [`sides`]: with a box; [`kicks`]: how far they may throw each other in a window
-//! - [`clear`](mod@clear), [`stretch`]: over terrain, for how long a rock flies, the step while it touches
-//!
-//! What it computes with is a [`Model`] and a [`State`]; [`crate::guard`] watches the steps, [`crate::results`] reports.
+//! What it computes with is a [`Model`] and a [`State`], by the [`crate::integrator`]; [`crate::guard`] watches the steps,
+//! [`crate::results`] reports.
 
-pub mod clear;
-pub mod cut;
-pub mod flight;
-pub mod kicks;
-pub mod meetings;
-pub mod sides;
-pub mod step;
-pub mod stretch;
-pub mod terrain;
-pub mod window;
-pub mod zone;
-
-use crate::contact::laws::Laws;
+use crate::contact::broad_phase::cell_grid::Plane;
+use crate::contact::broad_phase::sphere_tree::SphereTree;
+use crate::contact::narrow_phase::selection::Crossings;
 use crate::gate;
+use crate::integrator::rock_stage::{DEEPEST_AT_START, Meetings};
+use crate::integrator::window::Run;
+use crate::interface_mesh::Wall;
+use crate::law::table::Laws;
 use crate::model::between::{Between, rows, whole_rocks};
 use crate::model::critical::Steps;
 use crate::model::state::{self, State};
@@ -30,12 +20,8 @@ use crate::results::gauges::Gauges;
 use crate::results::trajectory::{self, Trajectory};
 use crate::results::{self, map, measures, verdict};
 use crate::rock::Rock;
-use crate::search::cells::Plane;
-use crate::search::tree::SphereTree;
 use crate::settings::{BoxSettings, ContactSelection, STRUCTURE, Settings, limits};
 use crate::terrain::Terrain;
-use crate::wall::Wall;
-use crate::wall::hierarchy::Crossings;
 use interface_defs::message::{Hello, Measure, capability};
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
@@ -44,9 +30,7 @@ use interface_defs::toolkit::scene::Scene;
 use interface_defs::{
     Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
 };
-use meetings::{DEEPEST_AT_START, Meetings};
 use nalgebra::Vector3;
-use window::Run;
 
 /// Most samples per window of any field.
 const MOST_SAMPLES: u32 = 64;

@@ -1,11 +1,11 @@
 //! A triangle that never moves, with what its closest point to a sphere's centre is found from.
 //!
-//! Of the products that [`crate::wall::closest::on_face`] forms anew for each point all but two are of the edges
+//! Of the products that [`crate::geometry::closest::on_face`] forms anew for each point all but two are of the edges
 //! alone.
 //!
 //! Source: Ericson (2005), Real-Time Collision Detection, 5.1.5.
 
-use crate::wall::closest::Feature;
+use crate::geometry::closest::Feature;
 use nalgebra::{Matrix3, Vector3};
 
 /// A triangle.
@@ -150,7 +150,7 @@ impl Nearest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wall::closest::on_face;
+    use crate::geometry::closest::on_face;
     use proptest::prelude::*;
 
     fn point() -> impl Strategy<Value = Vector3<f64>> {

@@ -20,8 +20,8 @@ pub mod triangulation;
 mod winding;
 pub mod zones;
 
-use crate::search::boxes::{Bounds, BoxTree, morton_order};
-use crate::search::shared::{Unshared, first_fault};
+use crate::geometry::box_tree::{Bounds, BoxTree, morton_order};
+use crate::interface_mesh::shared_nodes::{Unshared, first_fault};
 use crate::settings::TerrainSettings;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;

@@ -1,8 +1,8 @@
 //! What the terrain is asked: what is near, how high one stands, when one may come down on it.
 
 use super::Terrain;
-use crate::search::boxes::Bounds;
-use crate::wall::closest::on_face;
+use crate::geometry::box_tree::Bounds;
+use crate::geometry::closest::on_face;
 use nalgebra::Vector3;
 
 /// Length of the pieces in which a flight is looked at, in radii of what flies.

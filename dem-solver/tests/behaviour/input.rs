@@ -1,7 +1,8 @@
 //! Bad input, and runs that must stop: what is wrong, where, the numbers.
 
 use crate::bench::{Bench, Setup, cube, fixed_plane, net, sphere};
-use dem_solver::{DemSolver, check::check};
+use dem_solver::DemSolver;
+use dem_solver::check::check;
 use interface_defs::message::FaultKind;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;

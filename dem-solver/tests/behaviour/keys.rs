@@ -1,8 +1,9 @@
 //! Every key of `[[contact]]` with every partner: it changes what is computed, or it is refused by name.
 
 use crate::bench::{Setup, net};
+use dem_solver::DemSolver;
+use dem_solver::check::check;
 use dem_solver::granular::GranularSolver;
-use dem_solver::{DemSolver, check::check};
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};

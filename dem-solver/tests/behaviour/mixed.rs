@@ -3,8 +3,8 @@
 use crate::bench::{Bench, Setup};
 use dem_solver::DemSolver;
 use dem_solver::check::check;
+use dem_solver::contact::broad_phase::rock_pairs::NearRocks;
 use dem_solver::granular::{GranularSolver, are_alone};
-use dem_solver::search::rocks::NearRocks;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};

@@ -1,6 +1,6 @@
 //! Free rotation of a rock: one step of each scheme that a scene may name in `[dem] rotation`.
 //!
-//! A step of the solver is drift, kick, drift ([`crate::solver::step`]): torque acts in the kick alone, on the angular
+//! A step of the solver is drift, kick, drift ([`crate::integrator::step`]): torque acts in the kick alone, on the angular
 //! momentum in space, and in the drifts the body turns freely. A scheme here only says how it turns: from the orientation, the
 //! constant angular momentum and the moments of inertia to the orientation `h` later. Whatever the scheme, the
 //! angular momentum is kept to the last bit, and with torque the whole is of second order, as the kick is.

@@ -1,0 +1,216 @@
+//! Wall elements around a rock, and which of them it may reach in a window.
+
+use crate::geometry::closest::{on_face, on_line};
+use crate::interface_mesh::motion::NodeMotion;
+use crate::interface_mesh::{Kind, Wall};
+use crate::rock::{Motion, Rock};
+use nalgebra::Vector3;
+
+/// An element near a rock: its number in the wall and its nodes in [`NearList::nodes`].
+#[derive(Debug, Clone, Copy)]
+pub struct NearElement {
+    /// Number in the wall.
+    pub number: u32,
+    /// Its nodes, as places in [`NearList::nodes`].
+    pub nodes: [u32; 3],
+}
+
+/// Elements that were within some distance of a rock's centre when the list was made.
+#[derive(Debug, Clone, Default)]
+pub struct NearList {
+    /// The elements, in the wall's order, without broken ones.
+    pub elements: Vec<NearElement>,
+    /// Their nodes, each once.
+    pub nodes: Vec<u32>,
+    centre: Vector3<f64>,
+    coverage: f64,
+    place: Vec<u32>,
+}
+
+impl NearList {
+    /// An empty list with room for everything there is.
+    pub fn new(wall: &Wall) -> Self {
+        Self {
+            elements: Vec::with_capacity(wall.elements.len()),
+            nodes: Vec::with_capacity(wall.nodes.len()),
+            centre: Vector3::zeros(),
+            coverage: f64::NEG_INFINITY,
+            place: vec![u32::MAX; wall.nodes.len()],
+        }
+    }
+
+    /// True if every element within `need` [m] of `centre` is listed, now that no node is further
+    /// than `moved` [m] from where it was when the list was made.
+    pub fn covers(&self, centre: &Vector3<f64>, moved: f64, need: f64) -> bool {
+        (centre - self.centre).norm() + moved + need <= self.coverage
+    }
+
+    /// The list is no longer good.
+    pub fn invalidate(&mut self) {
+        self.coverage = f64::NEG_INFINITY;
+    }
+
+    /// List the elements within `coverage` [m] of `centre`; `at` gives each node's position [m].
+    pub fn build(
+        &mut self,
+        wall: &Wall,
+        at: impl Fn(u32) -> Vector3<f64>,
+        centre: Vector3<f64>,
+        coverage: f64,
+    ) {
+        (self.centre, self.coverage) = (centre, coverage);
+        for node in self.nodes.drain(..) {
+            self.place[node as usize] = u32::MAX;
+        }
+        self.elements.clear();
+        for (number, element) in (0..).zip(&wall.elements) {
+            if wall.is_broken(number as usize) {
+                continue;
+            }
+            let [a, b, c] = element.nodes.map(&at);
+            if distance(element.kind, &centre, [&a, &b, &c]) > coverage {
+                continue;
+            }
+            let nodes = element.nodes.map(|node| {
+                let place = &mut self.place[node as usize];
+                if *place == u32::MAX {
+                    *place = self.nodes.len() as u32;
+                    self.nodes.push(node);
+                }
+                *place
+            });
+            self.elements.push(NearElement { number, nodes });
+        }
+    }
+}
+
+/// Distance of an element from `centre` [m].
+fn distance(kind: Kind, centre: &Vector3<f64>, [a, b, c]: [&Vector3<f64>; 3]) -> f64 {
+    let closest = match kind {
+        Kind::Point => return (a - centre).norm(),
+        Kind::Line => {
+            let edge = b - a;
+            on_line(centre, a, &edge, inverse_square(&edge))
+        }
+        Kind::Face => on_face(centre, [a, b, c]),
+    };
+    closest.to_point.norm()
+}
+
+/// `1 / |edge|^2`, 0 for an edge without length.
+#[inline]
+pub fn inverse_square(edge: &Vector3<f64>) -> f64 {
+    let square = edge.norm_squared();
+    if square > 0.0 { 1.0 / square } else { 0.0 }
+}
+
+/// How far a rock may come in a window in which nothing holds it up: what may be reached follows
+/// from the committed state, the window and the wall's motion alone.
+#[derive(Debug, Clone, Copy)]
+pub struct Sweep {
+    /// Furthest way of the centre in free flight [m].
+    pub travel: f64,
+    /// Allowance for everything that is not the straight flight of the unturned rock [m].
+    allowance: f64,
+    gravity: Vector3<f64>,
+    length: f64,
+}
+
+/// Share of the smallest radius by which reach is widened: an element that comes this close counts.
+const MARGIN: f64 = 0.1;
+
+impl Sweep {
+    /// For a window of `length` [s], the wall's motion in `segments` parts.
+    pub fn new(rock: &Rock, motion: &Motion, gravity: &Vector3<f64>, length: f64, segments: usize) -> Self {
+        let part = length / segments as f64;
+        // A rock that is being braked leaves the flight by as much as its last acceleration says.
+        let braked = 0.5 * (motion.acceleration - gravity).norm() * length * length;
+        let bend = 0.125 * gravity.norm() * part * part;
+        let turn = motion.angular_momentum.norm() / rock.inertia.min() * length * rock.reach;
+        Self {
+            travel: (motion.velocity.norm() + 0.5 * gravity.norm() * length) * length + braked,
+            allowance: braked + bend + turn + MARGIN * rock.smallest_radius,
+            gravity: *gravity,
+            length,
+        }
+    }
+
+    /// The same for a rock that something may throw `way` [m] off its flight.
+    pub fn kicked(self, way: f64) -> Self {
+        Self { allowance: self.allowance + way, ..self }
+    }
+
+    /// Distance from the rock's centre within which elements may be reached, the wall's own motion
+    /// left out [m].
+    pub fn need(&self, rock: &Rock, wall: &Wall) -> f64 {
+        rock.reach + wall.largest_radius + self.travel + self.allowance
+    }
+
+    /// Calls `found` with each listed element that the rock may reach; `found` ends it by returning
+    /// false.
+    ///
+    /// An element counts if it meets the box around all spheres, seen from the flying rock, and was
+    /// within [`Sweep::need`] (and its own way) at the start. Both conditions leave the list aside,
+    /// so that equal input gives equal answers.
+    pub fn reached(
+        &self,
+        rock: &Rock,
+        motion: &Motion,
+        wall: &Wall,
+        near: &NearList,
+        nodes: &NodeMotion,
+        boxes: &mut Vec<NodeBox>,
+        mut found: impl FnMut(&NearElement) -> bool,
+    ) {
+        self.boxes(motion, near, nodes, boxes);
+        let need = self.need(rock, wall);
+        for element in &near.elements {
+            let kind = wall.elements[element.number as usize].kind;
+            let grow = self.allowance + wall.elements[element.number as usize].radius;
+            let [a, b, c] = element.nodes.map(|n| &boxes[n as usize]);
+            let lowest = a.lowest.inf(&b.lowest).inf(&c.lowest).add_scalar(-grow);
+            let highest = a.highest.sup(&b.highest).sup(&c.highest).add_scalar(grow);
+            let meets = |axis: usize| {
+                lowest[axis] <= rock.highest_corner[axis] && highest[axis] >= rock.lowest_corner[axis]
+            };
+            if !(meets(0) && meets(1) && meets(2)) {
+                continue;
+            }
+            let way = a.way.max(b.way).max(c.way);
+            let [a, b, c] = element.nodes.map(|n| nodes.position(0, n as usize, 0.0));
+            if distance(kind, &motion.position, [&a, &b, &c]) <= need + way && !found(element) {
+                return;
+            }
+        }
+    }
+
+    fn boxes(&self, motion: &Motion, near: &NearList, nodes: &NodeMotion, boxes: &mut Vec<NodeBox>) {
+        let to_own = motion.rotation().transpose();
+        let segments = nodes.segments();
+        boxes.clear();
+        for a in 0..near.nodes.len() {
+            let start = nodes.position(0, a, 0.0);
+            let first = to_own * (start - motion.position);
+            let mut node = NodeBox { lowest: first, highest: first, way: 0.0 };
+            for s in 0..segments {
+                let t = self.length * (s + 1) as f64 / segments as f64;
+                let rock = motion.position + (motion.velocity + self.gravity * (0.5 * t)) * t;
+                let position = nodes.position(s, a, 1.0);
+                let seen = to_own * (position - rock);
+                node.lowest = node.lowest.inf(&seen);
+                node.highest = node.highest.sup(&seen);
+                node.way = node.way.max((position - start).norm());
+            }
+            boxes.push(node);
+        }
+    }
+}
+
+/// Where a node is during a window, seen from the flying rock in its own axes.
+#[derive(Debug, Clone, Copy)]
+pub struct NodeBox {
+    lowest: Vector3<f64>,
+    highest: Vector3<f64>,
+    /// Largest distance from its start in space [m].
+    way: f64,
+}

@@ -1,0 +1,292 @@
+//! Contacts of a rock as a whole ([`crate::contact::whole_rock`]) with the terrain.
+//!
+//! Each sphere touches the terrain once, at its nearest point. The overlap is the sphere's radius less the centre's
+//! height over the surface, which is below 0 inside: where the sphere that is first is small, the surface passes its
+//! centre, and what follows is as deep in as it looks. The overlap is a continuous function of place alone, and so is the energy.
+//!
+//! Source of the inside: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
+
+use crate::contact::broad_phase::terrain_pairs::{Pair, Surroundings};
+use crate::contact::history::Memory;
+use crate::contact::rows::Sums;
+use crate::contact::terrain::Turned;
+use crate::contact::whole_rock::{Pressed, Whole};
+use crate::geometry::closest::{Feature, on_face};
+use crate::law::Law;
+use crate::law::contact_point::{Meeting, Past};
+use crate::law::normal::Load;
+use crate::law::restitution;
+use crate::law::table::WallLaws;
+use crate::rock::{Motion, Rock};
+use crate::terrain::Terrain;
+use crate::terrain::face::Nearest;
+use nalgebra::Vector3;
+
+/// A sphere near the terrain, along the axes of space.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact {
+    /// Unit vector from the sphere into the terrain.
+    pub normal: Vector3<f64>,
+    /// Height of the sphere's centre over the surface, along the normal; below 0 inside [m].
+    pub height: f64,
+    /// Overlap; below 0 where it does not touch [m].
+    pub overlap: f64,
+    /// The sphere's centre from the rock's centre of mass [m].
+    pub centre: Vector3<f64>,
+    /// Number of the sphere.
+    pub sphere: u32,
+    /// Number of a triangle that the nearest point lies on.
+    pub triangle: u32,
+}
+
+impl Contact {
+    /// The nearest point, from the rock's centre of mass [m].
+    pub fn arm(&self) -> Vector3<f64> {
+        self.centre + self.normal * self.height
+    }
+}
+
+/// The contacts that share one law, at one instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Group<'a> {
+    law: &'a Law,
+    /// Its equivalent overlap and what follows.
+    pub pressed: Pressed,
+    /// Sum of the weights.
+    weights: f64,
+    /// Dashpot force along the sum of the contacts [N].
+    viscous: f64,
+    /// Mass that the force acts on [kg].
+    mass: f64,
+}
+
+/// The contacts, and buffers that are used again and again.
+#[derive(Debug, Clone, Default)]
+pub struct Landed {
+    /// The contacts, by sphere.
+    pub contacts: Vec<Contact>,
+    /// The memories after the step.
+    pub memories: Vec<Memory>,
+}
+
+impl Landed {
+    /// Room for so many contacts.
+    pub fn new(contacts: usize) -> Self {
+        Self { contacts: Vec::with_capacity(contacts), memories: Vec::with_capacity(contacts) }
+    }
+
+    /// Find the spheres that are nearer than `reach` [m] at `now`; `around` must be good there.
+    pub fn find(
+        &mut self,
+        rock: &Rock,
+        whole: &Whole,
+        ground: &Terrain,
+        around: &Surroundings,
+        now: &Motion,
+        reach: f64,
+    ) {
+        self.contacts.clear();
+        let rotation = Turned::new(rock, now);
+        for own in around.pairs.chunk_by(|a, b| a.sphere == b.sphere) {
+            let number = own[0].sphere;
+            if !whole.shows(number) || own.iter().all(|pair| pair.gap > around.moved + reach) {
+                continue;
+            }
+            let sphere = &rock.spheres[number as usize];
+            let centre = rotation.of(&sphere.centre);
+            let place = now.position + centre;
+            let Some(near) = look(ground, around, own, &place) else { continue };
+            let overlap = sphere.radius - near.height;
+            if overlap > -reach {
+                let (normal, height) = (near.normal, near.height);
+                self.contacts.push(Contact {
+                    normal,
+                    height,
+                    overlap,
+                    centre,
+                    sphere: number,
+                    triangle: near.triangle,
+                });
+            }
+        }
+    }
+
+    /// Those of law number `law` that touch.
+    fn of<'a>(&'a self, laws: WallLaws<'a>, law: u16) -> impl Iterator<Item = &'a Contact> {
+        self.contacts.iter().filter(move |c| c.overlap > 0.0 && laws.number(c.triangle) == law)
+    }
+
+    /// What the contacts of law number `law` amount to, without velocities; `None` if there is none.
+    pub fn group<'a>(&self, whole: &Whole, laws: WallLaws<'a>, law: u16) -> Option<Group<'a>> {
+        let sum: f64 = self.of(laws, law).map(|c| whole.part(c.sphere, c.overlap)).sum();
+        let law = &laws.laws[law as usize];
+        let modulus = law.normal.modulus().expect("checked: it has a modulus");
+        let pressed = whole.pressed(modulus, whole.equivalent(sum));
+        // Too little for a number: nothing.
+        (pressed.overlap > f64::MIN_POSITIVE).then_some(Group {
+            law,
+            pressed,
+            weights: 0.0,
+            viscous: 0.0,
+            mass: 0.0,
+        })
+    }
+
+    /// Elastic energy of the contacts that were found [J].
+    pub fn energy(&self, whole: &Whole, laws: WallLaws) -> f64 {
+        laws.distinct().filter_map(|law| self.group(whole, laws, law)).map(|g| g.pressed.energy).sum()
+    }
+
+    /// Weights, mass and dashpot of a group.
+    fn weigh(&self, group: &mut Group, whole: &Whole, laws: WallLaws, law: u16, rock: &Rock, now: &Motion) {
+        let spin = rock.spin(now);
+        let (mut rate, mut push, mut turn) = (0.0, Vector3::zeros(), Vector3::zeros());
+        for contact in self.of(laws, law) {
+            let weight = whole.weight(contact.sphere, contact.overlap, group.pressed.overlap);
+            let arm = contact.arm();
+            group.weights += weight;
+            rate += weight * (now.velocity + spin.cross(&arm)).dot(&contact.normal);
+            push += contact.normal * weight;
+            turn += arm.cross(&contact.normal) * weight;
+        }
+        let own = now.orientation.inverse_transform_vector(&turn);
+        let mobility = push.norm_squared() / rock.mass + own.dot(&own.component_div(&rock.inertia));
+        group.mass = group.weights * group.weights / mobility;
+        if let Some(damping) = &group.law.damping {
+            let ratio = restitution::linear_of_hertz(damping.ratio);
+            // ds/dt = F dD/dt / s with s = sqrt(2 U).
+            let rising = group.pressed.force * rate / (2.0 * group.pressed.energy).sqrt();
+            group.viscous = 2.0 * ratio * group.mass.sqrt() * rising;
+        }
+    }
+
+    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the memories after
+    /// it go to [`Landed::memories`].
+    pub fn forces(
+        &mut self,
+        rock: &Rock,
+        whole: &Whole,
+        laws: WallLaws,
+        now: &Motion,
+        h: f64,
+        before: &[Memory],
+    ) -> Sums {
+        let mut memories = std::mem::take(&mut self.memories);
+        memories.clear();
+        let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
+        for law in laws.distinct() {
+            let Some(mut group) = self.group(whole, laws, law) else { continue };
+            self.weigh(&mut group, whole, laws, law, rock, now);
+            sums.elastic += group.pressed.energy;
+            self.add(&group, rock, whole, laws, law, now, h, before, &mut memories, &mut sums);
+        }
+        memories.sort_unstable_by_key(|m| m.sphere);
+        self.memories = memories;
+        sums
+    }
+}
+
+impl Landed {
+    /// Add the forces of one group.
+    fn add(
+        &self,
+        group: &Group,
+        rock: &Rock,
+        whole: &Whole,
+        laws: WallLaws,
+        law: u16,
+        now: &Motion,
+        h: f64,
+        before: &[Memory],
+        memories: &mut Vec<Memory>,
+        sums: &mut Sums,
+    ) {
+        let (pressed, spin) = (group.pressed, rock.spin(now));
+        let elastic = pressed.force * group.weights;
+        // Rocks do not stick.
+        let force = (elastic + group.viscous).max(0.0);
+        let dashpot = group.law.damping.map_or(0.0, |d| 2.0 * d.ratio * group.mass.sqrt());
+        for contact in self.of(laws, law) {
+            let weight = whole.weight(contact.sphere, contact.overlap, pressed.overlap);
+            let share = weight / group.weights;
+            if share == 0.0 {
+                continue;
+            }
+            let arm = contact.arm();
+            let stiffness = pressed.stiffness * weight * group.weights;
+            // Of the contact of Hertz of the rock's radius that is as stiff.
+            let overlap = pressed.overlap * (stiffness / pressed.stiffness).powi(2);
+            let load = Load { stiffness, force: elastic * share, energy: pressed.energy * share };
+            let meeting = Meeting {
+                normal: contact.normal,
+                overlap,
+                radius: whole.radius,
+                velocity: now.velocity + spin.cross(&arm),
+                spin,
+                inertia: rock.inertia.min() * share,
+                dashpot: dashpot * share.sqrt(),
+            };
+            let found = before.binary_search_by_key(&contact.sphere, |m| m.sphere);
+            let past = found.map_or(Past::default(), |at| before[at].past());
+            let answer = group.law.answer_pressed(load, force * share, &meeting, &past, h);
+            if group.law.remembers() {
+                memories.push(Memory {
+                    sphere: contact.sphere,
+                    element: contact.triangle,
+                    spring: answer.spring,
+                    moment: answer.rolled,
+                    normal: contact.normal,
+                    overlap,
+                    energy: answer.sheared,
+                });
+            }
+            sums.damped += answer.damped;
+            sums.rubbed += answer.rubbed;
+            sums.sheared += answer.sheared;
+            sums.force += answer.force;
+            sums.torque += arm.cross(&answer.force) + answer.moment;
+            sums.penetration = sums.penetration.max(contact.overlap / whole.radius);
+        }
+    }
+}
+
+/// Where the terrain is nearest to a point.
+struct Near {
+    /// Unit vector into the terrain.
+    normal: Vector3<f64>,
+    /// Height over it, below 0 inside [m].
+    height: f64,
+    triangle: u32,
+}
+
+/// Where the surface is from `place`, of which `pairs` hold what may be nearest; `None` beside the border.
+fn look(ground: &Terrain, around: &Surroundings, pairs: &[Pair], place: &Vector3<f64>) -> Option<Near> {
+    let (mut nearest, mut triangle) = (Nearest::default(), pairs[0].triangle);
+    for pair in pairs {
+        if nearest.take(&around.faces[pair.face as usize], place) {
+            triangle = pair.triangle;
+        }
+    }
+    let distance = nearest.square.sqrt();
+    if distance == 0.0 {
+        return Some(Near { normal: -nearest.up.normalize(), height: 0.0, triangle });
+    }
+    if !nearest.is_inside() {
+        return Some(Near { normal: nearest.to_point / distance, height: distance, triangle });
+    }
+    // Below the border and beside it nothing is inside.
+    let beside = match nearest.feature {
+        Feature::Face => false,
+        Feature::Edge => nearest.as_near < 2,
+        Feature::Node => around.is_on_border(ground, node_of(ground, triangle, place)),
+    };
+    (!beside).then(|| Near { normal: -nearest.to_point / distance, height: -distance, triangle })
+}
+
+/// The corner of a triangle that is nearest to `place`.
+fn node_of(ground: &Terrain, triangle: u32, place: &Vector3<f64>) -> u32 {
+    let corners = ground.corners(triangle);
+    let weights = on_face(place, corners.each_ref()).weights;
+    let first = (0..3).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).expect("three");
+    ground.triangles[triangle as usize][first]
+}

@@ -1,0 +1,117 @@
+//! How a window is cut into steps, and where in the wall's motion they lie.
+
+use crate::contact::broad_phase::mesh_pairs::Instant;
+use interface_defs::Window;
+
+/// How a window is cut.
+#[derive(Debug, Clone, Copy)]
+pub struct Cut {
+    /// Steps in the window.
+    pub steps: usize,
+    /// Their length [s].
+    pub h: f64,
+    /// Parts of the window between the samples of the wall's motion.
+    pub segments: usize,
+}
+
+impl Cut {
+    /// Equal steps, none longer than `step` [s], none over the border of a segment or of one of
+    /// `samples` equal parts: their work and their means are exact.
+    pub fn new(window: &Window, step: f64, segments: usize, samples: &[usize]) -> Self {
+        let unit = samples.iter().filter(|p| **p > 0).fold(segments, |unit, p| lcm(unit, *p));
+        let steps = window.steps(step).div_ceil(unit) * unit;
+        Self { steps, h: window.length / steps as f64, segments }
+    }
+
+    fn per_segment(&self) -> usize {
+        self.steps / self.segments
+    }
+
+    /// The middle of step `step`.
+    pub fn middle(&self, step: usize) -> Instant {
+        let per = self.per_segment();
+        let along = ((step % per) as f64 + 0.5) / per as f64;
+        Instant { segment: step / per, along, elapsed: (step as f64 + 0.5) * self.h }
+    }
+
+    /// The end of step `step`.
+    pub fn end(&self, step: usize) -> Instant {
+        let per = self.per_segment();
+        let along = ((step % per) as f64 + 1.0) / per as f64;
+        Instant { segment: step / per, along, elapsed: (step as f64 + 1.0) * self.h }
+    }
+}
+
+/// Part number `part` of `parts` equal ones of the stretch of `steps` steps that begins with number `step`.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    /// First step of the stretch.
+    pub step: usize,
+    /// Steps in the stretch.
+    pub steps: usize,
+    /// Number of the part, from 0.
+    pub part: usize,
+    /// Parts of the stretch.
+    pub parts: usize,
+}
+
+impl Part {
+    /// Its length [s].
+    pub fn length(&self, cut: Cut) -> f64 {
+        if self.parts == self.steps { cut.h } else { cut.h * self.steps as f64 / self.parts as f64 }
+    }
+
+    /// Its start, from the window's [s].
+    pub fn start(&self, cut: Cut) -> f64 {
+        let before = cut.h * self.step as f64;
+        if self.part == 0 { before } else { before + self.length(cut) * self.part as f64 }
+    }
+
+    /// Its end [s], and the step of the window that ends there, if one does, counted from 1.
+    pub fn end(&self, window: &Window, cut: Cut) -> (f64, Option<usize>) {
+        let next = self.part + 1;
+        if next < self.parts && self.parts != self.steps {
+            return (window.start + self.start(cut) + self.length(cut), None);
+        }
+        let step = self.step + if next == self.parts { self.steps } else { next };
+        let end = if step == cut.steps { window.end() } else { window.start + cut.h * step as f64 };
+        (end, Some(step))
+    }
+}
+
+fn lcm(a: usize, b: usize) -> usize {
+    let (mut x, mut y) = (a, b);
+    while y != 0 {
+        (x, y) = (y, x % y);
+    }
+    a / x * b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn middles_and_ends_of_steps_lie_where_the_wall_is_at_that_time() {
+        let cut = Cut { steps: 6, h: 0.5, segments: 2 };
+        let at = cut.middle(4);
+        assert_eq!((at.segment, at.along, at.elapsed), (1, 0.5, 2.25));
+        let at = cut.end(2);
+        assert_eq!((at.segment, at.along, at.elapsed), (0, 1.0, 1.5));
+    }
+
+    #[test]
+    fn the_least_common_multiple_is_one() {
+        assert_eq!([lcm(1, 1), lcm(4, 6), lcm(64, 8), lcm(3, 5)], [1, 12, 64, 15]);
+    }
+
+    #[test]
+    fn no_step_reaches_over_a_sample_or_beyond_its_limit() {
+        let window = Window { number: 1, iteration: 1, start: 0.0, length: 1e-3 };
+        for (step, segments, samples, expected) in
+            [(1e-3, 1, [1, 0], 1), (1e-4, 4, [4, 4], 12), (1e-4, 1, [3, 0], 12), (1.0, 8, [8, 0], 8)]
+        {
+            assert_eq!(Cut::new(&window, step, segments, &samples).steps, expected);
+        }
+    }
+}

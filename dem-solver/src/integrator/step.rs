@@ -1,0 +1,285 @@
+//! One step of all rocks.
+//!
+//! Position Verlet: half a step of drift (position, orientation), forces once in the middle, a whole
+//! kick (velocity, angular momentum), half a step of drift. Everything of the state so stands at the
+//! same instant, and a force that is constant over a window does exactly the work F . du. All rocks
+//! drift before any force is computed: two that meet see each other at one instant.
+//!
+//! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
+//! middle velocity to second order, from state alone.
+
+use crate::contact::rows::Sums;
+use crate::guard::cause::Case;
+use crate::guard::watch;
+use crate::integrator::mesh_stage::{View, add_forces};
+use crate::integrator::schedule::{Cut, Part};
+use crate::integrator::terrain_stage::steps_per_look;
+use crate::integrator::window::Run;
+use crate::model::Model;
+use crate::model::impact::Passage;
+use crate::model::state::{Against, State};
+use crate::rock::{Motion, Rock};
+use crate::settings::Rotation;
+use interface_defs::{Fault, Window};
+use nalgebra::Vector3;
+
+/// What acts on a rock in the middle of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Load {
+    /// Force of all contacts [N].
+    force: Vector3<f64>,
+    /// Torque about the centre of mass [N m].
+    torque: Vector3<f64>,
+    /// Energy of the normal springs on wall and terrain [J].
+    elastic: f64,
+    /// Energy of the tangential springs there after the step [J].
+    sheared: f64,
+    /// Energy that those on the wall have taken up between the window before and this one [J].
+    jumped: f64,
+    /// Energy that dashpots and friction take there in the step [J].
+    lost: f64,
+    /// Contacts with terrain and other rocks, not with the sides of a box.
+    touching: usize,
+    /// With contacts on the wall: how long the first has lasted [s].
+    touched: Option<f64>,
+    /// Whether the wall lies behind the centres of the outer spheres.
+    behind: bool,
+}
+
+impl Load {
+    /// Take in the contacts with something that stands still, in a step of `h` [s].
+    fn add(&mut self, sums: &Sums, h: f64) {
+        self.force += sums.force;
+        self.torque += sums.torque;
+        self.elastic += sums.elastic;
+        self.sheared += sums.sheared;
+        self.lost += (sums.damped + sums.rubbed) * h;
+    }
+}
+
+impl Run {
+    /// One part of a stretch of the window's steps; mostly a step.
+    pub(super) fn step(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        window: &Window,
+        cut: Cut,
+        part: Part,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<(), Fault> {
+        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        self.middles.clear();
+        self.loads.clear();
+        for (rock, body) in model.rocks.iter().zip(&state.bodies) {
+            self.middles.push(middle(rock, model.settings.dem.rotation, &body.motion, h));
+            self.loads.push(Load::default());
+        }
+        for rock in 0..model.rocks.len() {
+            self.on_wall(model, state, rock, window, cut, part, input, output)?;
+            self.on_ground(model, state, rock, h, start)?;
+            self.on_sides(model, state, rock, h, start)?;
+        }
+        for rock in 0..model.rocks.len() {
+            let (load, body) = (&self.loads[rock], &mut state.bodies[rock]);
+            state.dissipated += load.lost - (load.sheared - body.sheared - load.jumped);
+            body.sheared = load.sheared;
+            self.gauges.spring(rock, load.elastic + body.sheared);
+        }
+        self.on_each_other(model, state, h, start)?;
+        for rock in 0..model.rocks.len() {
+            self.kick(model, state, rock, window, cut, part)?;
+        }
+        self.judge_partings(model, state, cut.middle(part.step).segment, input);
+        Ok(())
+    }
+
+    /// Forces of the wall.
+    fn on_wall(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        rock: usize,
+        window: &Window,
+        cut: Cut,
+        part: Part,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Some(wall) = &self.wall else { return Ok(()) };
+        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
+        let first = part.step == 0 && part.part == 0 && !state.predicted.is_empty();
+        let predicted = first.then_some(state.predicted.as_slice());
+        let view = View { model, wall, fields: &self.fields, input, length: window.length, predicted };
+        let at = cut.middle(part.step);
+        let zone = &mut self.zones[rock];
+        zone.update(view, now, at)?;
+        let (evaluation, scene) = zone.parts(view);
+        let sums = evaluation.forces(scene, now, at, h, &body.memories);
+        if !scene.list.pairs.is_empty() {
+            let law = model.rows[rock].first().map(|law| *law as usize);
+            let impact = body.track.touch;
+            let case = Case { model, rock, against: Against::Net, law, pair: None, impact, h, time: start };
+            load.behind = watch(&case, now, &sums, |depth| {
+                let contact = evaluation.passed_centre(scene, now, h, depth)?;
+                let number = scene.list.elements[contact.element as usize].number;
+                Some((contact.sphere, format!("element {number} of the interface mesh")))
+            })?;
+        }
+        (load.force, load.torque, load.elastic, load.sheared) =
+            (sums.force, sums.torque, sums.elastic, sums.sheared);
+        load.jumped = sums.jumped;
+        load.lost = (sums.damped + sums.rubbed) * h;
+        let contacts = evaluation.touch.contacts.len();
+        if contacts > 0 {
+            // Its date is asked for once.
+            let first = body.track.touch.is_none();
+            load.touched = Some(if first { evaluation.touched_ago(scene, now, h) } else { 0.0 });
+            body.deepest.take(Against::Net, sums.penetration, start + 0.5 * h);
+        }
+        std::mem::swap(&mut body.memories, &mut evaluation.memories);
+        self.counts.contact_evaluations += contacts as u64;
+        if contacts > 0 {
+            let share = cut.segments as f64 / cut.steps as f64;
+            let pairs = zone.evaluation.node_forces.iter().zip(zone.increments(at.segment));
+            state.received -= pairs.map(|(f, du)| f.dot(du)).sum::<f64>() * share;
+            let samples = self.answer.means.len();
+            if samples > 0 {
+                let field = self.answer.means[part.step * samples / cut.steps];
+                add_forces(zone, output, field, samples as f64 / cut.steps as f64);
+            }
+            if let Some(reach) = &self.answer.reach {
+                zone.mark_touched(view, &mut output[reach.clone()]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Forces of the terrain, in the step of `h` [s] that began at `start` [s].
+    fn on_ground(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        rock: usize,
+        h: f64,
+        start: f64,
+    ) -> Result<(), Fault> {
+        let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) else { return Ok(()) };
+        let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
+        let (sums, contacts) = terrain.forces(model, ground, rock, body, now, h, start)?;
+        self.loads[rock].add(&sums, h);
+        self.loads[rock].touching = contacts;
+        body.contacts = contacts;
+        self.counts.contact_evaluations += contacts as u64;
+        body.deepest.take(Against::Terrain, sums.penetration, start + 0.5 * h);
+        Ok(())
+    }
+
+    /// Forces of the sides of a box, likewise.
+    fn on_sides(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        rock: usize,
+        h: f64,
+        start: f64,
+    ) -> Result<(), Fault> {
+        let Some(sides) = &mut self.sides else { return Ok(()) };
+        let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
+        let (sums, contacts) = sides.forces(model, rock, body, now, h, start)?;
+        let others = if model.ground.is_some() { body.contacts } else { 0 };
+        body.contacts = others + contacts;
+        body.deepest.take(Against::Sides, sums.penetration, start + 0.5 * h);
+        self.loads[rock].add(&sums, h);
+        self.counts.contact_evaluations += contacts as u64;
+        Ok(())
+    }
+
+    /// Forces of the rocks on each other, likewise.
+    fn on_each_other(&mut self, model: &Model, state: &mut State, h: f64, start: f64) -> Result<(), Fault> {
+        if self.meetings.is_empty() {
+            return Ok(());
+        }
+        let encounters = &mut state.encounters;
+        let sums = self.meetings.forces(model, &self.middles, encounters, h, start)?;
+        for ((load, felt), body) in self.loads.iter_mut().zip(&self.meetings.felt).zip(&mut state.bodies) {
+            load.force += felt.force;
+            load.torque += felt.torque;
+            load.touching += felt.contacts;
+            body.met = felt.contacts;
+            body.deepest.take(Against::Rocks, felt.penetration, start + 0.5 * h);
+        }
+        let (all, contacts) = (sums.first, sums.contacts);
+        state.dissipated += (all.damped + all.rubbed) * h - (all.sheared - encounters.sheared);
+        (encounters.sheared, encounters.contacts) = (all.sheared, contacts);
+        self.gauges.spring(model.rocks.len(), all.elastic + all.sheared);
+        self.counts.contact_evaluations += contacts as u64;
+        Ok(())
+    }
+
+    /// The kick, and the second half of the drift.
+    fn kick(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        rock: usize,
+        window: &Window,
+        cut: Cut,
+        part: Part,
+    ) -> Result<(), Fault> {
+        let (it, load) = (&model.rocks[rock], &self.loads[rock]);
+        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let body = &mut state.bodies[rock];
+        let before = body.motion;
+        let after = &mut body.motion;
+        after.acceleration = load.force / it.mass + model.settings.gravity;
+        after.torque = load.torque;
+        after.velocity = before.velocity + after.acceleration * h;
+        after.angular_momentum = before.angular_momentum + load.torque * h;
+        after.position = before.position + (before.velocity + after.velocity) * (0.5 * h);
+        let half = &self.middles[rock].orientation;
+        let rotation = model.settings.dem.rotation;
+        after.orientation = rotation.turn(half, &after.angular_momentum, &it.inertia, 0.5 * h);
+        if !after.is_finite() {
+            let (rows, impact) = (&model.rows, body.track.touch);
+            let (against, rows) =
+                if rows.is_empty() { (Against::Terrain, &model.ground_rows) } else { (Against::Net, rows) };
+            let law = rows.get(rock).and_then(|row| row.first()).map(|law| *law as usize);
+            let case = Case { model, rock, against, law, pair: None, impact, h, time: start };
+            let overlap = body.deepest.largest().map_or(0.0, |(overlap, _)| overlap);
+            return Err(Fault::window(format!(
+                "rock `{}` has left the finite numbers at {start:.6} s, in a step of {h:.3e} s: {}",
+                it.name,
+                case.not_finite(&before, overlap)
+            )));
+        }
+        let after = body.motion;
+        let passage = Passage {
+            start,
+            length: h,
+            before: &before,
+            after: &after,
+            touched: load.touched,
+            behind: load.behind,
+        };
+        body.track.follow(it, &model.settings, self.rest.as_ref(), &passage);
+        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+            let (end, last) = part.end(window, cut);
+            let look = last.is_some_and(|s| s.is_multiple_of(steps_per_look(cut.h)) || s == cut.steps);
+            terrain.stepped(model, ground, rock, body, end, h, load.touching, look);
+        }
+        Ok(())
+    }
+}
+
+/// Motion in the middle of a step of `h` [s] that begins with `before`.
+fn middle(rock: &Rock, rotation: Rotation, before: &Motion, h: f64) -> Motion {
+    let mut now = *before;
+    now.position += before.velocity * (0.5 * h);
+    now.orientation = rotation.turn(&before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * h);
+    now.velocity += before.acceleration * (0.5 * h);
+    now.angular_momentum += before.torque * (0.5 * h);
+    now
+}

@@ -1,0 +1,227 @@
+//! The contacts of rocks with the terrain in a step, and the rows of their way.
+
+use crate::contact::broad_phase::terrain_pairs::Surroundings;
+use crate::contact::rows::Sums;
+use crate::contact::terrain::Standing;
+use crate::contact::whole_rock::Whole;
+use crate::contact::whole_rock::terrain::Landed;
+use crate::guard::cause::Case;
+use crate::guard::{watch, watch_gap, watch_whole};
+use crate::integrator::sub_stepping::{self, Stretch};
+use crate::law::table::WallLaws;
+use crate::model::Model;
+use crate::model::critical::DEEP;
+use crate::model::runout::{LOOK, jump_height};
+use crate::model::state::{Against, Body, State};
+use crate::results::trajectory::Row;
+use crate::rock::{Motion, Rock};
+use crate::terrain::Terrain;
+use interface_defs::Fault;
+
+/// Rows in the shortest contact.
+const ROWS_PER_CONTACT: f64 = 10.0;
+/// Rows per row of `history.csv` in a contact that lasts.
+const ROWS_PER_INTERVAL: f64 = 5.0;
+
+/// The laws of a rock with the terrain.
+fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<WallLaws<'a>> {
+    let laws = &model.laws.as_ref()?.walls;
+    Some(WallLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
+}
+
+/// What surrounds the rocks, and what is to be told of their ways.
+#[derive(Debug, Clone)]
+pub struct OnTerrain {
+    /// What is near each rock.
+    pub around: Vec<Surroundings>,
+    standing: Vec<Standing>,
+    landed: Vec<Landed>,
+    /// Rows of the window under way; none are kept where nobody writes them.
+    pub rows: Option<Vec<Row>>,
+}
+
+impl OnTerrain {
+    /// For the rocks of a model.
+    pub fn new(model: &Model, rows: bool) -> Self {
+        let deep = |whole: &Option<Whole>| whole.as_ref().map_or(0.0, |whole| DEEP * whole.radius);
+        let rocks = model.rocks.iter().zip(&model.wholes);
+        let around = rocks.clone().map(|(rock, whole)| Surroundings::new(rock, deep(whole))).collect();
+        let of_spheres = |(rock, whole): (&Rock, &Option<Whole>)| match whole {
+            None => Standing::new(4 * rock.spheres.len() + 64),
+            Some(_) => Standing::default(),
+        };
+        let of_rock = |(rock, whole): (&Rock, &Option<Whole>)| {
+            Landed::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
+        };
+        Self {
+            standing: rocks.clone().map(of_spheres).collect(),
+            landed: rocks.clone().map(of_rock).collect(),
+            around,
+            rows: rows.then(Vec::new),
+        }
+    }
+
+    /// Times that pairs were searched, and that triangles were looked for.
+    pub fn searches(&self) -> [u64; 2] {
+        let sum = |of: fn(&Surroundings) -> u64| self.around.iter().map(of).sum();
+        [sum(|a| a.searches), sum(|a| a.refreshes)]
+    }
+
+    /// The stretch that the rock takes next, of at most `most` steps of `h` [s]: several at once, and cut as its
+    /// contact asks for, where the scene leaves that open and one rock alone touches.
+    pub fn stretch(
+        &mut self,
+        model: &Model,
+        ground: &Terrain,
+        bodies: &[Body],
+        h: f64,
+        most: usize,
+    ) -> Stretch {
+        let ([body], Some(laws)) = (bodies, laws_on(model, ground, 0)) else { return Stretch::ONE };
+        if body.contacts == 0 || model.settings.dem.time_step.is_some() {
+            return Stretch::ONE;
+        }
+        sub_stepping::next(model, ground, laws, &mut self.around[0], &mut self.landed[0], 0, body, h, most)
+    }
+
+    /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`;
+    /// their number. The memories after the step are `body`'s.
+    pub fn forces(
+        &mut self,
+        model: &Model,
+        ground: &Terrain,
+        rock: usize,
+        body: &mut Body,
+        now: &Motion,
+        h: f64,
+        time: f64,
+    ) -> Result<(Sums, usize), Fault> {
+        let Some(laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
+        let it = &model.rocks[rock];
+        let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
+        around.update(it, &model.trees[rock], ground, now, h, 0.0);
+        if around.pairs.is_empty() {
+            watch_gap(model, ground, rock, now, h, time)?;
+            body.ground_memories.clear();
+            return Ok((Sums::default(), 0));
+        }
+        if let Some(whole) = &model.wholes[rock] {
+            let landed = &mut self.landed[rock];
+            landed.find(it, whole, ground, around, now, 0.0);
+            let sums = landed.forces(it, whole, laws, now, h, &body.ground_memories);
+            watch_whole(model, rock, whole, now, &sums, h, time)?;
+            std::mem::swap(&mut body.ground_memories, &mut landed.memories);
+            return Ok((sums, landed.contacts.len()));
+        }
+        standing.find(it, ground, around, now);
+        let sums = standing.forces(it, laws, Some(ground), now, h, &body.ground_memories);
+        let law = model.ground_rows[rock].first().map(|law| *law as usize);
+        let case = Case { model, rock, against: Against::Terrain, law, pair: None, impact: None, h, time };
+        watch(&case, now, &sums, |depth| {
+            let sphere = standing.passed_centre(it, now, h, depth)?;
+            let [x, y, z] = (now.position + ground.origin).into();
+            Some((sphere, format!("near ({x:.2}, {y:.2}, {z:.2}) the terrain")))
+        })?;
+        std::mem::swap(&mut body.ground_memories, &mut standing.memories);
+        Ok((sums, standing.contacts.len()))
+    }
+
+    /// Elastic energy [J] and number of contacts of rock number `rock` at `now`.
+    pub fn energy(&mut self, model: &Model, ground: &Terrain, rock: usize, now: &Motion) -> (f64, usize) {
+        let Some(laws) = laws_on(model, ground, rock) else { return (0.0, 0) };
+        let it = &model.rocks[rock];
+        let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
+        around.update(it, &model.trees[rock], ground, now, model.steps.step, 0.0);
+        if let Some(whole) = &model.wholes[rock] {
+            let landed = &mut self.landed[rock];
+            landed.find(it, whole, ground, around, now, 0.0);
+            return (landed.energy(whole, laws), landed.contacts.len());
+        }
+        standing.find(it, ground, around, now);
+        (standing.energy(laws), standing.contacts.len())
+    }
+
+    /// A window begins.
+    pub fn begin(&mut self) {
+        if let Some(rows) = &mut self.rows {
+            rows.clear();
+        }
+    }
+
+    /// Follow a rock's way over a step of `h` [s] that ends at `end` [s] with the motion in `body`;
+    /// `contacts` were in its middle. `look`: whether its height is due.
+    pub fn stepped(
+        &mut self,
+        model: &Model,
+        ground: &Terrain,
+        rock: usize,
+        body: &mut Body,
+        end: f64,
+        h: f64,
+        contacts: usize,
+        look: bool,
+    ) {
+        let Some(terrain) = &model.settings.terrain else { return };
+        let shortest = model.steps.contact;
+        let (touching, touched) = (contacts > 0, body.path.contact_since.is_some());
+        body.path.step(&model.rocks[rock], terrain, &body.motion, end, h, touching, shortest);
+        let height =
+            |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
+        if look && !touching {
+            let height = height(body);
+            body.path.height(height, end);
+        }
+        let Some(rows) = self.rows.as_mut().filter(|_| rock < model.settings.named()) else { return };
+        let every = match body.path.contact_since {
+            Some(since) if end - since <= 2.0 * shortest => shortest / ROWS_PER_CONTACT,
+            _ => model.settings.interval / ROWS_PER_INTERVAL,
+        };
+        // Half a step less: a row is due at the step that is nearest.
+        let due = touching
+            && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
+        if (touching != touched || due) && !body.path.has_left() {
+            body.path.row = end;
+            rows.push(Row::of(model, rock, body, end, height(body), touching));
+        }
+    }
+
+    /// Follow a rock's way to the instant `end` [s] of a flight. `look`: whether its height is due.
+    pub fn flew(
+        &mut self,
+        model: &Model,
+        ground: &Terrain,
+        rock: usize,
+        body: &mut Body,
+        end: f64,
+        look: bool,
+    ) {
+        body.path.flew(&model.rocks[rock], &body.motion, end);
+        if look {
+            let height = jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
+            body.path.height(height, end);
+        }
+    }
+
+    /// A window ends at `state.time`: has a way ended with it?
+    pub fn end(&mut self, model: &Model, ground: &Terrain, state: &mut State) {
+        let (time, down) = (state.time, model.settings.down());
+        for (number, body) in state.bodies.iter_mut().enumerate() {
+            let had_left = body.path.has_left();
+            body.path.judge(ground, &model.settings, &body.motion, time);
+            if let Some(rows) = &mut self.rows
+                && number < model.settings.named()
+                && body.path.row < time
+                && !had_left
+            {
+                body.path.row = time;
+                let height = jump_height(ground, &model.rocks[number], &body.motion, &down);
+                rows.push(Row::of(model, number, body, time, height, body.contacts > 0));
+            }
+        }
+    }
+}
+
+/// Steps of `h` [s] between two looks at the height of a flying rock.
+pub fn steps_per_look(h: f64) -> usize {
+    (LOOK / h).round().max(1.0) as usize
+}

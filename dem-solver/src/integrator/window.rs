@@ -1,0 +1,503 @@
+//! A window: cut into steps, which are taken one by one ([`crate::integrator::step`]) or flown through in closed form.
+
+use crate::contact::broad_phase::mesh_pairs::Instant;
+use crate::integrator::box_stage::{self, Sides};
+use crate::integrator::closed_form;
+use crate::integrator::free_flight::clear_of_all;
+use crate::integrator::mesh_stage::{View, Zone, add_forces};
+use crate::integrator::rock_stage::Meetings;
+use crate::integrator::schedule::{Cut, Part};
+use crate::integrator::secondary_impacts::Kicks;
+use crate::integrator::step::Load;
+use crate::integrator::sub_stepping::Stretch;
+use crate::integrator::terrain_stage::{OnTerrain, steps_per_look};
+use crate::interface_mesh::motion::MotionFields;
+use crate::interface_mesh::{AtRest, Wall};
+use crate::model::Model;
+use crate::model::impact::Passage;
+use crate::model::runout::jump_height;
+use crate::model::state::State;
+use crate::results::gauges::{Gauges, Moment};
+use crate::results::outline::Outline;
+use crate::results::trajectory::Row;
+use crate::rock::Motion;
+use crate::solver::Counts;
+use interface_defs::{Fault, InterfaceMesh, Layout, Plan, Sampling, Window, name};
+use std::ops::Range;
+
+/// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
+const FEWEST: usize = 4;
+
+/// A prepared run.
+pub struct Run {
+    pub(super) wall: Option<Wall>,
+    pub(super) zones: Vec<Zone>,
+    pub(super) fields: MotionFields,
+    /// Where the request says which lines of the wall are broken.
+    broken: Option<Range<usize>>,
+    pub(super) answer: Answer,
+    /// Numbers of a request and of its answer.
+    lengths: (usize, usize),
+    pub(super) gauges: Gauges,
+    /// What the rocks meet of the terrain.
+    pub(super) terrain: Option<OnTerrain>,
+    /// Their contacts with each other.
+    pub(super) meetings: Meetings,
+    /// Their contacts with the sides of a box.
+    pub(super) sides: Option<Sides>,
+    kicks: Kicks,
+    /// Motions in the middle of the step under way.
+    pub(super) middles: Vec<Motion>,
+    /// What acts on the rocks there.
+    pub(super) loads: Vec<Load>,
+    pub(super) counts: Counts,
+    most_contacts: usize,
+    /// The net at rest.
+    pub(super) rest: Option<AtRest>,
+    starts: Vec<Motion>,
+    instants: Vec<usize>,
+}
+
+/// Where the answer's fields lie.
+#[derive(Debug, Clone)]
+pub(super) struct Answer {
+    pub(super) means: Vec<usize>,
+    ends: Vec<usize>,
+    pub(super) reach: Option<Range<usize>>,
+    gauges: usize,
+}
+
+impl Run {
+    /// For a checked plan.
+    pub fn new(model: &Model, wall: Option<Wall>, plan: &Plan, rows: bool) -> Self {
+        let empty = InterfaceMesh::default();
+        let mesh = plan.wall.as_ref().unwrap_or(&empty);
+        let takes = Layout::new(&plan.takes, mesh, 0);
+        let gives = Layout::new(&plan.gives, mesh, Gauges::count(&model.settings));
+        let fields = MotionFields::new(&takes);
+        let starts_of = |sampling| {
+            let spec = plan.gives.iter().find(|f| f.name == name::FORCE && f.sampling == sampling);
+            let count = spec.map_or(0, |f| f.samples as usize);
+            (0..count).filter_map(|i| Some(gives.sample(name::FORCE, sampling, i)?.start)).collect::<Vec<_>>()
+        };
+        let answer = Answer {
+            means: starts_of(Sampling::Means),
+            ends: starts_of(Sampling::AtEnds),
+            reach: gives.sample(name::REACH, Sampling::Once, 0),
+            gauges: gives.gauge(0).start,
+        };
+        let zones = match &wall {
+            Some(wall) => (0..model.rocks.len()).map(|r| Zone::new(model, r, wall, &fields)).collect(),
+            None => Vec::new(),
+        };
+        let contacts =
+            |r| if wall.is_some() || model.ground.is_some() { Zone::most_contacts(model, r) } else { 0 };
+        Self {
+            zones,
+            fields,
+            broken: takes.sample(name::BROKEN, Sampling::Once, 0),
+            answer,
+            lengths: (takes.len(), gives.len()),
+            gauges: Gauges::new(&model.settings, model.origin),
+            terrain: model.ground.as_ref().map(|_| OnTerrain::new(model, rows)),
+            meetings: Meetings::new(model),
+            sides: (!model.planes.is_empty()).then(|| Sides::new(model)),
+            kicks: Kicks::default(),
+            middles: Vec::with_capacity(model.rocks.len()),
+            loads: Vec::with_capacity(model.rocks.len()),
+            counts: Counts::default(),
+            most_contacts: (0..model.rocks.len()).map(contacts).max().unwrap_or(0),
+            rest: wall.as_ref().map(|w| w.at_rest(&model.settings.down())),
+            starts: Vec::with_capacity(model.rocks.len()),
+            instants: Vec::with_capacity(16 * model.rocks.len() + 16),
+            wall,
+        }
+    }
+
+    /// Make room in `state` for what its contacts remember.
+    pub fn reserve(&self, state: &mut State) {
+        let sides = self.sides.as_ref().map_or(0, Sides::most_contacts);
+        for body in &mut state.bodies {
+            body.reserve(self.most_contacts, sides);
+        }
+        state.encounters.reserve(self.meetings.most_contacts());
+        let numbers = self.wall.as_ref().map_or(0, |wall| 3 * wall.nodes.len());
+        state.predicted.reserve(numbers.saturating_sub(state.predicted.len()));
+    }
+
+    /// The net, and what it is at rest.
+    pub fn net(&self) -> Option<(&Wall, &AtRest)> {
+        self.wall.as_ref().zip(self.rest.as_ref())
+    }
+
+    /// Whether rocks that have lost contact have the net behind them, as it stands at the start of segment `segment`.
+    pub(super) fn judge_partings(&self, model: &Model, state: &mut State, segment: usize, input: &[f64]) {
+        let Some(wall) = &self.wall else { return };
+        for (rock, body) in model.rocks.iter().zip(&mut state.bodies) {
+            let Some(direction) = body.track.is_parting(rock, &body.motion) else { continue };
+            let at = |n: u32| wall.nodes[n as usize] + self.fields.displacement(input, segment, n);
+            let up = -model.settings.down();
+            body.track.passed = Outline { wall, at }.passed(&body.motion.position, &direction, &up);
+        }
+    }
+
+    /// How far the net is displaced at the start of a window, at `time` [s], along the impact directions.
+    fn elongate(&self, state: &mut State, time: f64, input: &[f64]) {
+        let Some(displacements) = self.fields.displacements(input).next() else { return };
+        for body in state.bodies.iter_mut() {
+            body.track.elongate(displacements, time);
+        }
+    }
+
+    /// Rows of the ways over terrain in the window solved last.
+    pub fn rows(&self) -> &[Row] {
+        self.terrain.as_ref().and_then(|t| t.rows.as_deref()).unwrap_or_default()
+    }
+
+    /// Work done, by name.
+    pub fn counts(&self) -> Vec<(String, u64)> {
+        let [found, looked] = self.terrain.as_ref().map(OnTerrain::searches).unwrap_or_default();
+        let searches =
+            self.zones.iter().map(|z| z.pairs.searches).sum::<u64>() + found + self.meetings.searches();
+        let near = self.zones.iter().map(|z| z.refreshes).sum::<u64>() + looked;
+        [
+            ("sub_steps", self.counts.sub_steps),
+            ("flight_windows", self.counts.flight_windows),
+            ("flight_steps", self.counts.flight_steps),
+            ("contact_evaluations", self.counts.contact_evaluations),
+            ("candidate_refreshes", searches),
+            ("neighbour_list_refreshes", near),
+            // Its old name, for one version.
+            ("near_refreshes", near),
+        ]
+        .map(|(name, count)| (name.to_owned(), count))
+        .into()
+    }
+
+    /// The answer as it would stand at t = 0, with the wall at rest; also fills in what the state
+    /// knows of its contacts.
+    pub fn initial(&mut self, model: &Model, state: &mut State, plan: &Plan) -> Result<Vec<f64>, Fault> {
+        let input = vec![0.0; self.lengths.0];
+        let mut output = vec![0.0; self.lengths.1];
+        // A window of no length would have no steps; reach looks as far as the plan's window.
+        let length =
+            if plan.window > 0.0 && plan.window.is_finite() { plan.window } else { model.steps.step };
+        self.begin(model, state, length, &input, &mut output)?;
+        if let Some(ground) = &model.ground {
+            for (rock, body) in model.rocks.iter().zip(&mut state.bodies) {
+                let height = jump_height(ground, rock, &body.motion, &model.settings.down());
+                body.path.begin(rock, &body.motion, height);
+            }
+        }
+        let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
+        self.at_end(model, state, &input, length, start, None)?;
+        for sample in self.answer.means.clone().into_iter().chain(self.answer.ends.clone()) {
+            self.at_end(model, state, &input, length, start, Some((&mut output, sample)))?;
+        }
+        self.gauges.first(model, state, &mut output[self.answer.gauges..]);
+        Ok(output)
+    }
+
+    /// Advance `state` over `window`.
+    pub fn solve(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        window: &Window,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.check_request(window, input, output)?;
+        output.fill(0.0);
+        let torn = self.tear(state, input);
+        self.elongate(state, window.start, input);
+        let flies = self.begin(model, state, window.length, input, output)?;
+        if torn {
+            self.let_go(model, state, window.length, input)?;
+        }
+        let cut = self.cut(model, window);
+        self.gauges.begin(&mut output[self.answer.gauges..]);
+        let flies = flies && (model.ground.is_some() || self.free_time(model, state, 0.0) > window.length);
+        if flies && model.ground.is_none() {
+            self.counts.flight_windows += 1;
+            self.fly(model, state, window, cut, 0..cut.steps, input, output);
+            self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
+        } else {
+            self.step_through(model, state, window, cut, flies, input, output)?;
+        }
+        state.time = window.end();
+        self.remember_motion(state, window.length, input);
+        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+            terrain.end(model, ground, state);
+        }
+        Ok(())
+    }
+
+    /// Keep where the wall is said to be at the window's end, if a contact remembers its slip.
+    fn remember_motion(&self, state: &mut State, length: f64, input: &[f64]) {
+        state.predicted.clear();
+        if state.bodies.iter().any(|b| !b.memories.is_empty()) {
+            self.fields.seen_at_end(input, length, &mut state.predicted);
+        }
+    }
+
+    /// Refuse a request that is not of the plan.
+    fn check_request(&self, window: &Window, input: &[f64], output: &[f64]) -> Result<(), Fault> {
+        if !(window.length > 0.0 && window.length.is_finite()) {
+            return Err(Fault::broken(format!("a window of {} s cannot be solved", window.length)));
+        }
+        let (takes, gives) = self.lengths;
+        if (input.len(), output.len()) != (takes, gives) {
+            return Err(Fault::broken(format!(
+                "the request has {} numbers and room for {}, by the plan they are {takes} and {gives}",
+                input.len(),
+                output.len()
+            )));
+        }
+        Ok(())
+    }
+
+    fn cut(&self, model: &Model, window: &Window) -> Cut {
+        let samples = [self.answer.means.len(), self.answer.ends.len()];
+        Cut::new(window, model.steps.step, self.fields.segments(), &samples)
+    }
+
+    /// Take broken lines out of the wall; true if there are more of them than the state knows.
+    fn tear(&mut self, state: &mut State, input: &[f64]) -> bool {
+        let (Some(at), Some(wall)) = (&self.broken, &mut self.wall) else { return false };
+        let flags = &input[at.clone()];
+        if wall.tear(flags) {
+            self.zones.iter_mut().for_each(Zone::forget);
+        }
+        let count = flags.iter().filter(|f| **f != 0.0).count();
+        std::mem::replace(&mut state.broken, count) != count
+    }
+
+    /// Contacts with lines that are no more end: what their normal springs held is lost. Where something else is touched
+    /// in their place and holds more, that is no negative loss.
+    fn let_go(&mut self, model: &Model, state: &mut State, length: f64, input: &[f64]) -> Result<(), Fault> {
+        let held = |state: &State| state.bodies.iter().map(|b| b.elastic).sum::<f64>();
+        let before = held(state);
+        let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
+        self.at_end(model, state, input, length, start, None)?;
+        state.dissipated += (before - held(state)).max(0.0);
+        Ok(())
+    }
+
+    /// Look around; true if no rock can meet the wall within the window.
+    fn begin(
+        &mut self,
+        model: &Model,
+        state: &State,
+        length: f64,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<bool, Fault> {
+        if let Some(terrain) = &mut self.terrain {
+            terrain.begin();
+        }
+        let Some(wall) = &self.wall else { return Ok(model.shortcuts) };
+        let view = View { model, wall, fields: &self.fields, input, length, predicted: None };
+        let mut flies = model.shortcuts;
+        self.kicks.find(model, &self.meetings, state, length);
+        for ((zone, body), kick) in self.zones.iter_mut().zip(&state.bodies).zip(&self.kicks.ways) {
+            zone.begin(view, &body.motion, *kick)?;
+            if let Some(reach) = &self.answer.reach {
+                zone.mark_reach(view, &body.motion, &mut output[reach.clone()]);
+            }
+            flies = flies && body.contacts == 0 && !zone.in_reach(view, &body.motion);
+        }
+        Ok(flies)
+    }
+
+    /// Fly the steps `range` in closed form.
+    fn fly(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        window: &Window,
+        cut: Cut,
+        range: Range<usize>,
+        input: &[f64],
+        output: &mut [f64],
+    ) {
+        let gravity = model.settings.gravity;
+        self.starts.clear();
+        self.starts.extend(state.bodies.iter().map(|b| b.motion));
+        let look = steps_per_look(cut.h);
+        if model.ground.is_some() {
+            // Of all steps those at which a stepping run would look at the height.
+            let first = (range.start / look + 1) * look;
+            self.instants.clear();
+            self.instants.extend((first..range.end).step_by(look));
+            self.instants.push(range.end);
+        } else {
+            closed_form::instants(&self.starts, &model.rocks, &gravity, cut.steps, cut.h, &mut self.instants);
+        }
+        for body in &mut state.bodies {
+            state.dissipated += body.sheared;
+            body.part();
+        }
+        state.dissipated += state.encounters.sheared;
+        state.encounters.end();
+        let mut from = range.start;
+        for i in 0..self.instants.len() {
+            let to = self.instants[i];
+            let time = |step: usize| if step == cut.steps { window.length } else { cut.h * step as f64 };
+            let since = time(to) - time(range.start);
+            for (r, body) in state.bodies.iter_mut().enumerate() {
+                let rock = &model.rocks[r];
+                let before = body.motion;
+                let earlier = time(from) - time(range.start);
+                let rotation = model.settings.dem.rotation;
+                body.motion = closed_form::motion_at(
+                    rock,
+                    rotation,
+                    &self.starts[r],
+                    (&before, earlier),
+                    &gravity,
+                    since,
+                    to - from,
+                );
+                let passage = Passage {
+                    start: window.start + time(from),
+                    length: time(to) - time(from),
+                    before: &before,
+                    after: &body.motion,
+                    touched: None,
+                    behind: false,
+                };
+                body.track.follow(rock, &model.settings, self.rest.as_ref(), &passage);
+                if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+                    let due = to.is_multiple_of(look) || to == cut.steps;
+                    terrain.flew(model, ground, r, body, window.start + time(to), due);
+                }
+            }
+            self.judge_partings(model, state, 0, input);
+            if self.reads_steps(model) {
+                self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
+            }
+            from = to;
+        }
+        self.counts.flight_steps += range.len() as u64;
+    }
+
+    /// Whether somebody asks for the smallest and largest values of all steps.
+    fn reads_steps(&self, model: &Model) -> bool {
+        self.wall.is_some() || model.ground.is_none()
+    }
+
+    fn step_through(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        window: &Window,
+        cut: Cut,
+        flies: bool,
+        input: &[f64],
+        output: &mut [f64],
+    ) -> Result<(), Fault> {
+        let (mut step, mut next_try) = (0, 0);
+        while step < cut.steps {
+            if flies && step >= next_try {
+                let most = self.steps_apart(model, state, cut.h, cut.steps - step);
+                let clear = match &mut self.terrain {
+                    Some(terrain) if most > 0 => clear_of_all(model, &mut terrain.around, state, cut.h, most),
+                    _ => 0,
+                };
+                if clear >= FEWEST.min(cut.steps - step) {
+                    self.fly(model, state, window, cut, step..step + clear, input, output);
+                    step += clear;
+                    continue;
+                }
+                next_try = step + FEWEST;
+            }
+            let Stretch { steps, parts } = self.stretch(model, state, cut, step);
+            for part in 0..parts {
+                self.step(model, state, window, cut, Part { step, steps, part, parts }, input, output)?;
+            }
+            self.counts.sub_steps += (parts * model.rocks.len()) as u64;
+            // Longer stretches are taken only where nobody samples.
+            step += steps - 1;
+            let samples = self.answer.ends.len();
+            if samples > 0 && (step + 1) % (cut.steps / samples) == 0 {
+                let sample = self.answer.ends[(step + 1) * samples / cut.steps - 1];
+                self.at_end(model, state, input, window.length, cut.end(step), Some((output, sample)))?;
+            } else if step + 1 == cut.steps {
+                self.at_end(model, state, input, window.length, cut.end(step), None)?;
+            }
+            if self.reads_steps(model) {
+                self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
+            }
+            step += 1;
+        }
+        self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
+        Ok(())
+    }
+
+    /// The steps that are taken next, and how they are cut; one where a wall moves.
+    fn stretch(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> Stretch {
+        match (&self.wall, &mut self.terrain, &model.ground) {
+            (None, Some(terrain), Some(ground)) if self.sides.is_none() => {
+                terrain.stretch(model, ground, &state.bodies, cut.h, cut.steps - step)
+            }
+            _ => Stretch::ONE,
+        }
+    }
+
+    /// Steps of `h` [s], at most `most`, in which no two rocks in flight can touch.
+    fn steps_apart(&self, model: &Model, state: &State, h: f64, most: usize) -> usize {
+        let time = self.free_time(model, state, FEWEST as f64 * h);
+        if time < h * most as f64 { (time / h) as usize } else { most }
+    }
+
+    /// Time in which no two rocks, and no rock and a side of the box, can touch in flight [s]; of many rocks 0 where it is below
+    /// `least` [s].
+    fn free_time(&self, model: &Model, state: &State, least: f64) -> f64 {
+        self.meetings.free_time(model, state, least).min(box_stage::free_time(model, state))
+    }
+
+    /// Contacts and elastic energy at an instant of the state; forces where `field` says.
+    fn at_end(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        input: &[f64],
+        length: f64,
+        at: Instant,
+        mut field: Option<(&mut [f64], usize)>,
+    ) -> Result<(), Fault> {
+        for (rock, body) in state.bodies.iter_mut().enumerate() {
+            let on_terrain = match (&mut self.terrain, &model.ground) {
+                (Some(terrain), Some(ground)) => terrain.energy(model, ground, rock, &body.motion),
+                _ => (0.0, 0),
+            };
+            let on_sides =
+                self.sides.as_mut().map_or((0.0, 0), |sides| sides.energy(model, rock, &body.motion));
+            (body.elastic, body.contacts) = (on_terrain.0 + on_sides.0, on_terrain.1 + on_sides.1);
+            self.counts.contact_evaluations += body.contacts as u64;
+        }
+        if !self.meetings.is_empty() {
+            self.meetings.energy(model, state);
+            self.counts.contact_evaluations += state.encounters.contacts as u64;
+        }
+        let Some(wall) = &self.wall else { return Ok(()) };
+        let view = View { model, wall, fields: &self.fields, input, length, predicted: None };
+        for (zone, body) in self.zones.iter_mut().zip(&mut state.bodies) {
+            let (on_others, contacts) = (body.elastic, body.contacts);
+            zone.update(view, &body.motion, at)?;
+            let (evaluation, scene) = zone.parts(view);
+            if let Some((output, field)) = &mut field {
+                let sums = evaluation.forces(scene, &body.motion, at, 0.0, &body.memories);
+                body.elastic = on_others + sums.elastic;
+                add_forces(zone, output, *field, 1.0);
+            } else {
+                body.elastic = on_others + evaluation.energy(scene, &body.motion, at);
+            }
+            let on_wall = zone.evaluation.touch.contacts.len();
+            body.contacts = contacts + on_wall;
+            self.counts.contact_evaluations += on_wall as u64;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,444 @@
+//! The law applied to several contacts at once: what [`Law::answer`] does to one, with each quantity in a column.
+//!
+//! Roots and quotients take most of the time of a contact; a processor forms four at once as fast as one. The expressions are
+//! those of the scalar code in the same order and without fused products, so that the bytes are the same (a test compares
+//! them). Where a contact takes another branch than its neighbours, both are computed and one is chosen. What is rare is done
+//! one by one: rolling resistance, a jump between windows, the contacts that are left over.
+
+use crate::law::Law;
+use crate::law::contact_point::{Answer, Meeting, Past};
+use crate::law::normal::{Load, Normal};
+use crate::law::tangential::Tangential;
+use crate::settings::TangentialName;
+use interface_defs::wide;
+use nalgebra::Vector3;
+
+/// Contacts that are computed together.
+pub const WIDTH: usize = 8;
+
+/// A number of each of them.
+type Column = [f64; WIDTH];
+
+/// Fewest contacts of a block for which all of it is computed at once.
+const WORTH: usize = 3;
+
+/// What goes in.
+#[derive(Debug, Clone, Default)]
+struct Given {
+    normal: [Column; 3],
+    velocity: [Column; 3],
+    spin: [Column; 3],
+    overlap: Column,
+    radius: Column,
+    dashpot: Column,
+    inertia: Column,
+    spring: [Column; 3],
+    moment: [Column; 3],
+    jump: [Column; 3],
+    /// Overlap in the step before.
+    before: Column,
+}
+
+/// What comes out.
+#[derive(Debug, Clone, Default)]
+struct Found {
+    stiffness: Column,
+    elastic: Column,
+    energy: Column,
+    pressed: Column,
+    approach: Column,
+    damped: Column,
+    force: [Column; 3],
+    spring: [Column; 3],
+    moment: [Column; 3],
+    rolled: [Column; 3],
+    rubbed: Column,
+    sheared: Column,
+    jumped: Column,
+}
+
+/// Up to [`WIDTH`] contacts under one law.
+#[derive(Debug, Clone, Default)]
+pub struct Block {
+    /// Number of the law.
+    pub law: u16,
+    /// Contacts in it.
+    pub count: usize,
+    /// Whether the law has rolling resistance; without it what belongs to that is neither written nor read.
+    rolls: bool,
+    /// Whether one of them has moved between two windows; likewise.
+    jumps: bool,
+    given: Given,
+    found: Found,
+}
+
+const ZERO: Column = [0.0; WIDTH];
+
+impl Block {
+    /// Begin anew under `law`, which has this number.
+    pub fn begin(&mut self, number: u16, law: &Law) {
+        (self.law, self.count, self.rolls, self.jumps) = (number, 0, law.rolling.is_some(), false);
+    }
+
+    /// Whether there is no room left.
+    #[inline(always)]
+    pub fn is_full(&self) -> bool {
+        self.count == WIDTH
+    }
+
+    /// Add a contact; there must be room.
+    #[inline(always)]
+    pub fn push(&mut self, meeting: &Meeting, past: &Past) {
+        let (l, to) = (self.count % WIDTH, &mut self.given);
+        for a in 0..3 {
+            to.normal[a][l] = meeting.normal[a];
+            to.velocity[a][l] = meeting.velocity[a];
+            to.spring[a][l] = past.spring[a];
+        }
+        to.overlap[l] = meeting.overlap;
+        to.radius[l] = meeting.radius;
+        to.dashpot[l] = meeting.dashpot;
+        to.before[l] = past.overlap;
+        self.count += 1;
+        if self.rolls {
+            for a in 0..3 {
+                to.spin[a][l] = meeting.spin[a];
+                to.moment[a][l] = past.moment[a];
+            }
+            to.inertia[l] = meeting.inertia;
+        }
+        if past.jump != Vector3::zeros() {
+            if !self.jumps {
+                (to.jump, self.jumps) = ([ZERO; 3], true);
+            }
+            for a in 0..3 {
+                to.jump[a][l] = past.jump[a];
+            }
+        }
+    }
+
+    /// Contact number `l`.
+    #[inline(always)]
+    fn contact(&self, l: usize) -> (Meeting, Past) {
+        let (given, zero) = (&self.given, Vector3::zeros());
+        let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
+        let meeting = Meeting {
+            normal: vector(&given.normal),
+            overlap: given.overlap[l],
+            radius: given.radius[l],
+            velocity: vector(&given.velocity),
+            spin: if self.rolls { vector(&given.spin) } else { zero },
+            inertia: if self.rolls { given.inertia[l] } else { 0.0 },
+            dashpot: given.dashpot[l],
+        };
+        let past = Past {
+            spring: vector(&given.spring),
+            moment: if self.rolls { vector(&given.moment) } else { zero },
+            overlap: given.before[l],
+            jump: if self.jumps { vector(&given.jump) } else { zero },
+        };
+        (meeting, past)
+    }
+
+    /// The answer to contact number `l`.
+    #[inline(always)]
+    pub fn answer(&self, l: usize) -> Answer {
+        let (found, zero) = (&self.found, Vector3::zeros());
+        let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
+        let load = Load { stiffness: found.stiffness[l], force: found.elastic[l], energy: found.energy[l] };
+        Answer {
+            load,
+            force: vector(&found.force),
+            moment: if self.rolls { vector(&found.moment) } else { zero },
+            spring: vector(&found.spring),
+            rolled: if self.rolls { vector(&found.rolled) } else { zero },
+            damped: found.damped[l],
+            rubbed: found.rubbed[l],
+            sheared: found.sheared[l],
+            jumped: if self.jumps { found.jumped[l] } else { 0.0 },
+        }
+    }
+
+    /// Compute the answers in the middle of a step of `h` [s] (0: at an instant).
+    pub fn compute(&mut self, law: &Law, h: f64) {
+        if self.count < WORTH || self.jumps || self.rolls {
+            for l in 0..self.count {
+                let (meeting, past) = self.contact(l);
+                self.take(l, &law.answer(&meeting, &past, h));
+            }
+            return;
+        }
+        let (given, found) = (&self.given, &mut self.found);
+        press(law, given, found);
+        match &law.tangential {
+            Some(tangential) => {
+                let [friction, carried] = variants(tangential, given, &found.approach);
+                grip(tangential, given, &friction, &carried, h, found);
+            }
+            None => (found.spring, found.rubbed, found.sheared) = ([ZERO; 3], ZERO, ZERO),
+        }
+    }
+
+    /// Keep the answer to contact number `l`.
+    #[inline(always)]
+    fn take(&mut self, l: usize, answer: &Answer) {
+        let found = &mut self.found;
+        for a in 0..3 {
+            found.force[a][l] = answer.force[a];
+            found.spring[a][l] = answer.spring[a];
+        }
+        if self.rolls {
+            for a in 0..3 {
+                found.moment[a][l] = answer.moment[a];
+                found.rolled[a][l] = answer.rolled[a];
+            }
+        }
+        found.stiffness[l] = answer.load.stiffness;
+        found.elastic[l] = answer.load.force;
+        found.energy[l] = answer.load.energy;
+        found.damped[l] = answer.damped;
+        found.rubbed[l] = answer.rubbed;
+        found.sheared[l] = answer.sheared;
+        found.jumped[l] = answer.jumped;
+    }
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The first where `first` is true.
+#[inline(always)]
+fn choose(first: bool, a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [if first { a[0] } else { b[0] }, if first { a[1] } else { b[1] }, if first { a[2] } else { b[2] }]
+}
+
+wide! {
+    /// The elastic load, and the normal force with the dashpot.
+    fn press(law: &Law, given: &Given, found: &mut Found) {
+        match law.normal {
+            Normal::Hertz(modulus) => for l in 0..WIDTH {
+                let stiffness = 2.0 * modulus * (given.radius[l] * given.overlap[l]).sqrt();
+                let force = 2.0 / 3.0 * stiffness * given.overlap[l];
+                found.stiffness[l] = stiffness;
+                found.elastic[l] = force;
+                found.energy[l] = 0.4 * force * given.overlap[l];
+            },
+            Normal::Linear(_) | Normal::LinearPerRadius(_) => for l in 0..WIDTH {
+                let load = law.normal.load(given.radius[l], given.overlap[l]);
+                found.stiffness[l] = load.stiffness;
+                found.elastic[l] = load.force;
+                found.energy[l] = load.energy;
+            },
+        }
+        let damped = law.damping.is_some();
+        for l in 0..WIDTH {
+            let n = [given.normal[0][l], given.normal[1][l], given.normal[2][l]];
+            let v = [given.velocity[0][l], given.velocity[1][l], given.velocity[2][l]];
+            let approach = dot(v, n);
+            let viscous = given.dashpot[l] * found.stiffness[l].sqrt() * approach;
+            let both = found.elastic[l] + viscous;
+            let pushed = if both > 0.0 { both } else { 0.0 };
+            let pressed = if damped { pushed } else { found.elastic[l] };
+            found.approach[l] = approach;
+            found.pressed[l] = pressed;
+            found.damped[l] = (pressed - found.elastic[l]) * approach;
+            found.force[0][l] = n[0] * -pressed;
+            found.force[1][l] = n[1] * -pressed;
+            found.force[2][l] = n[2] * -pressed;
+        }
+    }
+}
+
+wide! {
+    /// The tangential spring and its dashpot, within the limits `friction` times the normal force; `carried`: what of the springs
+    /// is left.
+    fn grip(tangential: &Tangential, given: &Given, friction: &Column, carried: &Column, h: f64, found: &mut Found) {
+        let half_step = 0.5 * h;
+        for l in 0..WIDTH {
+            let n = [given.normal[0][l], given.normal[1][l], given.normal[2][l]];
+            let v = [given.velocity[0][l], given.velocity[1][l], given.velocity[2][l]];
+            let approach = found.approach[l];
+            let slip = [v[0] - n[0] * approach, v[1] - n[1] * approach, v[2] - n[2] * approach];
+            // The spring, laid into the plane.
+            let old = [given.spring[0][l], given.spring[1][l], given.spring[2][l]];
+            let along = dot(old, n);
+            let flat = [old[0] - n[0] * along, old[1] - n[1] * along, old[2] - n[2] * along];
+            let (square, whole) = (dot(flat, flat), dot(old, old));
+            let longer = (whole / square).sqrt();
+            let turned = if square > 0.25 * whole { longer } else { 1.0 };
+            let left = carried[l];
+            let spring = [flat[0] * turned * left, flat[1] * turned * left, flat[2] * turned * left];
+            // Half an increment of slip.
+            let stiffness = tangential.stiffness_ratio * found.stiffness[l];
+            let limit = friction[l] * found.pressed[l];
+            let by = half_step * stiffness;
+            let half = [slip[0] * by, slip[1] * by, slip[2] * by];
+            let trial = [spring[0] - half[0], spring[1] - half[1], spring[2] - half[2]];
+            let size = dot(trial, trial).sqrt();
+            let slides = size > limit;
+            // Sliding: cut, without dashpot.
+            let shorter = limit / size;
+            let cut = [trial[0] * shorter, trial[1] * shorter, trial[2] * shorter];
+            // Sticking: with the dashpot, shortened until both are within the limit.
+            let c = -given.dashpot[l] * stiffness.sqrt();
+            let viscous = [slip[0] * c, slip[1] * c, slip[2] * c];
+            let limit2 = limit * limit;
+            let sum = [trial[0] + viscous[0], trial[1] + viscous[1], trial[2] + viscous[2]];
+            let (against, viscous2) = (dot(trial, viscous), dot(viscous, viscous));
+            let beside = limit2 - dot(trial, trial);
+            let room = if beside > 0.0 { beside } else { 0.0 };
+            let share = ((against * against + viscous2 * room).sqrt() - against) / viscous2;
+            let share = share.clamp(0.0, 1.0);
+            let share = if dot(sum, sum) <= limit2 { 1.0 } else { share };
+            let stuck = [
+                trial[0] + viscous[0] * share,
+                trial[1] + viscous[1] * share,
+                trial[2] + viscous[2] * share,
+            ];
+            let elastic = choose(slides, cut, trial);
+            let force = choose(slides, cut, stuck);
+            let end = [elastic[0] - half[0], elastic[1] - half[1], elastic[2] - half[2]];
+            let size = dot(end, end).sqrt();
+            let shorter = limit / size;
+            let shorter = if size > limit { shorter } else { 1.0 };
+            let end = [end[0] * shorter, end[1] * shorter, end[2] * shorter];
+            found.force[0][l] += force[0];
+            found.force[1][l] += force[1];
+            found.force[2][l] += force[2];
+            found.spring[0][l] = end[0];
+            found.spring[1][l] = end[1];
+            found.spring[2][l] = end[2];
+            found.rubbed[l] = 0.0 - dot(force, slip);
+            found.sheared[l] = 0.5 * dot(end, end) / stiffness;
+        }
+    }
+}
+
+/// What of the springs is left as the overlaps change, and the friction coefficients.
+#[inline(always)]
+fn variants(tangential: &Tangential, given: &Given, approach: &Column) -> [Column; 2] {
+    let mut carried = [1.0; WIDTH];
+    match tangential.history {
+        TangentialName::Incremental => {}
+        TangentialName::UnloadingScaled => {
+            let overlaps = given.overlap.iter().zip(&given.before);
+            for (carried, (overlap, before)) in carried.iter_mut().zip(overlaps) {
+                let less = (overlap / before).sqrt();
+                *carried = if overlap < before { less } else { 1.0 };
+            }
+        }
+        TangentialName::Secant => {
+            carried = std::array::from_fn(|l| tangential.carried(given.overlap[l], given.before[l]));
+        }
+    }
+    let mut friction = [tangential.friction; WIDTH];
+    if tangential.sliding.is_some() {
+        friction = std::array::from_fn(|l| {
+            let slip = |a: usize| given.velocity[a][l] - given.normal[a][l] * approach[l];
+            tangential.coefficient(&Vector3::new(slip(0), slip(1), slip(2)))
+        });
+    }
+    [friction, carried]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::Partner;
+    use crate::settings::ContactSettings;
+
+    fn law(more: &str) -> Law {
+        let text = format!("law = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.2\n{more}");
+        Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), Partner::Wall)
+    }
+
+    fn bits(answer: &Answer) -> Vec<u64> {
+        let Answer { load, force, moment, spring, rolled, damped, rubbed, sheared, jumped } = answer;
+        let mut all = vec![load.stiffness, load.force, load.energy, *damped, *rubbed, *sheared, *jumped];
+        for vector in [force, moment, spring, rolled] {
+            all.extend(vector.iter());
+        }
+        all.iter().map(|x| x.to_bits()).collect()
+    }
+
+    /// Sticking, sliding, with a dashpot that is cut, loading and unloading, without a past, parting, at rest.
+    #[test]
+    fn several_at_once_are_answered_to_the_bit_as_one_alone() {
+        let mut x = 3_u64;
+        let mut random = || {
+            x = x.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (x >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        let laws = [
+            "restitution = 1.0\n",
+            "restitution = 0.3\n",
+            "restitution = 0.3\nfriction = 0.5\n",
+            "restitution = 1.0\nfriction = 0.5\ntangential = \"incremental\"\n",
+            "restitution = 0.3\nfriction = 0.5\ntangential = \"secant\"\n",
+            "restitution = 0.3\nfriction = 0.5\nfriction_dynamic = 0.2\nfriction_decay = 2.0\n",
+            "restitution = 0.3\nfriction = 0.5\nrolling_friction = 0.1\nrolling = \"spring\"\n",
+        ];
+        let mut all: Vec<Law> = laws.iter().map(|more| law(more)).collect();
+        all.push(Law::new(
+            &toml::from_str::<ContactSettings>(
+                "law = \"linear\"\nstiffness = 1e6\npoisson = 0.2\nrestitution = 0.4\nfriction = 0.3\n",
+            )
+            .expect("a table"),
+            Partner::Wall,
+        ));
+        let (mut slides, mut sticks, mut parts) = (0, 0, 0);
+        for law in &all {
+            let mut vector = |size: f64| Vector3::new(random(), random(), random()) * size;
+            let mut meetings = Vec::new();
+            let mut pasts = Vec::new();
+            for k in 0..123 {
+                let normal = vector(1.0).normalize();
+                let overlap = 1e-4 * (1.0 + vector(0.9).x);
+                let speed = [0.0, 1e-3, 0.1, 3.0][k % 4];
+                meetings.push(Meeting {
+                    normal,
+                    overlap,
+                    radius: 0.1,
+                    velocity: vector(speed),
+                    spin: vector(speed),
+                    inertia: 0.3,
+                    dashpot: law.damping.map_or(0.0, |d| d.coefficient(20.0, 3, 0.0)),
+                });
+                let past = Past {
+                    spring: vector([1.0, 30.0, 3000.0][k % 3]),
+                    moment: vector(0.1),
+                    overlap: overlap * (1.0 + vector(0.3).x),
+                    jump: if k % 29 == 3 { vector(1e-6) } else { Vector3::zeros() },
+                };
+                pasts.push(if k % 7 == 0 { Past::default() } else { past });
+            }
+            for h in [0.0, 1e-5] {
+                let mut answers = Vec::new();
+                let mut block = Block::default();
+                for (meetings, pasts) in meetings.chunks(WIDTH).zip(pasts.chunks(WIDTH)) {
+                    block.begin(0, law);
+                    meetings.iter().zip(pasts).for_each(|(meeting, past)| block.push(meeting, past));
+                    block.compute(law, h);
+                    answers.extend((0..meetings.len()).map(|l| block.answer(l)));
+                }
+                for ((meeting, past), found) in meetings.iter().zip(&pasts).zip(&answers) {
+                    let alone = law.answer(meeting, past, h);
+                    assert_eq!(
+                        bits(found),
+                        bits(&alone),
+                        "{law:?} {meeting:?} {past:?}\n{found:?}\n{alone:?}"
+                    );
+                    let limit = 0.5 * alone.force.dot(&meeting.normal).abs();
+                    let along = (alone.force + meeting.normal * -alone.force.dot(&meeting.normal)).norm();
+                    slides += usize::from(along > 0.999 * limit && limit > 0.0);
+                    sticks += usize::from(along < 0.9 * limit);
+                    parts += usize::from(limit == 0.0);
+                }
+                assert_eq!(answers.len(), meetings.len());
+            }
+        }
+        assert!(slides > 100 && sticks > 100 && parts > 20, "{slides} {sticks} {parts}");
+    }
+}
