@@ -5,4 +5,5 @@ pub mod box_tree;
 pub mod closest;
 pub mod shared_nodes;
 pub mod sphere;
+pub mod sphere_tree;
 pub mod triangle;

@@ -2,8 +2,8 @@
 //!
 //! By points spread evenly over each sphere; the error of an area is about a hundredth of the sphere's.
 
-use crate::contact::broad_phase::sphere_tree::SphereTree;
 use crate::geometry::sphere::{Sphere, direction};
+use crate::geometry::sphere_tree::SphereTree;
 use nalgebra::Vector3;
 
 /// Points on each sphere.
