@@ -104,7 +104,7 @@ fn terrains() -> Vec<Mistake> {
         terrain(
             "cut short",
             ("valley.asc", &grid.as_bytes()[..grid.len() / 2]),
-            ["valley.asc:26", "the file ends after 1195 of 60 x 40 = 2400 heights", ""],
+            ["valley.asc:26", "the file ends after", "of 60 x 40 = 2400 heights"],
         ),
         terrain(
             "too many heights",
@@ -124,7 +124,7 @@ fn terrains() -> Vec<Mistake> {
         terrain(
             "heights with separators",
             ("valley.asc", grid.replace(" 11", " 1,1")),
-            ["valley.asc:7", "is no height", "a decimal comma?"],
+            ["valley.asc:7", "`1,199.297` is no height", "row 1, column 2"],
         ),
         terrain(
             "header in another language",
@@ -172,7 +172,7 @@ fn surfaces() -> Vec<Mistake> {
         rock(
             ("grid for the rock", &of("")),
             ("boulder.stl", scenes::valley()),
-            ["scene.toml:6:9", "cut off, or not STL?", ""],
+            ["scene.toml:6:9", "the header claims", "cut off, or not STL"],
         ),
         rock(
             ("rock cut short", &of("")),

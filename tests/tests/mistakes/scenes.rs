@@ -10,7 +10,7 @@ name = "block"
 position = [0.0, 0.0, 1.0]
 mass = 260.0
 shape = { type = "box", size = [0.5, 0.5, 0.4] }
-cluster.spheres = 80
+cluster.spheres = 64
 [[contact]]
 law = "hertz_mindlin"
 young = 1e9
