@@ -5,8 +5,7 @@ use crate::config::{Config, Integrator};
 use crate::equilibrium::form_finding::{Basis, Form, find_form_from};
 use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
-use crate::internal_force::assembly::Assembly;
-use crate::internal_force::kernel::Kernel;
+use crate::internal_force::Displacements;
 use crate::model::Model;
 use crate::model::validation::supports::unseen_rows;
 use crate::state::inherited::Inherited;
@@ -127,20 +126,15 @@ impl Start {
             }
         };
         let mut force = model.load_at_start(&displacement);
-        let mut kernel = Kernel::new(&model.cables, model.node_count());
-        let cables = kernel.pull(&displacement, &mut force);
-        let mut assembly = Assembly::new(model);
-        let others = assembly.pull(&model.elements, &displacement, &history, &mut force);
+        let internal = newton.internal();
+        let cable_force =
+            internal.subtract(model, Displacements::At(&displacement), &history, &mut force).sqrt();
         let booked = match inherited {
             Some(Inherited { at: At::Motion, end, .. }) => end.booked,
             // The books begin anew: what the elements have dissipated by now is none of this run's.
-            Some(_) => [-assembly.energy(&model.elements, &displacement, &history).dissipated, 0.0, 0.0, 0.0],
+            Some(_) => [-internal.energy(model, &displacement, &history).dissipated, 0.0, 0.0, 0.0],
             None => [0.0; 4],
         };
-        let cable_force = cables.max(others).sqrt();
-        for (dof, k) in model.spring_dofs() {
-            force[dof] -= k * displacement[dof];
-        }
         let residual = newton.tangent.dofs().iter().map(|dof| force[*dof].powi(2)).sum::<f64>().sqrt();
         let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
         // What is let go later moves in the steps to come, not in form finding.

@@ -425,12 +425,12 @@ impl March {
 
     /// Energies at the window's end, reactions and scene gauges over the window.
     fn write_gauges(&mut self, model: &Model, output: &mut [f64]) {
-        let parts = match &mut self.engine {
-            Engine::Explicit(e) => e.parts(),
-            Engine::Implicit(i) => i.parts(),
-            Engine::Path(p) => p.parts(),
+        let internal = match &mut self.engine {
+            Engine::Explicit(e) => e.internal(),
+            Engine::Implicit(i) => i.internal(),
+            Engine::Path(p) => p.internal(),
         };
-        self.energies.of(model, parts, &self.trial, &mut self.energy_now);
+        self.energies.of(model, internal, &self.trial, &mut self.energy_now);
         let gauges = &mut output[self.gauges_from..];
         let (triples, _) = gauges.as_chunks_mut::<3>();
         for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {

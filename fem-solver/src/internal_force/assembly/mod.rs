@@ -89,7 +89,13 @@ impl Assembly {
 
     /// Take the internal forces at the displacements `u` from `force` [N]. Returns the largest axial
     /// force, squared [N2].
-    pub fn pull(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64], force: &mut [f64]) -> f64 {
+    pub fn subtract(
+        &mut self,
+        elements: &[AnyElement],
+        u: &[f64],
+        history: &[f64],
+        force: &mut [f64],
+    ) -> f64 {
         let mut largest = 0.0;
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
@@ -107,7 +113,7 @@ impl Assembly {
 
     /// The same over an explicit step from the displacements `start`, at those in its middle; `history` becomes that at the
     /// middle, and what breaks within the step pulls until it does.
-    pub fn pull_and_settle(
+    pub fn subtract_and_advance(
         &mut self,
         elements: &[AnyElement],
         (start, middle): (&[f64], &[f64]),
@@ -141,7 +147,7 @@ impl Assembly {
     }
 
     /// `history` becomes that at `u`.
-    pub fn settle(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
+    pub fn advance(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
         self.broken.clear();
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
@@ -150,7 +156,7 @@ impl Assembly {
     }
 
     /// `history` becomes that at `u` where nodes turn, and stays as it is elsewhere.
-    pub fn settle_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
+    pub fn advance_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
         for (i, element) in elements.iter().enumerate().filter(|(_, element)| element.rotates()) {
             self.respond(i, element, u, history, None);
             let own = &mut history[self.places[i].history.clone()];
@@ -158,7 +164,7 @@ impl Assembly {
         }
     }
 
-    /// Elements that broke as the history was last settled, and what they carried [N].
+    /// Elements that broke as the history was last advanced, and what they carried [N].
     pub fn broken(&self) -> &[Broken] {
         &self.broken
     }
