@@ -14,7 +14,7 @@
 
 use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector, vector};
 use super::{Answer, Element, Energy};
-use crate::internal_force::tangent::Slack;
+use crate::element::Slack;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt;
 

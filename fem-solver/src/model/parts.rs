@@ -232,9 +232,8 @@ fn rupture(key: &Key, force: Option<f64>, strain: Option<f64>) -> Result<Rupture
 /// Rows of a table: abscissae that increase, ordinates above 0.
 fn check_table(key: &Key, name: &str, rows: &[[f64; 2]]) -> Result<(), InputError> {
     if let Some(row) = rows.iter().find(|row| !(row[1] > 0.0 && row.iter().all(|x| x.is_finite()))) {
-        return Err(
-            key.invalid(name, format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1]))
-        );
+        let what = format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1]);
+        return Err(key.invalid(name, what).try_instead("forces and stresses in tension count upward"));
     }
     if let Some(row) = rows.iter().find(|row| row[0] < 0.0) {
         let what = format!(

@@ -1,43 +1,14 @@
 //! All elements that are not in the fast kernel, one by one: their forces, histories, tangents, energies.
 
+mod event;
 mod rupture;
 
-use self::rupture::{Release, Stretch};
+pub use self::event::{Broken, Event};
+use self::event::{Release, Stretch};
+use crate::element::Slack;
 use crate::element::{Answer, AnyElement, Energy};
-use crate::internal_force::tangent::Slack;
 use crate::model::Model;
 use std::ops::Range;
-
-/// Something that broke.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Event {
-    /// When it broke; with implicit steps the end of the step in which it did [s].
-    pub time: f64,
-    /// Number of the element.
-    pub element: u32,
-    /// Largest axial force it carried then [N].
-    pub tension: f64,
-}
-
-/// An element that broke in a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Broken {
-    /// Number of the element.
-    pub element: u32,
-    /// Largest axial force it carried then [N].
-    pub tension: f64,
-    /// At which part of the step.
-    pub part: f64,
-    /// Share of its strength that it used then, 1 or more.
-    pub share: f64,
-}
-
-impl Broken {
-    /// As an event of the step from `time` [s] that is `length` [s] long.
-    pub fn event(&self, time: f64, length: f64) -> Event {
-        Event { time: time + self.part * length, element: self.element, tension: self.tension }
-    }
-}
 
 /// Where an element finds its numbers.
 #[derive(Debug, Clone)]
@@ -118,7 +89,13 @@ impl Assembly {
 
     /// Take the internal forces at the displacements `u` from `force` [N]. Returns the largest axial
     /// force, squared [N2].
-    pub fn pull(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64], force: &mut [f64]) -> f64 {
+    pub fn subtract(
+        &mut self,
+        elements: &[AnyElement],
+        u: &[f64],
+        history: &[f64],
+        force: &mut [f64],
+    ) -> f64 {
         let mut largest = 0.0;
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
@@ -136,7 +113,7 @@ impl Assembly {
 
     /// The same over an explicit step from the displacements `start`, at those in its middle; `history` becomes that at the
     /// middle, and what breaks within the step pulls until it does.
-    pub fn pull_and_settle(
+    pub fn subtract_and_advance(
         &mut self,
         elements: &[AnyElement],
         (start, middle): (&[f64], &[f64]),
@@ -170,7 +147,7 @@ impl Assembly {
     }
 
     /// `history` becomes that at `u`.
-    pub fn settle(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
+    pub fn advance(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
         self.broken.clear();
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
@@ -179,7 +156,7 @@ impl Assembly {
     }
 
     /// `history` becomes that at `u` where nodes turn, and stays as it is elsewhere.
-    pub fn settle_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
+    pub fn advance_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
         for (i, element) in elements.iter().enumerate().filter(|(_, element)| element.rotates()) {
             self.respond(i, element, u, history, None);
             let own = &mut history[self.places[i].history.clone()];
@@ -187,7 +164,7 @@ impl Assembly {
         }
     }
 
-    /// Elements that broke as the history was last settled, and what they carried [N].
+    /// Elements that broke as the history was last advanced, and what they carried [N].
     pub fn broken(&self) -> &[Broken] {
         &self.broken
     }
