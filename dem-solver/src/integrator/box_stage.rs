@@ -5,6 +5,7 @@ use crate::contact::pipeline::Sums;
 use crate::contact::terrain::Standing;
 use crate::guard::cause::Case;
 use crate::guard::watch;
+use crate::integrator::schedule::Span;
 use crate::law::table::WallLaws;
 use crate::model::Model;
 use crate::model::state::{Against, Body, State};
@@ -71,7 +72,7 @@ impl Sides {
         self.standing.contacts.capacity()
     }
 
-    /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`; their number. The
+    /// Forces on rock number `rock` at `now`, in the middle of a step; their number. The
     /// histories after the step are `body`'s.
     pub fn forces(
         &mut self,
@@ -79,8 +80,7 @@ impl Sides {
         rock: usize,
         body: &mut Body,
         now: &Motion,
-        h: f64,
-        time: f64,
+        Span { start: time, h }: Span,
     ) -> Result<(Sums, usize), Fault> {
         let Some(laws) = laws_with(model, rock).filter(|_| is_near(model, rock, now, 0.0)) else {
             body.box_histories.clear();

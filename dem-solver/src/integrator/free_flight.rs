@@ -30,7 +30,7 @@ fn clear_steps(
     let (it, tree) = (&model.rocks[rock], &model.trees[rock]);
     let gravity = model.settings.gravity;
     let horizon = h * most as f64;
-    let (time, far) = around.free_time(it, tree, ground, now, &gravity, FAR * tree.reach, horizon);
+    let (time, far) = around.free_time(it, tree, ground, (now, &gravity), [FAR * tree.reach, horizon]);
     if time >= horizon {
         return most;
     }

@@ -150,7 +150,7 @@ impl Zone {
             self.read(view)?;
         }
         let tree = &view.model.trees[self.rock];
-        self.pairs.search(rock, tree, view.wall, &self.near, &self.motion, now, at);
+        self.pairs.search(rock, tree, view.wall, (&self.near, &self.motion), now, at);
         Ok(())
     }
 
@@ -207,7 +207,7 @@ impl Zone {
         let rock = &view.model.rocks[self.rock];
         let sweep = self.sweep.expect("begun");
         let (near, nodes, boxes) = (&self.near, &self.motion, &mut self.boxes);
-        sweep.reached(rock, start, view.wall, near, nodes, boxes, |element| found(element.number));
+        sweep.reached(rock, start, view.wall, (near, nodes), boxes, |element| found(element.number));
     }
 }
 

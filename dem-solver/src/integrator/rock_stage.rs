@@ -7,6 +7,7 @@
 use crate::contact::broad_phase::rock_pairs::{NearRocks, Pose, RockPairs, free_time};
 use crate::contact::rocks::{Both, Evaluation, RockHistory, Two};
 use crate::guard::cause::Case;
+use crate::integrator::schedule::Span;
 use crate::model::between::Between;
 use crate::model::state::{Against, Encounters, State};
 use crate::model::{Model, name_of};
@@ -146,7 +147,7 @@ impl Meetings {
         every_two(self.rocks)
     }
 
-    /// Forces of all pairs in the middle of the step of `h` [s] that began at `time`, where the rocks
+    /// Forces of all pairs in the middle of a step, where the rocks
     /// move as `middles`; what each feels goes to [`Meetings::felt`], histories to `encounters`. The
     /// sums are those of all pairs together.
     pub fn forces(
@@ -154,8 +155,7 @@ impl Meetings {
         model: &Model,
         middles: &[Motion],
         encounters: &mut Encounters,
-        h: f64,
-        time: f64,
+        span @ Span { h, .. }: Span,
     ) -> Result<Both, Fault> {
         self.update(model, middles.iter().map(|motion| motion.position));
         self.felt.fill(Felt::default());
@@ -174,7 +174,7 @@ impl Meetings {
             let seen = pair.see(model, [&middles[a], &middles[b]]);
             let Some((two, pose)) = seen else { continue };
             let sums = self.evaluation.forces(&two, &pose, h, mine, &mut self.after);
-            watch(model, &two, rocks, law, &sums, h, time)?;
+            watch(model, &two, rocks, law, &sums, span)?;
             if sums.contacts == 0 {
                 continue;
             }
@@ -260,8 +260,7 @@ fn watch(
     [a, b]: [usize; 2],
     law: usize,
     sums: &Both,
-    h: f64,
-    time: f64,
+    Span { start: time, h }: Span,
 ) -> Result<(), Fault> {
     let radius = two.rocks[0].smallest_radius.min(two.rocks[1].smallest_radius);
     let [one, other] = two.motions;

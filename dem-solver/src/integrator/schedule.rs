@@ -42,6 +42,26 @@ impl Cut {
     }
 }
 
+/// A window as it is cut, and the motion of the mesh in it.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    /// The window.
+    pub window: &'a Window,
+    /// How it is cut.
+    pub cut: Cut,
+    /// The request: motion of the mesh and what else was agreed.
+    pub input: &'a [f64],
+}
+
+/// A step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// When it begins [s].
+    pub start: f64,
+    /// Its length [s].
+    pub h: f64,
+}
+
 /// Part number `part` of `parts` equal ones of the stretch of `steps` steps that begins with number `step`.
 #[derive(Debug, Clone, Copy)]
 pub struct Part {
@@ -59,6 +79,11 @@ impl Part {
     /// Its length [s].
     pub fn length(&self, cut: Cut) -> f64 {
         if self.parts == self.steps { cut.h } else { cut.h * self.steps as f64 / self.parts as f64 }
+    }
+
+    /// It as a step of the window.
+    pub fn span(&self, task: Task) -> Span {
+        Span { start: task.window.start + self.start(task.cut), h: self.length(task.cut) }
     }
 
     /// Its start, from the window's [s].

@@ -12,14 +12,15 @@ use crate::contact::pipeline::Sums;
 use crate::guard::cause::Case;
 use crate::guard::watch;
 use crate::integrator::mesh_stage::{View, add_forces};
-use crate::integrator::schedule::{Cut, Part};
+use crate::integrator::schedule::{Part, Span, Task};
 use crate::integrator::terrain_stage::steps_per_look;
 use crate::integrator::window::Run;
 use crate::model::Model;
 use crate::model::impact::Passage;
+use crate::model::runout::Passed;
 use crate::model::state::{Against, State};
 use crate::rock::{Motion, Rock, rotation};
-use interface_defs::{Fault, Window};
+use interface_defs::Fault;
 use nalgebra::Vector3;
 
 /// What acts on a rock in the middle of a step.
@@ -62,13 +63,12 @@ impl Run {
         &mut self,
         model: &Model,
         state: &mut State,
-        window: &Window,
-        cut: Cut,
+        task: Task,
         part: Part,
-        input: &[f64],
         output: &mut [f64],
     ) -> Result<(), Fault> {
-        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let span = part.span(task);
+        let h = span.h;
         self.middles.clear();
         self.loads.clear();
         for (rock, body) in model.rocks.iter().zip(&state.bodies) {
@@ -76,9 +76,9 @@ impl Run {
             self.loads.push(Load::default());
         }
         for rock in 0..model.rocks.len() {
-            self.on_wall(model, state, rock, window, cut, part, input, output)?;
-            self.on_ground(model, state, rock, h, start)?;
-            self.on_sides(model, state, rock, h, start)?;
+            self.on_wall(model, state, rock, task, part, output)?;
+            self.on_ground(model, state, rock, span)?;
+            self.on_sides(model, state, rock, span)?;
         }
         for rock in 0..model.rocks.len() {
             let (load, body) = (&self.loads[rock], &mut state.bodies[rock]);
@@ -86,11 +86,11 @@ impl Run {
             body.sheared = load.sheared;
             self.gauges.spring(rock, load.elastic + body.sheared);
         }
-        self.on_each_other(model, state, h, start)?;
+        self.on_each_other(model, state, span)?;
         for rock in 0..model.rocks.len() {
-            self.kick(model, state, rock, window, cut, part)?;
+            self.kick(model, state, rock, task, part)?;
         }
-        self.judge_partings(model, state, cut.middle(part.step).segment, input);
+        self.judge_partings(model, state, task.cut.middle(part.step).segment, task.input);
         Ok(())
     }
 
@@ -100,14 +100,12 @@ impl Run {
         model: &Model,
         state: &mut State,
         rock: usize,
-        window: &Window,
-        cut: Cut,
+        task: Task,
         part: Part,
-        input: &[f64],
         output: &mut [f64],
     ) -> Result<(), Fault> {
         let Some(wall) = &self.wall else { return Ok(()) };
-        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let (Task { window, cut, input }, Span { start, h }) = (task, part.span(task));
         let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
         let first = part.step == 0 && part.part == 0 && !state.predicted.is_empty();
         let predicted = first.then_some(state.predicted.as_slice());
@@ -156,18 +154,17 @@ impl Run {
         Ok(())
     }
 
-    /// Forces of the terrain, in the step of `h` [s] that began at `start` [s].
+    /// Forces of the terrain.
     fn on_ground(
         &mut self,
         model: &Model,
         state: &mut State,
         rock: usize,
-        h: f64,
-        start: f64,
+        span @ Span { start, h }: Span,
     ) -> Result<(), Fault> {
         let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) else { return Ok(()) };
         let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
-        let (sums, contacts) = terrain.forces(model, ground, rock, body, now, h, start)?;
+        let (sums, contacts) = terrain.forces(model, ground, rock, body, now, span)?;
         self.loads[rock].add(&sums, h);
         self.loads[rock].touching = contacts;
         body.contacts = contacts;
@@ -182,12 +179,11 @@ impl Run {
         model: &Model,
         state: &mut State,
         rock: usize,
-        h: f64,
-        start: f64,
+        span @ Span { start, h }: Span,
     ) -> Result<(), Fault> {
         let Some(sides) = &mut self.sides else { return Ok(()) };
         let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
-        let (sums, contacts) = sides.forces(model, rock, body, now, h, start)?;
+        let (sums, contacts) = sides.forces(model, rock, body, now, span)?;
         let others = if model.ground.is_some() { body.contacts } else { 0 };
         body.contacts = others + contacts;
         body.deepest.take(Against::Sides, sums.penetration, start + 0.5 * h);
@@ -197,12 +193,17 @@ impl Run {
     }
 
     /// Forces of the rocks on each other, likewise.
-    fn on_each_other(&mut self, model: &Model, state: &mut State, h: f64, start: f64) -> Result<(), Fault> {
+    fn on_each_other(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        span @ Span { start, h }: Span,
+    ) -> Result<(), Fault> {
         if self.meetings.is_empty() {
             return Ok(());
         }
         let encounters = &mut state.encounters;
-        let sums = self.meetings.forces(model, &self.middles, encounters, h, start)?;
+        let sums = self.meetings.forces(model, &self.middles, encounters, span)?;
         for ((load, felt), body) in self.loads.iter_mut().zip(&self.meetings.felt).zip(&mut state.bodies) {
             load.force += felt.force;
             load.torque += felt.torque;
@@ -224,12 +225,11 @@ impl Run {
         model: &Model,
         state: &mut State,
         rock: usize,
-        window: &Window,
-        cut: Cut,
+        task: Task,
         part: Part,
     ) -> Result<(), Fault> {
         let (it, load) = (&model.rocks[rock], &self.loads[rock]);
-        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let Span { start, h } = part.span(task);
         let body = &mut state.bodies[rock];
         let before = body.motion;
         let after = &mut body.motion;
@@ -264,9 +264,10 @@ impl Run {
         };
         body.track.follow(it, &model.settings, self.rest.as_ref(), &passage);
         if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-            let (end, last) = part.end(window, cut);
-            let look = last.is_some_and(|s| s.is_multiple_of(steps_per_look(cut.h)) || s == cut.steps);
-            terrain.stepped(model, ground, rock, body, end, h, load.touching, look);
+            let (end, last) = part.end(task.window, task.cut);
+            let every = steps_per_look(task.cut.h);
+            let look = last.is_some_and(|s| s.is_multiple_of(every) || s == task.cut.steps);
+            terrain.stepped(model, ground, rock, body, Passed { end, h, touching: load.touching > 0, look });
         }
         Ok(())
     }

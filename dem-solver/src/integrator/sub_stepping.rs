@@ -58,22 +58,20 @@ struct Near {
     energy: f64,
 }
 
-/// The stretch that rock number `rock` with the state `body` takes next, of at most `most` steps of `h` [s].
+/// The stretch that the only rock, with the state `body`, takes next, of at most `most` steps of `h` [s].
 pub fn next(
     model: &Model,
     ground: &Terrain,
     laws: WallLaws,
-    around: &mut Surroundings,
-    landed: &mut Landed,
-    rock: usize,
+    (around, landed): (&mut Surroundings, &mut Landed),
     body: &Body,
     h: f64,
     most: usize,
 ) -> Stretch {
-    let (it, now) = (&model.rocks[rock], &body.motion);
-    let whole = model.wholes[rock].as_ref();
+    let (it, now) = (&model.rocks[0], &body.motion);
+    let whole = model.wholes[0].as_ref();
     let reach = whole.map_or(NEAR * it.smallest_radius, |whole| NEAR_WHOLE * whole.radius);
-    around.update(it, &model.trees[rock], ground, now, h, reach);
+    around.update(it, &model.trees[0], ground, now, h, reach);
     let turn = now.angular_momentum.norm() / it.inertia.min();
     let fastest = now.velocity.norm() + turn * it.arm + model.settings.gravity.norm() * h;
     let steps = ((reach / (fastest * h)) as usize).clamp(1, most.min(MOST));

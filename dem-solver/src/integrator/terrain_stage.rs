@@ -7,11 +7,12 @@ use crate::contact::whole_rock::Whole;
 use crate::contact::whole_rock::terrain::Landed;
 use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
+use crate::integrator::schedule::Span;
 use crate::integrator::sub_stepping::{self, Stretch};
 use crate::law::table::WallLaws;
 use crate::model::Model;
 use crate::model::critical::DEEP;
-use crate::model::runout::{LOOK, jump_height};
+use crate::model::runout::{LOOK, Passed, jump_height};
 use crate::model::state::{Against, Body, State};
 use crate::results::trajectory::Row;
 use crate::rock::{Motion, Rock};
@@ -81,10 +82,11 @@ impl OnTerrain {
         if body.contacts == 0 || model.settings.dem.time_step.is_some() {
             return Stretch::ONE;
         }
-        sub_stepping::next(model, ground, laws, &mut self.around[0], &mut self.landed[0], 0, body, h, most)
+        let near = (&mut self.around[0], &mut self.landed[0]);
+        sub_stepping::next(model, ground, laws, near, body, h, most)
     }
 
-    /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`;
+    /// Forces on rock number `rock` at `now`, in the middle of a step;
     /// their number. The histories after the step are `body`'s.
     pub fn forces(
         &mut self,
@@ -93,8 +95,7 @@ impl OnTerrain {
         rock: usize,
         body: &mut Body,
         now: &Motion,
-        h: f64,
-        time: f64,
+        Span { start: time, h }: Span,
     ) -> Result<(Sums, usize), Fault> {
         let Some(laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
         let it = &model.rocks[rock];
@@ -148,23 +149,13 @@ impl OnTerrain {
         }
     }
 
-    /// Follow a rock's way over a step of `h` [s] that ends at `end` [s] with the motion in `body`;
-    /// `contacts` were in its middle. `look`: whether its height is due.
-    pub fn stepped(
-        &mut self,
-        model: &Model,
-        ground: &Terrain,
-        rock: usize,
-        body: &mut Body,
-        end: f64,
-        h: f64,
-        contacts: usize,
-        look: bool,
-    ) {
+    /// Follow a rock's trajectory over a step that ends with the motion in `body`.
+    pub fn stepped(&mut self, model: &Model, ground: &Terrain, rock: usize, body: &mut Body, passed: Passed) {
         let Some(terrain) = &model.settings.terrain else { return };
         let shortest = model.steps.contact;
-        let (touching, touched) = (contacts > 0, body.path.contact_since.is_some());
-        body.path.step(&model.rocks[rock], terrain, &body.motion, end, h, touching, shortest);
+        let Passed { end, h, touching, look } = passed;
+        let touched = body.path.contact_since.is_some();
+        body.path.step(&model.rocks[rock], terrain, &body.motion, &passed, shortest);
         let height =
             |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
         if look && !touching {

@@ -6,7 +6,7 @@ use crate::integrator::closed_form;
 use crate::integrator::free_flight::clear_of_all;
 use crate::integrator::mesh_stage::{View, Zone, add_forces};
 use crate::integrator::rock_stage::Meetings;
-use crate::integrator::schedule::{Cut, Part};
+use crate::integrator::schedule::{Cut, Part, Task};
 use crate::integrator::secondary_impacts::Kicks;
 use crate::integrator::step::Load;
 use crate::integrator::sub_stepping::Stretch;
@@ -216,14 +216,15 @@ impl Run {
             self.let_go(model, state, window.length, input)?;
         }
         let cut = self.cut(model, window);
+        let task = Task { window, cut, input };
         self.gauges.begin(&mut output[self.answer.gauges..]);
         let flies = flies && (model.ground.is_some() || self.free_time(model, state, 0.0) > window.length);
         if flies && model.ground.is_none() {
             self.counts.flight_windows += 1;
-            self.fly(model, state, window, cut, 0..cut.steps, input, output);
+            self.fly(model, state, task, 0..cut.steps, output);
             self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
         } else {
-            self.step_through(model, state, window, cut, flies, input, output)?;
+            self.step_through(model, state, task, flies, output)?;
         }
         state.time = window.end();
         self.remember_motion(state, window.length, input);
@@ -311,16 +312,8 @@ impl Run {
     }
 
     /// Fly the steps `range` in closed form.
-    fn fly(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        window: &Window,
-        cut: Cut,
-        range: Range<usize>,
-        input: &[f64],
-        output: &mut [f64],
-    ) {
+    fn fly(&mut self, model: &Model, state: &mut State, task: Task, range: Range<usize>, output: &mut [f64]) {
+        let Task { window, cut, input } = task;
         let gravity = model.settings.gravity;
         self.starts.clear();
         self.starts.extend(state.bodies.iter().map(|b| b.motion));
@@ -383,12 +376,11 @@ impl Run {
         &mut self,
         model: &Model,
         state: &mut State,
-        window: &Window,
-        cut: Cut,
+        task: Task,
         flies: bool,
-        input: &[f64],
         output: &mut [f64],
     ) -> Result<(), Fault> {
+        let Task { window, cut, input } = task;
         let (mut step, mut next_try) = (0, 0);
         while step < cut.steps {
             if flies && step >= next_try {
@@ -398,7 +390,7 @@ impl Run {
                     _ => 0,
                 };
                 if clear >= FEWEST.min(cut.steps - step) {
-                    self.fly(model, state, window, cut, step..step + clear, input, output);
+                    self.fly(model, state, task, step..step + clear, output);
                     step += clear;
                     continue;
                 }
@@ -406,7 +398,7 @@ impl Run {
             }
             let Stretch { steps, parts } = self.stretch(model, state, cut, step);
             for part in 0..parts {
-                self.step(model, state, window, cut, Part { step, steps, part, parts }, input, output)?;
+                self.step(model, state, task, Part { step, steps, part, parts }, output)?;
             }
             self.counts.sub_steps += (parts * model.rocks.len()) as u64;
             // Longer stretches are taken only where nobody samples.

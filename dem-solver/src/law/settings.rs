@@ -225,52 +225,7 @@ impl ContactSettings {
                 return Err(invalid(key, format!("{key} = {v}: it must lie above 0")));
             }
         }
-        match self.poisson {
-            Some(nu) if !(0.0..=0.5).contains(&nu) => {
-                return Err(invalid("poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible"))
-                    .try_instead("rock has 0.2 to 0.3; 25 % is poisson = 0.25"));
-            }
-            None if self.young.is_some() || (self.friction > 0.0 && self.stiffness_ratio.is_none()) => {
-                return Err(invalid(
-                    "poisson",
-                    "Poisson's ratio is needed with `young` and with friction".into(),
-                )
-                .try_instead("write poisson = 0.2 for rock"));
-            }
-            _ => {}
-        }
-        match (self.restitution, self.damping_ratio) {
-            (Some(_), Some(_)) => {
-                return Err(invalid(
-                    "damping_ratio",
-                    "restitution and damping_ratio define one thing twice".into(),
-                )
-                .try_instead("keep one of them"));
-            }
-            (None, None) => {
-                return Err(invalid(
-                    "restitution",
-                    "the contact has neither restitution nor damping_ratio".into(),
-                )
-                .try_instead("restitution = 1 is a contact without a dashpot"));
-            }
-            (Some(e), None) if !(e > 0.0 && e <= 1.0) => {
-                let what = format!("a restitution of {e}: above 0 up to 1 is possible");
-                let percent =
-                    (e > 1.0 && e <= 100.0).then(|| format!("; {e} % is restitution = {}", e / 100.0));
-                let cure = "it is the speed after an impact over that before it";
-                return Err(
-                    invalid("restitution", what).try_instead(cure.to_owned() + &percent.unwrap_or_default())
-                );
-            }
-            (None, Some(g)) if g < 0.0 => {
-                return Err(invalid(
-                    "damping_ratio",
-                    format!("a damping ratio of {g}: it must be 0 or more"),
-                ));
-            }
-            _ => {}
-        }
+        self.check_numbers(&invalid)?;
         let not_negative = [
             ("friction", Some(self.friction)),
             ("friction_dynamic", self.friction_dynamic),
@@ -327,6 +282,57 @@ impl ContactSettings {
     pub fn strength(&self) -> Option<(&str, f64)> {
         let own = || self.own.iter().find_map(|(key, value)| Some((key.as_str(), value.as_float()?)));
         self.young.map(|young| ("young", young)).or_else(own)
+    }
+
+    /// Poisson's ratio, restitution and damping ratio.
+    fn check_numbers(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
+        match self.poisson {
+            Some(nu) if !(0.0..=0.5).contains(&nu) => {
+                return Err(invalid("poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible"))
+                    .try_instead("rock has 0.2 to 0.3; 25 % is poisson = 0.25"));
+            }
+            None if self.young.is_some() || (self.friction > 0.0 && self.stiffness_ratio.is_none()) => {
+                return Err(invalid(
+                    "poisson",
+                    "Poisson's ratio is needed with `young` and with friction".into(),
+                )
+                .try_instead("write poisson = 0.2 for rock"));
+            }
+            _ => {}
+        }
+        match (self.restitution, self.damping_ratio) {
+            (Some(_), Some(_)) => {
+                return Err(invalid(
+                    "damping_ratio",
+                    "restitution and damping_ratio define one thing twice".into(),
+                )
+                .try_instead("keep one of them"));
+            }
+            (None, None) => {
+                return Err(invalid(
+                    "restitution",
+                    "the contact has neither restitution nor damping_ratio".into(),
+                )
+                .try_instead("restitution = 1 is a contact without a dashpot"));
+            }
+            (Some(e), None) if !(e > 0.0 && e <= 1.0) => {
+                let what = format!("a restitution of {e}: above 0 up to 1 is possible");
+                let percent =
+                    (e > 1.0 && e <= 100.0).then(|| format!("; {e} % is restitution = {}", e / 100.0));
+                let cure = "it is the speed after an impact over that before it";
+                return Err(
+                    invalid("restitution", what).try_instead(cure.to_owned() + &percent.unwrap_or_default())
+                );
+            }
+            (None, Some(g)) if g < 0.0 => {
+                return Err(invalid(
+                    "damping_ratio",
+                    format!("a damping ratio of {g}: it must be 0 or more"),
+                ));
+            }
+            _ => {}
+        }
+        Ok(())
     }
 
     /// The other side's modulus.

@@ -63,6 +63,19 @@ pub struct End {
     pub velocity: Vector3<f64>,
 }
 
+/// A step that has been taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// When it ended [s].
+    pub end: f64,
+    /// Its length [s].
+    pub h: f64,
+    /// Whether there were contacts in its middle.
+    pub touching: bool,
+    /// Whether the height over the terrain is to be looked at.
+    pub look: bool,
+}
+
 impl Path {
     /// The start of the run, with the jump height there.
     pub fn begin(&mut self, rock: &Rock, motion: &Motion, height: Option<f64>) {
@@ -75,18 +88,16 @@ impl Path {
         self.ending.is_some_and(|end| end.how == Ending::Out)
     }
 
-    /// Take in a step of `h` [s] that ends at `end` [s] with the motion `after`; `touching`: there were
-    /// contacts in its middle.
+    /// Take in a step that has `passed`, with the motion `after`; a contact after less than `shortest` [s] is the one before.
     pub fn step(
         &mut self,
         rock: &Rock,
         terrain: &TerrainSettings,
         after: &Motion,
-        end: f64,
-        h: f64,
-        touching: bool,
+        passed: &Passed,
         shortest: f64,
     ) {
+        let Passed { end, h, touching, .. } = *passed;
         let speed = after.velocity.norm();
         self.see(rock, after, end);
         if !touching {

@@ -157,8 +157,7 @@ impl Sweep {
         rock: &Rock,
         motion: &Motion,
         wall: &Wall,
-        near: &NearList,
-        nodes: &NodeMotion,
+        (near, nodes): (&NearList, &NodeMotion),
         boxes: &mut Vec<NodeBox>,
         mut found: impl FnMut(&NearElement) -> bool,
     ) {

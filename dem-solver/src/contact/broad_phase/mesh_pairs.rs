@@ -163,8 +163,7 @@ impl PairList {
         rock: &Rock,
         tree: &SphereTree,
         wall: &Wall,
-        near: &NearList,
-        nodes: &NodeMotion,
+        (near, nodes): (&NearList, &NodeMotion),
         now: &Motion,
         at: Instant,
     ) {

@@ -148,10 +148,8 @@ impl Surroundings {
         rock: &Rock,
         tree: &SphereTree,
         ground: &Terrain,
-        now: &Motion,
-        gravity: &Vector3<f64>,
-        far: f64,
-        most: f64,
+        (now, gravity): (&Motion, &Vector3<f64>),
+        [far, most]: [f64; 2],
     ) -> (f64, bool) {
         self.look_around(tree, ground, now, far);
         let course = Course::new(rock, tree, now, gravity);

@@ -155,42 +155,7 @@ impl Touch {
         if self.contacts.len() == first + 1 && self.contacts[first].feature == Feature::Face {
             return;
         }
-        self.corners.clear();
-        self.spare.clear();
-        let is_line = |c: &Contact| list.elements[c.element as usize].kind == Kind::Line;
-        let mut kept = first;
-        for i in first..self.contacts.len() {
-            let contact = self.contacts[i];
-            if !is_line(&contact) {
-                self.spare.push(contact);
-                continue;
-            }
-            let element = &list.elements[contact.element as usize];
-            let reach = sphere.radius + element.radius;
-            for end in 0..2 {
-                let node = element.nodes[end];
-                let known = self.corners.iter().position(|c| c.node == node);
-                let apart = self.nodes[node as usize] - sphere.centre;
-                let corner = match known {
-                    Some(known) => known,
-                    None if apart.norm_squared() < reach * reach => {
-                        let excess = crossings.excess(list.numbers[node as usize]);
-                        self.corners.push(Corner { node, share: -excess, element: contact.element, end });
-                        self.corners.len() - 1
-                    }
-                    None => continue,
-                };
-                // The closest point of the wire is this end.
-                if contact.weights[end] == 1.0 {
-                    self.corners[corner].share += 1.0;
-                }
-            }
-            if contact.feature != Feature::Node {
-                self.contacts[kept] = contact;
-                kept += 1;
-            }
-        }
-        self.contacts.truncate(kept);
+        self.split_lines(first, sphere, list, crossings);
         let is_face = |c: &Contact| list.elements[c.element as usize].kind == Kind::Face;
         self.spare.sort_by_key(|c| !is_face(c));
         let faces = self.spare.iter().take_while(|c| is_face(c)).count();
@@ -227,6 +192,52 @@ impl Touch {
         });
         let others = keep_contacts(points);
         self.contacts.extend_from_slice(&points[..others]);
+        self.push_corners(sphere, number, list);
+    }
+
+    /// Of the candidates from `first` on keep the lines that are touched between their nodes; their nodes go to `corners`, all
+    /// else to `spare`.
+    fn split_lines(&mut self, first: usize, sphere: &Sphere, list: &PairList, crossings: &Crossings) {
+        self.corners.clear();
+        self.spare.clear();
+        let is_line = |c: &Contact| list.elements[c.element as usize].kind == Kind::Line;
+        let mut kept = first;
+        for i in first..self.contacts.len() {
+            let contact = self.contacts[i];
+            if !is_line(&contact) {
+                self.spare.push(contact);
+                continue;
+            }
+            let element = &list.elements[contact.element as usize];
+            let reach = sphere.radius + element.radius;
+            for end in 0..2 {
+                let node = element.nodes[end];
+                let known = self.corners.iter().position(|c| c.node == node);
+                let apart = self.nodes[node as usize] - sphere.centre;
+                let corner = match known {
+                    Some(known) => known,
+                    None if apart.norm_squared() < reach * reach => {
+                        let excess = crossings.excess(list.numbers[node as usize]);
+                        self.corners.push(Corner { node, share: -excess, element: contact.element, end });
+                        self.corners.len() - 1
+                    }
+                    None => continue,
+                };
+                // The closest point of the wire is this end.
+                if contact.weights[end] == 1.0 {
+                    self.corners[corner].share += 1.0;
+                }
+            }
+            if contact.feature != Feature::Node {
+                self.contacts[kept] = contact;
+                kept += 1;
+            }
+        }
+        self.contacts.truncate(kept);
+    }
+
+    /// Add the nodes that lines share, each as often as it counts.
+    fn push_corners(&mut self, sphere: &Sphere, number: u32, list: &PairList) {
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let to_point = self.nodes[corner.node as usize] - sphere.centre;
             let distance = to_point.norm();

@@ -8,7 +8,7 @@
 
 use crate::contact::broad_phase::terrain_pairs::{Pair, Surroundings};
 use crate::contact::history::SurfaceHistory;
-use crate::contact::pipeline::Sums;
+use crate::contact::pipeline::{Site, Sums};
 use crate::contact::terrain::Turned;
 use crate::contact::whole_rock::{Pressed, Whole};
 use crate::geometry::closest::{Feature, on_face};
@@ -178,7 +178,8 @@ impl Landed {
             let Some(mut group) = self.group(whole, laws, law) else { continue };
             self.weigh(&mut group, whole, laws, law, rock, now);
             sums.elastic += group.pressed.energy;
-            self.add(&group, rock, whole, laws, law, now, h, before, &mut histories, &mut sums);
+            let seat = Seat { group: &group, rock, whole, now, spin: rock.spin(now), h, before };
+            self.of(laws, law).for_each(|contact| seat.add(contact, &mut histories, &mut sums));
         }
         histories.sort_unstable_by_key(|m| m.sphere);
         self.histories = histories;
@@ -186,65 +187,69 @@ impl Landed {
     }
 }
 
-impl Landed {
-    /// Add the forces of one group.
-    fn add(
-        &self,
-        group: &Group,
-        rock: &Rock,
-        whole: &Whole,
-        laws: WallLaws,
-        law: u16,
-        now: &Motion,
-        h: f64,
-        before: &[SurfaceHistory],
-        histories: &mut Vec<SurfaceHistory>,
-        sums: &mut Sums,
-    ) {
-        let (pressed, spin) = (group.pressed, rock.spin(now));
+/// What the contacts of a group are computed with.
+struct Seat<'a> {
+    group: &'a Group<'a>,
+    rock: &'a Rock,
+    whole: &'a Whole,
+    now: &'a Motion,
+    spin: Vector3<f64>,
+    h: f64,
+    before: &'a [SurfaceHistory],
+}
+
+impl Seat<'_> {
+    /// Add the forces of one contact.
+    fn add(&self, contact: &Contact, histories: &mut Vec<SurfaceHistory>, sums: &mut Sums) {
+        let Self { group, rock, whole, now, spin, .. } = self;
+        let (pressed, law) = (group.pressed, group.law);
+        let weight = whole.weight(contact.sphere, contact.overlap, pressed.overlap);
+        let share = weight / group.weights;
+        if share == 0.0 {
+            return;
+        }
         let elastic = pressed.force * group.weights;
         // Rocks do not stick.
         let force = (elastic + group.viscous).max(0.0);
-        let dashpot = group.law.damping.map_or(0.0, |d| 2.0 * d.ratio * group.mass.sqrt());
-        for contact in self.of(laws, law) {
-            let weight = whole.weight(contact.sphere, contact.overlap, pressed.overlap);
-            let share = weight / group.weights;
-            if share == 0.0 {
-                continue;
-            }
-            let arm = contact.arm();
-            let stiffness = pressed.stiffness * weight * group.weights;
-            // Of the contact of Hertz of the rock's radius that is as stiff.
-            let overlap = pressed.overlap * (stiffness / pressed.stiffness).powi(2);
-            let load = Load { stiffness, force: elastic * share, energy: pressed.energy * share };
-            let point = ContactPoint {
+        let dashpot = law.damping.map_or(0.0, |d| 2.0 * d.ratio * group.mass.sqrt());
+        let arm = contact.arm();
+        let stiffness = pressed.stiffness * weight * group.weights;
+        // Of the contact of Hertz of the rock's radius that is as stiff.
+        let overlap = pressed.overlap * (stiffness / pressed.stiffness).powi(2);
+        let load = Load { stiffness, force: elastic * share, energy: pressed.energy * share };
+        let point = ContactPoint {
+            normal: contact.normal,
+            overlap,
+            radius: whole.radius,
+            velocity: now.velocity + spin.cross(&arm),
+            spin: *spin,
+            inertia: rock.inertia.min() * share,
+            dashpot: dashpot * share.sqrt(),
+            jump: Vector3::zeros(),
+        };
+        let found = self.before.binary_search_by_key(&contact.sphere, |m| m.sphere);
+        let history = found.map_or(History::default(), |at| self.before[at].history);
+        let response = law.respond_pressed(load, force * share, &point, &history, self.h);
+        if law.remembers() {
+            histories.push(SurfaceHistory {
+                sphere: contact.sphere,
+                element: contact.triangle,
                 normal: contact.normal,
-                overlap,
-                radius: whole.radius,
-                velocity: now.velocity + spin.cross(&arm),
-                spin,
-                inertia: rock.inertia.min() * share,
-                dashpot: dashpot * share.sqrt(),
-                jump: Vector3::zeros(),
-            };
-            let found = before.binary_search_by_key(&contact.sphere, |m| m.sphere);
-            let history = found.map_or(History::default(), |at| before[at].history);
-            let response = group.law.respond_pressed(load, force * share, &point, &history, h);
-            if group.law.remembers() {
-                histories.push(SurfaceHistory {
-                    sphere: contact.sphere,
-                    element: contact.triangle,
-                    normal: contact.normal,
-                    history: response.history(overlap),
-                });
-            }
-            sums.damped += response.damped;
-            sums.rubbed += response.rubbed;
-            sums.sheared += response.sheared;
-            sums.force += response.force;
-            sums.torque += arm.cross(&response.force) + response.moment;
-            sums.penetration = sums.penetration.max(contact.overlap / whole.radius);
+                history: response.history(overlap),
+            });
         }
+        // The energy of the normal springs is that of the group.
+        let site = Site {
+            normal: contact.normal,
+            overlap: contact.overlap,
+            radius: whole.radius,
+            smaller: whole.radius,
+            arm,
+            weight: 1.0,
+        };
+        let elastic = sums.elastic;
+        sums.add(&response, &site);
+        sums.elastic = elastic;
     }
 }
 
