@@ -19,6 +19,9 @@
 //!
 //! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
 
+mod part;
+
+pub use self::part::BeamPart;
 use super::bar::Rupture;
 use super::segment::{add_block, add_consistent_mass, add_vector, vector};
 use super::turn::{self, START, TURN};

@@ -10,6 +10,7 @@
 //!
 //! Source: CalculiX CrunchiX user's manual, "Input deck format".
 
+use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh};
 use super::tokens::{error, real, shown};
 use interface_defs::toolkit::input_error::InputError;
@@ -19,8 +20,19 @@ const MOST_LISTED: usize = 20;
 /// Most nodes that an element has, of the shapes that are read.
 const MOST_NODES: usize = 6;
 
+/// The format of CalculiX and Abaqus.
+pub struct Inp;
+
+impl MeshFormat for Inp {
+    const PROGRAMS: &str = "CalculiX, Abaqus";
+
+    fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+        parse(file, text)
+    }
+}
+
 /// Read a mesh from its text.
-pub fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
     let mut reader = Reader {
         file,
         builder: Builder::new(file, text.len()),

@@ -7,6 +7,7 @@
 //!
 //! Source: Kratos documentation, "Input files and IO".
 
+use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh};
 use super::tokens::{Tokens, shown};
 use interface_defs::toolkit::input_error::InputError;
@@ -19,8 +20,19 @@ const EXPECTED: [&str; 2] = ["ModelPartData", "Properties"];
 /// Most kinds of blocks that a warning lists.
 const MOST_LISTED: usize = 20;
 
+/// The format of Kratos.
+pub struct Mdpa;
+
+impl MeshFormat for Mdpa {
+    const PROGRAMS: &str = "Kratos";
+
+    fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+        parse(file, text)
+    }
+}
+
 /// Read a mesh from its text.
-pub fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
     let mut reader = Reader {
         t: Tokens::without_comments(file, text),
         builder: Builder::new(file, text.len()),

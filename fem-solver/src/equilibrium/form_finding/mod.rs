@@ -10,8 +10,8 @@ pub mod kinetic;
 
 use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
+use crate::element::Cable;
 use crate::element::Slack;
-use crate::element::{AnyElement, Cable};
 use crate::equilibrium::form_finding::easing::Easing;
 use crate::equilibrium::form_finding::kinetic::Swing;
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
@@ -81,8 +81,7 @@ pub fn find_form_from(
     basis: Option<Basis>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
-    let rough = |e: &AnyElement| matches!(e, AnyElement::SlidingCable(rope) if rope.friction > 0.0);
-    if !model.elements.iter().any(rough) {
+    if !model.elements.iter().any(|element| element.smooth().is_some()) {
         return find(model, newton, way, most, basis, on_iteration);
     }
     let mut start = Start::new(model, newton, way, basis);
@@ -92,20 +91,17 @@ pub fn find_form_from(
     }
     let mut smooth = model.clone();
     for element in &mut smooth.elements {
-        if let AnyElement::SlidingCable(rope) = element {
-            *rope = rope.smooth();
+        if let Some(without) = element.smooth() {
+            *element = without;
         }
     }
     let history = basis.map_or(Vec::new(), |basis| smooth_history(model, basis.history));
     let basis = basis.map(|basis| Basis { history: &history, ..basis });
     let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), way, most, basis, on_iteration)?;
     let mut assembly = Assembly::new(&smooth);
-    let histories = model.elements.iter().enumerate().map(|(i, element)| match element {
-        AnyElement::SlidingCable(rope) => {
-            let own = assembly.history(i, &form.history);
-            rope.hung(assembly.gather(i, &form.displacement), own)
-        }
-        _ => assembly.history(i, &form.history).to_vec(),
+    let histories = model.elements.iter().enumerate().map(|(i, element)| {
+        let own = assembly.history(i, &form.history);
+        element.hung(assembly.gather(i, &form.displacement), own)
     });
     form.history = histories.flatten().collect();
     form.smoothed = true;
@@ -115,10 +111,8 @@ pub fn find_form_from(
 /// What of `history` a structure has whose ropes are without friction.
 fn smooth_history(model: &Model, history: &[f64]) -> Vec<f64> {
     let assembly = Assembly::new(model);
-    let own = model.elements.iter().enumerate().map(|(i, element)| match element {
-        AnyElement::SlidingCable(rope) => rope.smooth_history(assembly.history(i, history)),
-        _ => assembly.history(i, history),
-    });
+    let elements = model.elements.iter().enumerate();
+    let own = elements.map(|(i, element)| element.smooth_history(assembly.history(i, history)));
     own.flatten().copied().collect()
 }
 
