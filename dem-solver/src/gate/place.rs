@@ -10,6 +10,8 @@ use nalgebra::Vector3;
 const HIGH: f64 = 200.0;
 /// Width of a terrain of which cells in millimetres are the likelier reason [m].
 const WIDE: f64 = 50_000.0;
+/// The lowest dry land [m].
+const DEEPEST_LAND: f64 = -440.0;
 /// Relative departure up to which a height is one in another unit.
 const ALIKE: f64 = 0.03;
 
@@ -72,6 +74,19 @@ pub fn other_heights(ground: f64, z: f64) -> Option<&'static str> {
     .into_iter()
     .find(|(factor, _)| alike(ratio, *factor))
     .map(|(_, what)| what)
+}
+
+/// What is said of a terrain that lies deeper than any land.
+pub fn below_all_land(ground: &Terrain) -> Option<String> {
+    let [low, high] = [ground.lowest, ground.highest].map(|corner| corner.z + ground.origin.z);
+    (high < DEEPEST_LAND).then(|| {
+        format!(
+            "terrain.file: its heights reach from {} to {} m, and no land lies below {DEEPEST_LAND} m (the Dead Sea): do they \
+             count downwards? z must be upward: turn their sign round",
+            short(low),
+            short(high)
+        )
+    })
 }
 
 /// What is said of a rock that starts very high above the terrain.

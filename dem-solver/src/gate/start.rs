@@ -1,5 +1,6 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
+use super::landing::LIMIT;
 use super::units::short;
 use super::{place, reach};
 use crate::contact::broad_phase::cell_grid::Plane;
@@ -9,7 +10,7 @@ use crate::interface_mesh::{Element, Kind, Wall};
 use crate::law::Law;
 use crate::model::Model;
 use crate::rock::{Motion, Rock, Sphere};
-use crate::settings::Settings;
+use crate::settings::{STRUCTURE, Settings};
 use crate::terrain::Terrain;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -278,7 +279,30 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
             )
             .try_instead(freed(settings, at, &way, by)));
     }
-    Ok(reach::check(model, wall))
+    let mut warnings = reach::check(model, wall);
+    warnings.extend((0..settings.named()).filter_map(|at| too_soft(model, at)));
+    Ok(warnings)
+}
+
+/// What is said of a rock that a net would hold only deep inside its spheres: its weight alone, on those that touch a plane
+/// together, presses them in that far.
+fn too_soft(model: &Model, at: usize) -> Option<String> {
+    let (settings, rock) = (&model.settings, &model.rocks[at]);
+    let laws = model.laws.as_ref()?;
+    let number = laws.number(&settings.rocks[at].material, STRUCTURE)?;
+    let (radius, weight) = (rock.smallest_radius, rock.mass * settings.gravity.norm());
+    let share = resting(&laws.walls[number], radius, weight / rock.facing) / radius;
+    let contact = settings.contacts.get(number)?;
+    let key = if contact.stiffness.is_some() { "stiffness" } else { "young" };
+    (share > LIMIT).then(|| {
+        format!(
+            "contact.{number}.{key}: rock `{}` at rest on the net overlaps it by more than {} of the radius of its spheres \
+             (smallest {} m, above {LIMIT} the law does not hold); 1000 kN/m is stiffness = 1e6, 1 GPa is young = 1e9",
+            rock.name,
+            short(LIMIT),
+            short(radius)
+        )
+    })
 }
 
 /// The deepest overlap of a rock's spheres with the elements of a net, if there is any.

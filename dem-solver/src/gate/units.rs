@@ -132,6 +132,16 @@ pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<O
         let what = format!("spheres `{}`: {what}", group.name);
         return Err(scene.invalid(&format!("spheres.{at}.density"), what).try_instead(cure));
     }
+    let speed = norm(&group.velocity).max(group.velocity_scatter);
+    if speed > FASTEST {
+        let key = if norm(&group.velocity) > FASTEST { "velocity" } else { "velocity_scatter" };
+        return Err(scene
+            .invalid(
+                &format!("spheres.{at}.{key}"),
+                format!("spheres `{}`: a speed of {} m/s", group.name, short(speed)),
+            )
+            .try_instead("it is written in m/s; 25 m/s are 90 km/h"));
+    }
     let usual = (DENSITY[0]..=DENSITY[1]).contains(&group.density);
     Ok((!usual).then(|| {
         format!(
@@ -228,6 +238,14 @@ pub fn of_contact(
             short(friction),
             friction.atan().to_degrees(),
             friction.to_radians().tan()
+        ));
+    }
+    if let Some(fast) = contact.friction_dynamic.filter(|fast| *fast > friction) {
+        warnings.push(format!(
+            "contact.{number}.friction_dynamic: {} in fast slip is more than friction = {} at rest, and what slips resists less; \
+             are the two exchanged?",
+            short(fast),
+            short(friction)
         ));
     }
     if let Some(ratio) = contact.damping_ratio.filter(|ratio| *ratio > CRITICAL) {

@@ -200,7 +200,7 @@ impl Key<'_> {
     pub fn check_table(&self, name: &str, rows: &[[f64; 2]]) -> Result<(), InputError> {
         if let Some(row) = rows.iter().find(|row| !(row[1] > 0.0 && row.iter().all(|x| x.is_finite()))) {
             let what = format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1]);
-            return Err(self.invalid(name, what));
+            return Err(self.invalid(name, what).try_instead("forces and stresses in tension count upward"));
         }
         if let Some(row) = rows.iter().find(|row| row[0] < 0.0) {
             let what = format!(

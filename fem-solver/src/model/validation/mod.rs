@@ -43,6 +43,7 @@ pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), In
     devices::judge(scene, config, model, &mut warnings)?;
     supports::judge(scene, config, model, &mut warnings)?;
     supports::judge_gravity(scene, config, &mut warnings);
+    supports::judge_damping(config, &mut warnings);
     warnings.extend(twins(model));
     model.warnings.extend(warnings);
     Ok(())
