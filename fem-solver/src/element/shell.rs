@@ -54,7 +54,7 @@ struct Tilt {
 }
 
 /// The shell at given displacements and rotations.
-struct Shape {
+struct ShellShape {
     /// `f_1, f_2`.
     f: [Vector3<f64>; 2],
     /// `triads[node][axis]`.
@@ -87,7 +87,7 @@ impl Shell {
         Fabric::Isotropic { young, poisson, prestress: [0.0; 3], wrinkles: false }
     }
 
-    fn shape(&self, u: &[f64], history: &[f64]) -> Shape {
+    fn shape(&self, u: &[f64], history: &[f64]) -> ShellShape {
         let [first, second] = self.membrane.axes;
         let own = [first, second, first.cross(&second)];
         let f = [0, 1].map(|b: usize| {
@@ -98,7 +98,7 @@ impl Shell {
             let turn = turn::rotation(u, history, node);
             own.map(|axis| turn * axis)
         });
-        Shape { f, triads }
+        ShellShape { f, triads }
     }
 
     /// Gradient of `a . f_b`, over the 18 local degrees of freedom.
@@ -123,7 +123,7 @@ impl Shell {
     }
 }
 
-impl Shape {
+impl ShellShape {
     /// `q_11, q_12, q_21, ...`.
     fn tilts(&self) -> [Tilt; 6] {
         std::array::from_fn(|k| self.tilt(k / 2, 2, k % 2))

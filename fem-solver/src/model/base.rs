@@ -7,7 +7,7 @@ use super::numbering::neighbours_together;
 use super::ropes::join;
 use crate::config::structure::StructureConfig;
 use crate::element::PartConfig;
-use crate::read::mesh::{Element, ElementGroup, Kind, Mesh};
+use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
 use crate::read::read;
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
@@ -291,7 +291,7 @@ fn cell(
     table: &StructureConfig,
     mesh: &Mesh,
     position: usize,
-    element: &Element,
+    element: &MeshElement,
     part: Option<&PartConfig>,
     number: u32,
 ) -> Result<Option<Vec<usize>>, InputError> {

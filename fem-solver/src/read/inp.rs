@@ -33,7 +33,7 @@ impl MeshFormat for Inp {
 
 /// Read a mesh from its text.
 fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
-    let mut reader = Reader {
+    let mut reader = InpReader {
         file,
         builder: Builder::new(file, text.len()),
         block: Block::Skip,
@@ -118,7 +118,7 @@ impl<'a> Card<'a> {
     }
 }
 
-struct Reader<'a> {
+struct InpReader<'a> {
     file: &'a str,
     builder: Builder<'a>,
     block: Block,
@@ -130,7 +130,7 @@ struct Reader<'a> {
     parts: usize,
 }
 
-impl Reader<'_> {
+impl InpReader<'_> {
     fn keyword(&mut self, line: usize, text: &str) -> Result<(), InputError> {
         self.complete()?;
         let card = Card::new(line, text);

@@ -33,7 +33,7 @@ impl MeshFormat for Mdpa {
 
 /// Read a mesh from its text.
 fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
-    let mut reader = Reader {
+    let mut reader = MdpaReader {
         t: Tokens::without_comments(file, text),
         builder: Builder::new(file, text.len()),
         conditions: HashMap::new(),
@@ -66,7 +66,7 @@ fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
     reader.builder.finish()
 }
 
-struct Reader<'a> {
+struct MdpaReader<'a> {
     t: Tokens<'a>,
     builder: Builder<'a>,
     /// Where the nodes of a condition stand, by its number.
@@ -74,7 +74,7 @@ struct Reader<'a> {
     condition_nodes: Vec<u32>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> MdpaReader<'a> {
     /// The next number of a block, or `None` at its end.
     fn number(&mut self, block: &str) -> Result<Option<u64>, InputError> {
         let word = self.t.word(&format!("a number, or `End {block}`"))?;

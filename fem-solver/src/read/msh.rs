@@ -47,7 +47,7 @@ fn refuse_binary(file: &str, text: &str) -> Result<(), InputError> {
 fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
     let mut t = Tokens::new(file, text);
     let version = header(&mut t)?;
-    let mut reader = Reader {
+    let mut reader = MshReader {
         builder: Builder::new(file, text.len()),
         names: HashMap::new(),
         entities: HashMap::new(),
@@ -165,7 +165,7 @@ fn known_shape(t: &Tokens, number: u64) -> Result<(Kind, u64), InputError> {
     })
 }
 
-struct Reader<'a> {
+struct MshReader<'a> {
     builder: Builder<'a>,
     /// Names of physical groups by dimension and number.
     names: HashMap<(u64, i64), String>,
@@ -175,7 +175,7 @@ struct Reader<'a> {
     written: HashMap<(Kind, i64), Written>,
 }
 
-impl Reader<'_> {
+impl MshReader<'_> {
     fn physical_names(&mut self, t: &mut Tokens) -> Result<(), InputError> {
         for _ in 0..t.whole("the number of physical names")? {
             let dim = t.whole("the dimension of a physical name")?;

@@ -89,12 +89,12 @@ impl<'a> Easing<'a> {
         };
         let settings = NewtonConfig { tolerance: TOLERANCE, max_iterations: Some(most), line_search: true };
         let (begun, mut count) = (done.iterations, 0);
-        newton.settles = false;
+        newton.limits_travel = false;
         let outcome = newton.solve(&self.soft, &problem, &settings, u, &mut |_, residual| {
             count += 1;
             on_iteration(begun + count, residual)
         });
-        newton.settles = true;
+        newton.limits_travel = true;
         done.iterations += count;
         match outcome {
             Ok(info) => {
