@@ -7,7 +7,7 @@ use crate::settings::{EffectiveMass, STRUCTURE};
 use std::collections::BTreeMap;
 
 /// A flat landing on a rigid, fixed structure: an upper bound of each contact's stiffness.
-struct Landing {
+struct NetLanding {
     /// Stiffness of each contact [N/m].
     stiffness: f64,
     /// Force in it [N].
@@ -43,7 +43,7 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
         let energy = 0.5 * rock.mass * speed * speed;
         let mut extents: [f64; 3] = (rock.highest_corner - rock.lowest_corner).into();
         extents.sort_by(f64::total_cmp);
-        let landing = Landing {
+        let landing = NetLanding {
             stiffness: load.stiffness,
             force: load.force,
             stored: load.energy,

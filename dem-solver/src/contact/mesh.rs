@@ -8,29 +8,29 @@
 //!
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
-use super::broad_phase::mesh_pairs::{Instant, PairElement, PairList};
+use super::broad_phase::mesh_pairs::{Instant, PairElement, MeshPairs};
 use super::history::{Successor, SurfaceHistory, Transfer};
-use super::narrow_phase::sphere_mesh::{Contact, Touch};
+use super::narrow_phase::sphere_mesh::{MeshContact, MeshContacts};
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
-use crate::interface_mesh::Wall;
+use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::motion::NodeMotion;
 use crate::law::Law;
 use crate::law::contact_point::History;
-use crate::law::table::WallLaws;
+use crate::law::table::SurfaceLaws;
 use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
 
 /// What a rock and its wall are at an instant.
 #[derive(Clone, Copy)]
-pub struct Scene<'a> {
+pub struct MeshScene<'a> {
     /// The rock.
     pub rock: &'a Rock,
     /// The laws of its contacts.
-    pub laws: WallLaws<'a>,
+    pub laws: SurfaceLaws<'a>,
     /// What it touches.
-    pub wall: &'a Wall,
+    pub wall: &'a ContactMesh,
     /// Pairs that may touch.
-    pub list: &'a PairList,
+    pub list: &'a MeshPairs,
     /// Motion of the near nodes in the window.
     pub motion: &'a NodeMotion,
     /// In the first step of a window: how its start differs from the end of the window before.
@@ -56,9 +56,9 @@ impl Seam<'_> {
 
 /// What evaluates contacts: buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Evaluation {
+pub struct MeshForces {
     /// The contacts.
-    pub touch: Touch,
+    pub touch: MeshContacts,
     /// Forces on the nodes of the pair list [N], along the axes of space.
     pub node_forces: Vec<Vector3<f64>>,
     node_velocities: Vec<Vector3<f64>>,
@@ -68,7 +68,7 @@ pub struct Evaluation {
     pub histories: Vec<SurfaceHistory>,
 }
 
-impl Evaluation {
+impl MeshForces {
     /// Room for the contacts of a rock.
     pub fn reserve(&mut self, nodes: usize, elements: usize, contacts: usize) {
         self.touch.reserve(nodes, elements, contacts);
@@ -80,11 +80,11 @@ impl Evaluation {
     }
 
     /// Find the contacts at `now` and their elastic energy; no forces.
-    pub fn energy(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
+    pub fn energy(&mut self, scene: MeshScene, now: &Motion, at: Instant) -> f64 {
         self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.wall.crossings.as_ref());
         let spheres = &scene.rock.spheres;
         let elements = &scene.list.elements;
-        let of = |c: &Contact| {
+        let of = |c: &MeshContact| {
             let law = scene.laws.of(elements[c.element as usize].number);
             c.share * law.normal.load(spheres[c.sphere as usize].radius, c.overlap).energy
         };
@@ -94,11 +94,11 @@ impl Evaluation {
     /// Find the contacts at `now`, whose velocities are those of that instant, and their forces.
     ///
     /// `h` [s] is the step in whose middle this is, 0 at an instant that no step surrounds; the
-    /// histories after it go to [`Evaluation::histories`], forces on the mesh to
-    /// [`Evaluation::node_forces`].
+    /// histories after it go to [`MeshForces::histories`], forces on the mesh to
+    /// [`MeshForces::node_forces`].
     pub fn forces(
         &mut self,
-        scene: Scene,
+        scene: MeshScene,
         now: &Motion,
         at: Instant,
         h: f64,
@@ -134,9 +134,9 @@ impl Evaluation {
 
     /// The first contact whose wall has been pushed past the centres of the outer spheres: of a lattice further than
     /// `depth` radii into the box that they span, else through the centre of its own sphere within the last `h` [s].
-    pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64, depth: f64) -> Option<&Contact> {
+    pub fn passed_centre(&self, scene: MeshScene, now: &Motion, h: f64, depth: f64) -> Option<&MeshContact> {
         let rock = scene.rock;
-        let inside = |contact: &Contact| {
+        let inside = |contact: &MeshContact| {
             let centre = &rock.spheres[contact.sphere as usize].centre;
             rock.holds(&(centre + contact.normal * contact.distance), depth)
         };
@@ -155,7 +155,7 @@ impl Evaluation {
 
     /// How long before the middle of this step of `h` [s] the first of the contacts touched, by overlaps, their rates
     /// and the rock's acceleration [s].
-    pub fn touched_ago(&self, scene: Scene, now: &Motion, h: f64) -> f64 {
+    pub fn touched_ago(&self, scene: MeshScene, now: &Motion, h: f64) -> f64 {
         let motion = self.own_motion(scene.rock, now);
         let acceleration = self.touch.rotation.tr_mul(&now.acceleration);
         let ago = self.touch.contacts.iter().map(|contact| {
@@ -182,7 +182,7 @@ impl Evaluation {
     fn relative_velocity(
         &self,
         [velocity, spin]: &[Vector3<f64>; 2],
-        contact: &Contact,
+        contact: &MeshContact,
         element: &PairElement,
         arm: &Vector3<f64>,
     ) -> Vector3<f64> {
@@ -190,7 +190,7 @@ impl Evaluation {
     }
 
     /// Velocities of the listed nodes, in the rock's own frame; their largest speed past its centre.
-    fn node_motion(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
+    fn node_motion(&mut self, scene: MeshScene, now: &Motion, at: Instant) -> f64 {
         let to_own = self.touch.rotation.transpose();
         let mut fastest = 0.0_f64;
         for &a in &scene.list.nodes {
@@ -202,11 +202,11 @@ impl Evaluation {
     }
 
     /// Find the histories of the contacts; a node slips past the rock by at most `slip` [m] in the step.
-    fn transfer_histories(&mut self, scene: Scene, slip: f64, before: &[SurfaceHistory]) {
+    fn transfer_histories(&mut self, scene: MeshScene, slip: f64, before: &[SurfaceHistory]) {
         let touch = &self.touch;
         // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
         let neighbours = |a: u32, b: u32| scene.wall.share_a_node(a, b);
-        let view = |contact| View { contact, touch, list: scene.list, slip };
+        let view = |contact| MeshSuccessor { contact, touch, list: scene.list, slip };
         let beside = scene.wall.crossings.is_some();
         self.transfer.find(&touch.contacts, view, before, neighbours, beside);
     }
@@ -214,8 +214,8 @@ impl Evaluation {
 
 /// The interface mesh as partner, in the rock's own frame.
 struct OnMesh<'a> {
-    scene: Scene<'a>,
-    touch: &'a Touch,
+    scene: MeshScene<'a>,
+    touch: &'a MeshContacts,
     /// Contacts among which the rock is shared.
     count: usize,
     node_velocities: &'a [Vector3<f64>],
@@ -227,21 +227,21 @@ struct OnMesh<'a> {
 
 impl OnMesh<'_> {
     #[inline]
-    fn element(&self, contact: &Contact) -> &PairElement {
+    fn element(&self, contact: &MeshContact) -> &PairElement {
         &self.scene.list.elements[contact.element as usize]
     }
 }
 
 impl Partner for OnMesh<'_> {
-    type Contact = Contact;
+    type Contact = MeshContact;
 
     #[inline]
-    fn law(&self, contact: &Contact) -> u16 {
+    fn law(&self, contact: &MeshContact) -> u16 {
         self.scene.laws.number(self.element(contact).number)
     }
 
     #[inline]
-    fn site(&self, contact: &Contact) -> Site {
+    fn site(&self, contact: &MeshContact) -> Site {
         let radius = self.scene.rock.spheres[contact.sphere as usize].radius;
         Site {
             normal: contact.normal,
@@ -254,12 +254,12 @@ impl Partner for OnMesh<'_> {
     }
 
     #[inline]
-    fn velocity(&self, contact: &Contact, _: &Site) -> Vector3<f64> {
+    fn velocity(&self, contact: &MeshContact, _: &Site) -> Vector3<f64> {
         point_velocity(self.node_velocities, contact, self.element(contact))
     }
 
     #[inline]
-    fn dashpot(&mut self, contact: &Contact, law: &Law) -> f64 {
+    fn dashpot(&mut self, contact: &MeshContact, law: &Law) -> f64 {
         let mass = self.scene.rock.mass;
         law.damping.as_ref().map_or(0.0, |damping| {
             let inverse = inverse_mass(self.scene, self.element(contact), contact.weights);
@@ -268,20 +268,20 @@ impl Partner for OnMesh<'_> {
     }
 
     #[inline]
-    fn history(&mut self, number: usize, _: &Contact) -> History {
+    fn history(&mut self, number: usize, _: &MeshContact) -> History {
         let rotation = &self.touch.rotation;
         let own = |history: History| history.turned(|v| rotation.tr_mul(v));
         self.transfer.of(number, self.before).map_or(History::default(), own)
     }
 
     #[inline]
-    fn jump(&self, contact: &Contact) -> Vector3<f64> {
+    fn jump(&self, contact: &MeshContact) -> Vector3<f64> {
         let Some(seam) = &self.scene.seam else { return Vector3::zeros() };
         self.touch.rotation.tr_mul(&jump(seam, self.scene, self.element(contact), contact.weights))
     }
 
     #[inline]
-    fn keep(&mut self, contact: &Contact, site: &Site, history: History) {
+    fn keep(&mut self, contact: &MeshContact, site: &Site, history: History) {
         let rotation = &self.touch.rotation;
         self.histories.push(SurfaceHistory {
             sphere: contact.sphere,
@@ -292,7 +292,7 @@ impl Partner for OnMesh<'_> {
     }
 
     #[inline]
-    fn react(&mut self, contact: &Contact, _: &Site, force: &Vector3<f64>, _: &Vector3<f64>) {
+    fn react(&mut self, contact: &MeshContact, _: &Site, force: &Vector3<f64>, _: &Vector3<f64>) {
         // A wire has no twist that could take a moment.
         let nodes = self.element(contact).nodes;
         for (node, weight) in nodes.into_iter().zip(contact.weights) {
@@ -303,7 +303,7 @@ impl Partner for OnMesh<'_> {
 
 /// Velocity of the mesh's point, of the nodes' velocities [m/s].
 #[inline]
-fn point_velocity(nodes: &[Vector3<f64>], contact: &Contact, element: &PairElement) -> Vector3<f64> {
+fn point_velocity(nodes: &[Vector3<f64>], contact: &MeshContact, element: &PairElement) -> Vector3<f64> {
     let [a, b, c] = element.nodes.map(|n| &nodes[n as usize]);
     let [na, nb, nc] = contact.weights;
     a * na + b * nb + c * nc
@@ -311,7 +311,7 @@ fn point_velocity(nodes: &[Vector3<f64>], contact: &Contact, element: &PairEleme
 
 /// The point of a contact on the surface, from the rock's centre of mass [m].
 #[inline]
-fn arm(scene: Scene, contact: &Contact) -> Vector3<f64> {
+fn arm(scene: MeshScene, contact: &MeshContact) -> Vector3<f64> {
     let element = &scene.list.elements[contact.element as usize];
     let sphere = &scene.rock.spheres[contact.sphere as usize];
     sphere.centre + contact.normal * (contact.distance - element.radius)
@@ -319,24 +319,24 @@ fn arm(scene: Scene, contact: &Contact) -> Vector3<f64> {
 
 /// `sum N_a^2 / m_a` of the wall's point [1/kg]; 0 where the wall does not tell its masses.
 #[inline]
-fn inverse_mass(scene: Scene, element: &PairElement, weights: [f64; 3]) -> f64 {
+fn inverse_mass(scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> f64 {
     scene.wall.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
 }
 
 /// What the wall's point has moved between two windows [m].
-fn jump(seam: &Seam, scene: Scene, element: &PairElement, weights: [f64; 3]) -> Vector3<f64> {
+fn jump(seam: &Seam, scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> Vector3<f64> {
     let [a, b, c] = element.nodes.map(|n| seam.of_node(scene.list.numbers[n as usize]));
     a * weights[0] + b * weights[1] + c * weights[2]
 }
 
-struct View<'a> {
-    contact: &'a Contact,
-    touch: &'a Touch,
-    list: &'a PairList,
+struct MeshSuccessor<'a> {
+    contact: &'a MeshContact,
+    touch: &'a MeshContacts,
+    list: &'a MeshPairs,
     slip: f64,
 }
 
-impl Successor for View<'_> {
+impl Successor for MeshSuccessor<'_> {
     fn sphere(&self) -> u32 {
         self.contact.sphere
     }

@@ -29,7 +29,7 @@ pub struct RockHistory {
 
 /// Two rocks at an instant.
 #[derive(Clone, Copy)]
-pub struct Two<'a> {
+pub struct RockPair<'a> {
     /// Numbers of the second and of the first.
     pub numbers: [u32; 2],
     /// The rocks.
@@ -44,7 +44,7 @@ pub struct Two<'a> {
 
 /// Sums over the contacts of two rocks.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Both {
+pub struct RockPairSums {
     /// Those of the first; the second takes the opposite force. Penetration is over the smaller radius.
     pub first: Sums,
     /// Torque on the second about its own centre of mass [N m].
@@ -55,7 +55,7 @@ pub struct Both {
 
 /// A contact of two spheres, in the first rock's own frame.
 #[derive(Debug, Clone, Copy)]
-struct Contact {
+struct RockContact {
     spheres: [u32; 2],
     /// Unit vector from the first centre to the second.
     normal: Vector3<f64>,
@@ -66,19 +66,19 @@ struct Contact {
 
 /// What evaluates contacts: a buffer that is used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Evaluation {
-    contacts: Vec<Contact>,
+pub struct RockForces {
+    contacts: Vec<RockContact>,
     rows: Rows,
 }
 
-impl Evaluation {
+impl RockForces {
     /// Room for so many contacts.
     pub fn reserve(&mut self, contacts: usize) {
         self.contacts.reserve(contacts);
         self.rows.reserve(contacts);
     }
 
-    fn find(&mut self, two: &Two, pose: &Pose, turn: &Matrix3<f64>) {
+    fn find(&mut self, two: &RockPair, pose: &Pose, turn: &Matrix3<f64>) {
         self.contacts.clear();
         let [a, b] = two.rocks;
         for &spheres in two.pairs {
@@ -91,13 +91,13 @@ impl Evaluation {
                 let normal = if distance > 0.0 { apart / distance } else { Vector3::z() };
                 let overlap = reach - distance;
                 let point = first.centre + normal * (first.radius - 0.5 * overlap);
-                self.contacts.push(Contact { spheres, normal, overlap, point });
+                self.contacts.push(RockContact { spheres, normal, overlap, point });
             }
         }
     }
 
     /// Elastic energy of the contacts [J], their number, and the largest overlap over the smaller radius; no forces.
-    pub fn energy(&mut self, two: &Two, pose: &Pose) -> (f64, usize, f64) {
+    pub fn energy(&mut self, two: &RockPair, pose: &Pose) -> (f64, usize, f64) {
         self.find(two, pose, &pose.rotation());
         let (mut energy, mut deepest) = (0.0, 0.0_f64);
         for contact in &self.contacts {
@@ -112,12 +112,12 @@ impl Evaluation {
     /// ascending; those after the step are added to `after`.
     pub fn forces(
         &mut self,
-        two: &Two,
+        two: &RockPair,
         pose: &Pose,
         h: f64,
         before: &[RockHistory],
         after: &mut Vec<RockHistory>,
-    ) -> Both {
+    ) -> RockPairSums {
         let turn = pose.rotation();
         self.find(two, pose, &turn);
         let ([a, b], [first, second]) = (two.rocks, two.motions);
@@ -130,7 +130,7 @@ impl Evaluation {
         let count = self.contacts.len();
         let first = Sums { fastest, ..Sums::default() };
         if count == 0 {
-            return Both { first, ..Both::default() };
+            return RockPairSums { first, ..RockPairSums::default() };
         }
         let reduced = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
         let dashpot = two.law.damping.as_ref().map_or(0.0, |d| d.coefficient(reduced, count, 0.0));
@@ -143,13 +143,13 @@ impl Evaluation {
         first.fastest = fastest;
         let torque = to_space * partner.torque;
         first.turn(&to_space);
-        Both { first, torque, contacts: count }
+        RockPairSums { first, torque, contacts: count }
     }
 }
 
 /// Another rock as partner, in the first rock's own frame.
 struct OtherRock<'a> {
-    two: &'a Two<'a>,
+    two: &'a RockPair<'a>,
     pose: &'a Pose,
     to_space: Matrix3<f64>,
     /// Angular velocity of the other [rad/s].
@@ -163,32 +163,32 @@ struct OtherRock<'a> {
 }
 
 impl Partner for OtherRock<'_> {
-    type Contact = Contact;
+    type Contact = RockContact;
 
     #[inline]
-    fn law(&self, _: &Contact) -> u16 {
+    fn law(&self, _: &RockContact) -> u16 {
         0
     }
 
     #[inline]
-    fn site(&self, contact: &Contact) -> Site {
+    fn site(&self, contact: &RockContact) -> Site {
         let [radius, smaller] = radii(self.two, contact);
         let (normal, overlap, arm) = (contact.normal, contact.overlap, contact.point);
         Site { normal, overlap, radius, smaller, arm, weight: 1.0 }
     }
 
     #[inline]
-    fn velocity(&self, _: &Contact, site: &Site) -> Vector3<f64> {
+    fn velocity(&self, _: &RockContact, site: &Site) -> Vector3<f64> {
         self.other_spin.cross(&(site.arm - self.pose.position))
     }
 
     #[inline]
-    fn dashpot(&mut self, _: &Contact, _: &Law) -> f64 {
+    fn dashpot(&mut self, _: &RockContact, _: &Law) -> f64 {
         self.dashpot
     }
 
     /// Both contacts and histories are gone through in ascending order.
-    fn history(&mut self, _: usize, contact: &Contact) -> History {
+    fn history(&mut self, _: usize, contact: &RockContact) -> History {
         while let Some((old, rest)) = self.before.split_first()
             && old.spheres <= contact.spheres
         {
@@ -200,20 +200,20 @@ impl Partner for OtherRock<'_> {
         History::default()
     }
 
-    fn keep(&mut self, contact: &Contact, _: &Site, history: History) {
+    fn keep(&mut self, contact: &RockContact, _: &Site, history: History) {
         let (rocks, spheres) = (self.two.numbers, contact.spheres);
         let history = history.turned(|v| self.to_space * v);
         self.after.push(RockHistory { rocks, spheres, history });
     }
 
     #[inline]
-    fn react(&mut self, _: &Contact, site: &Site, force: &Vector3<f64>, moment: &Vector3<f64>) {
+    fn react(&mut self, _: &RockContact, site: &Site, force: &Vector3<f64>, moment: &Vector3<f64>) {
         self.torque -= (site.arm - self.pose.position).cross(force) + moment;
     }
 }
 
 /// Effective radius of two spheres, and the smaller of their radii [m].
-fn radii(two: &Two, contact: &Contact) -> [f64; 2] {
+fn radii(two: &RockPair, contact: &RockContact) -> [f64; 2] {
     let radius = |side: usize| two.rocks[side].spheres[contact.spheres[side] as usize].radius;
     let (r, s) = (radius(0), radius(1));
     [r * s / (r + s), r.min(s)]

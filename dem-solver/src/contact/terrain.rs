@@ -6,22 +6,22 @@
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
 use super::broad_phase::cell_grid::Plane;
-use super::broad_phase::terrain_pairs::Surroundings;
+use super::broad_phase::terrain_pairs::TerrainPairs;
 use super::history::{Successor, SurfaceHistory, Transfer};
-use super::narrow_phase::faces::{Faces, Met, Part};
+use super::narrow_phase::faces::{Faces, Met, FacePart};
 use super::narrow_phase::selection::{Candidate, keep_contacts};
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
 use crate::geometry::closest::{Feature, on_face};
 use crate::law::Law;
 use crate::law::contact_point::History;
-use crate::law::table::WallLaws;
+use crate::law::table::SurfaceLaws;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
 use nalgebra::{Matrix3, Vector3};
 
 /// A contact of a sphere with a triangle, along the axes of space.
 #[derive(Debug, Clone, Copy)]
-pub struct Contact {
+pub struct SurfaceContact {
     /// Unit vector from the sphere's centre to the triangle's point.
     pub normal: Vector3<f64>,
     /// Distance of the two [m].
@@ -43,7 +43,7 @@ pub struct Contact {
     feature: Feature,
 }
 
-impl Contact {
+impl SurfaceContact {
     /// Its point, from the rock's centre of mass [m].
     #[inline]
     fn arm(&self) -> Vector3<f64> {
@@ -51,7 +51,7 @@ impl Contact {
     }
 }
 
-impl Candidate for Contact {
+impl Candidate for SurfaceContact {
     fn distance(&self) -> f64 {
         self.distance
     }
@@ -68,19 +68,19 @@ impl Candidate for Contact {
 
 /// The contacts, and buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Standing {
+pub struct SurfaceContacts {
     /// The contacts, by sphere, in the order of the hierarchy.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<SurfaceContact>,
     transfer: Transfer,
     rows: Rows,
-    spare: Vec<Contact>,
+    spare: Vec<SurfaceContact>,
     met: Vec<Met>,
     faces: Faces,
     /// The histories after the step.
     pub histories: Vec<SurfaceHistory>,
 }
 
-impl Standing {
+impl SurfaceContacts {
     /// Room for so many contacts.
     pub fn new(contacts: usize) -> Self {
         let mut it = Self {
@@ -94,7 +94,7 @@ impl Standing {
     }
 
     /// Find the contacts at `now`; `around` must be good there. Where the ground says so they are continuous over kinks.
-    pub fn find(&mut self, rock: &Rock, ground: &Terrain, around: &Surroundings, now: &Motion) {
+    pub fn find(&mut self, rock: &Rock, ground: &Terrain, around: &TerrainPairs, now: &Motion) {
         self.contacts.clear();
         let moved = around.moved;
         let rotation = Turned::new(rock, now);
@@ -122,7 +122,7 @@ impl Standing {
                 let square = to_point.norm_squared();
                 if square < sphere.radius * sphere.radius {
                     let distance = square.sqrt();
-                    self.contacts.push(Contact {
+                    self.contacts.push(SurfaceContact {
                         normal: to_point / distance,
                         distance,
                         overlap: sphere.radius - distance,
@@ -155,7 +155,7 @@ impl Standing {
             for (number, plane) in (0..).zip(planes) {
                 let distance = plane.offset - plane.normal.dot(&place);
                 if distance < it.radius {
-                    self.contacts.push(Contact {
+                    self.contacts.push(SurfaceContact {
                         normal: plane.normal,
                         distance,
                         overlap: it.radius - distance,
@@ -195,13 +195,13 @@ impl Standing {
         self.faces.share_out(&self.met, at, |shared| {
             let face = spare[shared.face];
             let (beyond, feature) = match shared.part {
-                Part::Face => return contacts.push(face),
-                Part::Edge(number) => (number, Feature::Edge),
-                Part::Node(number) => (number, Feature::Node),
+                FacePart::Face => return contacts.push(face),
+                FacePart::Edge(number) => (number, Feature::Edge),
+                FacePart::Node(number) => (number, Feature::Node),
             };
             let distance = shared.to_point.norm();
             if distance < face.radius {
-                contacts.push(Contact {
+                contacts.push(SurfaceContact {
                     normal: shared.to_point / distance,
                     distance,
                     overlap: face.radius - distance,
@@ -221,17 +221,17 @@ impl Standing {
     }
 
     /// Elastic energy of the contacts that were found [J].
-    pub fn energy(&self, laws: WallLaws) -> f64 {
-        let of = |c: &Contact| c.share * laws.of(c.triangle).normal.load(c.radius, c.overlap).energy;
+    pub fn energy(&self, laws: SurfaceLaws) -> f64 {
+        let of = |c: &SurfaceContact| c.share * laws.of(c.triangle).normal.load(c.radius, c.overlap).energy;
         self.contacts.iter().map(of).sum()
     }
 
     /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the histories after
-    /// it go to [`Standing::histories`]. Without `ground` the contacts are those with planes.
+    /// it go to [`SurfaceContacts::histories`]. Without `ground` the contacts are those with planes.
     pub fn forces(
         &mut self,
         rock: &Rock,
-        laws: WallLaws,
+        laws: SurfaceLaws,
         ground: Option<&Terrain>,
         now: &Motion,
         h: f64,
@@ -244,7 +244,7 @@ impl Standing {
         }
         if laws.any(|law| law.remembers()) {
             let neighbours = |a: u32, b: u32| ground.is_some_and(|ground| ground.share_a_node(a, b));
-            let view = |contact| View { contact, slip: fastest * h };
+            let view = |contact| SurfaceSuccessor { contact, slip: fastest * h };
             let beside = ground.is_some_and(|ground| ground.continuous);
             self.transfer.find(&self.contacts, view, before, neighbours, beside);
         }
@@ -260,10 +260,10 @@ impl Standing {
     }
 
     /// Sphere of the first contact that has been pushed past the centres of the outer spheres, as
-    /// [`crate::contact::mesh::Evaluation::passed_centre`] has it.
+    /// [`crate::contact::mesh::MeshForces::passed_centre`] has it.
     pub fn passed_centre(&self, rock: &Rock, now: &Motion, h: f64, depth: f64) -> Option<u32> {
         let spin = rock.spin(now);
-        let passed = |contact: &&Contact| {
+        let passed = |contact: &&SurfaceContact| {
             let point = contact.centre + contact.normal * contact.distance;
             let relative = now.velocity + spin.cross(&contact.centre);
             rock.holds(&now.orientation.inverse_transform_vector(&point), depth)
@@ -275,7 +275,7 @@ impl Standing {
 
 /// A surface that stands still as partner, along the axes of space.
 struct OnSurface<'a> {
-    laws: WallLaws<'a>,
+    laws: SurfaceLaws<'a>,
     /// Mass of the rock [kg].
     mass: f64,
     /// Contacts among which it is shared.
@@ -293,15 +293,15 @@ fn dashpot(law: &Law, mass: f64, count: usize) -> f64 {
 }
 
 impl<'a> Partner for OnSurface<'a> {
-    type Contact = Contact;
+    type Contact = SurfaceContact;
 
     #[inline]
-    fn law(&self, contact: &Contact) -> u16 {
+    fn law(&self, contact: &SurfaceContact) -> u16 {
         self.laws.number(contact.triangle)
     }
 
     #[inline]
-    fn site(&self, contact: &Contact) -> Site {
+    fn site(&self, contact: &SurfaceContact) -> Site {
         Site {
             normal: contact.normal,
             overlap: contact.overlap,
@@ -313,7 +313,7 @@ impl<'a> Partner for OnSurface<'a> {
     }
 
     #[inline]
-    fn dashpot(&mut self, contact: &Contact, law: &Law) -> f64 {
+    fn dashpot(&mut self, contact: &SurfaceContact, law: &Law) -> f64 {
         if !std::ptr::eq(law, self.known.0) {
             self.known = (self.laws.of(contact.triangle), dashpot(law, self.mass, self.count));
         }
@@ -321,12 +321,12 @@ impl<'a> Partner for OnSurface<'a> {
     }
 
     #[inline]
-    fn history(&mut self, number: usize, _: &Contact) -> History {
+    fn history(&mut self, number: usize, _: &SurfaceContact) -> History {
         self.transfer.of(number, self.before).unwrap_or_default()
     }
 
     #[inline]
-    fn keep(&mut self, contact: &Contact, site: &Site, history: History) {
+    fn keep(&mut self, contact: &SurfaceContact, site: &Site, history: History) {
         let (sphere, element) = (contact.sphere, contact.key);
         self.histories.push(SurfaceHistory { sphere, element, normal: site.normal, history });
     }
@@ -353,12 +353,12 @@ impl Turned {
     }
 }
 
-struct View<'a> {
-    contact: &'a Contact,
+struct SurfaceSuccessor<'a> {
+    contact: &'a SurfaceContact,
     slip: f64,
 }
 
-impl Successor for View<'_> {
+impl Successor for SurfaceSuccessor<'_> {
     fn sphere(&self) -> u32 {
         self.contact.sphere
     }

@@ -2,12 +2,12 @@
 
 use super::lengths::distance;
 use super::units::short;
-use crate::interface_mesh::Wall;
+use crate::interface_mesh::ContactMesh;
 use crate::model::Model;
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
-/// Times at which the flight of a rock is looked at.
+/// Times at which the flight of a rock is evaluated.
 const INSTANTS: u32 = 400;
 /// The same where the distance to every element is computed.
 const FEW: u32 = 50;
@@ -37,7 +37,7 @@ struct Net {
 }
 
 impl Net {
-    fn of(wall: &Wall) -> Self {
+    fn of(wall: &ContactMesh) -> Self {
         Self {
             low: wall.nodes.iter().fold(Vector3::repeat(f64::INFINITY), |l, n| l.inf(n)),
             high: wall.nodes.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, n| h.sup(n)),
@@ -55,7 +55,7 @@ impl Net {
 }
 
 /// What the user should know of rocks that never reach the net.
-pub fn check(model: &Model, wall: &Wall) -> Vec<String> {
+pub fn check(model: &Model, wall: &ContactMesh) -> Vec<String> {
     if wall.nodes.is_empty() {
         return Vec::new();
     }
@@ -78,7 +78,7 @@ fn throw(model: &Model, at: usize) -> Throw {
 }
 
 /// Without terrain nothing but another rock can turn a rock.
-fn in_flight(model: &Model, wall: &Wall, net: &Net, at: usize) -> Option<String> {
+fn in_flight(model: &Model, wall: &ContactMesh, net: &Net, at: usize) -> Option<String> {
     let (rock, end) = (&model.rocks[at], model.settings.end_time);
     let throw = throw(model, at);
     if touches_another(model, &throw, at)
@@ -119,7 +119,7 @@ fn in_flight(model: &Model, wall: &Wall, net: &Net, at: usize) -> Option<String>
 }
 
 /// Whether it never comes nearer to any element than it is at the start.
-fn leaves(wall: &Wall, throw: &Throw, end: f64) -> bool {
+fn leaves(wall: &ContactMesh, throw: &Throw, end: f64) -> bool {
     let nearest = |time: f64| {
         let place = throw.at(time);
         let to = |e: &crate::interface_mesh::Element| {

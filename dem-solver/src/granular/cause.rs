@@ -1,14 +1,14 @@
 //! Why a step of many spheres went wrong, with the numbers.
 
-use super::Model;
-use super::state::State;
+use super::GranularModel;
+use super::state::GranularState;
 use crate::gate::landing::LIMIT;
 
 /// How much faster than start and gravity make a sphere shows that contact forces gain energy.
 const GAINED: f64 = 1.05;
 
 /// Why spheres overlap too deep, or are nowhere any more, in a step of `h` [s].
-pub fn of(model: &Model, state: &State, h: f64) -> String {
+pub fn of(model: &GranularModel, state: &GranularState, h: f64) -> String {
     let steps = &model.steps;
     if h > steps.critical * (1.0 + 1e-9) {
         return format!(

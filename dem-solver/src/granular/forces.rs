@@ -5,7 +5,7 @@
 //! share out blocks of spheres; who computes a block does not change a bit of it, and energies are
 //! summed up in the order of the blocks.
 
-use crate::contact::broad_phase::cell_grid::{Pair, PairList, Plane};
+use crate::contact::broad_phase::cell_grid::{SpherePair, SpherePairs, Plane};
 use crate::law::Law;
 use crate::law::block::{Block, WIDTH};
 use crate::law::contact_point::{ContactPoint, History};
@@ -38,7 +38,7 @@ pub struct Push {
 
 /// Sums over the pairs of a block.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Sums {
+pub struct BlockSums {
     /// Power of the dashpots [W].
     pub damped: f64,
     /// Power of friction and rolling resistance [W].
@@ -53,7 +53,7 @@ pub struct Sums {
     pub deepest: f64,
 }
 
-impl Sums {
+impl BlockSums {
     /// Add those of the next block.
     pub fn add(&mut self, next: &Self) {
         self.damped += next.damped;
@@ -67,7 +67,7 @@ impl Sums {
 
 /// A contact that waits for its response.
 #[derive(Debug, Clone, Copy, Default)]
-struct Touch {
+struct WaitingContact {
     /// Its pair, from the first of those that are answered.
     pair: usize,
     normal: Vector3<f64>,
@@ -78,7 +78,7 @@ struct Touch {
 
 /// Where answers go.
 struct Out<'a> {
-    sums: Sums,
+    sums: BlockSums,
     held: &'a mut [History],
     pushes: &'a mut [Push],
     moments: &'a mut [Vector3<f64>],
@@ -86,11 +86,11 @@ struct Out<'a> {
 
 /// What does not change in a step.
 #[derive(Clone, Copy)]
-pub struct Scene<'a> {
+pub struct PairScene<'a> {
     /// The laws: of spheres with each other, then with walls.
     pub laws: &'a [Law],
     /// The pairs.
-    pub list: &'a PairList,
+    pub list: &'a SpherePairs,
     /// The walls.
     pub planes: &'a [Plane],
     /// The spheres.
@@ -104,7 +104,7 @@ pub struct Scene<'a> {
 /// Most spheres that touch one of equal size.
 const MOST_NEIGHBOURS: f64 = 12.0;
 
-impl Scene<'_> {
+impl PairScene<'_> {
     /// Where the pair touches: normal from the first, overlap, lever arms of both (the second's is 0 for a
     /// wall).
     #[inline]
@@ -135,10 +135,10 @@ impl Scene<'_> {
         held: &mut [History],
         pushes: &mut [Push],
         moments: &mut [Vector3<f64>],
-    ) -> Sums {
-        let mut out = Out { sums: Sums::default(), held, pushes, moments };
+    ) -> BlockSums {
+        let mut out = Out { sums: BlockSums::default(), held, pushes, moments };
         let mut block = Block::default();
-        let mut waiting = [Touch::default(); WIDTH];
+        let mut waiting = [WaitingContact::default(); WIDTH];
         let origin = self.list.start[from] as usize;
         for i in from..to {
             let first = &self.seen[i];
@@ -160,7 +160,7 @@ impl Scene<'_> {
                     Some(other) => first.radius.min(other.radius),
                     None => first.radius,
                 };
-                waiting[block.count] = Touch { pair: p - origin, normal, overlap, depth: overlap / smaller };
+                waiting[block.count] = WaitingContact { pair: p - origin, normal, overlap, depth: overlap / smaller };
                 let held = &out.held[p - origin];
                 let history = if held.overlap > 0.0 { *held } else { History::default() };
                 block.push(&self.point(law, i, pair, normal, overlap, arms), &history);
@@ -171,7 +171,7 @@ impl Scene<'_> {
     }
 
     /// Answer the contacts of a block, which is empty then.
-    fn finish(&self, block: &mut Block, waiting: &[Touch; WIDTH], out: &mut Out) {
+    fn finish(&self, block: &mut Block, waiting: &[WaitingContact; WIDTH], out: &mut Out) {
         if block.count == 0 {
             return;
         }
@@ -202,7 +202,7 @@ impl Scene<'_> {
         &self,
         law: &Law,
         i: usize,
-        pair: &Pair,
+        pair: &SpherePair,
         normal: Vector3<f64>,
         overlap: f64,
         arms: [f64; 2],

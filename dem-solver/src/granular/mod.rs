@@ -14,13 +14,13 @@ pub mod run;
 pub mod state;
 pub mod steps;
 
-use crate::contact::broad_phase::cell_grid::{Pair, Plane};
+use crate::contact::broad_phase::cell_grid::{SpherePair, Plane};
 use crate::gate;
 use crate::law::Law;
 use crate::law::table::Laws;
 use crate::settings::placement::Start;
 use crate::settings::{BoxSettings, GranularSettings, RollingName, limits};
-use fields::Fields;
+use fields::GranularFields;
 use interface_defs::message::{Gauge, Hello, Measure, Role, capability};
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
@@ -29,9 +29,9 @@ use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Fault, Plan, Ready, Solver, Statistics, Window};
 use nalgebra::Vector3;
 use rayon::ThreadPool;
-use run::Run;
-use state::State;
-use steps::Steps;
+use run::GranularIntegrator;
+use state::GranularState;
+use steps::GranularSteps;
 
 /// Whether there are separate spheres in `scene` and nothing else that they could touch but a box: else each is a rock.
 pub fn are_alone(scene: &Scene) -> bool {
@@ -42,7 +42,7 @@ pub fn are_alone(scene: &Scene) -> bool {
 }
 
 /// What does not change in a run.
-pub struct Model {
+pub struct GranularModel {
     /// What the scene says.
     pub settings: GranularSettings,
     /// Radius of each sphere [m].
@@ -68,13 +68,13 @@ pub struct Model {
     /// The step [s].
     pub step: f64,
     /// What limits it.
-    pub steps: Steps,
+    pub steps: GranularSteps,
     /// `gravity` [m/s2].
     pub gravity: Vector3<f64>,
     pool: Option<ThreadPool>,
 }
 
-impl Model {
+impl GranularModel {
     /// Of a scene, and where its spheres start.
     pub fn new(scene: &Scene) -> Result<(Self, Start), InputError> {
         let settings = GranularSettings::of(scene)?;
@@ -89,7 +89,7 @@ impl Model {
         let used = || table.iter().map(|n| &all[*n as usize]);
         let (rolls, remembers) = (used().any(|l| l.rolling.is_some()), used().any(Law::remembers));
         let springs = used().any(|l| l.rolling.is_some_and(|r| r.kind == RollingName::Spring));
-        let steps = Steps::new(&settings, &start, &used().cloned().collect::<Vec<_>>(), springs, scene)?;
+        let steps = GranularSteps::new(&settings, &start, &used().cloned().collect::<Vec<_>>(), springs, scene)?;
         let threads = settings.dem.threads.unwrap_or(1);
         let pool = (threads > 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
         let pool = pool
@@ -118,7 +118,7 @@ impl Model {
     }
 
     /// What the pair of sphere `i` and `second` (a sphere, or a wall) needs.
-    fn pair(&self, i: usize, second: u32) -> Pair {
+    fn pair(&self, i: usize, second: u32) -> SpherePair {
         let groups = self.settings.spheres.len();
         let row = self.group[i] as usize * (groups + 1);
         match self.radius.get(second as usize) {
@@ -127,11 +127,11 @@ impl Model {
                 let radius = self.radius[i] * other / (self.radius[i] + other);
                 let mass = self.mass[i] * self.mass[j] / (self.mass[i] + self.mass[j]);
                 let law = self.table[row + self.group[j] as usize];
-                Pair { second, law, radius, root_mass: mass.sqrt() }
+                SpherePair { second, law, radius, root_mass: mass.sqrt() }
             }
             None => {
                 let law = self.table[row + groups];
-                Pair { second, law, radius: self.radius[i], root_mass: self.mass[i].sqrt() }
+                SpherePair { second, law, radius: self.radius[i], root_mass: self.mass[i].sqrt() }
             }
         }
     }
@@ -168,13 +168,13 @@ fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>
 
 /// Many separate spheres, alone on a scene.
 pub struct GranularSolver {
-    model: Model,
+    model: GranularModel,
     cautions: Vec<String>,
     options: Options,
-    run: Run,
-    committed: State,
-    trial: State,
-    fields: Option<Fields>,
+    run: GranularIntegrator,
+    committed: GranularState,
+    trial: GranularState,
+    fields: Option<GranularFields>,
 }
 
 /// How far spheres of a file may overlap at the start, in smaller radii: as in a packing at rest.
@@ -182,7 +182,7 @@ const RESTING: f64 = 0.1;
 
 /// What is said of `contacts` that there are at the start: of spheres of a file, little. Others are placed apart.
 fn overlapping(
-    model: &Model,
+    model: &GranularModel,
     start: &Start,
     contacts: usize,
     scene: &Scene,
@@ -219,10 +219,10 @@ fn overlapping(
 impl GranularSolver {
     /// The solver of a scene.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
-        let (model, start) = Model::new(scene)?;
+        let (model, start) = GranularModel::new(scene)?;
         let mut cautions = gate::of_spheres(&model.settings, scene)?;
-        let mut committed = State::new(&start, model.gravity);
-        let mut run = Run::new(committed.position.len());
+        let mut committed = GranularState::new(&start, model.gravity);
+        let mut run = GranularIntegrator::new(committed.position.len());
         run.at_end(&model, &mut committed);
         if committed.contacts > 0 {
             cautions.extend(overlapping(&model, &start, committed.contacts, scene)?);
@@ -232,12 +232,12 @@ impl GranularSolver {
     }
 
     /// What does not change in a run.
-    pub fn model(&self) -> &Model {
+    pub fn model(&self) -> &GranularModel {
         &self.model
     }
 
     /// The committed state.
-    pub fn state(&self) -> &State {
+    pub fn state(&self) -> &GranularState {
         &self.committed
     }
 
@@ -260,7 +260,7 @@ impl GranularSolver {
     }
 
     /// Their values.
-    fn values(&self, state: &State) -> [f64; 9] {
+    fn values(&self, state: &GranularState) -> [f64; 9] {
         let model = &self.model;
         let (mut kinetic, mut potential, mut fastest) = (0.0, 0.0, 0.0_f64);
         let (mut mass, mut centre) = (0.0, Vector3::zeros());
@@ -278,7 +278,7 @@ impl GranularSolver {
         [kinetic, potential, stored, state.dissipated, contacts, fastest.sqrt(), centre.x, centre.y, centre.z]
     }
 
-    fn tell(&self, state: &State, output: &mut [f64]) {
+    fn tell(&self, state: &GranularState, output: &mut [f64]) {
         for (out, value) in output.chunks_exact_mut(3).zip(self.values(state)) {
             out.fill(value);
         }
@@ -308,7 +308,7 @@ impl Solver for GranularSolver {
             return Err(Fault::input("[[spheres]] run alone: they have no interface with a structure"));
         }
         if let (Some(interval), Some(out)) = (self.model.settings.fields, &self.options.out) {
-            self.fields = Some(Fields::create(&out.join("fields"), interval, &self.model)?);
+            self.fields = Some(GranularFields::create(&out.join("fields"), interval, &self.model)?);
             self.write_fields()?;
         }
         let gauges = Self::gauges();

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 /// State of all spheres.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct State {
+pub struct GranularState {
     /// Time [s].
     pub time: f64,
     /// Centre [m].
@@ -34,7 +34,7 @@ pub struct State {
     pub deepest: (f64, f64),
 }
 
-impl State {
+impl GranularState {
     /// At t = 0.
     pub fn new(start: &Start, gravity: Vector3<f64>) -> Self {
         let count = start.position.len();

@@ -21,7 +21,7 @@ const NEIGHBOURS: f64 = 12.0;
 
 /// What limits and what sets the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Steps {
+pub struct GranularSteps {
     /// The step that is taken [s].
     pub step: f64,
     /// Largest stable step [s].
@@ -34,7 +34,7 @@ pub struct Steps {
     pub speed: f64,
 }
 
-impl Steps {
+impl GranularSteps {
     /// For the spheres of `start` under `laws`; a step above the critical one is refused unless allowed.
     pub fn new(
         settings: &GranularSettings,

@@ -2,11 +2,11 @@
 
 use crate::contact::broad_phase::cell_grid::Plane;
 use crate::contact::pipeline::Sums;
-use crate::contact::terrain::Standing;
+use crate::contact::terrain::SurfaceContacts;
 use crate::guard::cause::Case;
 use crate::guard::watch;
 use crate::integrator::schedule::Span;
-use crate::law::table::WallLaws;
+use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::model::state::{Against, Body, State};
 use crate::rock::Motion;
@@ -18,14 +18,14 @@ const ROUNDING: f64 = 1e-9;
 
 /// The contacts of all rocks with the sides of a box, one rock after the other.
 #[derive(Debug, Clone, Default)]
-pub struct Sides {
-    standing: Standing,
+pub struct BoxStage {
+    standing: SurfaceContacts,
 }
 
 /// The law of a rock with the sides.
-fn laws_with(model: &Model, rock: usize) -> Option<WallLaws<'_>> {
+fn laws_with(model: &Model, rock: usize) -> Option<SurfaceLaws<'_>> {
     let laws = &model.laws.as_ref()?.walls;
-    Some(WallLaws { laws, row: model.side_rows.get(rock)?, materials: &[] })
+    Some(SurfaceLaws { laws, row: model.side_rows.get(rock)?, materials: &[] })
 }
 
 /// Distance of the bounding sphere of rock number `rock` from a plane [m].
@@ -60,11 +60,11 @@ pub fn free_time(model: &Model, state: &State) -> f64 {
     least
 }
 
-impl Sides {
+impl BoxStage {
     /// With room for the contacts of any one rock.
     pub fn new(model: &Model) -> Self {
         let most = model.rocks.iter().map(|rock| rock.spheres.len()).max().unwrap_or(0);
-        Self { standing: Standing::new(3 * most) }
+        Self { standing: SurfaceContacts::new(3 * most) }
     }
 
     /// Contacts of a rock for which there is room.

@@ -3,11 +3,11 @@
 //! Nothing here is state: it can be thrown away at any time without changing a result.
 
 use crate::contact::broad_phase::mesh_elements::{NearList, NodeBox, Sweep};
-use crate::contact::broad_phase::mesh_pairs::{Instant, PairList};
-use crate::contact::mesh::{Evaluation, Scene, Seam};
-use crate::interface_mesh::Wall;
+use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPairs};
+use crate::contact::mesh::{MeshForces, MeshScene, Seam};
+use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::motion::{MotionFields, NodeMotion, largest_difference};
-use crate::law::table::WallLaws;
+use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::rock::Motion;
 use interface_defs::Fault;
@@ -18,11 +18,11 @@ const NEAR_SKIN: f64 = 0.15;
 
 /// A window as the zone sees it.
 #[derive(Clone, Copy)]
-pub struct View<'a> {
+pub struct MeshWindow<'a> {
     /// What does not change.
     pub model: &'a Model,
     /// The wall.
-    pub wall: &'a Wall,
+    pub wall: &'a ContactMesh,
     /// Where its motion lies in the input.
     pub fields: &'a MotionFields,
     /// The input.
@@ -35,14 +35,14 @@ pub struct View<'a> {
 
 /// The surroundings of one rock.
 #[derive(Debug, Clone)]
-pub struct Zone {
+pub struct MeshStage {
     rock: usize,
     near: NearList,
     motion: NodeMotion,
     /// Pairs that may touch.
-    pub pairs: PairList,
+    pub pairs: MeshPairs,
     /// Contacts and forces.
-    pub evaluation: Evaluation,
+    pub evaluation: MeshForces,
     /// Displacement of every node when the near list was made [m].
     reference: Vec<f64>,
     /// Furthest that a node is from there in this window [m].
@@ -53,16 +53,16 @@ pub struct Zone {
     pub refreshes: u64,
 }
 
-impl Zone {
+impl MeshStage {
     /// Of rock number `rock`.
-    pub fn new(model: &Model, rock: usize, wall: &Wall, fields: &MotionFields) -> Self {
+    pub fn new(model: &Model, rock: usize, wall: &ContactMesh, fields: &MotionFields) -> Self {
         let segments = fields.segments();
         let mut zone = Self {
             rock,
             near: NearList::new(wall),
             motion: NodeMotion::default(),
-            pairs: PairList::new(&model.rocks[rock], wall, segments),
-            evaluation: Evaluation::default(),
+            pairs: MeshPairs::new(&model.rocks[rock], wall, segments),
+            evaluation: MeshForces::default(),
             reference: vec![0.0; 3 * wall.nodes.len()],
             moved: 0.0,
             sweep: None,
@@ -81,7 +81,7 @@ impl Zone {
     }
 
     /// A window begins with the rock at `start`, which something may throw `kick` [m] off its flight.
-    pub fn begin(&mut self, view: View, start: &Motion, kick: f64) -> Result<(), Fault> {
+    pub fn begin(&mut self, view: MeshWindow, start: &Motion, kick: f64) -> Result<(), Fault> {
         let model = view.model;
         let rock = &model.rocks[self.rock];
         let segments = view.fields.segments();
@@ -102,18 +102,18 @@ impl Zone {
         self.near.invalidate();
     }
 
-    fn need_of_pairs(&self, view: View) -> f64 {
+    fn need_of_pairs(&self, view: MeshWindow) -> f64 {
         view.model.rocks[self.rock].reach + view.wall.largest_radius + self.pairs.skin()
     }
 
     /// Bound on the way of any node since the near list was made.
-    fn furthest(&self, view: View) -> f64 {
+    fn furthest(&self, view: MeshWindow) -> f64 {
         let largest = view.fields.displacements(view.input).map(|u| largest_difference(u, &self.reference));
         3.0_f64.sqrt() * largest.fold(0.0, f64::max)
     }
 
     /// List what is near `now`, the wall as at sample `sample`, good for `need` and a skin.
-    fn rebuild(&mut self, view: View, now: &Motion, sample: usize, need: f64) {
+    fn rebuild(&mut self, view: MeshWindow, now: &Motion, sample: usize, need: f64) {
         let rock = &view.model.rocks[self.rock];
         if let Some(displacement) = view.fields.displacements(view.input).nth(sample) {
             self.reference.copy_from_slice(displacement);
@@ -127,7 +127,7 @@ impl Zone {
         self.refreshes += 1;
     }
 
-    fn read(&mut self, view: View) -> Result<(), Fault> {
+    fn read(&mut self, view: MeshWindow) -> Result<(), Fault> {
         let read = self.motion.read(view.fields, view.input, &view.wall.nodes, &self.near.nodes, view.length);
         read.map_err(|node| {
             // The list may have been made of such numbers.
@@ -139,7 +139,7 @@ impl Zone {
     }
 
     /// Make sure that every pair that touches at `now` is listed.
-    pub fn update(&mut self, view: View, now: &Motion, at: Instant) -> Result<(), Fault> {
+    pub fn update(&mut self, view: MeshWindow, now: &Motion, at: Instant) -> Result<(), Fault> {
         let rock = &view.model.rocks[self.rock];
         if self.pairs.is_good(rock, now, at) {
             return Ok(());
@@ -155,15 +155,15 @@ impl Zone {
     }
 
     /// Contacts and forces, and what they are evaluated with. The pairs must be good.
-    pub fn parts<'a>(&'a mut self, view: View<'a>) -> (&'a mut Evaluation, Scene<'a>) {
+    pub fn parts<'a>(&'a mut self, view: MeshWindow<'a>) -> (&'a mut MeshForces, MeshScene<'a>) {
         let laws = &view.model.laws.as_ref().expect("prepared: a wall has laws").walls;
-        let laws = WallLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
+        let laws = SurfaceLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
         let rock = &view.model.rocks[self.rock];
         let seam = view.predicted.and_then(|predicted| {
             let actual = view.fields.displacements(view.input).next()?;
             Some(Seam { predicted, actual })
         });
-        let scene = Scene { rock, laws, wall: view.wall, list: &self.pairs, motion: &self.motion, seam };
+        let scene = MeshScene { rock, laws, wall: view.wall, list: &self.pairs, motion: &self.motion, seam };
         (&mut self.evaluation, scene)
     }
 
@@ -173,7 +173,7 @@ impl Zone {
     }
 
     /// True if the rock may reach an element in the window that began at `start`.
-    pub fn in_reach(&mut self, view: View, start: &Motion) -> bool {
+    pub fn in_reach(&mut self, view: MeshWindow, start: &Motion) -> bool {
         let mut any = false;
         self.reached(view, start, |_| {
             any = true;
@@ -183,7 +183,7 @@ impl Zone {
     }
 
     /// Mark the nodes of every element that the rock may reach in the window that began at `start`.
-    pub fn mark_reach(&mut self, view: View, start: &Motion, marks: &mut [f64]) {
+    pub fn mark_reach(&mut self, view: MeshWindow, start: &Motion, marks: &mut [f64]) {
         let elements = &view.wall.elements;
         self.reached(view, start, |number| {
             for &node in elements[number as usize].own_nodes() {
@@ -194,7 +194,7 @@ impl Zone {
     }
 
     /// Mark the nodes of every element that touches: where a bound was too narrow, what happened is told all the same.
-    pub fn mark_touched(&self, view: View, marks: &mut [f64]) {
+    pub fn mark_touched(&self, view: MeshWindow, marks: &mut [f64]) {
         for contact in &self.evaluation.touch.contacts {
             let number = self.pairs.elements[contact.element as usize].number;
             for &node in view.wall.elements[number as usize].own_nodes() {
@@ -203,7 +203,7 @@ impl Zone {
         }
     }
 
-    fn reached(&mut self, view: View, start: &Motion, mut found: impl FnMut(u32) -> bool) {
+    fn reached(&mut self, view: MeshWindow, start: &Motion, mut found: impl FnMut(u32) -> bool) {
         let rock = &view.model.rocks[self.rock];
         let sweep = self.sweep.expect("begun");
         let (near, nodes, boxes) = (&self.near, &self.motion, &mut self.boxes);
@@ -212,7 +212,7 @@ impl Zone {
 }
 
 /// Add the forces on the wall's nodes, times `share`, to the field that begins at `field`.
-pub fn add_forces(zone: &Zone, output: &mut [f64], field: usize, share: f64) {
+pub fn add_forces(zone: &MeshStage, output: &mut [f64], field: usize, share: f64) {
     for (number, force) in zone.pairs.numbers.iter().zip(&zone.evaluation.node_forces) {
         let at = field + 3 * *number as usize;
         for (o, f) in output[at..at + 3].iter_mut().zip(force.iter()) {

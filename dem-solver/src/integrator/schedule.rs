@@ -62,9 +62,22 @@ pub struct Span {
     pub h: f64,
 }
 
+/// A step that has been taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// When it ended [s].
+    pub end: f64,
+    /// Its length [s].
+    pub h: f64,
+    /// Whether there were contacts in its middle.
+    pub touching: bool,
+    /// Whether the height over the terrain is to be looked at.
+    pub look: bool,
+}
+
 /// Part number `part` of `parts` equal ones of the stretch of `steps` steps that begins with number `step`.
 #[derive(Debug, Clone, Copy)]
-pub struct Part {
+pub struct SubStep {
     /// First step of the stretch.
     pub step: usize,
     /// Steps in the stretch.
@@ -75,7 +88,7 @@ pub struct Part {
     pub parts: usize,
 }
 
-impl Part {
+impl SubStep {
     /// Its length [s].
     pub fn length(&self, cut: Cut) -> f64 {
         if self.parts == self.steps { cut.h } else { cut.h * self.steps as f64 / self.parts as f64 }

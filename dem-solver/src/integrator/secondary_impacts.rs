@@ -2,7 +2,7 @@
 //! reach of the wall may then be reached all the same.
 
 use crate::integrator::box_stage::is_near;
-use crate::integrator::rock_stage::Meetings;
+use crate::integrator::rock_stage::RockStage;
 use crate::model::Model;
 use crate::model::state::State;
 
@@ -20,7 +20,7 @@ impl Kicks {
     /// A kick reverses the speed v of two surfaces past each other at most: an impulse of `2 m* v`, with
     /// `1/m* = 1/M_1 + 1/M_2` (the ground's is 0), whose lever makes spin of it as well. Who is kicked may come upon others: pairs are
     /// asked again until no more are near. That a second kick may be harder for the first is not reckoned with.
-    pub fn find(&mut self, model: &Model, meetings: &Meetings, state: &State, length: f64) {
+    pub fn find(&mut self, model: &Model, meetings: &RockStage, state: &State, length: f64) {
         let (ways, earlier) = (&mut self.ways, &mut self.earlier);
         for buffer in [&mut *ways, &mut *earlier] {
             buffer.clear();
@@ -104,7 +104,7 @@ mod tests {
         let mut output = ready.initial;
         let (length, start) = (0.02, solver.state().clone());
         let mut kicks = Kicks::default();
-        kicks.find(solver.model(), &Meetings::new(solver.model()), &start, length);
+        kicks.find(solver.model(), &RockStage::new(solver.model()), &start, length);
         let window = Window { number: 1, iteration: 1, start: 0.0, length };
         solver.solve(&window, &[], &mut output).unwrap_or_else(|f| panic!("{f}"));
         solver.commit().expect("committed");

@@ -11,13 +11,12 @@
 use crate::contact::pipeline::Sums;
 use crate::guard::cause::Case;
 use crate::guard::watch;
-use crate::integrator::mesh_stage::{View, add_forces};
-use crate::integrator::schedule::{Part, Span, Task};
+use crate::integrator::mesh_stage::{MeshWindow, add_forces};
+use crate::integrator::schedule::{Passed, SubStep, Span, Task};
 use crate::integrator::terrain_stage::steps_per_look;
-use crate::integrator::window::Run;
+use crate::integrator::window::RockIntegrator;
 use crate::model::Model;
 use crate::model::impact::Passage;
-use crate::model::runout::Passed;
 use crate::model::state::{Against, State};
 use crate::rock::{Motion, Rock, rotation};
 use interface_defs::Fault;
@@ -25,7 +24,7 @@ use nalgebra::Vector3;
 
 /// What acts on a rock in the middle of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Load {
+pub struct StepLoad {
     /// Force of all contacts [N].
     force: Vector3<f64>,
     /// Torque about the centre of mass [N m].
@@ -46,7 +45,7 @@ pub struct Load {
     behind: bool,
 }
 
-impl Load {
+impl StepLoad {
     /// Take in the contacts with something that stands still, in a step of `h` [s].
     fn add(&mut self, sums: &Sums, h: f64) {
         self.force += sums.force;
@@ -57,14 +56,14 @@ impl Load {
     }
 }
 
-impl Run {
+impl RockIntegrator {
     /// One part of a stretch of the window's steps; mostly a step.
     pub(super) fn step(
         &mut self,
         model: &Model,
         state: &mut State,
         task: Task,
-        part: Part,
+        part: SubStep,
         output: &mut [f64],
     ) -> Result<(), Fault> {
         let span = part.span(task);
@@ -73,7 +72,7 @@ impl Run {
         self.loads.clear();
         for (rock, body) in model.rocks.iter().zip(&state.bodies) {
             self.middles.push(middle(rock, &body.motion, h));
-            self.loads.push(Load::default());
+            self.loads.push(StepLoad::default());
         }
         for rock in 0..model.rocks.len() {
             self.on_wall(model, state, rock, task, part, output)?;
@@ -101,7 +100,7 @@ impl Run {
         state: &mut State,
         rock: usize,
         task: Task,
-        part: Part,
+        part: SubStep,
         output: &mut [f64],
     ) -> Result<(), Fault> {
         let Some(wall) = &self.wall else { return Ok(()) };
@@ -109,7 +108,7 @@ impl Run {
         let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
         let first = part.step == 0 && part.part == 0 && !state.predicted.is_empty();
         let predicted = first.then_some(state.predicted.as_slice());
-        let view = View { model, wall, fields: &self.fields, input, length: window.length, predicted };
+        let view = MeshWindow { model, wall, fields: &self.fields, input, length: window.length, predicted };
         let at = cut.middle(part.step);
         let zone = &mut self.zones[rock];
         zone.update(view, now, at)?;
@@ -226,7 +225,7 @@ impl Run {
         state: &mut State,
         rock: usize,
         task: Task,
-        part: Part,
+        part: SubStep,
     ) -> Result<(), Fault> {
         let (it, load) = (&model.rocks[rock], &self.loads[rock]);
         let Span { start, h } = part.span(task);

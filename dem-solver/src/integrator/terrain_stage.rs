@@ -1,18 +1,18 @@
 //! The contacts of rocks with the terrain in a step, and the rows of their way.
 
-use crate::contact::broad_phase::terrain_pairs::Surroundings;
+use crate::contact::broad_phase::terrain_pairs::TerrainPairs;
 use crate::contact::pipeline::Sums;
-use crate::contact::terrain::Standing;
+use crate::contact::terrain::SurfaceContacts;
 use crate::contact::whole_rock::Whole;
-use crate::contact::whole_rock::terrain::Landed;
+use crate::contact::whole_rock::terrain::WholeRockContacts;
 use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
-use crate::integrator::schedule::Span;
-use crate::integrator::sub_stepping::{self, Stretch};
-use crate::law::table::WallLaws;
+use crate::integrator::schedule::{Passed, Span};
+use crate::integrator::sub_stepping::{self, SubSteps};
+use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::model::critical::DEEP;
-use crate::model::runout::{LOOK, Passed, jump_height};
+use crate::model::runout::{LOOK, StepOnTerrain, jump_height};
 use crate::model::state::{Against, Body, State};
 use crate::results::trajectory::Row;
 use crate::rock::{Motion, Rock};
@@ -25,34 +25,34 @@ const ROWS_PER_CONTACT: f64 = 10.0;
 const ROWS_PER_INTERVAL: f64 = 5.0;
 
 /// The laws of a rock with the terrain.
-fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<WallLaws<'a>> {
+fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<SurfaceLaws<'a>> {
     let laws = &model.laws.as_ref()?.walls;
-    Some(WallLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
+    Some(SurfaceLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
 }
 
 /// What surrounds the rocks, and what is to be told of their ways.
 #[derive(Debug, Clone)]
-pub struct OnTerrain {
+pub struct TerrainStage {
     /// What is near each rock.
-    pub around: Vec<Surroundings>,
-    standing: Vec<Standing>,
-    landed: Vec<Landed>,
+    pub around: Vec<TerrainPairs>,
+    standing: Vec<SurfaceContacts>,
+    landed: Vec<WholeRockContacts>,
     /// Rows of the window under way; none are kept where nobody writes them.
     pub rows: Option<Vec<Row>>,
 }
 
-impl OnTerrain {
+impl TerrainStage {
     /// For the rocks of a model.
     pub fn new(model: &Model, rows: bool) -> Self {
         let deep = |whole: &Option<Whole>| whole.as_ref().map_or(0.0, |whole| DEEP * whole.radius);
         let rocks = model.rocks.iter().zip(&model.wholes);
-        let around = rocks.clone().map(|(rock, whole)| Surroundings::new(rock, deep(whole))).collect();
+        let around = rocks.clone().map(|(rock, whole)| TerrainPairs::new(rock, deep(whole))).collect();
         let of_spheres = |(rock, whole): (&Rock, &Option<Whole>)| match whole {
-            None => Standing::new(4 * rock.spheres.len() + 64),
-            Some(_) => Standing::default(),
+            None => SurfaceContacts::new(4 * rock.spheres.len() + 64),
+            Some(_) => SurfaceContacts::default(),
         };
         let of_rock = |(rock, whole): (&Rock, &Option<Whole>)| {
-            Landed::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
+            WholeRockContacts::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
         };
         Self {
             standing: rocks.clone().map(of_spheres).collect(),
@@ -64,7 +64,7 @@ impl OnTerrain {
 
     /// Times that pairs were searched, and that triangles were looked for.
     pub fn searches(&self) -> [u64; 2] {
-        let sum = |of: fn(&Surroundings) -> u64| self.around.iter().map(of).sum();
+        let sum = |of: fn(&TerrainPairs) -> u64| self.around.iter().map(of).sum();
         [sum(|a| a.searches), sum(|a| a.refreshes)]
     }
 
@@ -77,10 +77,10 @@ impl OnTerrain {
         bodies: &[Body],
         h: f64,
         most: usize,
-    ) -> Stretch {
-        let ([body], Some(laws)) = (bodies, laws_on(model, ground, 0)) else { return Stretch::ONE };
+    ) -> SubSteps {
+        let ([body], Some(laws)) = (bodies, laws_on(model, ground, 0)) else { return SubSteps::ONE };
         if body.contacts == 0 || model.settings.dem.time_step.is_some() {
-            return Stretch::ONE;
+            return SubSteps::ONE;
         }
         let near = (&mut self.around[0], &mut self.landed[0]);
         sub_stepping::next(model, ground, laws, near, body, h, most)
@@ -155,7 +155,8 @@ impl OnTerrain {
         let shortest = model.steps.contact;
         let Passed { end, h, touching, look } = passed;
         let touched = body.path.contact_since.is_some();
-        body.path.step(&model.rocks[rock], terrain, &body.motion, &passed, shortest);
+        let step = StepOnTerrain { after: &body.motion, end, length: h, touching, shortest };
+        body.path.step(&model.rocks[rock], terrain, &step);
         let height =
             |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
         if look && !touching {

@@ -1,18 +1,18 @@
 //! A window: cut into steps, which are taken one by one ([`crate::integrator::step`]) or flown through in closed form.
 
 use crate::contact::broad_phase::mesh_pairs::Instant;
-use crate::integrator::box_stage::{self, Sides};
+use crate::integrator::box_stage::{self, BoxStage};
 use crate::integrator::closed_form;
 use crate::integrator::free_flight::clear_of_all;
-use crate::integrator::mesh_stage::{View, Zone, add_forces};
-use crate::integrator::rock_stage::Meetings;
-use crate::integrator::schedule::{Cut, Part, Task};
+use crate::integrator::mesh_stage::{MeshWindow, MeshStage, add_forces};
+use crate::integrator::rock_stage::RockStage;
+use crate::integrator::schedule::{Cut, SubStep, Task};
 use crate::integrator::secondary_impacts::Kicks;
-use crate::integrator::step::Load;
-use crate::integrator::sub_stepping::Stretch;
-use crate::integrator::terrain_stage::{OnTerrain, steps_per_look};
+use crate::integrator::step::StepLoad;
+use crate::integrator::sub_stepping::SubSteps;
+use crate::integrator::terrain_stage::{TerrainStage, steps_per_look};
 use crate::interface_mesh::motion::MotionFields;
-use crate::interface_mesh::{AtRest, Wall};
+use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Model;
 use crate::model::impact::Passage;
 use crate::model::runout::jump_height;
@@ -29,9 +29,9 @@ use std::ops::Range;
 const FEWEST: usize = 4;
 
 /// A prepared run.
-pub struct Run {
-    pub(super) wall: Option<Wall>,
-    pub(super) zones: Vec<Zone>,
+pub struct RockIntegrator {
+    pub(super) wall: Option<ContactMesh>,
+    pub(super) zones: Vec<MeshStage>,
     pub(super) fields: MotionFields,
     /// Where the request says which lines of the wall are broken.
     broken: Option<Range<usize>>,
@@ -40,16 +40,16 @@ pub struct Run {
     lengths: (usize, usize),
     pub(super) gauges: Gauges,
     /// What the rocks meet of the terrain.
-    pub(super) terrain: Option<OnTerrain>,
+    pub(super) terrain: Option<TerrainStage>,
     /// Their contacts with each other.
-    pub(super) meetings: Meetings,
+    pub(super) meetings: RockStage,
     /// Their contacts with the sides of a box.
-    pub(super) sides: Option<Sides>,
+    pub(super) sides: Option<BoxStage>,
     kicks: Kicks,
     /// Motions in the middle of the step under way.
     pub(super) middles: Vec<Motion>,
     /// What acts on the rocks there.
-    pub(super) loads: Vec<Load>,
+    pub(super) loads: Vec<StepLoad>,
     pub(super) counts: Counts,
     most_contacts: usize,
     /// The net at rest.
@@ -67,9 +67,9 @@ pub(super) struct Answer {
     gauges: usize,
 }
 
-impl Run {
+impl RockIntegrator {
     /// For a checked plan.
-    pub fn new(model: &Model, wall: Option<Wall>, plan: &Plan, rows: bool) -> Self {
+    pub fn new(model: &Model, wall: Option<ContactMesh>, plan: &Plan, rows: bool) -> Self {
         let empty = InterfaceMesh::default();
         let mesh = plan.wall.as_ref().unwrap_or(&empty);
         let takes = Layout::new(&plan.takes, mesh, 0);
@@ -87,11 +87,11 @@ impl Run {
             gauges: gives.gauge(0).start,
         };
         let zones = match &wall {
-            Some(wall) => (0..model.rocks.len()).map(|r| Zone::new(model, r, wall, &fields)).collect(),
+            Some(wall) => (0..model.rocks.len()).map(|r| MeshStage::new(model, r, wall, &fields)).collect(),
             None => Vec::new(),
         };
         let contacts =
-            |r| if wall.is_some() || model.ground.is_some() { Zone::most_contacts(model, r) } else { 0 };
+            |r| if wall.is_some() || model.ground.is_some() { MeshStage::most_contacts(model, r) } else { 0 };
         Self {
             zones,
             fields,
@@ -99,9 +99,9 @@ impl Run {
             answer,
             lengths: (takes.len(), gives.len()),
             gauges: Gauges::new(&model.settings, model.origin),
-            terrain: model.ground.as_ref().map(|_| OnTerrain::new(model, rows)),
-            meetings: Meetings::new(model),
-            sides: (!model.planes.is_empty()).then(|| Sides::new(model)),
+            terrain: model.ground.as_ref().map(|_| TerrainStage::new(model, rows)),
+            meetings: RockStage::new(model),
+            sides: (!model.planes.is_empty()).then(|| BoxStage::new(model)),
             kicks: Kicks::default(),
             middles: Vec::with_capacity(model.rocks.len()),
             loads: Vec::with_capacity(model.rocks.len()),
@@ -116,7 +116,7 @@ impl Run {
 
     /// Make room in `state` for what its contacts remember.
     pub fn reserve(&self, state: &mut State) {
-        let sides = self.sides.as_ref().map_or(0, Sides::most_contacts);
+        let sides = self.sides.as_ref().map_or(0, BoxStage::most_contacts);
         for body in &mut state.bodies {
             body.reserve(self.most_contacts, sides);
         }
@@ -126,7 +126,7 @@ impl Run {
     }
 
     /// The net, and what it is at rest.
-    pub fn net(&self) -> Option<(&Wall, &AtRest)> {
+    pub fn net(&self) -> Option<(&ContactMesh, &AtRest)> {
         self.wall.as_ref().zip(self.rest.as_ref())
     }
 
@@ -156,7 +156,7 @@ impl Run {
 
     /// Work done, by name.
     pub fn counts(&self) -> Vec<(String, u64)> {
-        let [found, looked] = self.terrain.as_ref().map(OnTerrain::searches).unwrap_or_default();
+        let [found, looked] = self.terrain.as_ref().map(TerrainStage::searches).unwrap_or_default();
         let searches =
             self.zones.iter().map(|z| z.pairs.searches).sum::<u64>() + found + self.meetings.searches();
         let near = self.zones.iter().map(|z| z.refreshes).sum::<u64>() + looked;
@@ -268,7 +268,7 @@ impl Run {
         let (Some(at), Some(wall)) = (&self.broken, &mut self.wall) else { return false };
         let flags = &input[at.clone()];
         if wall.tear(flags) {
-            self.zones.iter_mut().for_each(Zone::forget);
+            self.zones.iter_mut().for_each(MeshStage::forget);
         }
         let count = flags.iter().filter(|f| **f != 0.0).count();
         std::mem::replace(&mut state.broken, count) != count
@@ -298,7 +298,7 @@ impl Run {
             terrain.begin();
         }
         let Some(wall) = &self.wall else { return Ok(model.shortcuts) };
-        let view = View { model, wall, fields: &self.fields, input, length, predicted: None };
+        let view = MeshWindow { model, wall, fields: &self.fields, input, length, predicted: None };
         let mut flies = model.shortcuts;
         self.kicks.find(model, &self.meetings, state, length);
         for ((zone, body), kick) in self.zones.iter_mut().zip(&state.bodies).zip(&self.kicks.ways) {
@@ -396,9 +396,9 @@ impl Run {
                 }
                 next_try = step + FEWEST;
             }
-            let Stretch { steps, parts } = self.stretch(model, state, cut, step);
+            let SubSteps { steps, parts } = self.stretch(model, state, cut, step);
             for part in 0..parts {
-                self.step(model, state, task, Part { step, steps, part, parts }, output)?;
+                self.step(model, state, task, SubStep { step, steps, part, parts }, output)?;
             }
             self.counts.sub_steps += (parts * model.rocks.len()) as u64;
             // Longer stretches are taken only where nobody samples.
@@ -420,12 +420,12 @@ impl Run {
     }
 
     /// The steps that are taken next, and how they are cut; one where a wall moves.
-    fn stretch(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> Stretch {
+    fn stretch(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> SubSteps {
         match (&self.wall, &mut self.terrain, &model.ground) {
             (None, Some(terrain), Some(ground)) if self.sides.is_none() => {
                 terrain.stretch(model, ground, &state.bodies, cut.h, cut.steps - step)
             }
-            _ => Stretch::ONE,
+            _ => SubSteps::ONE,
         }
     }
 
@@ -466,7 +466,7 @@ impl Run {
             self.counts.contact_evaluations += state.encounters.contacts as u64;
         }
         let Some(wall) = &self.wall else { return Ok(()) };
-        let view = View { model, wall, fields: &self.fields, input, length, predicted: None };
+        let view = MeshWindow { model, wall, fields: &self.fields, input, length, predicted: None };
         for (zone, body) in self.zones.iter_mut().zip(&mut state.bodies) {
             let (on_others, contacts) = (body.elastic, body.contacts);
             zone.update(view, &body.motion, at)?;

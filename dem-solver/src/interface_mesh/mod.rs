@@ -59,9 +59,9 @@ pub struct AtRest {
     pub reach: f64,
 }
 
-/// The wall at t = 0. An element's number is its place in [`Wall::elements`].
+/// The wall at t = 0. An element's number is its place in [`ContactMesh::elements`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wall {
+pub struct ContactMesh {
     /// Nodes at t = 0 [m].
     pub nodes: Vec<Vector3<f64>>,
     /// Lines, then faces, then points.
@@ -76,7 +76,7 @@ pub struct Wall {
     broken: Vec<bool>,
 }
 
-impl Wall {
+impl ContactMesh {
     /// Make the wall of an interface mesh.
     pub fn new(mesh: &InterfaceMesh) -> Result<Self, Fault> {
         mesh.check().map_err(|what| Fault::broken(format!("the interface mesh cannot be used: {what}")))?;
@@ -196,7 +196,7 @@ mod tests {
             masses: vec![1.0, 2.0, 4.0, f64::INFINITY, 1.0, 1.0],
             ..Default::default()
         };
-        let wall = Wall::new(&mesh).expect("valid");
+        let wall = ContactMesh::new(&mesh).expect("valid");
         assert_eq!(wall.elements[2], Element { kind: Kind::Point, nodes: [4; 3], radius: 0.0 });
         assert_eq!(wall.elements[3].own_nodes(), [5]);
         assert_eq!(wall.inverse_mass, Some(vec![1.0, 0.5, 0.25, 0.0, 1.0, 1.0]));
@@ -208,6 +208,6 @@ mod tests {
     #[test]
     fn a_mesh_that_names_a_missing_node_is_refused() {
         let mesh = InterfaceMesh { coordinates: vec![0.0; 3], lines: vec![[0, 1]], ..Default::default() };
-        assert!(Wall::new(&mesh).expect_err("node 1 is missing").message.contains("names node 1"));
+        assert!(ContactMesh::new(&mesh).expect_err("node 1 is missing").message.contains("names node 1"));
     }
 }

@@ -333,12 +333,12 @@ fn variants(tangential: &Tangential, given: &Given, approach: &Column) -> [Colum
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::Partner;
+    use crate::law::PartnerKind;
     use crate::settings::ContactSettings;
 
     fn law(more: &str) -> Law {
         let text = format!("law = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.2\n{more}");
-        Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), Partner::Surface)
+        Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), PartnerKind::Surface)
     }
 
     fn bits(response: &Response) -> Vec<u64> {
@@ -373,7 +373,7 @@ mod tests {
                 "law = \"linear\"\nstiffness = 1e6\npoisson = 0.2\nrestitution = 0.4\nfriction = 0.3\n",
             )
             .expect("a table"),
-            Partner::Surface,
+            PartnerKind::Surface,
         ));
         let (mut slides, mut sticks, mut parts) = (0, 0, 0);
         for law in &all {

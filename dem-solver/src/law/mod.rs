@@ -29,7 +29,7 @@ use tangential::{Sliding, Tangential};
 
 /// What a rock touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Partner {
+pub enum PartnerKind {
     /// A surface (net, terrain, side of a box): rigid where the scene gives it no modulus.
     Surface,
     /// Another rock: as the first where the scene gives it no modulus.
@@ -53,7 +53,7 @@ pub struct Law {
 
 impl Law {
     /// From the scene's table, which has been checked.
-    pub fn new(settings: &ContactSettings, partner: Partner) -> Self {
+    pub fn new(settings: &ContactSettings, partner: PartnerKind) -> Self {
         let sides = settings.sides(partner);
         let normal = settings.law.build(&settings.own, sides.as_ref()).expect("the table has been checked");
         let ratio = match settings.restitution {
@@ -80,7 +80,7 @@ impl Law {
             damping: settings.rolling_damping.unwrap_or(0.0),
             stiffening: normal.stiffening(),
         });
-        let whole = settings.law == LawName::HertzRock && partner == Partner::Surface;
+        let whole = settings.law == LawName::HertzRock && partner == PartnerKind::Surface;
         Self { normal, whole, damping, tangential, rolling }
     }
 

@@ -36,7 +36,7 @@ pub struct Rolling {
 
 /// Moment of one contact in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turn {
+pub struct RollingMoment {
     /// On the first body in the middle of the step [N m].
     pub moment: Vector3<f64>,
     /// Of the spring alone at the step's end [N m].
@@ -47,7 +47,7 @@ pub struct Turn {
 
 impl Rolling {
     /// Moment in a step of `h` [s] with elastic `load`, pressed with `pressed` [N].
-    pub fn resist(&self, load: &Load, pressed: f64, point: &ContactPoint, history: &History, h: f64) -> Turn {
+    pub fn resist(&self, load: &Load, pressed: f64, point: &ContactPoint, history: &History, h: f64) -> RollingMoment {
         let arm = self.friction * point.radius;
         let limit = arm * pressed;
         match self.kind {
@@ -55,7 +55,7 @@ impl Rolling {
                 let rate = point.spin.norm();
                 let stop = if h > 0.0 { 0.5 * point.inertia * rate / h } else { f64::INFINITY };
                 let size = if rate > 0.0 { limit.min(stop) / rate } else { 0.0 };
-                Turn { moment: point.spin * -size, spring: Vector3::zeros(), energy: 0.0 }
+                RollingMoment { moment: point.spin * -size, spring: Vector3::zeros(), energy: 0.0 }
             }
             RollingName::Spring => {
                 let stiffness = STIFFNESS * load.stiffness * arm * arm;
@@ -75,7 +75,7 @@ impl Rolling {
                 if size > limit {
                     spring *= limit / size;
                 }
-                Turn { moment, spring, energy: 0.5 * spring.norm_squared() / stiffness }
+                RollingMoment { moment, spring, energy: 0.5 * spring.norm_squared() / stiffness }
             }
         }
     }

@@ -1,6 +1,6 @@
 //! `[[contact]]`: the law of a pair of materials, and its parameters.
 
-use super::Partner;
+use super::PartnerKind;
 use super::elastic::Elastic;
 use super::normal::LawName;
 use super::own_keys::{self, Split};
@@ -254,7 +254,7 @@ impl ContactSettings {
             return Err(invalid(key, format!("`{key}` belongs to law = \"{owner}\", and this is `{name}`"))
                 .try_instead(format!("leave it out, or write law = \"{owner}\"")));
         }
-        match self.law.build(&self.own, self.sides(Partner::Surface).as_ref()) {
+        match self.law.build(&self.own, self.sides(PartnerKind::Surface).as_ref()) {
             Ok(_) => Ok(()),
             Err(refusal) => {
                 let what = if refusal.what.starts_with("it ") {
@@ -272,10 +272,10 @@ impl ContactSettings {
     }
 
     /// The moduli of both sides; `None` without `young`.
-    pub fn sides(&self, partner: Partner) -> Option<Elastic> {
+    pub fn sides(&self, partner: PartnerKind) -> Option<Elastic> {
         let own = self.young.zip(self.poisson)?;
         let given = self.partner_young.zip(self.partner_poisson);
-        Some(Elastic { own, other: given.or((partner == Partner::Rock).then_some(own)) })
+        Some(Elastic { own, other: given.or((partner == PartnerKind::Rock).then_some(own)) })
     }
 
     /// What the force is in proportion to: the key and its value, if the table has one.

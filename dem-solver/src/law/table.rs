@@ -3,7 +3,7 @@
 //! Names are looked up once: a rock has a row of law numbers, one for each material of the wall, and
 //! whoever lists elements keeps the number. A contact then costs one index.
 
-use crate::law::{Law, Partner};
+use crate::law::{Law, PartnerKind};
 use crate::settings::{ContactSettings, EffectiveMass};
 
 /// The laws of a scene.
@@ -23,8 +23,8 @@ impl Laws {
         let laws = |partner| settings.iter().map(|s| Law::new(s, partner)).collect();
         (!settings.is_empty()).then(|| Self {
             settings: settings.to_vec(),
-            walls: laws(Partner::Surface),
-            rocks: laws(Partner::Rock),
+            walls: laws(PartnerKind::Surface),
+            rocks: laws(PartnerKind::Rock),
         })
     }
 
@@ -75,7 +75,7 @@ impl Laws {
 
 /// The laws of one rock with a wall, element by element.
 #[derive(Debug, Clone, Copy)]
-pub struct WallLaws<'a> {
+pub struct SurfaceLaws<'a> {
     /// All laws with walls.
     pub laws: &'a [Law],
     /// Law number of each material of the wall, from [`Laws::row`].
@@ -84,7 +84,7 @@ pub struct WallLaws<'a> {
     pub materials: &'a [u8],
 }
 
-impl<'a> WallLaws<'a> {
+impl<'a> SurfaceLaws<'a> {
     /// The law of element number `element`.
     #[inline]
     pub fn of(&self, element: u32) -> &'a Law {
@@ -136,7 +136,7 @@ mod tests {
         let walls = ["soil", "net"].map(String::from);
         let row = laws.row("granite", &walls).expect("all have a law");
         let materials = [1, 0, 1];
-        let of_rock = WallLaws { laws: &laws.walls, row: &row, materials: &materials };
+        let of_rock = SurfaceLaws { laws: &laws.walls, row: &row, materials: &materials };
         let moduli = [0, 1, 2].map(|e| of_rock.of(e).normal.modulus());
         let hertz = |modulus| Some(modulus);
         assert_eq!(moduli, [hertz(1e9), hertz(2e9), hertz(1e9)]);

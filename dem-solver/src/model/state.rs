@@ -16,7 +16,7 @@ pub struct State {
     /// The rocks.
     pub bodies: Vec<Body>,
     /// What they have with each other.
-    pub encounters: Encounters,
+    pub encounters: BetweenRocks,
     /// Energy dissipated since t = 0 by dashpots and friction [J].
     pub dissipated: f64,
     /// Work received through the wall since t = 0 [J].
@@ -49,7 +49,7 @@ pub struct Body {
     pub met: usize,
     /// What the measures are made of.
     pub track: Track,
-    /// What is known of its way over terrain.
+    /// What is known of its trajectory over terrain.
     pub path: Path,
     /// How deep its spheres were pressed in.
     pub deepest: Depths,
@@ -117,7 +117,7 @@ impl Depths {
 
 /// Contacts of rocks with each other.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Encounters {
+pub struct BetweenRocks {
     /// What they remember, by pair of rocks, then of spheres; empty without friction.
     pub histories: Vec<RockHistory>,
     /// Energy of their tangential springs [J].
@@ -128,7 +128,7 @@ pub struct Encounters {
     pub contacts: usize,
 }
 
-impl Encounters {
+impl BetweenRocks {
     /// Nothing touches any more.
     pub fn end(&mut self) {
         self.histories.clear();
@@ -164,7 +164,7 @@ impl State {
         Self {
             time: 0.0,
             bodies: rocks.iter().zip(&settings.rocks).map(body).collect(),
-            encounters: Encounters::default(),
+            encounters: BetweenRocks::default(),
             dissipated: 0.0,
             received: 0.0,
             broken: 0,

@@ -7,15 +7,15 @@ use crate::contact::broad_phase::cell_grid::Plane;
 use crate::contact::narrow_phase::selection::Crossings;
 use crate::gate;
 use crate::geometry::sphere_tree::SphereTree;
-use crate::integrator::rock_stage::{DEEPEST_AT_START, Meetings};
-use crate::integrator::window::Run;
-use crate::interface_mesh::Wall;
+use crate::integrator::rock_stage::{DEEPEST_AT_START, RockStage};
+use crate::integrator::window::RockIntegrator;
+use crate::interface_mesh::ContactMesh;
 use crate::law::table::Laws;
 use crate::model::between::{Between, rows, whole_rocks};
 use crate::model::critical::Steps;
 use crate::model::state::{self, State};
-use crate::model::{Model, impact, name_of, prefix, runout};
-use crate::results::fields::{self, Fields};
+use crate::model::{Model, impact, name_of, runout};
+use crate::results::fields::{self, FieldFiles};
 use crate::results::gauges::Gauges;
 use crate::results::trajectory::{self, Trajectory};
 use crate::results::{self, map, measures, verdict};
@@ -59,10 +59,10 @@ pub struct DemSolver {
     guarded: bool,
     choices: Vec<String>,
     options: Options,
-    run: Option<Run>,
+    run: Option<RockIntegrator>,
     committed: State,
     trial: State,
-    fields: Option<Fields>,
+    fields: Option<FieldFiles>,
     trajectory: Option<Trajectory>,
 }
 
@@ -136,7 +136,7 @@ impl DemSolver {
             shortcuts: options.shortcuts,
         };
         cautions.extend(gate::of_model(&model, scene)?);
-        let worst = Meetings::new(&model).energy(&model, &mut state);
+        let worst = RockStage::new(&model).energy(&model, &mut state);
         if let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) {
             let what = format!(
                 "rock `{}` and rock `{}` overlap at the start, by {radii:.2} radii of the smaller sphere",
@@ -194,7 +194,7 @@ impl DemSolver {
 
     /// Refuse rocks that start with their surface in the net that the structure offers.
     pub fn check_net(&self, mesh: &InterfaceMesh) -> Result<Vec<String>, Fault> {
-        let net = Wall::new(mesh)?.from(&self.model.origin);
+        let net = ContactMesh::new(mesh)?.from(&self.model.origin);
         Ok(gate::start::in_net(&self.model, &net, &self.scene)?)
     }
 
@@ -232,9 +232,9 @@ impl DemSolver {
         self.committed.broken = 0;
     }
 
-    fn wall(&mut self, plan: &Plan, warnings: &mut Vec<String>) -> Result<Option<Wall>, Fault> {
+    fn wall(&mut self, plan: &Plan, warnings: &mut Vec<String>) -> Result<Option<ContactMesh>, Fault> {
         let Some(mesh) = &plan.wall else { return Ok(None) };
-        let mut wall = Wall::new(mesh)?.from(&self.model.origin);
+        let mut wall = ContactMesh::new(mesh)?.from(&self.model.origin);
         let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
                 "there is a net and no contact law: the rock would fall through it; add a table [[contact]]",
@@ -330,7 +330,7 @@ impl Solver for DemSolver {
         }
         let wall = self.wall(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
-        let mut run = Run::new(&self.model, wall, plan, self.options.out.is_some());
+        let mut run = RockIntegrator::new(&self.model, wall, plan, self.options.out.is_some());
         run.reserve(&mut self.committed);
         let initial = run.initial(&self.model, &mut self.committed, plan)?;
         self.trial = self.committed.clone();
@@ -338,7 +338,7 @@ impl Solver for DemSolver {
         self.run = Some(run);
         self.fields = None;
         if let (Some(interval), Some(out)) = (self.model.settings.fields, &self.options.out) {
-            self.fields = Some(Fields::create(&out.join("fields"), interval, &self.model)?);
+            self.fields = Some(FieldFiles::create(&out.join("fields"), interval, &self.model)?);
             self.write_fields()?;
         }
         if let (Some(_), Some(out)) = (&self.model.ground, &self.options.out)
@@ -369,39 +369,31 @@ impl Solver for DemSolver {
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
-        let counts = self.run.as_ref().map(Run::counts).unwrap_or_default();
-        let net = self.run.as_ref().and_then(Run::net);
+        let counts = self.run.as_ref().map(RockIntegrator::counts).unwrap_or_default();
+        let net = self.run.as_ref().and_then(RockIntegrator::net);
         let mut warnings = verdict::verdicts(&self.model, &self.committed, net);
         let mut measures = Vec::new();
         measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);
-        self.ways(&mut measures, &mut warnings);
+        self.trajectories(&mut measures, &mut warnings);
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }
 
 impl DemSolver {
-    /// Measures of the ways over the terrain, and their picture.
-    fn ways(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
+    /// Measures of the trajectories over the terrain, and their picture.
+    fn trajectories(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
         let Some(ground) = &self.model.ground else { return };
-        let settings = &self.model.settings;
-        let named = self.model.settings.named();
-        for (number, (rock, body)) in
-            self.model.rocks.iter().zip(&self.committed.bodies).enumerate().take(named)
-        {
-            let prefix = prefix(&self.model, number);
-            let start = Vector3::from(settings.rocks[number].position) - self.model.origin;
-            let (motion, time) = (&body.motion, self.committed.time);
-            results::runout::results(
-                rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings,
-            );
+        for at in 0..self.model.settings.named() {
+            results::runout::results(&self.model, ground, at, &self.committed, measures, warnings);
         }
         let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out) else { return };
-        let ways = trajectory::ways(&self.model, ground, &trajectory.rows);
-        let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_ways(&ways));
+        let trajectories = trajectory::trajectories(&self.model, ground, &trajectory.rows);
+        let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_trajectories(&trajectories));
         let (path, bodies) = (out.join(map::PICTURE), &self.committed.bodies);
-        for (name, written) in
-            [(map::PICTURE, map::write(&path, &self.model, ground, &ways, bodies)), (fields::WAYS, fields)]
-        {
+        for (name, written) in [
+            (map::PICTURE, map::write(&path, &self.model, ground, &trajectories, bodies)),
+            (fields::TRAJECTORIES, fields),
+        ] {
             if let Err(e) = written {
                 warnings.push(format!("{name} cannot be written: {e}"));
             }

@@ -2,7 +2,7 @@
 
 use dem_solver::granular::GranularSolver;
 use dem_solver::granular::check::check;
-use dem_solver::granular::state::State;
+use dem_solver::granular::state::GranularState;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
@@ -52,7 +52,7 @@ impl Spheres {
         self.energies().iter().sum()
     }
 
-    fn state(&self) -> &State {
+    fn state(&self) -> &GranularState {
         self.solver.state()
     }
 

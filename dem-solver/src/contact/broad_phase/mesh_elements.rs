@@ -2,7 +2,7 @@
 
 use crate::geometry::closest::{on_face, on_line};
 use crate::interface_mesh::motion::NodeMotion;
-use crate::interface_mesh::{Kind, Wall};
+use crate::interface_mesh::{Kind, ContactMesh};
 use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
 
@@ -29,7 +29,7 @@ pub struct NearList {
 
 impl NearList {
     /// An empty list with room for everything there is.
-    pub fn new(wall: &Wall) -> Self {
+    pub fn new(wall: &ContactMesh) -> Self {
         Self {
             elements: Vec::with_capacity(wall.elements.len()),
             nodes: Vec::with_capacity(wall.nodes.len()),
@@ -53,7 +53,7 @@ impl NearList {
     /// List the elements within `coverage` [m] of `centre`; `at` gives each node's position [m].
     pub fn build(
         &mut self,
-        wall: &Wall,
+        wall: &ContactMesh,
         at: impl Fn(u32) -> Vector3<f64>,
         centre: Vector3<f64>,
         coverage: f64,
@@ -142,7 +142,7 @@ impl Sweep {
 
     /// Distance from the rock's centre within which elements may be reached, the wall's own motion
     /// left out [m].
-    pub fn need(&self, rock: &Rock, wall: &Wall) -> f64 {
+    pub fn need(&self, rock: &Rock, wall: &ContactMesh) -> f64 {
         rock.reach + wall.largest_radius + self.travel + self.allowance
     }
 
@@ -156,7 +156,7 @@ impl Sweep {
         &self,
         rock: &Rock,
         motion: &Motion,
-        wall: &Wall,
+        wall: &ContactMesh,
         (near, nodes): (&NearList, &NodeMotion),
         boxes: &mut Vec<NodeBox>,
         mut found: impl FnMut(&NearElement) -> bool,

@@ -8,7 +8,7 @@ use crate::contact::broad_phase::mesh_elements::{NearList, inverse_square};
 use crate::geometry::closest::{on_face, on_line};
 use crate::geometry::sphere_tree::SphereTree;
 use crate::interface_mesh::motion::NodeMotion;
-use crate::interface_mesh::{Kind, Wall};
+use crate::interface_mesh::{Kind, ContactMesh};
 use crate::rock::{Motion, Rock};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -17,10 +17,10 @@ const SKIN: f64 = 0.3;
 
 /// A sphere and an element that may touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Pair {
+pub struct MeshPair {
     /// Number of the sphere in its rock.
     pub sphere: u32,
-    /// Place of the element in [`PairList::elements`], which has the wall's order.
+    /// Place of the element in [`MeshPairs::elements`], which has the wall's order.
     pub element: u32,
 }
 
@@ -29,7 +29,7 @@ pub struct Pair {
 pub struct PairElement {
     /// What it is.
     pub kind: Kind,
-    /// Its nodes, as places in [`PairList::nodes`].
+    /// Its nodes, as places in [`MeshPairs::nodes`].
     pub nodes: [u32; 3],
     /// Radius around the line [m].
     pub radius: f64,
@@ -39,9 +39,9 @@ pub struct PairElement {
 
 /// The pairs of one rock.
 #[derive(Debug, Clone, Default)]
-pub struct PairList {
+pub struct MeshPairs {
     /// The pairs, by sphere, then element.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<MeshPair>,
     /// Elements that pairs name, in the wall's order.
     pub elements: Vec<PairElement>,
     /// Nodes of those elements, as places in [`NearList::nodes`].
@@ -56,7 +56,7 @@ pub struct PairList {
     relative: Vec<Vector3<f64>>,
     orientation: UnitQuaternion<f64>,
     /// Straight flight of the rock, against which the wall's way is measured.
-    course: Course,
+    course: Drift,
     /// For each sample of the wall's motion: how far a node is from where the search saw it, relative
     /// to the rock on its course [m].
     slack: Vec<f64>,
@@ -66,13 +66,13 @@ pub struct PairList {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Course {
+struct Drift {
     position: Vector3<f64>,
     velocity: Vector3<f64>,
     since: f64,
 }
 
-impl Course {
+impl Drift {
     fn at(&self, elapsed: f64) -> Vector3<f64> {
         self.position + self.velocity * (elapsed - self.since)
     }
@@ -89,9 +89,9 @@ pub struct Instant {
     pub elapsed: f64,
 }
 
-impl PairList {
+impl MeshPairs {
     /// An empty list with room for what a rock usually meets.
-    pub fn new(rock: &Rock, wall: &Wall, segments: usize) -> Self {
+    pub fn new(rock: &Rock, wall: &ContactMesh, segments: usize) -> Self {
         let nodes = wall.nodes.len();
         Self {
             pairs: Vec::with_capacity(4 * rock.spheres.len() + 1024),
@@ -119,7 +119,7 @@ impl PairList {
     /// A window begins at `start` with this motion of the near nodes.
     pub fn begin(&mut self, start: &Motion, nodes: &NodeMotion) {
         self.searched = None;
-        self.course = Course { position: start.position, velocity: start.velocity, since: 0.0 };
+        self.course = Drift { position: start.position, velocity: start.velocity, since: 0.0 };
         if self.valid {
             self.measure(nodes, 0);
         }
@@ -162,7 +162,7 @@ impl PairList {
         &mut self,
         rock: &Rock,
         tree: &SphereTree,
-        wall: &Wall,
+        wall: &ContactMesh,
         (near, nodes): (&NearList, &NodeMotion),
         now: &Motion,
         at: Instant,
@@ -197,7 +197,7 @@ impl PairList {
                 };
                 let limit = ball.radius + grow;
                 if closest.to_point.norm_squared() <= limit * limit {
-                    pairs.push(Pair { sphere, element: place });
+                    pairs.push(MeshPair { sphere, element: place });
                 }
             });
             if self.pairs.len() > before {
@@ -207,7 +207,7 @@ impl PairList {
             }
         }
         self.pairs.sort_unstable();
-        self.course = Course { position: now.position, velocity: now.velocity, since: at.elapsed };
+        self.course = Drift { position: now.position, velocity: now.velocity, since: at.elapsed };
         self.searched = Some((at.segment, at.along));
         self.measure(nodes, at.segment + 1);
     }

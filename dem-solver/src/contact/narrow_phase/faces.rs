@@ -38,7 +38,7 @@ pub struct Met {
 
 /// What a contact stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum FacePart {
     /// The face itself.
     Face,
     /// An edge, by a number of its own beyond all nodes.
@@ -53,7 +53,7 @@ pub struct Shared {
     /// Place of a face that it belongs to among those met.
     pub face: usize,
     /// What it stands for.
-    pub part: Part,
+    pub part: FacePart,
     /// From the sphere's centre to its point [m]; of a face as it was met.
     pub to_point: Vector3<f64>,
     /// Weights of the face's nodes there; of a face as it was met.
@@ -115,7 +115,7 @@ impl Faces {
             self.count(k, face);
             if face.feature == Feature::Face {
                 let (to_point, weights) = (Vector3::zeros(), face.weights);
-                found(Shared { face: k, part: Part::Face, to_point, weights, share: 1.0 });
+                found(Shared { face: k, part: FacePart::Face, to_point, weights, share: 1.0 });
             }
         }
         for edge in &self.edges {
@@ -145,14 +145,14 @@ impl Faces {
                 let mut weights = [0.0; 3];
                 weights[edge.ends[0]] = closest.weights[0];
                 weights[edge.ends[1]] = closest.weights[1];
-                let part = Part::Edge(EDGES | (3 * face.number + edge.ends[0] as u32));
+                let part = FacePart::Edge(EDGES | (3 * face.number + edge.ends[0] as u32));
                 found(Shared { face: edge.face, part, to_point: closest.to_point, weights, share });
             }
         }
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let mut weights = [0.0; 3];
             weights[corner.end] = 1.0;
-            let (to_point, part) = (at(corner.node), Part::Node(corner.node));
+            let (to_point, part) = (at(corner.node), FacePart::Node(corner.node));
             found(Shared { face: corner.face, part, to_point, weights, share: corner.share });
         }
     }

@@ -2,8 +2,8 @@
 //! in which the spheres stand still: some ten nodes are turned instead of hundreds of spheres.
 
 use crate::contact::broad_phase::mesh_elements::inverse_square;
-use crate::contact::broad_phase::mesh_pairs::{Instant, Pair, PairElement, PairList};
-use crate::contact::narrow_phase::faces::{Faces, Met, Part};
+use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, PairElement, MeshPairs};
+use crate::contact::narrow_phase::faces::{Faces, Met, FacePart};
 use crate::contact::narrow_phase::selection::{Candidate, Crossings, keep_contacts};
 use crate::geometry::closest::{Feature, on_face, on_line};
 use crate::geometry::sphere::Sphere;
@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// A contact of a sphere with a wall element, in the rock's own frame.
 #[derive(Debug, Clone, Copy)]
-pub struct Contact {
+pub struct MeshContact {
     /// Unit vector from the sphere's centre to the wall's point.
     pub normal: Vector3<f64>,
     /// Distance of the two [m].
@@ -35,7 +35,7 @@ pub struct Contact {
     pub feature: Feature,
 }
 
-impl Contact {
+impl MeshContact {
     /// What its memory is kept under: the element's number `element`, or a number beyond all elements.
     pub fn key(&self, element: u32) -> u32 {
         self.node.map_or(element, |node| !node)
@@ -54,7 +54,7 @@ struct Corner {
     end: usize,
 }
 
-impl Candidate for Contact {
+impl Candidate for MeshContact {
     fn distance(&self) -> f64 {
         self.distance
     }
@@ -81,20 +81,20 @@ struct Segment {
 
 /// The wall as the rock sees it at one instant, and the contacts with it.
 #[derive(Debug, Clone, Default)]
-pub struct Touch {
+pub struct MeshContacts {
     /// From the rock's own frame to space.
     pub rotation: Matrix3<f64>,
     /// The contacts, by sphere, in the order of the hierarchy.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<MeshContact>,
     nodes: Vec<Vector3<f64>>,
     segments: Vec<Segment>,
     corners: Vec<Corner>,
-    spare: Vec<Contact>,
+    spare: Vec<MeshContact>,
     faces: Faces,
     met: Vec<Met>,
 }
 
-impl Touch {
+impl MeshContacts {
     /// Room for the pairs of a rock.
     pub fn reserve(&mut self, nodes: usize, elements: usize, contacts: usize) {
         self.nodes.reserve(nodes);
@@ -112,7 +112,7 @@ impl Touch {
     pub fn find(
         &mut self,
         rock: &Rock,
-        list: &PairList,
+        list: &MeshPairs,
         motion: &NodeMotion,
         now: &Motion,
         at: Instant,
@@ -124,7 +124,7 @@ impl Touch {
         }
         self.see(list, motion, now, at);
         let mut rest = &list.pairs[..];
-        while let Some(&Pair { sphere: number, .. }) = rest.first() {
+        while let Some(&MeshPair { sphere: number, .. }) = rest.first() {
             let sphere = &rock.spheres[number as usize];
             let first = self.contacts.len();
             while let Some((&pair, others)) = rest.split_first()
@@ -148,7 +148,7 @@ impl Touch {
         first: usize,
         sphere: &Sphere,
         number: u32,
-        list: &PairList,
+        list: &MeshPairs,
         crossings: &Crossings,
     ) {
         // Mostly one face, away from its edges.
@@ -156,7 +156,7 @@ impl Touch {
             return;
         }
         self.split_lines(first, sphere, list, crossings);
-        let is_face = |c: &Contact| list.elements[c.element as usize].kind == Kind::Face;
+        let is_face = |c: &MeshContact| list.elements[c.element as usize].kind == Kind::Face;
         self.spare.sort_by_key(|c| !is_face(c));
         let faces = self.spare.iter().take_while(|c| is_face(c)).count();
         let (faces, points) = self.spare.split_at_mut(faces);
@@ -170,14 +170,14 @@ impl Touch {
         self.faces.share_out(&self.met, at, |shared| {
             let face = faces[shared.face];
             let (node, feature) = match shared.part {
-                Part::Face => return contacts.push(face),
-                Part::Edge(number) => (number, Feature::Edge),
-                Part::Node(place) => (list.numbers[place as usize], Feature::Node),
+                FacePart::Face => return contacts.push(face),
+                FacePart::Edge(number) => (number, Feature::Edge),
+                FacePart::Node(place) => (list.numbers[place as usize], Feature::Node),
             };
             let distance = shared.to_point.norm();
             let overlap = sphere.radius + list.elements[face.element as usize].radius - distance;
             if overlap > 0.0 {
-                contacts.push(Contact {
+                contacts.push(MeshContact {
                     normal: shared.to_point / distance,
                     distance,
                     overlap,
@@ -197,10 +197,10 @@ impl Touch {
 
     /// Of the candidates from `first` on keep the lines that are touched between their nodes; their nodes go to `corners`, all
     /// else to `spare`.
-    fn split_lines(&mut self, first: usize, sphere: &Sphere, list: &PairList, crossings: &Crossings) {
+    fn split_lines(&mut self, first: usize, sphere: &Sphere, list: &MeshPairs, crossings: &Crossings) {
         self.corners.clear();
         self.spare.clear();
-        let is_line = |c: &Contact| list.elements[c.element as usize].kind == Kind::Line;
+        let is_line = |c: &MeshContact| list.elements[c.element as usize].kind == Kind::Line;
         let mut kept = first;
         for i in first..self.contacts.len() {
             let contact = self.contacts[i];
@@ -237,13 +237,13 @@ impl Touch {
     }
 
     /// Add the nodes that lines share, each as often as it counts.
-    fn push_corners(&mut self, sphere: &Sphere, number: u32, list: &PairList) {
+    fn push_corners(&mut self, sphere: &Sphere, number: u32, list: &MeshPairs) {
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let to_point = self.nodes[corner.node as usize] - sphere.centre;
             let distance = to_point.norm();
             let mut weights = [0.0; 3];
             weights[corner.end] = 1.0;
-            self.contacts.push(Contact {
+            self.contacts.push(MeshContact {
                 normal: to_point / distance,
                 distance,
                 overlap: sphere.radius + list.elements[corner.element as usize].radius - distance,
@@ -258,7 +258,7 @@ impl Touch {
     }
 
     /// Turn the wall into the rock's own frame.
-    fn see(&mut self, list: &PairList, motion: &NodeMotion, now: &Motion, at: Instant) {
+    fn see(&mut self, list: &MeshPairs, motion: &NodeMotion, now: &Motion, at: Instant) {
         self.rotation = now.rotation();
         let to_own = self.rotation.transpose();
         self.nodes.clear();
@@ -279,7 +279,7 @@ impl Touch {
 
     /// Add the pair to the contacts if it touches.
     #[inline]
-    fn try_pair(&mut self, sphere: &Sphere, pair: Pair, list: &PairList) {
+    fn try_pair(&mut self, sphere: &Sphere, pair: MeshPair, list: &MeshPairs) {
         let segment = &self.segments[pair.element as usize];
         let reach = sphere.radius + segment.radius;
         let element = &list.elements[pair.element as usize];
@@ -296,7 +296,7 @@ impl Touch {
         let square = closest.to_point.norm_squared();
         if square < reach * reach {
             let distance = square.sqrt();
-            self.contacts.push(Contact {
+            self.contacts.push(MeshContact {
                 normal: closest.to_point / distance,
                 distance,
                 overlap: reach - distance,

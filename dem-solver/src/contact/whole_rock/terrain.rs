@@ -6,7 +6,7 @@
 //!
 //! Source of the inside: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
-use crate::contact::broad_phase::terrain_pairs::{Pair, Surroundings};
+use crate::contact::broad_phase::terrain_pairs::{TerrainPair, TerrainPairs};
 use crate::contact::history::SurfaceHistory;
 use crate::contact::pipeline::{Site, Sums};
 use crate::contact::terrain::Turned;
@@ -17,14 +17,14 @@ use crate::law::Law;
 use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
 use crate::law::restitution;
-use crate::law::table::WallLaws;
+use crate::law::table::SurfaceLaws;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
 /// A sphere near the terrain, along the axes of space.
 #[derive(Debug, Clone, Copy)]
-pub struct Contact {
+pub struct WholeRockContact {
     /// Unit vector from the sphere into the terrain.
     pub normal: Vector3<f64>,
     /// Height of the sphere's centre over the surface, along the normal; below 0 inside [m].
@@ -39,7 +39,7 @@ pub struct Contact {
     pub triangle: u32,
 }
 
-impl Contact {
+impl WholeRockContact {
     /// The nearest point, from the rock's centre of mass [m].
     pub fn arm(&self) -> Vector3<f64> {
         self.centre + self.normal * self.height
@@ -62,14 +62,14 @@ pub struct Group<'a> {
 
 /// The contacts, and buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Landed {
+pub struct WholeRockContacts {
     /// The contacts, by sphere.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<WholeRockContact>,
     /// The histories after the step.
     pub histories: Vec<SurfaceHistory>,
 }
 
-impl Landed {
+impl WholeRockContacts {
     /// Room for so many contacts.
     pub fn new(contacts: usize) -> Self {
         Self { contacts: Vec::with_capacity(contacts), histories: Vec::with_capacity(contacts) }
@@ -81,7 +81,7 @@ impl Landed {
         rock: &Rock,
         whole: &Whole,
         ground: &Terrain,
-        around: &Surroundings,
+        around: &TerrainPairs,
         now: &Motion,
         reach: f64,
     ) {
@@ -99,7 +99,7 @@ impl Landed {
             let overlap = sphere.radius - near.height;
             if overlap > -reach {
                 let (normal, height) = (near.normal, near.height);
-                self.contacts.push(Contact {
+                self.contacts.push(WholeRockContact {
                     normal,
                     height,
                     overlap,
@@ -112,12 +112,12 @@ impl Landed {
     }
 
     /// Those of law number `law` that touch.
-    fn of<'a>(&'a self, laws: WallLaws<'a>, law: u16) -> impl Iterator<Item = &'a Contact> {
+    fn of<'a>(&'a self, laws: SurfaceLaws<'a>, law: u16) -> impl Iterator<Item = &'a WholeRockContact> {
         self.contacts.iter().filter(move |c| c.overlap > 0.0 && laws.number(c.triangle) == law)
     }
 
     /// What the contacts of law number `law` amount to, without velocities; `None` if there is none.
-    pub fn group<'a>(&self, whole: &Whole, laws: WallLaws<'a>, law: u16) -> Option<Group<'a>> {
+    pub fn group<'a>(&self, whole: &Whole, laws: SurfaceLaws<'a>, law: u16) -> Option<Group<'a>> {
         let sum: f64 = self.of(laws, law).map(|c| whole.part(c.sphere, c.overlap)).sum();
         let law = &laws.laws[law as usize];
         let modulus = law.normal.modulus().expect("checked: it has a modulus");
@@ -133,12 +133,12 @@ impl Landed {
     }
 
     /// Elastic energy of the contacts that were found [J].
-    pub fn energy(&self, whole: &Whole, laws: WallLaws) -> f64 {
+    pub fn energy(&self, whole: &Whole, laws: SurfaceLaws) -> f64 {
         laws.distinct().filter_map(|law| self.group(whole, laws, law)).map(|g| g.pressed.energy).sum()
     }
 
     /// Weights, mass and dashpot of a group.
-    fn weigh(&self, group: &mut Group, whole: &Whole, laws: WallLaws, law: u16, rock: &Rock, now: &Motion) {
+    fn weigh(&self, group: &mut Group, whole: &Whole, laws: SurfaceLaws, law: u16, rock: &Rock, now: &Motion) {
         let spin = rock.spin(now);
         let (mut rate, mut push, mut turn) = (0.0, Vector3::zeros(), Vector3::zeros());
         for contact in self.of(laws, law) {
@@ -161,12 +161,12 @@ impl Landed {
     }
 
     /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the histories after
-    /// it go to [`Landed::histories`].
+    /// it go to [`WholeRockContacts::histories`].
     pub fn forces(
         &mut self,
         rock: &Rock,
         whole: &Whole,
-        laws: WallLaws,
+        laws: SurfaceLaws,
         now: &Motion,
         h: f64,
         before: &[SurfaceHistory],
@@ -200,7 +200,7 @@ struct Seat<'a> {
 
 impl Seat<'_> {
     /// Add the forces of one contact.
-    fn add(&self, contact: &Contact, histories: &mut Vec<SurfaceHistory>, sums: &mut Sums) {
+    fn add(&self, contact: &WholeRockContact, histories: &mut Vec<SurfaceHistory>, sums: &mut Sums) {
         let Self { group, rock, whole, now, spin, .. } = self;
         let (pressed, law) = (group.pressed, group.law);
         let weight = whole.weight(contact.sphere, contact.overlap, pressed.overlap);
@@ -254,7 +254,7 @@ impl Seat<'_> {
 }
 
 /// Where the terrain is nearest to a point.
-struct Near {
+struct NearestPoint {
     /// Unit vector into the terrain.
     normal: Vector3<f64>,
     /// Height over it, below 0 inside [m].
@@ -263,7 +263,7 @@ struct Near {
 }
 
 /// Where the surface is from `place`, of which `pairs` hold what may be nearest; `None` beside the border.
-fn look(ground: &Terrain, around: &Surroundings, pairs: &[Pair], place: &Vector3<f64>) -> Option<Near> {
+fn look(ground: &Terrain, around: &TerrainPairs, pairs: &[TerrainPair], place: &Vector3<f64>) -> Option<NearestPoint> {
     let (mut nearest, mut triangle) = (Nearest::default(), pairs[0].triangle);
     for pair in pairs {
         if nearest.take(&around.faces[pair.face as usize], place) {
@@ -272,10 +272,10 @@ fn look(ground: &Terrain, around: &Surroundings, pairs: &[Pair], place: &Vector3
     }
     let distance = nearest.square.sqrt();
     if distance == 0.0 {
-        return Some(Near { normal: -nearest.up.normalize(), height: 0.0, triangle });
+        return Some(NearestPoint { normal: -nearest.up.normalize(), height: 0.0, triangle });
     }
     if !nearest.is_inside() {
-        return Some(Near { normal: nearest.to_point / distance, height: distance, triangle });
+        return Some(NearestPoint { normal: nearest.to_point / distance, height: distance, triangle });
     }
     // Below the border and beside it nothing is inside.
     let beside = match nearest.feature {
@@ -283,7 +283,7 @@ fn look(ground: &Terrain, around: &Surroundings, pairs: &[Pair], place: &Vector3
         Feature::Edge => nearest.as_near < 2,
         Feature::Node => around.is_on_border(ground, node_of(ground, triangle, place)),
     };
-    (!beside).then(|| Near { normal: -nearest.to_point / distance, height: -distance, triangle })
+    (!beside).then(|| NearestPoint { normal: -nearest.to_point / distance, height: -distance, triangle })
 }
 
 /// The corner of a triangle that is nearest to `place`.
