@@ -31,7 +31,7 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
     let Some(laws) = &model.laws else { return numbers };
     let speed = model.steps.speed.max(f64::MIN_POSITIVE);
     let landings = model.rocks.iter().zip(&model.settings.rocks).filter_map(|(rock, table)| {
-        let law = &laws.walls[laws.number(&table.material, STRUCTURE)?];
+        let law = &laws.surfaces[laws.number(&table.material, STRUCTURE)?];
         let (radius, contacts) = (rock.smallest_radius, rock.facing);
         let overlap = law.normal.deepest(radius, rock.mass / contacts, speed).min(DEEP * radius);
         // The largest sphere is the stiffest at an overlap, and it counts for as many of the smallest. What limits a linear

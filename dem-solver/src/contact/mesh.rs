@@ -1,14 +1,14 @@
 //! Forces of all contacts of one rock at one instant.
 //!
-//! Signs: the normal points from the sphere into the wall, `v_n > 0` means approaching, the force on
-//! the rock is `-F_n n + f_t`, that on the wall's nodes `-N_a` times it. The contact point, at which
-//! velocities are compared and the force acts on the rock, lies on the wall's surface: `R - d` from
+//! Signs: the normal points from the sphere into the mesh, `v_n > 0` means approaching, the force on
+//! the rock is `-F_n n + f_t`, that on the mesh's nodes `-N_a` times it. The contact point, at which
+//! velocities are compared and the force acts on the rock, lies on the mesh's surface: `R - d` from
 //! the sphere's centre. A wire takes the force at its axis; it has no twist that could take the
 //! moment of a friction force about it.
 //!
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
-use super::broad_phase::mesh_pairs::{Instant, PairElement, MeshPairs};
+use super::broad_phase::mesh_pairs::{Instant, MeshPairs, PairElement};
 use super::history::{Successor, SurfaceHistory, Transfer};
 use super::narrow_phase::sphere_mesh::{MeshContact, MeshContacts};
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
@@ -20,7 +20,7 @@ use crate::law::table::SurfaceLaws;
 use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
 
-/// What a rock and its wall are at an instant.
+/// What a rock and its mesh are at an instant.
 #[derive(Clone, Copy)]
 pub struct MeshScene<'a> {
     /// The rock.
@@ -28,7 +28,7 @@ pub struct MeshScene<'a> {
     /// The laws of its contacts.
     pub laws: SurfaceLaws<'a>,
     /// What it touches.
-    pub wall: &'a ContactMesh,
+    pub contact_mesh: &'a ContactMesh,
     /// Pairs that may touch.
     pub list: &'a MeshPairs,
     /// Motion of the near nodes in the window.
@@ -81,7 +81,7 @@ impl MeshForces {
 
     /// Find the contacts at `now` and their elastic energy; no forces.
     pub fn energy(&mut self, scene: MeshScene, now: &Motion, at: Instant) -> f64 {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.wall.crossings.as_ref());
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.contact_mesh.crossings.as_ref());
         let spheres = &scene.rock.spheres;
         let elements = &scene.list.elements;
         let of = |c: &MeshContact| {
@@ -104,7 +104,7 @@ impl MeshForces {
         h: f64,
         before: &[SurfaceHistory],
     ) -> Sums {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.wall.crossings.as_ref());
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.contact_mesh.crossings.as_ref());
         self.histories.clear();
         self.node_forces.clear();
         self.node_velocities.clear();
@@ -132,7 +132,7 @@ impl MeshForces {
         sums
     }
 
-    /// The first contact whose wall has been pushed past the centres of the outer spheres: of a lattice further than
+    /// The first contact whose mesh has been pushed past the centres of the outer spheres: of a lattice further than
     /// `depth` radii into the box that they span, else through the centre of its own sphere within the last `h` [s].
     pub fn passed_centre(&self, scene: MeshScene, now: &Motion, h: f64, depth: f64) -> Option<&MeshContact> {
         let rock = scene.rock;
@@ -205,9 +205,9 @@ impl MeshForces {
     fn transfer_histories(&mut self, scene: MeshScene, slip: f64, before: &[SurfaceHistory]) {
         let touch = &self.touch;
         // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
-        let neighbours = |a: u32, b: u32| scene.wall.share_a_node(a, b);
+        let neighbours = |a: u32, b: u32| scene.contact_mesh.share_a_node(a, b);
         let view = |contact| MeshSuccessor { contact, touch, list: scene.list, slip };
-        let beside = scene.wall.crossings.is_some();
+        let beside = scene.contact_mesh.crossings.is_some();
         self.transfer.find(&touch.contacts, view, before, neighbours, beside);
     }
 }
@@ -317,13 +317,13 @@ fn arm(scene: MeshScene, contact: &MeshContact) -> Vector3<f64> {
     sphere.centre + contact.normal * (contact.distance - element.radius)
 }
 
-/// `sum N_a^2 / m_a` of the wall's point [1/kg]; 0 where the wall does not tell its masses.
+/// `sum N_a^2 / m_a` of the mesh's point [1/kg]; 0 where the mesh does not tell its masses.
 #[inline]
 fn inverse_mass(scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> f64 {
-    scene.wall.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
+    scene.contact_mesh.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
 }
 
-/// What the wall's point has moved between two windows [m].
+/// What the mesh's point has moved between two windows [m].
 fn jump(seam: &Seam, scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> Vector3<f64> {
     let [a, b, c] = element.nodes.map(|n| seam.of_node(scene.list.numbers[n as usize]));
     a * weights[0] + b * weights[1] + c * weights[2]

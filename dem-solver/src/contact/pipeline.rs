@@ -184,13 +184,13 @@ pub struct Sums {
     /// Elastic energy of the normal springs [J].
     pub elastic: f64,
     /// Power of the dashpots along the normals [W].
-    pub damped: f64,
+    pub damping_power: f64,
     /// Power that tangential forces and rolling resistance take from the motion [W].
-    pub rubbed: f64,
+    pub friction_power: f64,
     /// Energy of the tangential and rolling springs after the step [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy that they have taken up between two windows ([`ContactPoint::jump`]) [J].
-    pub jumped: f64,
+    pub jump_energy: f64,
     /// Largest overlap over radius.
     pub penetration: f64,
     /// Largest speed of the partner's surface past the rock's centre [m/s].
@@ -203,10 +203,10 @@ impl Sums {
     pub fn add(&mut self, response: &Response, site: &Site) -> Vector3<f64> {
         let weight = site.weight;
         let force = response.force * weight;
-        self.damped += response.damped * weight;
-        self.rubbed += response.rubbed * weight;
-        self.sheared += response.sheared * weight;
-        self.jumped += response.jumped * weight;
+        self.damping_power += response.damping_power * weight;
+        self.friction_power += response.friction_power * weight;
+        self.tangential_energy += response.tangential_energy * weight;
+        self.jump_energy += response.jump_energy * weight;
         self.elastic += response.load.energy * weight;
         self.penetration = self.penetration.max(site.overlap / site.smaller);
         self.force += force;

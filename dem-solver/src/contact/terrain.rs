@@ -8,7 +8,7 @@
 use super::broad_phase::cell_grid::Plane;
 use super::broad_phase::terrain_pairs::TerrainPairs;
 use super::history::{Successor, SurfaceHistory, Transfer};
-use super::narrow_phase::faces::{Faces, Met, FacePart};
+use super::narrow_phase::faces::{FacePart, Faces, TouchedFace};
 use super::narrow_phase::selection::{Candidate, keep_contacts};
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
 use crate::geometry::closest::{Feature, on_face};
@@ -74,7 +74,7 @@ pub struct SurfaceContacts {
     transfer: Transfer,
     rows: Rows,
     spare: Vec<SurfaceContact>,
-    met: Vec<Met>,
+    rock_contacts: Vec<TouchedFace>,
     faces: Faces,
     /// The histories after the step.
     pub histories: Vec<SurfaceHistory>,
@@ -183,16 +183,21 @@ impl SurfaceContacts {
         self.spare.clear();
         self.spare.extend(self.contacts.drain(first..));
         let centre = position + self.spare[0].centre;
-        self.met.clear();
-        self.met.extend(self.spare.iter().map(|contact| {
+        self.rock_contacts.clear();
+        self.rock_contacts.extend(self.spare.iter().map(|contact| {
             let corners = ground.corners(contact.triangle);
             let closest = on_face(&centre, corners.each_ref());
             let nodes = ground.triangles[contact.triangle as usize];
-            Met { nodes, number: contact.triangle, weights: closest.weights, feature: closest.feature }
+            TouchedFace {
+                nodes,
+                number: contact.triangle,
+                weights: closest.weights,
+                feature: closest.feature,
+            }
         }));
         let at = |node: u32| ground.nodes[node as usize] - centre;
         let (contacts, spare) = (&mut self.contacts, &self.spare);
-        self.faces.share_out(&self.met, at, |shared| {
+        self.faces.share_out(&self.rock_contacts, at, |shared| {
             let face = spare[shared.face];
             let (beyond, feature) = match shared.part {
                 FacePart::Face => return contacts.push(face),

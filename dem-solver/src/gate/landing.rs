@@ -24,7 +24,7 @@ const HALVINGS: usize = 40;
 
 /// What the user should know of the first landing of each rock.
 pub fn check(model: &Model, ground: &Terrain) -> Vec<String> {
-    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
+    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
     let mut warnings = Vec::new();
     let settings = &model.settings;
     for at in settings.examples() {

@@ -5,7 +5,7 @@
 //! share out blocks of spheres; who computes a block does not change a bit of it, and energies are
 //! summed up in the order of the blocks.
 
-use crate::contact::broad_phase::cell_grid::{SpherePair, SpherePairs, Plane};
+use crate::contact::broad_phase::cell_grid::{Plane, SpherePair, SpherePairs};
 use crate::law::Law;
 use crate::law::block::{Block, WIDTH};
 use crate::law::contact_point::{ContactPoint, History};
@@ -40,11 +40,11 @@ pub struct Push {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct BlockSums {
     /// Power of the dashpots [W].
-    pub damped: f64,
+    pub damping_power: f64,
     /// Power of friction and rolling resistance [W].
-    pub rubbed: f64,
+    pub friction_power: f64,
     /// Energy of the tangential and rolling springs after the step [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy of the normal springs [J].
     pub elastic: f64,
     /// Contacts.
@@ -56,9 +56,9 @@ pub struct BlockSums {
 impl BlockSums {
     /// Add those of the next block.
     pub fn add(&mut self, next: &Self) {
-        self.damped += next.damped;
-        self.rubbed += next.rubbed;
-        self.sheared += next.sheared;
+        self.damping_power += next.damping_power;
+        self.friction_power += next.friction_power;
+        self.tangential_energy += next.tangential_energy;
         self.elastic += next.elastic;
         self.contacts += next.contacts;
         self.deepest = self.deepest.max(next.deepest);
@@ -87,11 +87,11 @@ struct Out<'a> {
 /// What does not change in a step.
 #[derive(Clone, Copy)]
 pub struct PairScene<'a> {
-    /// The laws: of spheres with each other, then with walls.
+    /// The laws: of spheres with each other, then with surfaces.
     pub laws: &'a [Law],
     /// The pairs.
     pub list: &'a SpherePairs,
-    /// The walls.
+    /// The surfaces.
     pub planes: &'a [Plane],
     /// The spheres.
     pub seen: &'a [Seen],
@@ -106,7 +106,7 @@ const MOST_NEIGHBOURS: f64 = 12.0;
 
 impl PairScene<'_> {
     /// Where the pair touches: normal from the first, overlap, lever arms of both (the second's is 0 for a
-    /// wall).
+    /// mesh).
     #[inline]
     fn touch(&self, first: &Seen, second: u32) -> Option<(Vector3<f64>, f64, [f64; 2])> {
         let count = self.seen.len();
@@ -160,7 +160,8 @@ impl PairScene<'_> {
                     Some(other) => first.radius.min(other.radius),
                     None => first.radius,
                 };
-                waiting[block.count] = WaitingContact { pair: p - origin, normal, overlap, depth: overlap / smaller };
+                waiting[block.count] =
+                    WaitingContact { pair: p - origin, normal, overlap, depth: overlap / smaller };
                 let held = &out.held[p - origin];
                 let history = if held.overlap > 0.0 { *held } else { History::default() };
                 block.push(&self.point(law, i, pair, normal, overlap, arms), &history);
@@ -187,9 +188,9 @@ impl PairScene<'_> {
                 out.moments[touch.pair] = response.moment;
             }
             let sums = &mut out.sums;
-            sums.damped += response.damped;
-            sums.rubbed += response.rubbed;
-            sums.sheared += response.sheared;
+            sums.damping_power += response.damping_power;
+            sums.friction_power += response.friction_power;
+            sums.tangential_energy += response.tangential_energy;
             sums.elastic += response.load.energy;
             sums.contacts += 1;
             sums.deepest = sums.deepest.max(touch.depth);

@@ -1,4 +1,4 @@
-//! Thousands of separate spheres that meet each other and the walls of a box.
+//! Thousands of separate spheres that meet each other and the surfaces of a box.
 //!
 //! - [`forces`]: what the pairs do, in an order that does not depend on threads
 //! - [`run`]: the steps of a window
@@ -14,7 +14,7 @@ pub mod run;
 pub mod state;
 pub mod steps;
 
-use crate::contact::broad_phase::cell_grid::{SpherePair, Plane};
+use crate::contact::broad_phase::cell_grid::{Plane, SpherePair};
 use crate::gate;
 use crate::law::Law;
 use crate::law::table::Laws;
@@ -55,11 +55,11 @@ pub struct GranularModel {
     pub group: Vec<u16>,
     /// Smallest radius [m].
     pub smallest: f64,
-    /// The walls.
+    /// The surfaces.
     pub planes: Vec<Plane>,
-    /// The laws between spheres, then those with walls.
+    /// The laws between spheres, then those with surfaces.
     pub laws: Vec<Law>,
-    /// Law numbers, a row for each group: with each group, then with the walls.
+    /// Law numbers, a row for each group: with each group, then with the surfaces.
     table: Vec<u16>,
     /// Whether a law has a rolling part.
     pub rolls: bool,
@@ -85,11 +85,12 @@ impl GranularModel {
                 format!("add one with between = [\"{a}\", \"{b}\"], or one without `between` for all others"),
             )
         })?;
-        let all: Vec<Law> = laws.rocks.iter().chain(&laws.walls).cloned().collect();
+        let all: Vec<Law> = laws.rocks.iter().chain(&laws.surfaces).cloned().collect();
         let used = || table.iter().map(|n| &all[*n as usize]);
         let (rolls, remembers) = (used().any(|l| l.rolling.is_some()), used().any(Law::remembers));
         let springs = used().any(|l| l.rolling.is_some_and(|r| r.kind == RollingName::Spring));
-        let steps = GranularSteps::new(&settings, &start, &used().cloned().collect::<Vec<_>>(), springs, scene)?;
+        let steps =
+            GranularSteps::new(&settings, &start, &used().cloned().collect::<Vec<_>>(), springs, scene)?;
         let threads = settings.dem.threads.unwrap_or(1);
         let pool = (threads > 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
         let pool = pool
@@ -103,7 +104,7 @@ impl GranularModel {
             inertia,
             group: start.group.clone(),
             smallest,
-            planes: settings.walls.iter().flat_map(BoxSettings::planes).map(Plane::from).collect(),
+            planes: settings.sides.iter().flat_map(BoxSettings::planes).map(Plane::from).collect(),
             laws: all,
             table,
             rolls,
@@ -117,7 +118,7 @@ impl GranularModel {
         Ok((model, start))
     }
 
-    /// What the pair of sphere `i` and `second` (a sphere, or a wall) needs.
+    /// What the pair of sphere `i` and `second` (a sphere, or a mesh) needs.
     fn pair(&self, i: usize, second: u32) -> SpherePair {
         let groups = self.settings.spheres.len();
         let row = self.group[i] as usize * (groups + 1);
@@ -148,7 +149,7 @@ impl GranularModel {
     }
 }
 
-/// Law numbers of all pairs of groups and of groups with walls. Errs with the pair that has none.
+/// Law numbers of all pairs of groups and of groups with surfaces. Errs with the pair that has none.
 fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>, (&'a str, &'a str)> {
     let mut table = Vec::new();
     for a in &settings.spheres {
@@ -156,8 +157,8 @@ fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>
             let number = laws.number(&a.material, &b.material).ok_or((&*a.material, &*b.material))?;
             table.push(number as u16);
         }
-        // Without walls the entry is never read.
-        let with_walls = match &settings.walls {
+        // Without surfaces the entry is never read.
+        let with_walls = match &settings.sides {
             Some(w) => laws.number(&a.material, &w.material).ok_or((&*a.material, &*w.material))?,
             None => 0,
         };
@@ -272,7 +273,7 @@ impl GranularSolver {
             mass += model.mass[i];
             centre += state.position[i] * model.mass[i];
         }
-        let stored = state.elastic + state.sheared;
+        let stored = state.elastic + state.tangential_energy;
         centre /= mass;
         let contacts = state.contacts as f64;
         [kinetic, potential, stored, state.dissipated, contacts, fastest.sqrt(), centre.x, centre.y, centre.z]

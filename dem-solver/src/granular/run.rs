@@ -2,7 +2,7 @@
 
 use super::GranularModel;
 use super::cause;
-use super::forces::{BLOCK, Push, PairScene, Seen, BlockSums};
+use super::forces::{BLOCK, BlockSums, PairScene, Push, Seen};
 use super::state::GranularState;
 use crate::contact::broad_phase::cell_grid::{SpherePair, SpherePairs};
 use crate::law::contact_point::History;
@@ -55,7 +55,12 @@ impl GranularIntegrator {
     }
 
     /// Advance `state` over `window`.
-    pub fn solve(&mut self, model: &GranularModel, state: &mut GranularState, window: &Window) -> Result<(), Fault> {
+    pub fn solve(
+        &mut self,
+        model: &GranularModel,
+        state: &mut GranularState,
+        window: &Window,
+    ) -> Result<(), Fault> {
         let steps = window.steps(model.step);
         let h = window.length / steps as f64;
         self.recall(model, state);
@@ -147,7 +152,13 @@ impl GranularIntegrator {
     }
 
     /// One step, that begins at `time` [s]; errs with what has gone wrong.
-    fn step(&mut self, model: &GranularModel, state: &mut GranularState, h: f64, time: f64) -> Result<(), String> {
+    fn step(
+        &mut self,
+        model: &GranularModel,
+        state: &mut GranularState,
+        h: f64,
+        time: f64,
+    ) -> Result<(), String> {
         self.see(model, state, 0.5 * h);
         self.make_sure(model);
         self.answer(model, h);
@@ -165,8 +176,9 @@ impl GranularIntegrator {
         if sums.deepest > state.deepest.0 {
             state.deepest = (sums.deepest, time + 0.5 * h);
         }
-        state.dissipated += (sums.damped + sums.rubbed) * h - (sums.sheared - state.sheared);
-        state.sheared = sums.sheared;
+        state.dissipated += (sums.damping_power + sums.friction_power) * h
+            - (sums.tangential_energy - state.tangential_energy);
+        state.tangential_energy = sums.tangential_energy;
         self.evaluations += sums.contacts as u64;
         self.kick(model, state, h);
         if self.moved.iter().any(|m| !m.is_finite()) {

@@ -23,7 +23,7 @@ pub struct GranularState {
     /// Histories of pairs that touch, by first and second; what acts on the first.
     pub histories: Vec<(u32, u32, History)>,
     /// Energy of the tangential and rolling springs [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy of the normal springs [J].
     pub elastic: f64,
     /// Energy dissipated since t = 0 [J].
@@ -56,7 +56,8 @@ impl GranularState {
         self.acceleration.clone_from(&other.acceleration);
         self.turning.clone_from(&other.turning);
         self.histories.clone_from(&other.histories);
-        (self.time, self.sheared, self.elastic) = (other.time, other.sheared, other.elastic);
+        (self.time, self.tangential_energy, self.elastic) =
+            (other.time, other.tangential_energy, other.elastic);
         (self.dissipated, self.contacts, self.deepest) = (other.dissipated, other.contacts, other.deepest);
     }
 }

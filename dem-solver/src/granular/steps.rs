@@ -57,7 +57,7 @@ impl GranularSteps {
         let heaviest = start.mass.iter().copied().fold(0.0, f64::max);
         let widest = start.radius.iter().copied().fold(0.0, f64::max);
         for law in laws {
-            // Two of the smallest; a wall or a large partner makes a contact up to sqrt(2) as stiff.
+            // Two of the smallest; a mesh or a large partner makes a contact up to sqrt(2) as stiff.
             let stiffest = |overlap: f64| law.normal.load(radius, overlap.min(DEEP * radius)).stiffness;
             let impact = stiffest(law.normal.deepest(0.5 * radius, 0.5 * mass, speed));
             let column = heaviest * gravity * (height / (2.0 * widest)).max(1.0);
@@ -96,7 +96,7 @@ fn height(settings: &GranularSettings, start: &Start) -> f64 {
     let free = 0.5 * settings.gravity.norm() * settings.end_time * settings.end_time;
     let fastest = start.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
     let fall = free + fastest * settings.end_time;
-    settings.walls.as_ref().map_or(fall, |walls| fall.min(walls.height(&down)))
+    settings.sides.as_ref().map_or(fall, |sides| fall.min(sides.height(&down)))
 }
 
 /// Overlap at which `law` carries `force` [N] at effective radius `radius`.

@@ -163,7 +163,7 @@ impl Case<'_> {
             let expected = normal.deepest(effective, mass, speed) / smallest;
             (normal, mass, expected, (expected / AIM).powf(normal.powers().overlap))
         } else {
-            let (normal, energy) = (&laws.walls[law].normal, 0.5 * rock.mass * speed * speed);
+            let (normal, energy) = (&laws.surfaces[law].normal, 0.5 * rock.mass * speed * speed);
             (normal, rock.mass, worst(rock, normal, energy), stiffer(rock, normal, energy))
         };
         if expected <= AIM {

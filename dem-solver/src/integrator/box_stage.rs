@@ -24,7 +24,7 @@ pub struct BoxStage {
 
 /// The law of a rock with the sides.
 fn laws_with(model: &Model, rock: usize) -> Option<SurfaceLaws<'_>> {
-    let laws = &model.laws.as_ref()?.walls;
+    let laws = &model.laws.as_ref()?.surfaces;
     Some(SurfaceLaws { laws, row: model.side_rows.get(rock)?, materials: &[] })
 }
 

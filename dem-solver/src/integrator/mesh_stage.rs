@@ -13,7 +13,7 @@ use crate::rock::Motion;
 use interface_defs::Fault;
 
 /// Skin of the near list, as a share of the rock's reach: for the rock of the drop test
-/// at 6 m/s a pass over the wall each 9 ms.
+/// at 6 m/s a pass over the mesh each 9 ms.
 const NEAR_SKIN: f64 = 0.15;
 
 /// A window as the zone sees it.
@@ -21,8 +21,8 @@ const NEAR_SKIN: f64 = 0.15;
 pub struct MeshWindow<'a> {
     /// What does not change.
     pub model: &'a Model,
-    /// The wall.
-    pub wall: &'a ContactMesh,
+    /// The mesh.
+    pub contact_mesh: &'a ContactMesh,
     /// Where its motion lies in the input.
     pub fields: &'a MotionFields,
     /// The input.
@@ -55,24 +55,24 @@ pub struct MeshStage {
 
 impl MeshStage {
     /// Of rock number `rock`.
-    pub fn new(model: &Model, rock: usize, wall: &ContactMesh, fields: &MotionFields) -> Self {
+    pub fn new(model: &Model, rock: usize, contact_mesh: &ContactMesh, fields: &MotionFields) -> Self {
         let segments = fields.segments();
-        let mut zone = Self {
+        let mut stage = Self {
             rock,
-            near: NearList::new(wall),
+            near: NearList::new(contact_mesh),
             motion: NodeMotion::default(),
-            pairs: MeshPairs::new(&model.rocks[rock], wall, segments),
+            pairs: MeshPairs::new(&model.rocks[rock], contact_mesh, segments),
             evaluation: MeshForces::default(),
-            reference: vec![0.0; 3 * wall.nodes.len()],
+            reference: vec![0.0; 3 * contact_mesh.nodes.len()],
             moved: 0.0,
             sweep: None,
-            boxes: Vec::with_capacity(wall.nodes.len()),
+            boxes: Vec::with_capacity(contact_mesh.nodes.len()),
             refreshes: 0,
         };
-        let nodes = wall.nodes.len();
-        zone.motion.reserve(nodes, segments);
-        zone.evaluation.reserve(nodes, wall.elements.len(), Self::most_contacts(model, rock));
-        zone
+        let nodes = contact_mesh.nodes.len();
+        stage.motion.reserve(nodes, segments);
+        stage.evaluation.reserve(nodes, contact_mesh.elements.len(), Self::most_contacts(model, rock));
+        stage
     }
 
     /// Contacts for which there is room from the start.
@@ -88,7 +88,7 @@ impl MeshStage {
         let sweep = Sweep::new(rock, start, &model.settings.gravity, view.length, segments).kicked(kick);
         self.sweep = Some(sweep);
         self.moved = self.furthest(view);
-        let need = sweep.need(rock, view.wall).max(self.need_of_pairs(view));
+        let need = sweep.need(rock, view.contact_mesh).max(self.need_of_pairs(view));
         if !self.near.covers(&start.position, 3.0 * self.moved, need) {
             self.rebuild(view, start, 0, need);
         }
@@ -97,13 +97,13 @@ impl MeshStage {
         Ok(())
     }
 
-    /// Nothing that was listed counts any more: the wall has other elements.
+    /// Nothing that was listed counts any more: the mesh has other elements.
     pub fn forget(&mut self) {
         self.near.invalidate();
     }
 
     fn need_of_pairs(&self, view: MeshWindow) -> f64 {
-        view.model.rocks[self.rock].reach + view.wall.largest_radius + self.pairs.skin()
+        view.model.rocks[self.rock].reach + view.contact_mesh.largest_radius + self.pairs.skin()
     }
 
     /// Bound on the way of any node since the near list was made.
@@ -112,7 +112,7 @@ impl MeshStage {
         3.0_f64.sqrt() * largest.fold(0.0, f64::max)
     }
 
-    /// List what is near `now`, the wall as at sample `sample`, good for `need` and a skin.
+    /// List what is near `now`, the mesh as at sample `sample`, good for `need` and a skin.
     fn rebuild(&mut self, view: MeshWindow, now: &Motion, sample: usize, need: f64) {
         let rock = &view.model.rocks[self.rock];
         if let Some(displacement) = view.fields.displacements(view.input).nth(sample) {
@@ -120,15 +120,21 @@ impl MeshStage {
         }
         self.moved = self.furthest(view);
         let coverage = need + 3.0 * self.moved + NEAR_SKIN * rock.reach;
-        let nodes = &view.wall.nodes;
+        let nodes = &view.contact_mesh.nodes;
         let at = |n: u32| nodes[n as usize] + view.fields.displacement(view.input, sample, n);
-        self.near.build(view.wall, at, now.position, coverage);
+        self.near.build(view.contact_mesh, at, now.position, coverage);
         self.pairs.invalidate();
         self.refreshes += 1;
     }
 
     fn read(&mut self, view: MeshWindow) -> Result<(), Fault> {
-        let read = self.motion.read(view.fields, view.input, &view.wall.nodes, &self.near.nodes, view.length);
+        let read = self.motion.read(
+            view.fields,
+            view.input,
+            &view.contact_mesh.nodes,
+            &self.near.nodes,
+            view.length,
+        );
         read.map_err(|node| {
             // The list may have been made of such numbers.
             self.near.invalidate();
@@ -150,20 +156,27 @@ impl MeshStage {
             self.read(view)?;
         }
         let tree = &view.model.trees[self.rock];
-        self.pairs.search(rock, tree, view.wall, (&self.near, &self.motion), now, at);
+        self.pairs.search(rock, tree, view.contact_mesh, (&self.near, &self.motion), now, at);
         Ok(())
     }
 
     /// Contacts and forces, and what they are evaluated with. The pairs must be good.
     pub fn parts<'a>(&'a mut self, view: MeshWindow<'a>) -> (&'a mut MeshForces, MeshScene<'a>) {
-        let laws = &view.model.laws.as_ref().expect("prepared: a wall has laws").walls;
+        let laws = &view.model.laws.as_ref().expect("prepared: a mesh has laws").surfaces;
         let laws = SurfaceLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
         let rock = &view.model.rocks[self.rock];
         let seam = view.predicted.and_then(|predicted| {
             let actual = view.fields.displacements(view.input).next()?;
             Some(Seam { predicted, actual })
         });
-        let scene = MeshScene { rock, laws, wall: view.wall, list: &self.pairs, motion: &self.motion, seam };
+        let scene = MeshScene {
+            rock,
+            laws,
+            contact_mesh: view.contact_mesh,
+            list: &self.pairs,
+            motion: &self.motion,
+            seam,
+        };
         (&mut self.evaluation, scene)
     }
 
@@ -184,7 +197,7 @@ impl MeshStage {
 
     /// Mark the nodes of every element that the rock may reach in the window that began at `start`.
     pub fn mark_reach(&mut self, view: MeshWindow, start: &Motion, marks: &mut [f64]) {
-        let elements = &view.wall.elements;
+        let elements = &view.contact_mesh.elements;
         self.reached(view, start, |number| {
             for &node in elements[number as usize].own_nodes() {
                 marks[node as usize] = 1.0;
@@ -197,7 +210,7 @@ impl MeshStage {
     pub fn mark_touched(&self, view: MeshWindow, marks: &mut [f64]) {
         for contact in &self.evaluation.touch.contacts {
             let number = self.pairs.elements[contact.element as usize].number;
-            for &node in view.wall.elements[number as usize].own_nodes() {
+            for &node in view.contact_mesh.elements[number as usize].own_nodes() {
                 marks[node as usize] = 1.0;
             }
         }
@@ -207,13 +220,13 @@ impl MeshStage {
         let rock = &view.model.rocks[self.rock];
         let sweep = self.sweep.expect("begun");
         let (near, nodes, boxes) = (&self.near, &self.motion, &mut self.boxes);
-        sweep.reached(rock, start, view.wall, (near, nodes), boxes, |element| found(element.number));
+        sweep.reached(rock, start, view.contact_mesh, (near, nodes), boxes, |element| found(element.number));
     }
 }
 
-/// Add the forces on the wall's nodes, times `share`, to the field that begins at `field`.
-pub fn add_forces(zone: &MeshStage, output: &mut [f64], field: usize, share: f64) {
-    for (number, force) in zone.pairs.numbers.iter().zip(&zone.evaluation.node_forces) {
+/// Add the forces on the mesh's nodes, times `share`, to the field that begins at `field`.
+pub fn add_forces(stage: &MeshStage, output: &mut [f64], field: usize, share: f64) {
+    for (number, force) in stage.pairs.numbers.iter().zip(&stage.evaluation.node_forces) {
         let at = field + 3 * *number as usize;
         for (o, f) in output[at..at + 3].iter_mut().zip(force.iter()) {
             *o += f * share;

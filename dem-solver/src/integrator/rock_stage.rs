@@ -5,7 +5,7 @@
 //! result shows.
 
 use crate::contact::broad_phase::rock_pairs::{NearRocks, Pose, RockPairs, free_time};
-use crate::contact::rocks::{RockPairSums, RockForces, RockHistory, RockPair};
+use crate::contact::rocks::{RockForces, RockHistory, RockPair, RockPairSums};
 use crate::guard::cause::Case;
 use crate::integrator::schedule::Span;
 use crate::model::between::Between;
@@ -148,20 +148,20 @@ impl RockStage {
     }
 
     /// Forces of all pairs in the middle of a step, where the rocks
-    /// move as `middles`; what each feels goes to [`RockStage::felt`], histories to `encounters`. The
+    /// move as `middles`; what each feels goes to [`RockStage::felt`], histories to `between_rocks`. The
     /// sums are those of all pairs together.
     pub fn forces(
         &mut self,
         model: &Model,
         middles: &[Motion],
-        encounters: &mut BetweenRocks,
+        between_rocks: &mut BetweenRocks,
         span @ Span { h, .. }: Span,
     ) -> Result<RockPairSums, Fault> {
         self.update(model, middles.iter().map(|motion| motion.position));
         self.felt.fill(RockLoad::default());
         self.after.clear();
         let mut all = RockPairSums::default();
-        let mut before = &encounters.histories[..];
+        let mut before = &between_rocks.histories[..];
         for pair in &mut self.pairs {
             let numbers = pair.numbers();
             let ended = before.iter().take_while(|held| held.rocks < numbers).count();
@@ -187,12 +187,12 @@ impl RockStage {
                 felt.penetration = felt.penetration.max(own.penetration);
             }
             all.first.elastic += own.elastic;
-            all.first.damped += own.damped;
-            all.first.rubbed += own.rubbed;
-            all.first.sheared += own.sheared;
+            all.first.damping_power += own.damping_power;
+            all.first.friction_power += own.friction_power;
+            all.first.tangential_energy += own.tangential_energy;
             all.contacts += sums.contacts;
         }
-        std::mem::swap(&mut encounters.histories, &mut self.after);
+        std::mem::swap(&mut between_rocks.histories, &mut self.after);
         Ok(all)
     }
 
@@ -201,7 +201,7 @@ impl RockStage {
     pub fn energy(&mut self, model: &Model, state: &mut State) -> Option<([usize; 2], f64)> {
         self.update(model, state.bodies.iter().map(|body| body.motion.position));
         let (mut elastic, mut contacts, mut worst) = (0.0, 0, None);
-        state.bodies.iter_mut().for_each(|body| body.met = 0);
+        state.bodies.iter_mut().for_each(|body| body.rock_contacts = 0);
         for pair in &mut self.pairs {
             let [a, b] = pair.rocks;
             let motions = [state.bodies[a].motion, state.bodies[b].motion];
@@ -209,13 +209,13 @@ impl RockStage {
             let (energy, count, deepest) = self.evaluation.energy(&two, &pose);
             elastic += energy;
             contacts += count;
-            state.bodies[a].met += count;
-            state.bodies[b].met += count;
+            state.bodies[a].rock_contacts += count;
+            state.bodies[b].rock_contacts += count;
             if count > 0 && worst.is_none_or(|(_, most)| deepest > most) {
                 worst = Some((pair.rocks, deepest));
             }
         }
-        (state.encounters.elastic, state.encounters.contacts) = (elastic, contacts);
+        (state.between_rocks.elastic, state.between_rocks.contacts) = (elastic, contacts);
         worst
     }
 }

@@ -1,4 +1,4 @@
-//! How a window is cut into steps, and where in the wall's motion they lie.
+//! How a window is cut into steps, and where in the mesh's motion they lie.
 
 use crate::contact::broad_phase::mesh_pairs::Instant;
 use interface_defs::Window;
@@ -10,7 +10,7 @@ pub struct Cut {
     pub steps: usize,
     /// Their length [s].
     pub h: f64,
-    /// Parts of the window between the samples of the wall's motion.
+    /// Parts of the window between the samples of the mesh's motion.
     pub segments: usize,
 }
 

@@ -12,7 +12,7 @@ use crate::contact::pipeline::Sums;
 use crate::guard::cause::Case;
 use crate::guard::watch;
 use crate::integrator::mesh_stage::{MeshWindow, add_forces};
-use crate::integrator::schedule::{Passed, SubStep, Span, Task};
+use crate::integrator::schedule::{Passed, Span, SubStep, Task};
 use crate::integrator::terrain_stage::steps_per_look;
 use crate::integrator::window::RockIntegrator;
 use crate::model::Model;
@@ -29,19 +29,19 @@ pub struct StepLoad {
     force: Vector3<f64>,
     /// Torque about the centre of mass [N m].
     torque: Vector3<f64>,
-    /// Energy of the normal springs on wall and terrain [J].
+    /// Energy of the normal springs on mesh and terrain [J].
     elastic: f64,
     /// Energy of the tangential springs there after the step [J].
-    sheared: f64,
-    /// Energy that those on the wall have taken up between the window before and this one [J].
-    jumped: f64,
+    tangential_energy: f64,
+    /// Energy that those on the mesh have taken up between the window before and this one [J].
+    jump_energy: f64,
     /// Energy that dashpots and friction take there in the step [J].
     lost: f64,
     /// Contacts with terrain and other rocks, not with the sides of a box.
     touching: usize,
-    /// With contacts on the wall: how long the first has lasted [s].
+    /// With contacts on the mesh: how long the first has lasted [s].
     touched: Option<f64>,
-    /// Whether the wall lies behind the centres of the outer spheres.
+    /// Whether the mesh lies behind the centres of the outer spheres.
     behind: bool,
 }
 
@@ -51,8 +51,8 @@ impl StepLoad {
         self.force += sums.force;
         self.torque += sums.torque;
         self.elastic += sums.elastic;
-        self.sheared += sums.sheared;
-        self.lost += (sums.damped + sums.rubbed) * h;
+        self.tangential_energy += sums.tangential_energy;
+        self.lost += (sums.damping_power + sums.friction_power) * h;
     }
 }
 
@@ -75,17 +75,18 @@ impl RockIntegrator {
             self.loads.push(StepLoad::default());
         }
         for rock in 0..model.rocks.len() {
-            self.on_wall(model, state, rock, task, part, output)?;
-            self.on_ground(model, state, rock, span)?;
-            self.on_sides(model, state, rock, span)?;
+            self.on_mesh(model, state, rock, task, part, output)?;
+            self.on_terrain(model, state, rock, span)?;
+            self.on_box(model, state, rock, span)?;
         }
         for rock in 0..model.rocks.len() {
             let (load, body) = (&self.loads[rock], &mut state.bodies[rock]);
-            state.dissipated += load.lost - (load.sheared - body.sheared - load.jumped);
-            body.sheared = load.sheared;
-            self.gauges.spring(rock, load.elastic + body.sheared);
+            state.dissipated +=
+                load.lost - (load.tangential_energy - body.tangential_energy - load.jump_energy);
+            body.tangential_energy = load.tangential_energy;
+            self.gauges.spring(rock, load.elastic + body.tangential_energy);
         }
-        self.on_each_other(model, state, span)?;
+        self.on_other_rocks(model, state, span)?;
         for rock in 0..model.rocks.len() {
             self.kick(model, state, rock, task, part)?;
         }
@@ -93,8 +94,8 @@ impl RockIntegrator {
         Ok(())
     }
 
-    /// Forces of the wall.
-    fn on_wall(
+    /// Forces of the mesh.
+    fn on_mesh(
         &mut self,
         model: &Model,
         state: &mut State,
@@ -103,16 +104,17 @@ impl RockIntegrator {
         part: SubStep,
         output: &mut [f64],
     ) -> Result<(), Fault> {
-        let Some(wall) = &self.wall else { return Ok(()) };
+        let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
         let (Task { window, cut, input }, Span { start, h }) = (task, part.span(task));
         let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
         let first = part.step == 0 && part.part == 0 && !state.predicted.is_empty();
         let predicted = first.then_some(state.predicted.as_slice());
-        let view = MeshWindow { model, wall, fields: &self.fields, input, length: window.length, predicted };
+        let view =
+            MeshWindow { model, contact_mesh, fields: &self.fields, input, length: window.length, predicted };
         let at = cut.middle(part.step);
-        let zone = &mut self.zones[rock];
-        zone.update(view, now, at)?;
-        let (evaluation, scene) = zone.parts(view);
+        let stage = &mut self.mesh_stages[rock];
+        stage.update(view, now, at)?;
+        let (evaluation, scene) = stage.parts(view);
         let sums = evaluation.forces(scene, now, at, h, &body.histories);
         if !scene.list.pairs.is_empty() {
             let law = model.rows[rock].first().map(|law| *law as usize);
@@ -124,10 +126,10 @@ impl RockIntegrator {
                 Some((contact.sphere, format!("element {number} of the interface mesh")))
             })?;
         }
-        (load.force, load.torque, load.elastic, load.sheared) =
-            (sums.force, sums.torque, sums.elastic, sums.sheared);
-        load.jumped = sums.jumped;
-        load.lost = (sums.damped + sums.rubbed) * h;
+        (load.force, load.torque, load.elastic, load.tangential_energy) =
+            (sums.force, sums.torque, sums.elastic, sums.tangential_energy);
+        load.jump_energy = sums.jump_energy;
+        load.lost = (sums.damping_power + sums.friction_power) * h;
         let contacts = evaluation.touch.contacts.len();
         if contacts > 0 {
             // Its date is asked for once.
@@ -139,22 +141,22 @@ impl RockIntegrator {
         self.counts.contact_evaluations += contacts as u64;
         if contacts > 0 {
             let share = cut.segments as f64 / cut.steps as f64;
-            let pairs = zone.evaluation.node_forces.iter().zip(zone.increments(at.segment));
+            let pairs = stage.evaluation.node_forces.iter().zip(stage.increments(at.segment));
             state.received -= pairs.map(|(f, du)| f.dot(du)).sum::<f64>() * share;
             let samples = self.answer.means.len();
             if samples > 0 {
                 let field = self.answer.means[part.step * samples / cut.steps];
-                add_forces(zone, output, field, samples as f64 / cut.steps as f64);
+                add_forces(stage, output, field, samples as f64 / cut.steps as f64);
             }
             if let Some(reach) = &self.answer.reach {
-                zone.mark_touched(view, &mut output[reach.clone()]);
+                stage.mark_touched(view, &mut output[reach.clone()]);
             }
         }
         Ok(())
     }
 
     /// Forces of the terrain.
-    fn on_ground(
+    fn on_terrain(
         &mut self,
         model: &Model,
         state: &mut State,
@@ -173,7 +175,7 @@ impl RockIntegrator {
     }
 
     /// Forces of the sides of a box, likewise.
-    fn on_sides(
+    fn on_box(
         &mut self,
         model: &Model,
         state: &mut State,
@@ -192,28 +194,29 @@ impl RockIntegrator {
     }
 
     /// Forces of the rocks on each other, likewise.
-    fn on_each_other(
+    fn on_other_rocks(
         &mut self,
         model: &Model,
         state: &mut State,
         span @ Span { start, h }: Span,
     ) -> Result<(), Fault> {
-        if self.meetings.is_empty() {
+        if self.rock_stage.is_empty() {
             return Ok(());
         }
-        let encounters = &mut state.encounters;
-        let sums = self.meetings.forces(model, &self.middles, encounters, span)?;
-        for ((load, felt), body) in self.loads.iter_mut().zip(&self.meetings.felt).zip(&mut state.bodies) {
+        let between_rocks = &mut state.between_rocks;
+        let sums = self.rock_stage.forces(model, &self.middles, between_rocks, span)?;
+        for ((load, felt), body) in self.loads.iter_mut().zip(&self.rock_stage.felt).zip(&mut state.bodies) {
             load.force += felt.force;
             load.torque += felt.torque;
             load.touching += felt.contacts;
-            body.met = felt.contacts;
+            body.rock_contacts = felt.contacts;
             body.deepest.take(Against::Rocks, felt.penetration, start + 0.5 * h);
         }
         let (all, contacts) = (sums.first, sums.contacts);
-        state.dissipated += (all.damped + all.rubbed) * h - (all.sheared - encounters.sheared);
-        (encounters.sheared, encounters.contacts) = (all.sheared, contacts);
-        self.gauges.spring(model.rocks.len(), all.elastic + all.sheared);
+        state.dissipated += (all.damping_power + all.friction_power) * h
+            - (all.tangential_energy - between_rocks.tangential_energy);
+        (between_rocks.tangential_energy, between_rocks.contacts) = (all.tangential_energy, contacts);
+        self.gauges.spring(model.rocks.len(), all.elastic + all.tangential_energy);
         self.counts.contact_evaluations += contacts as u64;
         Ok(())
     }

@@ -26,7 +26,7 @@ const ROWS_PER_INTERVAL: f64 = 5.0;
 
 /// The laws of a rock with the terrain.
 fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<SurfaceLaws<'a>> {
-    let laws = &model.laws.as_ref()?.walls;
+    let laws = &model.laws.as_ref()?.surfaces;
     Some(SurfaceLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
 }
 

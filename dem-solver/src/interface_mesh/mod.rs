@@ -1,4 +1,4 @@
-//! The wall: the structure's interface mesh as a contact partner.
+//! The mesh: the structure's interface mesh as a contact partner.
 //!
 //! - [`closest`]: the closest point of one element (first stage of the double hierarchy)
 //! - [`hierarchy`]: which of several elements' points are contacts (second stage)
@@ -21,7 +21,7 @@ pub enum Kind {
     Point,
 }
 
-/// One element of the wall. Nodes beyond those of its kind repeat the first.
+/// One element of the mesh. Nodes beyond those of its kind repeat the first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Element {
     /// What it is.
@@ -59,7 +59,7 @@ pub struct AtRest {
     pub reach: f64,
 }
 
-/// The wall at t = 0. An element's number is its place in [`ContactMesh::elements`].
+/// The mesh at t = 0. An element's number is its place in [`ContactMesh::elements`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactMesh {
     /// Nodes at t = 0 [m].
@@ -77,7 +77,7 @@ pub struct ContactMesh {
 }
 
 impl ContactMesh {
-    /// Make the wall of an interface mesh.
+    /// Make the mesh of an interface mesh.
     pub fn new(mesh: &InterfaceMesh) -> Result<Self, Fault> {
         mesh.check().map_err(|what| Fault::broken(format!("the interface mesh cannot be used: {what}")))?;
         let nodes: Vec<_> =
@@ -196,13 +196,13 @@ mod tests {
             masses: vec![1.0, 2.0, 4.0, f64::INFINITY, 1.0, 1.0],
             ..Default::default()
         };
-        let wall = ContactMesh::new(&mesh).expect("valid");
-        assert_eq!(wall.elements[2], Element { kind: Kind::Point, nodes: [4; 3], radius: 0.0 });
-        assert_eq!(wall.elements[3].own_nodes(), [5]);
-        assert_eq!(wall.inverse_mass, Some(vec![1.0, 0.5, 0.25, 0.0, 1.0, 1.0]));
-        assert_eq!(wall.largest_radius, 0.002);
-        assert!(wall.elements[0].shares_a_node(&wall.elements[1]));
-        assert!(!wall.elements[0].shares_a_node(&wall.elements[2]));
+        let contact_mesh = ContactMesh::new(&mesh).expect("valid");
+        assert_eq!(contact_mesh.elements[2], Element { kind: Kind::Point, nodes: [4; 3], radius: 0.0 });
+        assert_eq!(contact_mesh.elements[3].own_nodes(), [5]);
+        assert_eq!(contact_mesh.inverse_mass, Some(vec![1.0, 0.5, 0.25, 0.0, 1.0, 1.0]));
+        assert_eq!(contact_mesh.largest_radius, 0.002);
+        assert!(contact_mesh.elements[0].shares_a_node(&contact_mesh.elements[1]));
+        assert!(!contact_mesh.elements[0].shares_a_node(&contact_mesh.elements[2]));
     }
 
     #[test]

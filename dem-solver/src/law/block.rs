@@ -47,14 +47,14 @@ struct Found {
     energy: Column,
     pressed: Column,
     approach: Column,
-    damped: Column,
+    damping_power: Column,
     force: [Column; 3],
     spring: [Column; 3],
     moment: [Column; 3],
     rolled: [Column; 3],
-    rubbed: Column,
-    sheared: Column,
-    jumped: Column,
+    friction_power: Column,
+    tangential_energy: Column,
+    jump_energy: Column,
 }
 
 /// Up to [`WIDTH`] contacts under one law.
@@ -152,10 +152,10 @@ impl Block {
             moment: if self.rolls { vector(&found.moment) } else { zero },
             spring: vector(&found.spring),
             rolled: if self.rolls { vector(&found.rolled) } else { zero },
-            damped: found.damped[l],
-            rubbed: found.rubbed[l],
-            sheared: found.sheared[l],
-            jumped: if self.jumps { found.jumped[l] } else { 0.0 },
+            damping_power: found.damping_power[l],
+            friction_power: found.friction_power[l],
+            tangential_energy: found.tangential_energy[l],
+            jump_energy: if self.jumps { found.jump_energy[l] } else { 0.0 },
         }
     }
 
@@ -175,7 +175,7 @@ impl Block {
                 let [friction, carried] = variants(tangential, given, &found.approach);
                 grip(tangential, given, &friction, &carried, h, found);
             }
-            None => (found.spring, found.rubbed, found.sheared) = ([ZERO; 3], ZERO, ZERO),
+            None => (found.spring, found.friction_power, found.tangential_energy) = ([ZERO; 3], ZERO, ZERO),
         }
     }
 
@@ -196,10 +196,10 @@ impl Block {
         found.stiffness[l] = response.load.stiffness;
         found.elastic[l] = response.load.force;
         found.energy[l] = response.load.energy;
-        found.damped[l] = response.damped;
-        found.rubbed[l] = response.rubbed;
-        found.sheared[l] = response.sheared;
-        found.jumped[l] = response.jumped;
+        found.damping_power[l] = response.damping_power;
+        found.friction_power[l] = response.friction_power;
+        found.tangential_energy[l] = response.tangential_energy;
+        found.jump_energy[l] = response.jump_energy;
     }
 }
 
@@ -219,7 +219,7 @@ wide! {
     fn press(law: &Law, given: &Given, found: &mut Found) {
         let loads = [&mut found.stiffness, &mut found.elastic, &mut found.energy];
         law.normal.loads(&given.radius, &given.overlap, loads);
-        let damped = law.damping.is_some();
+        let has_dashpot = law.damping.is_some();
         for l in 0..WIDTH {
             let n = [given.normal[0][l], given.normal[1][l], given.normal[2][l]];
             let v = [given.velocity[0][l], given.velocity[1][l], given.velocity[2][l]];
@@ -227,10 +227,10 @@ wide! {
             let viscous = given.dashpot[l] * found.stiffness[l].sqrt() * approach;
             let both = found.elastic[l] + viscous;
             let pushed = if both > 0.0 { both } else { 0.0 };
-            let pressed = if damped { pushed } else { found.elastic[l] };
+            let pressed = if has_dashpot { pushed } else { found.elastic[l] };
             found.approach[l] = approach;
             found.pressed[l] = pressed;
-            found.damped[l] = (pressed - found.elastic[l]) * approach;
+            found.damping_power[l] = (pressed - found.elastic[l]) * approach;
             found.force[0][l] = n[0] * -pressed;
             found.force[1][l] = n[1] * -pressed;
             found.force[2][l] = n[2] * -pressed;
@@ -297,8 +297,8 @@ wide! {
             found.spring[0][l] = end[0];
             found.spring[1][l] = end[1];
             found.spring[2][l] = end[2];
-            found.rubbed[l] = 0.0 - dot(force, slip);
-            found.sheared[l] = 0.5 * dot(end, end) / stiffness;
+            found.friction_power[l] = 0.0 - dot(force, slip);
+            found.tangential_energy[l] = 0.5 * dot(end, end) / stiffness;
         }
     }
 }
@@ -342,8 +342,26 @@ mod tests {
     }
 
     fn bits(response: &Response) -> Vec<u64> {
-        let Response { load, force, moment, spring, rolled, damped, rubbed, sheared, jumped } = response;
-        let mut all = vec![load.stiffness, load.force, load.energy, *damped, *rubbed, *sheared, *jumped];
+        let Response {
+            load,
+            force,
+            moment,
+            spring,
+            rolled,
+            damping_power,
+            friction_power,
+            tangential_energy,
+            jump_energy,
+        } = response;
+        let mut all = vec![
+            load.stiffness,
+            load.force,
+            load.energy,
+            *damping_power,
+            *friction_power,
+            *tangential_energy,
+            *jump_energy,
+        ];
         for vector in [force, moment, spring, rolled] {
             all.extend(vector.iter());
         }

@@ -1,6 +1,6 @@
 //! The law applied to one contact at one instant: what two bodies that meet do to each other.
 //!
-//! The first body is a sphere of a rock, the other a wall or another sphere; the law does not see
+//! The first body is a sphere of a rock, the other a mesh or another sphere; the law does not see
 //! which. The normal points from the first into the other, `v_n > 0` means approaching, the force on
 //! the first is `-F_n n + f_t`, the other takes the opposite. Force and moment of a part that the law
 //! does not have are not computed.
@@ -19,7 +19,7 @@ pub struct ContactPoint {
     pub normal: Vector3<f64>,
     /// Overlap, above 0 [m].
     pub overlap: f64,
-    /// Effective radius: the sphere's at a wall, `R1 R2 / (R1 + R2)` of two spheres [m].
+    /// Effective radius: the sphere's at a mesh, `R1 R2 / (R1 + R2)` of two spheres [m].
     pub radius: f64,
     /// Velocity of the first history the other at the contact point [m/s].
     pub velocity: Vector3<f64>,
@@ -67,13 +67,13 @@ pub struct Response {
     /// Rolling spring at the step's end [N m].
     pub rolled: Vector3<f64>,
     /// Power of the dashpot along the normal [W].
-    pub damped: f64,
+    pub damping_power: f64,
     /// Power that friction and rolling resistance take from the motion [W].
-    pub rubbed: f64,
+    pub friction_power: f64,
     /// Energy of the tangential and rolling springs at the step's end [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy that the tangential spring has taken up by [`ContactPoint::jump`] [J].
-    pub jumped: f64,
+    pub jump_energy: f64,
 }
 
 impl Response {
@@ -117,10 +117,10 @@ impl Law {
             moment: zero,
             spring: zero,
             rolled: zero,
-            damped: (pressed - load.force) * approach,
-            rubbed: 0.0,
-            sheared: 0.0,
-            jumped: 0.0,
+            damping_power: (pressed - load.force) * approach,
+            friction_power: 0.0,
+            tangential_energy: 0.0,
+            jump_energy: 0.0,
         };
         if let Some(tangential) = &self.tangential {
             let slip = point.velocity - normal * approach;
@@ -129,20 +129,20 @@ impl Law {
             if point.jump != zero {
                 let stiffness = tangential.stiffness_ratio * load.stiffness;
                 let stretched = spring + (point.jump - normal * point.jump.dot(normal)) * stiffness;
-                response.jumped = (stretched.norm_squared() - spring.norm_squared()) / (2.0 * stiffness);
+                response.jump_energy = (stretched.norm_squared() - spring.norm_squared()) / (2.0 * stiffness);
                 spring = stretched;
             }
             let grip = tangential.grip(load.stiffness, point.dashpot, spring, slip, pressed, h);
             response.force += grip.force;
-            response.rubbed -= grip.force.dot(&slip);
-            response.sheared += grip.energy;
+            response.friction_power -= grip.force.dot(&slip);
+            response.tangential_energy += grip.energy;
             response.spring = grip.spring;
         }
         if let Some(rolling) = &self.rolling {
             let turn = rolling.resist(&load, pressed, point, history, h);
             response.moment = turn.moment;
-            response.rubbed -= turn.moment.dot(&point.spin);
-            response.sheared += turn.energy;
+            response.friction_power -= turn.moment.dot(&point.spin);
+            response.tangential_energy += turn.energy;
             response.rolled = turn.spring;
         }
         response

@@ -47,7 +47,14 @@ pub struct RollingMoment {
 
 impl Rolling {
     /// Moment in a step of `h` [s] with elastic `load`, pressed with `pressed` [N].
-    pub fn resist(&self, load: &Load, pressed: f64, point: &ContactPoint, history: &History, h: f64) -> RollingMoment {
+    pub fn resist(
+        &self,
+        load: &Load,
+        pressed: f64,
+        point: &ContactPoint,
+        history: &History,
+        h: f64,
+    ) -> RollingMoment {
         let arm = self.friction * point.radius;
         let limit = arm * pressed;
         match self.kind {

@@ -1,6 +1,6 @@
 //! Tangential spring with Coulomb slip.
 //!
-//! Over a step h with slip rate v_t in the middle, `k_t = k_n 4 G* / E*` (Mindlin; with a rigid wall
+//! Over a step h with slip rate v_t in the middle, `k_t = k_n 4 G* / E*` (Mindlin; with a rigid mesh
 //! `k_n 2 (1 - nu) / (2 - nu)`) and dashpot `c_t = 2 g sqrt(m* k_t)`:
 //! - `f = b f_n - k_t v_t h/2` in the middle. Incremental: b = 1. Scaled on unloading:
 //!   `b = min(sqrt(d / d_old), sqrt(k / k_old))` where the overlap shrinks, else 1: the grip goes with the contact area.

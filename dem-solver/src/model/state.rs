@@ -16,12 +16,12 @@ pub struct State {
     /// The rocks.
     pub bodies: Vec<Body>,
     /// What they have with each other.
-    pub encounters: BetweenRocks,
+    pub between_rocks: BetweenRocks,
     /// Energy dissipated since t = 0 by dashpots and friction [J].
     pub dissipated: f64,
-    /// Work received through the wall since t = 0 [J].
+    /// Work received through the mesh since t = 0 [J].
     pub received: f64,
-    /// Number of broken lines of the wall.
+    /// Number of broken lines of the mesh.
     pub broken: usize,
     /// Displacement of all nodes at this instant, as the window that ends here predicted it [m]; empty where no contact
     /// remembers its slip.
@@ -40,13 +40,13 @@ pub struct Body {
     /// With the sides of the box, likewise.
     pub box_histories: Vec<SurfaceHistory>,
     /// Energy of their tangential springs [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy of the normal springs [J].
     pub elastic: f64,
-    /// Number of contacts with wall and terrain.
+    /// Number of contacts with mesh and terrain.
     pub contacts: usize,
     /// Number of contacts with other rocks.
-    pub met: usize,
+    pub rock_contacts: usize,
     /// What the measures are made of.
     pub track: Track,
     /// What is known of its trajectory over terrain.
@@ -121,7 +121,7 @@ pub struct BetweenRocks {
     /// What they remember, by pair of rocks, then of spheres; empty without friction.
     pub histories: Vec<RockHistory>,
     /// Energy of their tangential springs [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy of their normal springs [J].
     pub elastic: f64,
     /// Their number.
@@ -132,7 +132,7 @@ impl BetweenRocks {
     /// Nothing touches any more.
     pub fn end(&mut self) {
         self.histories.clear();
-        (self.sheared, self.elastic, self.contacts) = (0.0, 0.0, 0);
+        (self.tangential_energy, self.elastic, self.contacts) = (0.0, 0.0, 0);
     }
 
     /// Room for the histories of `contacts` contacts.
@@ -153,10 +153,10 @@ impl State {
             histories: Vec::new(),
             terrain_histories: Vec::new(),
             box_histories: Vec::new(),
-            sheared: 0.0,
+            tangential_energy: 0.0,
             elastic: 0.0,
             contacts: 0,
-            met: 0,
+            rock_contacts: 0,
             track: Track::default(),
             path: Path::default(),
             deepest: Depths::default(),
@@ -164,7 +164,7 @@ impl State {
         Self {
             time: 0.0,
             bodies: rocks.iter().zip(&settings.rocks).map(body).collect(),
-            encounters: BetweenRocks::default(),
+            between_rocks: BetweenRocks::default(),
             dissipated: 0.0,
             received: 0.0,
             broken: 0,
@@ -182,13 +182,13 @@ impl State {
             mine.histories.clone_from(&theirs.histories);
             mine.terrain_histories.clone_from(&theirs.terrain_histories);
             mine.box_histories.clone_from(&theirs.box_histories);
-            (mine.sheared, mine.elastic) = (theirs.sheared, theirs.elastic);
-            (mine.contacts, mine.met) = (theirs.contacts, theirs.met);
+            (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
+            (mine.contacts, mine.rock_contacts) = (theirs.contacts, theirs.rock_contacts);
             (mine.track, mine.path, mine.deepest) = (theirs.track, theirs.path, theirs.deepest);
         }
-        let (mine, theirs) = (&mut self.encounters, &other.encounters);
+        let (mine, theirs) = (&mut self.between_rocks, &other.between_rocks);
         mine.histories.clone_from(&theirs.histories);
-        (mine.sheared, mine.elastic) = (theirs.sheared, theirs.elastic);
+        (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
         mine.contacts = theirs.contacts;
     }
 }
@@ -199,7 +199,7 @@ impl Body {
         self.histories.clear();
         self.terrain_histories.clear();
         self.box_histories.clear();
-        (self.sheared, self.elastic, self.contacts, self.met) = (0.0, 0.0, 0, 0);
+        (self.tangential_energy, self.elastic, self.contacts, self.rock_contacts) = (0.0, 0.0, 0, 0);
     }
 
     /// Room for the histories of so many contacts with the net or with terrain, and with the sides of a box.

@@ -162,7 +162,7 @@ pub struct GranularSettings {
     /// `[[spheres]]`, at least one.
     pub spheres: Vec<SpheresSettings>,
     /// `[box]`.
-    pub walls: Option<BoxSettings>,
+    pub sides: Option<BoxSettings>,
     /// `[[contact]]`, at least one.
     pub contacts: Vec<ContactSettings>,
     /// `[dem]`.
@@ -181,16 +181,16 @@ impl GranularSettings {
     /// Read and check them.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
         refuse_of_rocks(scene)?;
-        let walls: Option<BoxSettings> = scene.read("box")?;
-        if let Some(walls) = &walls {
-            walls.check(scene)?;
+        let sides: Option<BoxSettings> = scene.read("box")?;
+        if let Some(sides) = &sides {
+            sides.check(scene)?;
         }
         let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
-        spheres::complete(&mut groups, walls.as_ref(), scene)?;
+        spheres::complete(&mut groups, sides.as_ref(), scene)?;
         let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
         let mut notices: Vec<String> = rename_partner(&mut contacts, scene)?.into_iter().collect();
         let mut known: Vec<String> = groups.iter().map(|g| g.material.clone()).collect();
-        known.extend(walls.iter().map(|w| w.material.clone()));
+        known.extend(sides.iter().map(|w| w.material.clone()));
         check_all(&contacts, &known, scene)?;
         if contacts.is_empty() {
             return Err(scene
@@ -202,7 +202,7 @@ impl GranularSettings {
         dem.check(scene)?;
         Ok(Self {
             spheres: groups,
-            walls,
+            sides,
             contacts,
             dem,
             gravity: scene.gravity()?.into(),

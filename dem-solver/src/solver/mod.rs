@@ -48,7 +48,7 @@ pub struct Counts {
     pub contact_evaluations: u64,
 }
 
-/// Rocks as rigid sphere clusters, in contact with a wall that the structure moves.
+/// Rocks as rigid sphere clusters, in contact with a mesh that the structure moves.
 pub struct DemSolver {
     model: Model,
     notices: Vec<String>,
@@ -182,7 +182,7 @@ impl DemSolver {
         )
     }
 
-    /// What the user should know of the scene, before anything is known of a wall.
+    /// What the user should know of the scene, before anything is known of a mesh.
     pub fn notices(&self) -> &[String] {
         &self.notices
     }
@@ -218,35 +218,39 @@ impl DemSolver {
             histories: std::mem::take(&mut body.histories),
             terrain_histories: std::mem::take(&mut body.terrain_histories),
             box_histories: std::mem::take(&mut body.box_histories),
-            sheared: 0.0,
+            tangential_energy: 0.0,
             elastic: 0.0,
             contacts: 0,
-            met: 0,
+            rock_contacts: 0,
             track: impact::Track::default(),
             path: runout::Path::default(),
             deepest: state::Depths::default(),
         };
         body.part();
-        self.committed.encounters.end();
+        self.committed.between_rocks.end();
         (self.committed.time, self.committed.dissipated, self.committed.received) = (0.0, 0.0, 0.0);
         self.committed.broken = 0;
     }
 
-    fn wall(&mut self, plan: &Plan, warnings: &mut Vec<String>) -> Result<Option<ContactMesh>, Fault> {
+    fn contact_mesh(
+        &mut self,
+        plan: &Plan,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<ContactMesh>, Fault> {
         let Some(mesh) = &plan.wall else { return Ok(None) };
-        let mut wall = ContactMesh::new(mesh)?.from(&self.model.origin);
+        let mut contact_mesh = ContactMesh::new(mesh)?.from(&self.model.origin);
         let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
                 "there is a net and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
         if self.guarded {
-            warnings.extend(gate::start::in_net(&self.model, &wall, &self.scene)?);
+            warnings.extend(gate::start::in_net(&self.model, &contact_mesh, &self.scene)?);
         }
         let selection = self.model.settings.dem.contact_selection;
-        let (continuous, why) = selection.choose("net", || wall.unshared());
+        let (continuous, why) = selection.choose("net", || contact_mesh.unshared());
         if continuous {
-            wall.crossings = Some(Crossings::new(&wall.nodes, &wall.elements));
+            contact_mesh.crossings = Some(Crossings::new(&contact_mesh.nodes, &contact_mesh.elements));
         }
         if selection == ContactSelection::Automatic && !continuous {
             // Energy may be made or lost: the user should know.
@@ -257,7 +261,7 @@ impl DemSolver {
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
             .map_err(|(what, advice)| Fault::input(format!("{what}; {advice}")))?;
-        if laws.use_local_masses() && wall.inverse_mass.is_none() {
+        if laws.use_local_masses() && contact_mesh.inverse_mass.is_none() {
             self.model.laws = Some(laws.clone().without_local_masses());
             warnings.push(
                 "the structure does not report its nodal masses: contacts damp with the rock's whole mass \
@@ -265,7 +269,7 @@ impl DemSolver {
                     .into(),
             );
         }
-        Ok(Some(wall))
+        Ok(Some(contact_mesh))
     }
 }
 
@@ -328,9 +332,9 @@ impl Solver for DemSolver {
                 done: f64::NAN,
             })?;
         }
-        let wall = self.wall(plan, &mut warnings)?;
+        let contact_mesh = self.contact_mesh(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
-        let mut run = RockIntegrator::new(&self.model, wall, plan, self.options.out.is_some());
+        let mut run = RockIntegrator::new(&self.model, contact_mesh, plan, self.options.out.is_some());
         run.reserve(&mut self.committed);
         let initial = run.initial(&self.model, &mut self.committed, plan)?;
         self.trial = self.committed.clone();

@@ -106,7 +106,7 @@ fn an_oblique_collision_keeps_momentum_and_angular_momentum() {
     assert!((angular(&it) - l).norm() < 1e-12 * l.norm(), "{} {l}", angular(&it));
 }
 
-/// The walls take momentum; energy goes nowhere but into what is booked. Second order of the step, and
+/// The surfaces take momentum; energy goes nowhere but into what is booked. Second order of the step, and
 /// the jump of the dashpots at touch: 1e-3 of the energy put in at 50 steps per contact.
 #[test]
 fn a_settling_box_loses_the_energy_that_it_books() {

@@ -1,4 +1,4 @@
-//! Which spheres may touch each other or a wall: a list of pairs, found on a grid.
+//! Which spheres may touch each other or a mesh: a list of pairs, found on a grid.
 //!
 //! A pair is listed while its surfaces are closer than a skin; the list is good until some sphere has
 //! moved by half of it. Pairs stand by their first sphere, then by the second, whatever the age of the
@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-/// A pair: the second is a sphere, or a wall (number of spheres plus number of the wall).
+/// A pair: the second is a sphere, or a mesh (number of spheres plus number of the mesh).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpherePair {
     /// Number of the second.

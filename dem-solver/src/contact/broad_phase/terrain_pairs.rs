@@ -262,7 +262,8 @@ impl TerrainPairs {
                 let pair = pairs[at];
                 // Inside, the sphere touches whatever it moves.
                 if inside || pair.gap <= skin {
-                    pairs[kept] = TerrainPair { gap: if inside { f64::NEG_INFINITY } else { pair.gap }, ..pair };
+                    pairs[kept] =
+                        TerrainPair { gap: if inside { f64::NEG_INFINITY } else { pair.gap }, ..pair };
                     kept += 1;
                 }
             }

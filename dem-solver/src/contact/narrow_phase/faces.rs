@@ -25,7 +25,7 @@ const EDGES: u32 = 1 << 31;
 
 /// A face that a sphere overlaps, by its closest point.
 #[derive(Debug, Clone, Copy)]
-pub struct Met {
+pub struct TouchedFace {
     /// Its nodes, by any numbers that they have.
     pub nodes: [u32; 3],
     /// Its own number.
@@ -43,7 +43,7 @@ pub enum FacePart {
     Face,
     /// An edge, by a number of its own beyond all nodes.
     Edge(u32),
-    /// A node, by its number in [`Met`].
+    /// A node, by its number in [`TouchedFace`].
     Node(u32),
 }
 
@@ -91,25 +91,25 @@ pub struct Faces {
 }
 
 impl Faces {
-    /// Call `found` with the contacts of a sphere with the faces `met`, which are all that it overlaps; `at` gives a
+    /// Call `found` with the contacts of a sphere with the faces `rock_contacts`, which are all that it overlaps; `at` gives a
     /// node's place from the sphere's centre [m].
     pub fn share_out(
         &mut self,
-        met: &[Met],
+        rock_contacts: &[TouchedFace],
         at: impl Fn(u32) -> Vector3<f64>,
         mut found: impl FnMut(Shared),
     ) {
         self.edges.clear();
         self.corners.clear();
-        let sorted = |face: &Met| {
+        let sorted = |face: &TouchedFace| {
             let mut nodes = face.nodes;
             nodes.sort_unstable();
             nodes
         };
-        for (k, face) in met.iter().enumerate() {
+        for (k, face) in rock_contacts.iter().enumerate() {
             // A line, a point, and the twin of another are nothing of their own.
             let [a, b, c] = sorted(face);
-            if a == b || b == c || met[..k].iter().any(|twin| sorted(twin) == [a, b, c]) {
+            if a == b || b == c || rock_contacts[..k].iter().any(|twin| sorted(twin) == [a, b, c]) {
                 continue;
             }
             self.count(k, face);
@@ -127,7 +127,7 @@ impl Faces {
             if edge.faces < 2.0 && edge.share == 0.0 {
                 continue;
             }
-            let face = &met[edge.face];
+            let face = &rock_contacts[edge.face];
             let [a, b] = edge.ends.map(|k| at(face.nodes[k]));
             let way = b - a;
             let closest = on_line(&Vector3::zeros(), &a, &way, inverse_square(&way));
@@ -158,7 +158,7 @@ impl Faces {
     }
 
     /// Count in the edges and corners of face number `place`, and the one of them that its closest point lies on.
-    fn count(&mut self, place: usize, face: &Met) {
+    fn count(&mut self, place: usize, face: &TouchedFace) {
         let [a, b, c] = face.weights;
         // The parts that the closest point lies on are those whose weights are not exactly 0.
         let zero = if c == 0.0 {

@@ -1,9 +1,9 @@
-//! Which spheres of a rock touch the wall, and where. All geometry is done in the rock's own frame,
+//! Which spheres of a rock touch the mesh, and where. All geometry is done in the rock's own frame,
 //! in which the spheres stand still: some ten nodes are turned instead of hundreds of spheres.
 
 use crate::contact::broad_phase::mesh_elements::inverse_square;
-use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, PairElement, MeshPairs};
-use crate::contact::narrow_phase::faces::{Faces, Met, FacePart};
+use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, MeshPairs, PairElement};
+use crate::contact::narrow_phase::faces::{FacePart, Faces, TouchedFace};
 use crate::contact::narrow_phase::selection::{Candidate, Crossings, keep_contacts};
 use crate::geometry::closest::{Feature, on_face, on_line};
 use crate::geometry::sphere::Sphere;
@@ -12,10 +12,10 @@ use crate::interface_mesh::motion::NodeMotion;
 use crate::rock::{Motion, Rock};
 use nalgebra::{Matrix3, Vector3};
 
-/// A contact of a sphere with a wall element, in the rock's own frame.
+/// A contact of a sphere with a mesh element, in the rock's own frame.
 #[derive(Debug, Clone, Copy)]
 pub struct MeshContact {
-    /// Unit vector from the sphere's centre to the wall's point.
+    /// Unit vector from the sphere's centre to the mesh's point.
     pub normal: Vector3<f64>,
     /// Distance of the two [m].
     pub distance: f64,
@@ -29,7 +29,7 @@ pub struct MeshContact {
     pub sphere: u32,
     /// Place of the element in the pair list.
     pub element: u32,
-    /// Number of the wall's node or edge that it stands for, if it counts for all elements there.
+    /// Number of the mesh's node or edge that it stands for, if it counts for all elements there.
     pub node: Option<u32>,
     /// What the point lies on.
     pub feature: Feature,
@@ -79,7 +79,7 @@ struct Segment {
     radius: f64,
 }
 
-/// The wall as the rock sees it at one instant, and the contacts with it.
+/// The mesh as the rock sees it at one instant, and the contacts with it.
 #[derive(Debug, Clone, Default)]
 pub struct MeshContacts {
     /// From the rock's own frame to space.
@@ -91,7 +91,7 @@ pub struct MeshContacts {
     corners: Vec<Corner>,
     spare: Vec<MeshContact>,
     faces: Faces,
-    met: Vec<Met>,
+    rock_contacts: Vec<TouchedFace>,
 }
 
 impl MeshContacts {
@@ -160,14 +160,14 @@ impl MeshContacts {
         self.spare.sort_by_key(|c| !is_face(c));
         let faces = self.spare.iter().take_while(|c| is_face(c)).count();
         let (faces, points) = self.spare.split_at_mut(faces);
-        self.met.clear();
-        self.met.extend(faces.iter().map(|face| {
+        self.rock_contacts.clear();
+        self.rock_contacts.extend(faces.iter().map(|face| {
             let PairElement { nodes, number, .. } = list.elements[face.element as usize];
-            Met { nodes, number, weights: face.weights, feature: face.feature }
+            TouchedFace { nodes, number, weights: face.weights, feature: face.feature }
         }));
         let at = |node: u32| self.nodes[node as usize] - sphere.centre;
         let contacts = &mut self.contacts;
-        self.faces.share_out(&self.met, at, |shared| {
+        self.faces.share_out(&self.rock_contacts, at, |shared| {
             let face = faces[shared.face];
             let (node, feature) = match shared.part {
                 FacePart::Face => return contacts.push(face),
@@ -257,7 +257,7 @@ impl MeshContacts {
         }
     }
 
-    /// Turn the wall into the rock's own frame.
+    /// Turn the mesh into the rock's own frame.
     fn see(&mut self, list: &MeshPairs, motion: &NodeMotion, now: &Motion, at: Instant) {
         self.rotation = now.rotation();
         let to_own = self.rotation.transpose();

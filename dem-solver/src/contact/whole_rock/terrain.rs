@@ -138,7 +138,15 @@ impl WholeRockContacts {
     }
 
     /// Weights, mass and dashpot of a group.
-    fn weigh(&self, group: &mut Group, whole: &Whole, laws: SurfaceLaws, law: u16, rock: &Rock, now: &Motion) {
+    fn weigh(
+        &self,
+        group: &mut Group,
+        whole: &Whole,
+        laws: SurfaceLaws,
+        law: u16,
+        rock: &Rock,
+        now: &Motion,
+    ) {
         let spin = rock.spin(now);
         let (mut rate, mut push, mut turn) = (0.0, Vector3::zeros(), Vector3::zeros());
         for contact in self.of(laws, law) {
@@ -263,7 +271,12 @@ struct NearestPoint {
 }
 
 /// Where the surface is from `place`, of which `pairs` hold what may be nearest; `None` beside the border.
-fn look(ground: &Terrain, around: &TerrainPairs, pairs: &[TerrainPair], place: &Vector3<f64>) -> Option<NearestPoint> {
+fn look(
+    ground: &Terrain,
+    around: &TerrainPairs,
+    pairs: &[TerrainPair],
+    place: &Vector3<f64>,
+) -> Option<NearestPoint> {
     let (mut nearest, mut triangle) = (Nearest::default(), pairs[0].triangle);
     for pair in pairs {
         if nearest.take(&around.faces[pair.face as usize], place) {

@@ -29,7 +29,7 @@ impl Ball {
     }
 }
 
-/// Ball `a` meets `b` (infinite radius and mass: a wall) until they part, `steps` in an undamped contact.
+/// Ball `a` meets `b` (infinite radius and mass: a mesh) until they part, `steps` in an undamped contact.
 fn impact(law: &Law, a: &mut Ball, b: &mut Ball, steps: f64) {
     let radius = 1.0 / (1.0 / a.radius + 1.0 / b.radius);
     let mass = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
@@ -131,9 +131,9 @@ fn a_sphere_that_sticks_rebounds_as_each_variant_has_it() {
         for (history, (e_t, spin)) in VARIANTS.into_iter().zip(columns) {
             let it = law(Elastic { own: (380e9, 0.23), other: None }, 0.092, 0.98, history);
             let (sin, cos) = f64::to_radians(degrees).sin_cos();
-            let (mut a, mut wall) = (Ball::new(2.5e-3, 4000.0), WALL);
+            let (mut a, mut contact_mesh) = (Ball::new(2.5e-3, 4000.0), WALL);
             a.velocity = [3.9 * sin, 3.9 * cos];
-            impact(&it, &mut a, &mut wall, 2e4);
+            impact(&it, &mut a, &mut contact_mesh, 2e4);
             let share = a.velocity[0] / (3.9 * sin);
             let accepted = if degrees < 6.0 { 2e-3 } else { 4e-4 };
             assert!((share - e_t).abs() < accepted, "{degrees} {history:?}: e_t {share} instead of {e_t}");
@@ -144,15 +144,15 @@ fn a_sphere_that_sticks_rebounds_as_each_variant_has_it() {
     }
 }
 
-/// V-D6, all variants, with the wall rigid in shear; and variant I with the shear modulus halved, as the
+/// V-D6, all variants, with the mesh rigid in shear; and variant I with the shear modulus halved, as the
 /// published benchmark has it. Printed to four and three digits.
 #[test]
 fn the_contact_point_rebounds_as_each_variant_has_it() {
     let steel = Elastic { own: (208e9, 0.3), other: None };
     let rebound = |it: &Law, psi1: f64| {
-        let (mut a, mut wall) = (Ball::new(1e-5, 7850.0), WALL);
+        let (mut a, mut contact_mesh) = (Ball::new(1e-5, 7850.0), WALL);
         a.velocity = [psi1 * 0.3 * 5.0, 5.0];
-        impact(it, &mut a, &mut wall, 2e4);
+        impact(it, &mut a, &mut contact_mesh, 2e4);
         ((a.velocity[0] - 1e-5 * a.spin) / (0.3 * 5.0), -a.spin * 1e-5 / (0.3 * 5.0))
     };
     let table = [
@@ -211,20 +211,20 @@ fn a_spinning_sphere_that_slides_throughout_loses_what_friction_can_take() {
     }
 }
 
-/// V-D7, test 8: a partner five times as large, a thousand times as dense and as stiff is a wall but for
+/// V-D7, test 8: a partner five times as large, a thousand times as dense and as stiff is a mesh but for
 /// its curvature, which cancels in the dimensionless answer; its mass is 1.25e5 times as large, its
 /// modulus adds 1e-3 of compliance, to which all parts respond alike.
 #[test]
 fn a_far_heavier_and_stiffer_partner_is_a_wall() {
     let side = (70e9, 0.33);
     for history in VARIANTS {
-        let wall = law(Elastic { own: side, other: None }, 0.4, 0.5, history);
+        let contact_mesh = law(Elastic { own: side, other: None }, 0.4, 0.5, history);
         let heavy = law(Elastic { own: side, other: Some((70e12, 0.33)) }, 0.4, 0.5, history);
         for parameter in [0.3, 1.0, 2.0, 4.0, 8.0] {
             let a = Ball::new(0.1, 2700.0);
-            let on_wall = spinning(&wall, &a, &WALL, parameter);
+            let on_mesh = spinning(&contact_mesh, &a, &WALL, parameter);
             let on_ball = spinning(&heavy, &a, &Ball::new(0.5, 2.7e6), parameter);
-            assert!((on_wall - on_ball).abs() < 1e-4, "{parameter} {history:?}: {on_wall} {on_ball}");
+            assert!((on_mesh - on_ball).abs() < 1e-4, "{parameter} {history:?}: {on_mesh} {on_ball}");
         }
     }
 }

@@ -305,7 +305,7 @@ mod tests {
         }
     }
 
-    /// V-D1, all rows: two equal spheres have E*/2, R/2, m/2, a wall E*, R, m. Printed to 9 digits.
+    /// V-D1, all rows: two equal spheres have E*/2, R/2, m/2, a mesh E*, R, m. Printed to 9 digits.
     #[test]
     fn overlap_force_and_duration_of_an_impact_are_the_published_ones() {
         let mass = |radius: f64, density: f64| 4.0 / 3.0 * PI * radius.powi(3) * density;
