@@ -183,7 +183,8 @@ fn pressed(rock: &Rock, normal: &Normal, energy: f64, down: &Vector3<f64>) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::normal::{Hertz, Linear};
+    use crate::law::normal::hertz::Hertz;
+    use crate::law::normal::linear::Linear;
     use crate::settings::{Cluster, RockSettings, Shape};
     use interface_defs::toolkit::scene::Scene;
 

@@ -280,7 +280,9 @@ impl ContactSettings {
 
     /// What the force is in proportion to: the key and its value, if the table has one.
     pub fn strength(&self) -> Option<(&str, f64)> {
-        let own = || self.own.iter().find_map(|(key, value)| Some((key.as_str(), value.as_float()?)));
+        let number =
+            |value: &toml::Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+        let own = || self.own.iter().find_map(|(key, value)| Some((key.as_str(), number(value)?)));
         self.young.map(|young| ("young", young)).or_else(own)
     }
 

@@ -52,7 +52,7 @@ fn what_makes_no_sense_is_refused_with_its_place() {
         (with(&rock, &CONTACT.replace("young = 1e8", "")), "needs `young`"),
         (
             with(&rock, &CONTACT.replace("young = 1e8", "young = 1e8\nstiffness = 1.0")),
-            "follows from `young`",
+            "`stiffness` belongs to law = \"linear\"",
         ),
         (with(&rock, &CONTACT.replace("poisson = 0.2", "")), "Poisson's ratio is needed"),
         (with(&rock, &CONTACT.replace("poisson = 0.2", "poisson = 0.6")), "0 to 0.5"),

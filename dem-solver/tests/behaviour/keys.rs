@@ -4,6 +4,8 @@ use crate::bench::{Setup, net};
 use dem_solver::DemSolver;
 use dem_solver::check::check;
 use dem_solver::granular::GranularSolver;
+use dem_solver::law::normal::LawName;
+use dem_solver::law::own_keys;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
@@ -198,4 +200,30 @@ fn tables_of_the_other_engine_are_refused_by_both_names() {
     let net = scene(Net, &format!("{LAW}hierarchy = \"nearest\"\n"));
     let both = refused(&format!("{net}contact_selection = \"nearest\"\n"));
     assert!(both.contains("old name of `dem.contact_selection`"), "{both}");
+}
+
+/// A law that is added to the registry is tried here with every partner.
+#[test]
+fn every_law_works_with_every_partner_or_is_refused_by_name() {
+    let usual = "law = \"hertz_mindlin\"\nyoung = 1e7";
+    for touched in ALL {
+        let hertz = outcome(touched, LAW).expect("works");
+        for law in LawName::ALL {
+            let name = law.name();
+            let own: String = own_keys::of(*law).iter().map(|key| format!("{key} = 1e6\n")).collect();
+            let with = |more: &str| LAW.replace(usual, &format!("law = \"{name}\"\n{more}"));
+            let moved = outcome(touched, &with("young = 1e7")).or_else(|_| outcome(touched, &with(&own)));
+            match moved {
+                Ok(moved) => {
+                    let same = matches!(law, LawName::HertzMindlin)
+                        || *law == LawName::HertzRock && !matches!(touched, Terrain | Mixed);
+                    assert_eq!(moved == hertz, same, "{name} with {touched:?}");
+                }
+                Err(refused) => assert!(
+                    *law == LawName::HertzRock && refused.contains(&format!("`{name}`")),
+                    "{name} with {touched:?}: {refused}"
+                ),
+            }
+        }
+    }
 }

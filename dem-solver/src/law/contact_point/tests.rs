@@ -6,7 +6,8 @@
 use super::*;
 use crate::law::damping::Damping;
 use crate::law::elastic::{Elastic, stiffness_ratio};
-use crate::law::normal::{Hertz, Normal};
+use crate::law::normal::Normal;
+use crate::law::normal::hertz::Hertz;
 use crate::law::restitution::ratio;
 use crate::law::tangential::Tangential;
 use crate::settings::{EffectiveMass, TangentialName};

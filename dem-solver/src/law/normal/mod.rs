@@ -3,11 +3,9 @@
 //! The file has the formula, the law's own keys of `[[contact]]` with their check, and its name; the line in [`laws`] makes it
 //! known to scenes, to the error for a misspelt name, to the reference, and to every partner of a contact.
 
-mod hertz;
-mod linear;
-
-pub use hertz::Hertz;
-pub use linear::Linear;
+pub mod hertz;
+pub mod linear;
+pub mod quadratic;
 
 use super::elastic::Elastic;
 use super::restitution;
@@ -18,11 +16,11 @@ use serde::{Deserialize, Serialize};
 /// The laws by their names in a scene: [`LawName`] for the table, [`Normal`] for the contact. What a law does not say does not
 /// compile.
 macro_rules! laws {
-    ($($(#[$doc:meta])* $name:literal => $kind:ident($law:ident),)+) => {
+    ($($name:literal => $kind:ident($law:ty): $meaning:literal,)+) => {
         /// Normal law of a contact.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
         pub enum LawName {
-            $($(#[$doc])* #[serde(rename = $name)] $kind,)+
+            $(#[doc = $meaning] #[serde(rename = $name)] $kind,)+
         }
 
         impl LawName {
@@ -56,7 +54,7 @@ macro_rules! laws {
         /// Elastic force along the normal.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub enum Normal {
-            $($(#[$doc])* $kind($law),)+
+            $(#[doc = $meaning] $kind($law),)+
         }
 
         impl Normal {
@@ -107,13 +105,12 @@ macro_rules! laws {
 }
 
 laws! {
-    /// Hertz normal and Mindlin tangential stiffness, both growing with the overlap; each sphere by its own radius.
-    "hertz_mindlin" => HertzMindlin(Hertz),
-    /// The same of the rock as a whole, by its own radius, whatever spheres cover it: on terrain. With a net, with the sides of a
-    /// box and between rocks it is `hertz_mindlin`.
-    "hertz_rock" => HertzRock(Hertz),
-    /// Constant stiffnesses.
-    "linear" => Linear(Linear),
+    "hertz_mindlin" => HertzMindlin(hertz::Hertz): "Hertz normal and Mindlin tangential stiffness, both growing with the overlap; each \
+        sphere by its own radius.",
+    "hertz_rock" => HertzRock(hertz::Hertz): "The same of the rock as a whole, by its own radius, whatever spheres cover it: on \
+        terrain. With a net, with the sides of a box and between rocks it is `hertz_mindlin`.",
+    "linear" => Linear(linear::Linear): "Constant stiffnesses.",
+    "quadratic" => Quadratic(quadratic::Quadratic): "Force ~ overlap^2.",
 }
 
 /// What the normal law gives.
@@ -316,7 +313,7 @@ mod tests {
             (70e9, 0.30, 0.1, 2699.0, 0.2, 1.0, 4.971_717_52e-5, 11_369.858_3, 7.316_566_41e-4),
         ];
         for (young, nu, radius, density, speed, half, deepest, force, duration) in rows {
-            let law = Normal::HertzMindlin(Hertz { modulus: half * young / (1.0 - nu * nu) });
+            let law = Normal::HertzMindlin(hertz::Hertz { modulus: half * young / (1.0 - nu * nu) });
             let (r, m) = (half * radius, half * mass(radius, density));
             let d = law.deepest(r, m, speed);
             assert!((d / deepest - 1.0).abs() < 5e-9, "{d} {deepest}");
