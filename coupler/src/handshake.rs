@@ -3,7 +3,7 @@
 use crate::energy::Account;
 use crate::interface::{Interface, Places};
 use crate::mapping::{AnyMapper, Identity, NearestNeighbor};
-use crate::settings::{Coupling, Scheme};
+use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::{
@@ -46,7 +46,7 @@ pub struct Agreement {
 
 /// Agree with both solvers. The structure is prepared first: the wall is made of its interface mesh.
 pub fn agree(
-    settings: &Coupling,
+    settings: &CouplingSettings,
     end_time: f64,
     dem: &mut dyn Participant,
     fem: &mut dyn Participant,
@@ -107,7 +107,7 @@ pub fn agree(
     Ok(Agreement { interface, dem: dem_side, fem: fem_side, warnings })
 }
 
-fn check_capabilities(settings: &Coupling, solver: &str, hello: &Hello) -> Result<(), Failure> {
+fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
     if settings.scheme == Scheme::Strong && !hello.can(capability::REPEATABLE) {
         return Err(refuse(format!(
             "strong coupling repeats windows, and {solver} ({}) does not declare \"{}\"; \
@@ -127,7 +127,7 @@ fn check_capabilities(settings: &Coupling, solver: &str, hello: &Hello) -> Resul
 }
 
 /// Programs that have read different scenes compute different things, and nobody would see it.
-fn check_scene(settings: &Coupling, solver: &str, hello: &Hello) -> Result<(), Failure> {
+fn check_scene(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
     let theirs = hello.capabilities.iter().find(|word| word.starts_with(capability::SCENE));
     match (&settings.scene, theirs) {
         (Some(ours), Some(theirs)) if ours != theirs => Err(refuse(format!(
@@ -147,7 +147,7 @@ struct Fields {
     from_fem: Vec<FieldSpec>,
 }
 
-fn choose_fields(settings: &Coupling, dem: &Hello, fem: &Hello) -> Result<Fields, Failure> {
+fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Result<Fields, Failure> {
     let samples = settings.samples;
     let find = |list: &[FieldSpec], name: &str, sampling: Sampling| {
         let found = list.iter().find(|f| f.name == name && f.sampling == sampling)?;

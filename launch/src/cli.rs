@@ -7,9 +7,11 @@ use crate::stop::Stop;
 use crate::{cluster, manual, reference, schema};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
+use interface_defs::toolkit::arguments::{Input, Logging, Results};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::log::{self, LogFormat};
+use interface_defs::toolkit::program::Savings;
 use interface_defs::toolkit::screen::{complain, tell};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -23,9 +25,8 @@ use std::path::{Path, PathBuf};
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Form of the log lines on stderr; with json no bar is drawn. RUST_LOG=debug prints more
-    #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
-    log_format: LogFormat,
+    #[command(flatten)]
+    logging: Logging,
 }
 
 #[derive(Subcommand)]
@@ -34,18 +35,13 @@ enum Command {
     Run {
         #[command(flatten)]
         input: Input,
-        /// Directory of the results [default: out/NAME for the scene NAME.toml]
-        #[arg(long, value_name = "DIR", help_heading = "Results")]
-        out: Option<PathBuf>,
-        /// Overwrite the run that the directory holds
-        #[arg(long, help_heading = "Results")]
-        force: bool,
+        #[command(flatten)]
+        results: Results,
         /// Print nothing but errors
         #[arg(long, conflicts_with = "log_format", help_heading = "Results")]
         quiet: bool,
-        /// Switch off every shortcut (flight in closed form, skipped structure), to prove that it is harmless
-        #[arg(long, help_heading = "Computation")]
-        no_shortcuts: bool,
+        #[command(flatten)]
+        savings: Savings,
     },
     /// Check a scene: processes, critical time steps [s], windows, cost, warnings; start nothing
     Check {
@@ -93,15 +89,6 @@ enum Command {
     Clean,
 }
 
-#[derive(clap::Args)]
-struct Input {
-    /// Scene file (TOML, SI units)
-    scene: PathBuf,
-    /// Set a value of the scene, as in --set coupling.scheme=weak --set rock.0.cluster.spheres=512
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    sets: Vec<String>,
-}
-
 /// The whole program.
 pub fn main() -> Exit {
     let cli = match Cli::try_parse() {
@@ -114,8 +101,8 @@ pub fn main() -> Exit {
             return Exit::BadInput;
         }
     };
-    let json = cli.log_format == LogFormat::Json;
-    log::init(cli.log_format, json);
+    let json = cli.logging.log_format == LogFormat::Json;
+    log::init(cli.logging.log_format, json);
     match execute(cli.command, json) {
         Ok(exit) => exit,
         Err(stop) => {
@@ -136,17 +123,15 @@ fn scene_as_command(first: Option<OsString>) -> Option<String> {
 
 fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
     match command {
-        Command::Run { input, out, force, quiet, no_shortcuts } => run::run(&Request {
-            scene: input.scene,
-            sets: input.sets,
-            out,
-            force,
-            shortcuts: !no_shortcuts,
+        Command::Run { input, results, quiet, savings } => run::run(&Request {
+            input,
+            results,
+            shortcuts: !savings.no_shortcuts,
             quiet,
             bar: !quiet && !json,
         }),
         Command::Check { input, resolved } => {
-            tell(&estimate::check(&input.scene, &input.sets, resolved.as_deref())?);
+            tell(&estimate::check(&input, resolved.as_deref())?);
             Ok(Exit::Done)
         }
         Command::Cluster(_) => hand_over("dem-solver", "cluster", &cluster::given()),

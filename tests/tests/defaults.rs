@@ -143,7 +143,7 @@ fn the_coupler_alone_says_who_chooses() {
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(told.contains("coupling.time_window = "), "{told}");
     let scene = interface_defs::toolkit::scene::Scene::load(&file, &[]).expect("a scene");
-    let settings = coupler::settings::Coupling::of(&scene).expect("named");
+    let settings = coupler::settings::CouplingSettings::of(&scene).expect("named");
     assert!(settings.time_window > 0.0);
     let said =
         format!("coupling.time_window = {}", interface_defs::toolkit::summary::short(settings.time_window));

@@ -41,7 +41,7 @@ impl Connection {
         let mut connection = Self {
             run: RunId::new(),
             name: String::new(),
-            timeout: Duration::from_secs(60),
+            timeout: Duration::from_secs_f64(TIMEOUT),
             wait: Wait::default(),
             supervisor: None,
         };

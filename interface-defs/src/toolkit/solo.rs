@@ -9,7 +9,7 @@ use super::owner::Owner;
 use super::progress::{Line, Reporter};
 use super::run_dir::HISTORY;
 use super::scene::Scene;
-use super::summary::{Status, Summary, totals};
+use super::summary::{RunStatus, Summary, totals};
 use crate::ipc::interrupt;
 use crate::ipc::serve::{cpu_seconds, peak_memory};
 use crate::message::{Fault, FaultKind, Gauge, Measure, Plan, Progress, Ready, Statistics};
@@ -95,7 +95,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     };
     let prepared = started.elapsed().as_secs_f64();
     let warnings = ready.warnings.clone();
-    let mut summary = Summary::new(Status::Done);
+    let mut summary = Summary::new(RunStatus::Done);
     let outcome = Solo::new(solver, ready, out).and_then(|mut solo| {
         let outcome = solo.advance(stage, end_time, output.interval, parts as u64);
         solo.describe(&mut summary);
@@ -118,10 +118,10 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     Ok(summary)
 }
 
-fn ended_by(fault: &Fault) -> (Status, Option<String>) {
+fn ended_by(fault: &Fault) -> (RunStatus, Option<String>) {
     match fault.kind {
-        FaultKind::Interrupted => (Status::Interrupted, Some("interrupted".into())),
-        _ => (Status::Failed, Some(fault.message.clone())),
+        FaultKind::Interrupted => (RunStatus::Interrupted, Some("interrupted".into())),
+        _ => (RunStatus::Failed, Some(fault.message.clone())),
     }
 }
 
@@ -134,7 +134,7 @@ fn failed_at_start(fault: &Fault, owner: &Owner) -> Summary {
 
 fn write(summary: &mut Summary, owner: &Owner) {
     if let Err(what) = owner.write_summary(summary) {
-        summary.status = Status::Failed;
+        summary.status = RunStatus::Failed;
         summary.message = Some(match summary.message.take() {
             Some(before) => format!("{before}\n{what}"),
             None => what,
@@ -416,7 +416,7 @@ mod tests {
         assert_eq!(rows.iter().map(|r| r[0]).collect::<Vec<_>>(), [0.0, 0.3, 0.6, 0.3 * 3.0, 1.0]);
         // Exact solution; a handful of roundings of numbers of order 5.
         assert!((rows[4][1] + 0.5 * G).abs() < 1e-14 * 5.0 * 10.0, "{:?}", rows[4]);
-        assert_eq!((summary.status, summary.message.as_deref()), (Status::Done, None));
+        assert_eq!((summary.status, summary.message.as_deref()), (RunStatus::Done, None));
         let measures: Vec<_> = summary.measures.iter().map(|m| (m.name.as_str(), m.value, m.time)).collect();
         assert_eq!(measures[..2], [("z_min", rows[4][1], Some(1.0)), ("z_max", 1.0, Some(0.0))]);
         assert_eq!(measures[2].0, "energy_error");
@@ -445,7 +445,7 @@ mod tests {
         // 1 J of 50 J of potential energy is not reported: it seems created, and does not count in the 50 J of speed.
         let error = summary.measure("energy_error").expect("a number");
         assert!((error - 1.0 / 49.0).abs() < 1e-9, "{error}");
-        assert_eq!(summary.status, Status::Done);
+        assert_eq!(summary.status, RunStatus::Done);
         assert!(
             summary.warnings[0].starts_with("energy_error is 2.04 % at 1.000000 s"),
             "{:?}",
@@ -453,7 +453,7 @@ mod tests {
         );
         let mut fall = Fall { told: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, _) = run_fall(&mut fall, "end_time = 1.0");
-        assert_eq!(summary.status, Status::Unreliable);
+        assert_eq!(summary.status, RunStatus::Unreliable);
         let message = summary.message.expect("says why");
         assert!(
             message.starts_with(
@@ -463,14 +463,14 @@ mod tests {
         );
         let mut fall = Fall { told: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, _) = run_fall(&mut fall, "end_time = 1.0\nlimits.energy_error = 0.3");
-        assert_eq!(summary.status, Status::Done);
+        assert_eq!(summary.status, RunStatus::Done);
     }
 
     #[test]
     fn a_run_whose_energy_explodes_ends_at_once_and_keeps_its_rows() {
         let mut fall = Fall { told: 0.2, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, rows) = run_fall(&mut fall, "end_time = 1.0\noutput.interval = 0.1");
-        assert_eq!(summary.status, Status::Failed);
+        assert_eq!(summary.status, RunStatus::Failed);
         // Three windows in a row beyond ten times the bound, then the end.
         assert_eq!(rows.len(), 4);
         let message = summary.message.expect("says why");
@@ -492,7 +492,7 @@ mod tests {
         let (summary, rows) =
             run_fall(&mut Fall::new(0.55, f64::INFINITY), "end_time = 1\noutput.interval = 0.25");
         assert_eq!(rows.len(), 3);
-        assert_eq!(summary.status, Status::Failed);
+        assert_eq!(summary.status, RunStatus::Failed);
         assert_eq!(summary.message.as_deref(), Some("from 0.5 s to 0.75 s: the ground is missing"));
     }
 }
