@@ -206,7 +206,9 @@ fn couple(
 fn ends_in_order(outcome: &Result<(), CouplingError>, coupling: &Coupling) -> bool {
     match outcome {
         Ok(())
-        | Err(CouplingError::NotConverged { .. } | CouplingError::Diverged(_) | CouplingError::Output(_)) => true,
+        | Err(CouplingError::NotConverged { .. } | CouplingError::Diverged(_) | CouplingError::Output(_)) => {
+            true
+        }
         Err(CouplingError::Failed(failure)) => *failure == Failure::Interrupted && coupling.is_idle(),
     }
 }

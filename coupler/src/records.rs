@@ -358,7 +358,7 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface_defs::toolkit::summary::Status;
+    use interface_defs::toolkit::summary::RunStatus;
 
     #[test]
     fn a_mean_over_a_millisecond_is_left_out_where_less_than_four_parts_lie_in_it() {

@@ -26,7 +26,12 @@ impl<'a> Seat<'a> {
     }
 
     /// Ask for a window. The acceptance of the window before travels with the first request.
-    pub fn send(&mut self, span: Span, iteration: u32, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
+    pub fn send(
+        &mut self,
+        span: Span,
+        iteration: u32,
+        fill: &mut dyn FnMut(&mut [f64]),
+    ) -> Result<(), Failure> {
         let commits = std::mem::take(&mut self.commit_due);
         let command = if commits { Command::CommitAndSolve } else { Command::Solve };
         let header = RequestHeader {

@@ -216,8 +216,11 @@ fn iterations_converge_where_the_compliance_says() {
 /// The booked difference of the two sides is mean force times residual; both are known here.
 #[test]
 fn work_is_booked_on_both_sides_and_solvers_agree_with_it() {
-    let settings =
-        CouplingSettings { absolute_tolerance: 5e-2, tolerance: 0.0, ..CouplingSettings::new(Scheme::Strong, 0.3) };
+    let settings = CouplingSettings {
+        absolute_tolerance: 5e-2,
+        tolerance: 0.0,
+        ..CouplingSettings::new(Scheme::Strong, 0.3)
+    };
     let run = run(
         settings,
         6.0,

@@ -84,12 +84,12 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         (Err(_), false) => RunStatus::Failed,
     };
     // A foreign leader may keep no summary; one of ours that has left none has not done its work.
-    let status = if status == RunStatus::Done && !plan.members[0].foreign && !out.join(run_dir::SUMMARY).exists()
-    {
-        RunStatus::Failed
-    } else {
-        status
-    };
+    let status =
+        if status == RunStatus::Done && !plan.members[0].foreign && !out.join(run_dir::SUMMARY).exists() {
+            RunStatus::Failed
+        } else {
+            status
+        };
     let ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
     if !request.quiet {
         ended.print_table(&out);

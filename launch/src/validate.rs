@@ -16,11 +16,7 @@ use std::process::{Child, Command, Output, Stdio};
 /// Ask every own program of `plan` what it makes of the scene, all at once; but the rocks' after the structure's, which
 /// says where the net is. The programs that the scene names are not asked. What is wrong is reported once, however many
 /// programs find it. A signal ends them all.
-pub fn validate(
-    plan: &Plan,
-    input: &Input,
-    events: &Events,
-) -> Result<Vec<(Part, CheckReport)>, Stop> {
+pub fn validate(plan: &Plan, input: &Input, events: &Events) -> Result<Vec<(Part, CheckReport)>, Stop> {
     let own = || plan.members.iter().filter(|member| !member.foreign);
     let has_net = own().any(|member| member.part == Part::Fem);
     let (later, now): (Vec<_>, Vec<_>) = own().partition(|member| has_net && member.part == Part::Dem);
@@ -85,7 +81,12 @@ fn ask_all(
 fn ask(member: &Member, input: &Input, net: Option<&InterfaceMesh>) -> io::Result<Child> {
     let mut command = Command::new(&member.program);
     // A group of its own: Ctrl-C reaches this program alone, which ends the checks.
-    command.process_group(0).args(&member.arguments).arg("check").arg(&input.scene).args(["--format", "json"]);
+    command
+        .process_group(0)
+        .args(&member.arguments)
+        .arg("check")
+        .arg(&input.scene)
+        .args(["--format", "json"]);
     for set in &input.sets {
         command.args(["--set", set]);
     }

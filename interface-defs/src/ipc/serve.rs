@@ -3,7 +3,7 @@
 use super::channel::{self, Bell, Channels};
 use super::control::{FRAME, Listener};
 use super::domain::{Domain, RunId, check_space};
-use super::wait::{Patience, Wait, absent, is_orphan};
+use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FaultKind, FromSolver, Statistics, ToSolver};

@@ -1,6 +1,6 @@
 //! Exit codes, the same in every program.
 
-use super::summary::Status;
+use super::summary::RunStatus;
 use std::process::{ExitCode, Termination};
 
 /// How a program ends.

@@ -213,7 +213,7 @@ fn read(lock: &mut File) -> (Option<RunId>, Option<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::toolkit::summary::Status;
+    use crate::toolkit::summary::RunStatus;
 
     fn claim(dir: &Path) -> Result<Owner, InputError> {
         Owner::claim(dir, &Claim::default())

@@ -1,8 +1,8 @@
 //! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
 
-pub use super::check::CheckReport;
 use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Supervised};
 use super::check;
+pub use super::check::CheckReport;
 use super::counted::Counted;
 use super::exit::Exit;
 use super::input_error::InputError;

@@ -137,7 +137,7 @@ fn short_in(unit: &str, value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::summary::Status;
+    use super::super::summary::RunStatus;
     use super::*;
 
     fn measure(name: &str, value: f64, time: Option<f64>) -> Measure {
