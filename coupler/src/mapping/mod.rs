@@ -8,9 +8,7 @@ mod identity;
 mod matrix;
 mod nearest_neighbor;
 
-pub use identity::Identity;
 pub use matrix::Matrix;
-pub use nearest_neighbor::NearestNeighbor;
 
 use crate::registry::registry;
 use interface_defs::InterfaceMesh;
@@ -24,7 +22,7 @@ pub trait Mapper {
 registry! {
     /// Every mapping that `[coupling.mapping] type` may name.
     pub enum AnyMapper: Mapper {
-        "identity" => Identity,
-        "nearest_neighbor" => NearestNeighbor,
+        "identity" => identity::Identity,
+        "nearest_neighbor" => nearest_neighbor::NearestNeighbor,
     }
 }
