@@ -1,4 +1,4 @@
-//! The start of a run: who is there, what crosses the interface, where the wall comes from.
+//! The start of a run: who is there, what crosses the interface, where the interface mesh comes from.
 
 use crate::energy::Account;
 use crate::interface::{Interface, Places};
@@ -44,7 +44,7 @@ pub struct Agreement {
     pub warnings: Vec<String>,
 }
 
-/// Agree with both solvers. The structure is prepared first: the wall is made of its interface mesh.
+/// Agree with both solvers. The structure is prepared first: the contact solver works on its interface mesh.
 pub fn agree(
     settings: &CouplingSettings,
     end_time: f64,
@@ -171,7 +171,7 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
         need("fem", fem_name, "give", &fem.gives, name::DISPLACEMENT, AtEnds)?,
         need("fem", fem_name, "give", &fem.gives, name::VELOCITY, AtEnds)?,
     ];
-    // What is broken is told as long as both know of it.
+    // What is broken is sent as long as both know of it.
     if let (Some(given), Some(taken)) =
         (find(&fem.gives, name::BROKEN, Once), find(&dem.takes, name::BROKEN, Once))
         && given == taken

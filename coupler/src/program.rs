@@ -19,7 +19,7 @@ use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::processes::Processes;
 use interface_defs::toolkit::progress::{Line, Reporter};
 use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::screen::{complain, tell};
+use interface_defs::toolkit::screen::{complain, show};
 use interface_defs::toolkit::start_from;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use interface_defs::{Failure, Progress};
@@ -72,7 +72,7 @@ pub fn main() -> Exit {
     let outcome = match &cli.command {
         Command::Run(arguments) => run(arguments),
         Command::Schema => {
-            tell(&(crate::reference::share().to_json() + "\n"));
+            show(&(crate::reference::share().to_json() + "\n"));
             Ok(Exit::Done)
         }
         Command::Check { input, answer } => input.load().and_then(|scene| check(&scene)).map(|report| {
@@ -156,7 +156,7 @@ fn run(arguments: &RunArguments) -> Result<Exit, InputError> {
 }
 
 /// The loop from the first agreement to the last window, and the summary of it, whatever has come. Solvers that cannot end in
-/// order are told why.
+/// order are given the reason.
 fn couple(
     prepared: &Prepared,
     arguments: &RunArguments,

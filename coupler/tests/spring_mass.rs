@@ -228,11 +228,11 @@ fn work_is_booked_on_both_sides_and_solvers_agree_with_it() {
         Node::new(1.0, 0.3, Load::Mean, 0.0, 0.2),
     );
     run.outcome.unwrap();
-    let (structure, wall) = *run.record.defects.last().unwrap();
-    assert!((structure - wall).abs() > 1e-6, "a loose tolerance leaves a defect");
+    let (structure, mesh) = *run.record.defects.last().unwrap();
+    assert!((structure - mesh).abs() > 1e-6, "a loose tolerance leaves a defect");
     // Sums of twenty windows with works of order 1.
     assert!((structure - run.node.received()).abs() < 1e-13, "{structure}");
-    assert!((wall + run.sphere.received()).abs() < 1e-13, "{wall}");
+    assert!((mesh + run.sphere.received()).abs() < 1e-13, "{mesh}");
 }
 
 #[test]

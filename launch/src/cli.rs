@@ -12,7 +12,7 @@ use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::program::Savings;
-use interface_defs::toolkit::screen::{complain, tell};
+use interface_defs::toolkit::screen::{complain, show};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -131,29 +131,29 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             bar: !quiet && !json,
         }),
         Command::Check { input, resolved } => {
-            tell(&estimate::check(&input, resolved.as_deref())?);
+            show(&estimate::check(&input, resolved.as_deref())?);
             Ok(Exit::Done)
         }
         Command::Cluster(_) => hand_over("dem-solver", "cluster", &cluster::given()),
         Command::Schema { reference } => {
             let share = schema::share()?;
-            tell(&if reference { reference::text(&share) } else { schema::text(&share) });
+            show(&if reference { reference::text(&share) } else { schema::text(&share) });
             Ok(Exit::Done)
         }
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "rockfall", &mut script);
-            tell(&String::from_utf8_lossy(&script));
+            show(&String::from_utf8_lossy(&script));
             Ok(Exit::Done)
         }
         Command::Man { dir } => print_manual(dir.as_deref()),
         Command::Clean => {
             let removed = ipc::clean().map_err(|failure| Stop::failed(failure.to_string()))?;
             if removed.is_empty() {
-                tell("nothing to remove: no dead run has left anything behind\n");
+                show("nothing to remove: no dead run has left anything behind\n");
             }
             for id in removed {
-                tell(&format!("removed what run {id} left behind\n"));
+                show(&format!("removed what run {id} left behind\n"));
             }
             Ok(Exit::Done)
         }
@@ -167,7 +167,7 @@ fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
             let mut page = Vec::new();
             let rendered = manual::one_page(Cli::command(), &mut page);
             rendered.map_err(|e| Stop::failed(format!("the manual page cannot be made: {e}")))?;
-            tell(&String::from_utf8_lossy(&page));
+            show(&String::from_utf8_lossy(&page));
         }
         Some(dir) => manual::write(Cli::command(), dir).map_err(|e| {
             Stop::input(format!("{}: the manual pages cannot be written: {e}", dir.display()))

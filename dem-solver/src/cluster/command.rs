@@ -12,7 +12,7 @@ use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Extra;
-use interface_defs::toolkit::screen::tell;
+use interface_defs::toolkit::screen::show;
 use interface_defs::toolkit::vtu::{Cells, Vtu};
 use nalgebra::Vector3;
 use std::io::{IsTerminal, Write};
@@ -131,7 +131,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     for note in notes.into_iter().chain(fewer) {
         text += &format!("note: {note}\n");
     }
-    tell(&text);
+    show(&text);
     Ok(Exit::Done)
 }
 

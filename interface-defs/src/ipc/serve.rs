@@ -74,7 +74,7 @@ impl Connection {
 /// Take part in a run until the coupler ends it.
 ///
 /// Returns `Ok` when the run is done, and else the failure that ended it. Processor time and memory
-/// of this process are added to the solver's statistics where it does not tell them.
+/// of this process are added to the solver's statistics where it does not report them.
 pub fn serve(solver: &mut dyn Solver, connection: &Connection) -> Result<(), Failure> {
     join(connection, |session| session.run(solver))
 }
@@ -376,7 +376,7 @@ pub fn cpu_seconds() -> f64 {
     cpu.tv_sec as f64 + cpu.tv_nsec as f64 * 1e-9
 }
 
-/// Largest resident memory of this process [bytes]; 0 if the system does not tell.
+/// Largest resident memory of this process [bytes]; 0 if the system does not know.
 pub fn peak_memory() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));

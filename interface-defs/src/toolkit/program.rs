@@ -13,7 +13,7 @@ use super::progress::Reporter;
 use super::run_dir;
 use super::scene::Scene;
 pub use super::schema::Share;
-use super::screen::{complain, tell};
+use super::screen::{complain, show};
 use super::solo::{self, Stage};
 use super::start_from;
 use super::summary::{RunStatus, Summary};
@@ -60,7 +60,7 @@ pub struct Extra {
     pub run: fn(&clap::ArgMatches) -> Result<Exit, InputError>,
 }
 
-/// What the command line tells a solver beside the scene.
+/// What the command line says to a solver beside the scene.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// Directory of the results; `None`: write no files.
@@ -182,7 +182,7 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
 
 /// Do it, print an error once, choose the exit code.
 fn guarded(work: impl FnOnce() -> Result<Exit, InputError>) -> ExitCode {
-    // A broken invariant has told its story on stderr by then; the exit code is that of a failed run.
+    // A broken invariant is on stderr by then; the exit code is that of a failed run.
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(exit)) => exit.into(),
         Ok(Err(error)) => {
@@ -203,7 +203,7 @@ fn execute(program: &Program, command: &SolverCommand) -> Result<Exit, InputErro
             Ok(Exit::Done)
         }
         SolverCommand::Schema => {
-            tell(&((program.schema)().to_json() + "\n"));
+            show(&((program.schema)().to_json() + "\n"));
             Ok(Exit::Done)
         }
         SolverCommand::Run(arguments) => run_alone(program, arguments),

@@ -1,7 +1,7 @@
 //! The end of a run on the screen: verdict, the numbers that matter, warnings, where the files are.
 
 use super::run_dir::SUMMARY;
-use super::screen::tell;
+use super::screen::show;
 use super::summary::{Summary, short, split_member};
 use crate::message::Measure;
 use std::fmt::Write as _;
@@ -91,7 +91,7 @@ impl Summary {
 
     /// Print it on stdout.
     pub fn print_table(&self, out: &Path) {
-        tell(&self.table(out));
+        show(&self.table(out));
     }
 }
 
