@@ -13,6 +13,7 @@ pub mod clusters;
 pub mod duration;
 pub mod gravity;
 pub mod landing;
+pub mod lengths;
 pub mod place;
 pub mod reach;
 pub mod start;

@@ -1,6 +1,6 @@
 //! A start that is not on its terrain: in which units or axes it would be.
 
-use super::start;
+use super::lengths::height as height_at_start;
 use super::units::short;
 use crate::model::Model;
 use crate::terrain::Terrain;
@@ -91,7 +91,7 @@ pub fn below_all_land(ground: &Terrain) -> Option<String> {
 
 /// What is said of a rock that starts very high above the terrain.
 pub fn above(model: &Model, ground: &Terrain, at: usize) -> Option<String> {
-    let height = start::height(ground, &model.settings, at).filter(|height| *height > HIGH)?;
+    let height = height_at_start(ground, &model.settings, at).filter(|height| *height > HIGH)?;
     let z = model.settings.rocks[at].position[2];
     let cure = other_heights(z - height, z)
         .unwrap_or("is its height right, and are the heights of the terrain in metres?");

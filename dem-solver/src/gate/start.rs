@@ -1,14 +1,16 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
+use super::lengths::{distance, height};
 use super::units::{LIMIT, short};
 use super::{place, reach};
 use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::broad_phase::sphere_tree::SphereTree;
-use crate::geometry::closest::{on_face, on_line};
-use crate::interface_mesh::{Element, Kind, Wall};
+use crate::geometry::closest::on_face;
+use crate::geometry::sphere::Sphere;
+use crate::geometry::sphere_tree::SphereTree;
+use crate::interface_mesh::{Kind, Wall};
 use crate::law::Law;
 use crate::model::Model;
-use crate::rock::{Motion, Rock, Sphere};
+use crate::rock::{Motion, Rock};
 use crate::settings::{STRUCTURE, Settings};
 use crate::terrain::Terrain;
 use interface_defs::toolkit::input_error::InputError;
@@ -102,11 +104,6 @@ fn freed(settings: &Settings, at: usize, way: &Vector3<f64>, by: f64) -> String 
     // A sphere of a table has no key of its own.
     let key = if at < settings.named() { "position = " } else { "" };
     format!("free is {key}[{}]", places.join(", "))
-}
-
-/// Height [m] of a rock's centre of mass over the terrain at the start; `None` where there is none below it.
-pub fn height(ground: &Terrain, settings: &Settings, at: usize) -> Option<f64> {
-    ground.height(&(Vector3::from(settings.rocks[at].position) - ground.origin), &settings.down())
 }
 
 /// Refuse rock number `at` if it starts beside all of the terrain, below it, or with its surface in it.
@@ -325,18 +322,4 @@ fn in_elements(start: &Start, wall: &Wall, motion: &Motion) -> Option<Deepest> {
         });
     }
     deepest
-}
-
-/// Distance of an element from a point [m].
-pub(super) fn distance(element: &Element, point: &Vector3<f64>, [a, b, c]: &[Vector3<f64>; 3]) -> f64 {
-    match element.kind {
-        Kind::Point => (a - point).norm(),
-        Kind::Line => {
-            let edge = b - a;
-            on_line(point, a, &edge, crate::contact::broad_phase::mesh_elements::inverse_square(&edge))
-                .to_point
-                .norm()
-        }
-        Kind::Face => on_face(point, [a, b, c]).to_point.norm(),
-    }
 }

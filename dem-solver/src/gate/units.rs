@@ -1,5 +1,6 @@
 //! Units: values that are right in another unit than the one that the scene is written in.
 
+use crate::geometry::sphere::extent;
 use crate::rock::Rock;
 use crate::settings::{ContactSettings, GranularSettings, RockSettings, Shape, SpheresSettings};
 use interface_defs::toolkit::input_error::InputError;
@@ -286,19 +287,6 @@ fn in_metres(longest: f64, shape: &Shape) -> String {
         (false, _) => ["kilometres", &short(1e3 * longest)],
     };
     format!("lengths are in metres; were they in {unit}, it would be {value} m long")
-}
-
-/// Edges of the box around some spheres [m].
-pub fn extent(spheres: impl Iterator<Item = (nalgebra::Vector3<f64>, f64)>) -> [f64; 3] {
-    let nowhere = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    let (low, high) = spheres.fold(nowhere, |(mut low, mut high), (centre, radius)| {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(centre[axis] - radius);
-            high[axis] = high[axis].max(centre[axis] + radius);
-        }
-        (low, high)
-    });
-    [0, 1, 2].map(|axis| high[axis] - low[axis])
 }
 
 fn norm(values: &[f64]) -> f64 {
