@@ -57,7 +57,7 @@ pub fn of_damaged_files() -> Vec<Mistake> {
 
 /// Other formats, and files that are cut or empty.
 fn kinds_of_terrain() -> Vec<Mistake> {
-    let (grid, known) = (scenes::valley(), "known are .asc, .tif, .xyz");
+    let (grid, known) = (scenes::valley(), "known are .asc, .tif");
     vec![
         terrain(
             "points named .laz",
