@@ -4,10 +4,10 @@ use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
-use crate::{cluster, manual, reference, schema};
+use crate::{manual, reference, schema};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
-use interface_defs::toolkit::arguments::{Input, Logging, Results};
+use interface_defs::toolkit::arguments::{ClusterArguments, Input, Logging, Results};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::log::{self, LogFormat};
@@ -58,7 +58,7 @@ enum Command {
         lengths in m, volumes in m3.\nMass, centre and inertia of a rock always come from its shape, never from the spheres.\n\
         In a scene: cluster = { spheres = N } makes the same cluster, cluster = { file = \"FILE\" } reads it."
     )]
-    Cluster(cluster::Arguments),
+    Cluster(ClusterArguments),
     /// Print the JSON schema of the scene file, for editors
     ///
     /// Write it into a file once, and name that in the first line of a scene: `#:schema rockfall.schema.json`.
@@ -134,7 +134,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             show(&estimate::check(&input, resolved.as_deref())?);
             Ok(Exit::Done)
         }
-        Command::Cluster(_) => hand_over("dem-solver", "cluster", &cluster::given()),
+        Command::Cluster(_) => hand_over("dem-solver", "cluster", &arguments_after("cluster")),
         Command::Schema { reference } => {
             let share = schema::share()?;
             show(&if reference { reference::text(&share) } else { schema::text(&share) });
@@ -174,6 +174,11 @@ fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
         })?,
     }
     Ok(Exit::Done)
+}
+
+/// The arguments of this process after `word`, as they were given.
+fn arguments_after(word: &str) -> Vec<OsString> {
+    std::env::args_os().skip(1).skip_while(|argument| argument != word).skip(1).collect()
 }
 
 /// Let a program of this project beside this one do the whole work, and end as it does.

@@ -13,15 +13,13 @@
 //! - [`record`]: on disk before it runs: `scene.toml` with every default, `run.json`
 //! - [`supervise`]: start, watch, end ([`events`], [`progress`]); [`verdict`]: one message of how it ended, [`stop`]: with its exit code
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
-//! - [`schema`], [`reference`](mod@reference): what a scene may hold, put together from all programs; [`manual`]: the manual page; [`cluster`]: hands
-//!   over to `dem-solver cluster`
+//! - [`schema`], [`reference`](mod@reference): what a scene may hold, put together from all programs; [`manual`]: the manual page
 //!
 //! A new command is a variant of `Command` in [`cli`]; options that other programs have too stand in
 //! `interface_defs::toolkit::arguments`.
 
 mod choice;
 mod cli;
-mod cluster;
 mod command_line;
 mod estimate;
 mod events;

@@ -101,3 +101,43 @@ pub struct Logging {
     #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
     pub log_format: LogFormat,
 }
+
+/// Of `cluster`: what a cluster is made of, and into which file.
+#[derive(Debug, Clone, Args)]
+pub struct ClusterArguments {
+    /// Closed surface (.stl, .obj), or a built-in shape, as in box:1.2,0.8,0.6; all of them below
+    #[arg(value_name = "SHAPE")]
+    pub shape: String,
+    /// Most spheres, 1 to 50000. A round shape may take fewer: a sphere is one
+    #[arg(long, short = 'n', value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub spheres: u32,
+    /// File to write: `x y z r` per line [m], in the shape's own axes
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Metres per unit of a surface file
+    #[arg(long, value_name = "M", default_value_t = 1.0)]
+    pub scale: f64,
+    /// Close small holes of a surface file, as scans have them; their number and area are printed
+    #[arg(long)]
+    pub close_holes: bool,
+    /// Of several closed surfaces in a file take this one: its number, from 1, or its name in the file
+    #[arg(long, value_name = "NUMBER|NAME")]
+    pub piece: Option<String>,
+    /// `medial`: by the error; `lattice`: equal spheres in rows (boxes; the largest number that fills it)
+    #[arg(long, value_name = "HOW", default_value = "medial", value_parser = ["medial", "lattice"])]
+    pub method: String,
+    /// `volume`: as much outside of the solid as lacks inside; `largest`: as far outside as inside, the
+    /// smallest largest error; `inside`: never outside
+    #[arg(long, value_name = "WHERE", default_value = "volume", value_parser = ["volume", "largest", "inside"])]
+    pub fit: String,
+    /// Least radius [m]: small spheres make edges sharp, and are soft; what only smaller ones reach stays uncovered
+    #[arg(long, value_name = "M", default_value_t = 0.0)]
+    pub smallest_radius: f64,
+    /// Largest distance of the two surfaces [m]: a cluster beyond it is refused. Default: 15 % of the diagonal of the
+    /// shape's box, and no more than 0.9 times the radius of the largest ball that fits into it
+    #[arg(long, value_name = "M")]
+    pub largest_error: Option<f64>,
+    /// Write the spheres (points with a radius) as a VTU file too
+    #[arg(long, value_name = "FILE")]
+    pub vtu: Option<PathBuf>,
+}
