@@ -55,7 +55,7 @@ impl Explicit {
     pub fn new(model: &Model) -> Self {
         let mass = free_masses(model);
         let n = model.dof_count();
-        let (assembly, springs) = (Assembly::new(model), spring_dofs(model));
+        let (assembly, springs) = (Assembly::with_blocks(model), spring_dofs(model));
         let applied = Applied::new(model);
         let own = if applied.is_empty() { 0 } else { n };
         Self {

@@ -4,6 +4,7 @@ mod rupture;
 
 use self::rupture::{Release, Stretch};
 use crate::element::{Answer, AnyElement, Energy};
+use crate::internal_force::kernel::rings::Rings;
 use crate::internal_force::tangent::Slack;
 use crate::model::Model;
 use std::ops::Range;
@@ -63,6 +64,10 @@ pub struct Assembly {
     released: Vec<f64>,
     /// History of one element that breaks.
     torn: Vec<f64>,
+    /// What is computed several at a time.
+    rings: Rings,
+    /// The block whose tensions were asked for last.
+    read: Option<usize>,
 }
 
 impl Assembly {
@@ -90,6 +95,16 @@ impl Assembly {
         assembly.tangent = vec![0.0; widest * widest];
         assembly.history = vec![0.0; longest];
         assembly.reserve_ruptures(&model.elements);
+        assembly
+    }
+
+    /// The same, with what can be computed several at a time so: for [`Assembly::pull_and_settle`] and [`Assembly::energy`], which
+    /// then are asked for the elements of this `model` alone.
+    pub fn with_blocks(model: &Model) -> Self {
+        let mut assembly = Self::new(model);
+        let (places, dofs) = (&assembly.places, &assembly.dofs);
+        let history = |i: usize| places[i].history.start;
+        assembly.rings = Rings::new(&model.elements, |i| &dofs[places[i].dofs.clone()], history);
         assembly
     }
 
@@ -148,25 +163,42 @@ impl Assembly {
         self.releases.clear();
         self.released.clear();
         for (i, element) in elements.iter().enumerate() {
-            let of = Stretch { number: i, element, start, middle };
-            let broken = if element.can_break() { self.break_within(&of, history) } else { None };
-            let tension = match broken {
-                Some(broken) => broken.tension,
-                None => self.respond(i, element, middle, history, None),
+            let tension = match self.rings.seat(i) {
+                Some(seat) => {
+                    if seat.lane == 0 {
+                        self.rings.pull_ahead(seat.block, start, middle, history);
+                    }
+                    if self.rings.bears(seat) {
+                        self.rings.hand_back(seat, force, history)
+                    } else {
+                        self.pull_one(&Stretch { number: i, element, start, middle }, history, force)
+                    }
+                }
+                None => self.pull_one(&Stretch { number: i, element, start, middle }, history, force),
             };
-            self.broken.extend(broken);
-            let place = &self.places[i];
-            for (dof, f) in self.dofs[place.dofs.clone()].iter().zip(&self.force) {
-                force[*dof] -= f;
-            }
-            let own = &mut history[place.history.clone()];
-            own.copy_from_slice(&self.history[..own.len()]);
             // Of cables, ropes, rings and brakes: a post is none of them.
             if !element.has_moments() {
                 largest = f64::max(largest, tension);
             }
         }
         largest * largest
+    }
+
+    /// The same of one element; returns its largest axial force [N].
+    fn pull_one(&mut self, of: &Stretch, history: &mut [f64], force: &mut [f64]) -> f64 {
+        let broken = if of.element.can_break() { self.break_within(of, history) } else { None };
+        let tension = match broken {
+            Some(broken) => broken.tension,
+            None => self.respond(of.number, of.element, of.middle, history, None),
+        };
+        self.broken.extend(broken);
+        let place = &self.places[of.number];
+        for (dof, f) in self.dofs[place.dofs.clone()].iter().zip(&self.force) {
+            force[*dof] -= f;
+        }
+        let own = &mut history[place.history.clone()];
+        own.copy_from_slice(&self.history[..own.len()]);
+        tension
     }
 
     /// `history` becomes that at `u`.
@@ -249,12 +281,34 @@ impl Assembly {
     pub fn energy(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) -> Energy {
         let mut sum = Energy::default();
         for (i, element) in elements.iter().enumerate() {
-            self.gather(i, u);
-            let place = &self.places[i];
-            let own = element.energy(&self.u[..place.dofs.len()], &history[place.history.clone()]);
+            let several = self.rings.seat(i).and_then(|seat| {
+                if seat.lane == 0 {
+                    self.rings.measure(seat.block, u, history);
+                }
+                self.rings.energy(seat)
+            });
+            let own = several.unwrap_or_else(|| {
+                self.gather(i, u);
+                let place = &self.places[i];
+                element.energy(&self.u[..place.dofs.len()], &history[place.history.clone()])
+            });
             sum.stored += own.stored;
             sum.dissipated += own.dissipated;
         }
         sum
+    }
+
+    /// [`Assembly::ring_tension`] is asked from now on at other displacements or histories than before.
+    pub fn begin_reading(&mut self) {
+        self.read = None;
+    }
+
+    /// What a ring that is computed with others carries at `u` [N], 0 where it is broken; `None` of any other element.
+    pub fn ring_tension(&mut self, element: usize, u: &[f64], history: &[f64]) -> Option<f64> {
+        let seat = self.rings.seat(element)?;
+        if self.read.replace(seat.block) != Some(seat.block) {
+            self.rings.measure(seat.block, u, history);
+        }
+        Some(self.rings.tension(seat))
     }
 }
