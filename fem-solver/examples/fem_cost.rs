@@ -6,8 +6,9 @@
 //! What was measured stands in `README.md` beside this.
 
 use fem_solver::config::Config;
+use fem_solver::element::Slack;
 use fem_solver::integrator::explicit::Explicit;
-use fem_solver::internal_force::tangent::{Slack, Tangent};
+use fem_solver::internal_force::tangent::Tangent;
 use fem_solver::model::Model;
 use fem_solver::state::State;
 use interface_defs::toolkit::scene::Scene;
@@ -170,7 +171,7 @@ fn explicit(name: &str, model: &Model) {
     println!(
         "{name:>12} {:>8} cables, {:>7} runs: {:.2} ns per cable and step (median of 25 rounds; least {:.2})",
         model.cables.len(),
-        explicit.kernel.run_count(),
+        explicit.internal().cables().run_count(),
         rounds[12],
         rounds[0],
     );

@@ -12,7 +12,6 @@
 //! - [`equilibrium`]: Newton's iteration, arc length, form finding
 //! - [`results`]: reactions, gauges, energies, fields
 //! - [`integrator`]: steps in time, the critical one, the state at t = 0, one window
-//! - [`gate`]: what no one can mean, or might not have meant
 //! - [`solver`]: the contract's two ends, `check` and `serve`
 //!
 //! Displacements count from the structure as modelled inside, and from t = 0 at the interface.
@@ -21,7 +20,6 @@
 pub mod config;
 pub mod element;
 pub mod equilibrium;
-pub mod gate;
 pub mod integrator;
 pub mod internal_force;
 pub mod linear_algebra;

@@ -1,6 +1,6 @@
 //! `[fem]`: how the structure is advanced in time.
 
-use super::positive;
+use super::bounds::positive;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;

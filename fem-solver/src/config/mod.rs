@@ -1,11 +1,14 @@
 //! The tables of a scene that are this program's: `[structure]`, `[fem]`, `[[gauge]]`.
 
+pub(crate) mod bounds;
 pub mod fem;
 pub mod gauge;
 pub mod generator;
 pub mod part;
+pub mod scheme;
 pub mod structure;
 
+pub(crate) use bounds::{not_negative, positive};
 pub use fem::{FemConfig, Integrator, NewtonConfig};
 pub use gauge::{GaugeConfig, Quantity};
 pub use structure::StructureConfig;
@@ -39,20 +42,4 @@ impl Config {
         let gauges = scene.read("gauge")?.unwrap_or_default();
         Ok(Self { structure, fem, gauges, gravity: scene.gravity()? })
     }
-}
-
-/// `value` must be finite and lie above 0.
-pub(crate) fn positive(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), InputError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must lie above 0")))
-}
-
-/// `value` must be finite and not below 0.
-pub(crate) fn not_negative(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), InputError> {
-    if value >= 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must not lie below 0")))
 }

@@ -2,8 +2,8 @@
 
 use super::segment::{Segment, add_consistent_mass, add_pair, add_vector};
 use super::{Answer, Element, Energy};
+use crate::element::Slack;
 use crate::element::material::{HISTORY, Law};
-use crate::internal_force::tangent::Slack;
 use nalgebra::Vector3;
 
 /// Where something breaks.

@@ -3,8 +3,8 @@
 use super::bar::Rupture;
 use super::segment::{Segment, add_consistent_mass, add_pair, add_vector};
 use super::{Answer, Element, Energy};
+use crate::element::Slack;
 use crate::element::material::{HISTORY, Law};
-use crate::internal_force::tangent::Slack;
 use nalgebra::{Matrix3, Vector3};
 
 /// A brake, or any two-node device with a force `N(l - L)` along its line.

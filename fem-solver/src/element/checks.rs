@@ -2,7 +2,7 @@
 
 use super::turn::{self, TURN};
 use super::{Answer, Element};
-use crate::internal_force::tangent::Slack;
+use crate::element::Slack;
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
 /// Numbers between -1/2 and 1/2, the same each time.

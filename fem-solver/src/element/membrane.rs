@@ -16,7 +16,7 @@
 
 use super::segment::{add_block, add_vector, vector};
 use super::{Answer, Element, Energy};
-use crate::internal_force::tangent::Slack;
+use crate::element::Slack;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Stress over strain, both in the axes of the element: `[11, 22, 12]`, the strain with twice the 12.

@@ -21,6 +21,7 @@ mod patches;
 pub mod ring;
 pub mod segment;
 pub mod shell;
+pub mod slack;
 pub mod sliding_cable;
 pub mod spring;
 pub mod turn;
@@ -34,10 +35,10 @@ pub use membrane::Membrane;
 pub use membrane_quad::MembraneQuad;
 pub use ring::Ring;
 pub use shell::Shell;
+pub use slack::Slack;
 pub use sliding_cable::SlidingCable;
 pub use spring::Spring;
 
-use crate::internal_force::tangent::Slack;
 use std::fmt::Debug;
 use std::ops::Deref;
 

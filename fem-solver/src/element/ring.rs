@@ -17,7 +17,7 @@ pub mod formula;
 use self::formula::Constants;
 use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector, vector};
 use super::{Answer, Element, Energy};
-use crate::internal_force::tangent::Slack;
+use crate::element::Slack;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt;
 

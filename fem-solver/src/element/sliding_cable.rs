@@ -4,7 +4,7 @@ use super::bar::Rupture;
 use super::capstan::{self, Law, Returned};
 use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector};
 use super::{Answer, Element, Energy};
-use crate::internal_force::tangent::Slack;
+use crate::element::Slack;
 use nalgebra::Vector3;
 use std::cell::{RefCell, RefMut};
 

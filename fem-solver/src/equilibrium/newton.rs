@@ -4,13 +4,13 @@
 //! freedom. Here `p` is load less what is known of inertia and damping, `k_M` the inertia of the scheme
 //! (0 in statics) and `s = 1 - alpha_f` the share of the step at which forces balance. The midpoint
 //! rule takes the mean stress of the step in place of the stress in its middle, so that it stores
-//! exactly the work that it does ([`Kernel::pull_between`]); the tangent stays that of the middle.
+//! exactly the work that it does ([`Displacements::Step`]); the tangent stays that of the middle.
 
 use crate::config::NewtonConfig;
+use crate::element::Slack;
 pub use crate::equilibrium::failure::Failure;
-use crate::internal_force::assembly::Assembly;
-use crate::internal_force::kernel::Kernel;
-use crate::internal_force::tangent::{Slack, Tangent};
+use crate::internal_force::tangent::Tangent;
+use crate::internal_force::{Displacements, InternalForce};
 use crate::model::Model;
 use crate::model::pressure::press;
 use interface_defs::message::Fault;
@@ -84,9 +84,7 @@ pub struct Newton {
     /// Whether the last iteration must have moved little, too.
     pub settles: bool,
     factored: Factored,
-    kernel: Kernel,
-    assembly: Assembly,
-    springs: Vec<(usize, f64)>,
+    internal: InternalForce,
     mass: Vec<f64>,
     residual: Vec<f64>,
     balance_at: Vec<f64>,
@@ -153,9 +151,7 @@ impl Newton {
                 pressures: Vec::with_capacity(model.timed.len()),
                 ..Factored::default()
             },
-            kernel: Kernel::new(&model.cables, model.node_count()),
-            assembly: Assembly::new(model),
-            springs: spring_dofs(model),
+            internal: InternalForce::new(model),
             mass: (0..n).map(|dof| model.dof_mass(dof)).collect(),
             residual: vec![0.0; n],
             balance_at: vec![0.0; n],
@@ -166,6 +162,11 @@ impl Newton {
             coarseness: model.elements.iter().map(|e| e.coarseness()).fold(0.0, f64::max),
             tangent,
         }
+    }
+
+    /// The internal force that is balanced.
+    pub fn internal(&mut self) -> &mut InternalForce {
+        &mut self.internal
     }
 
     /// From now on these degrees of freedom, and no others, are fixed beside those that are held.
@@ -256,20 +257,12 @@ impl Newton {
             *at = u0 + problem.share * (u1 - u0);
         }
         self.residual.fill(0.0);
-        let squared = if problem.mean_stress {
-            self.kernel.pull_between(problem.start, u, &mut self.residual)
+        let at = if problem.mean_stress {
+            Displacements::Step { before: problem.start, after: u, middle: &self.balance_at }
         } else {
-            self.kernel.pull(&self.balance_at, &mut self.residual)
+            Displacements::At(&self.balance_at)
         };
-        let mut tension = squared.sqrt();
-        if !self.assembly.is_empty() {
-            let at = &self.balance_at;
-            let pulled = self.assembly.pull(&model.elements, at, problem.history, &mut self.residual);
-            tension = tension.max(pulled.sqrt());
-        }
-        for (dof, k) in &self.springs {
-            self.residual[*dof] -= k * self.balance_at[*dof];
-        }
+        let tension = self.internal.subtract(model, at, problem.history, &mut self.residual).sqrt();
         let internal = norm(&self.residual);
         let pressing = press(&model.timed, problem.pressures, &self.balance_at, &mut self.residual);
         let (mut inertia, mut load) = (0.0, pressing);
@@ -402,12 +395,6 @@ impl Newton {
         let dofs = self.tangent.dofs().iter();
         dofs.max_by(|a, b| size(a).total_cmp(&size(b))).copied().unwrap_or(0)
     }
-}
-
-/// Stiffness of the grounded springs by degree of freedom, those without left out.
-pub fn spring_dofs(model: &Model) -> Vec<(usize, f64)> {
-    let all = model.springs.iter().flat_map(|s| (0..3).map(|c| (model.dof(s.node, c), s.stiffness[c])));
-    all.filter(|(_, k)| *k > 0.0).collect()
 }
 
 fn norm(x: &[f64]) -> f64 {

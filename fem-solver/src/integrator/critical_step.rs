@@ -4,8 +4,9 @@
 //! plain power iteration creeps; Lanczos takes the same products and needs some tens of them. Lost
 //! orthogonality only repeats eigenvalues that are found already.
 
+use crate::element::Slack;
 use crate::internal_force::assembly::Assembly;
-use crate::internal_force::tangent::{Slack, Tangent};
+use crate::internal_force::tangent::Tangent;
 use crate::model::Model;
 use nalgebra::Matrix3;
 

@@ -12,9 +12,7 @@
 //! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
 //! `h < 2 / w`, whatever the damping.
 
-use crate::equilibrium::newton::spring_dofs;
-use crate::internal_force::assembly::Assembly;
-use crate::internal_force::kernel::Kernel;
+use crate::internal_force::InternalForce;
 use crate::linear_algebra::lanes::{LANES, add, total, wide, work};
 use crate::model::Model;
 use crate::model::applied::Applied;
@@ -23,10 +21,7 @@ use std::ops::Range;
 
 /// Memory and constants of the explicit step.
 pub struct Explicit {
-    /// The cables.
-    pub kernel: Kernel,
-    assembly: Assembly,
-    springs: Vec<(usize, f64)>,
+    internal: InternalForce,
     /// 1 / mass of each degree of freedom, 0 where held [1/kg].
     inverse_mass: Vec<f64>,
     /// Mass of each degree of freedom, 0 where held [kg].
@@ -46,23 +41,21 @@ pub struct Explicit {
     pub force: Vec<f64>,
     /// Velocity of the supports that move, at the step's start [m/s].
     support_velocity: Vec<f64>,
-    /// Whether cables are all there is.
-    cables_only: bool,
+    /// Number of tiles to sweep over, where plain cables are all there is.
+    tiles: Option<usize>,
 }
 
 impl Explicit {
     /// For `model`; every node that moves must have a mass.
     pub fn new(model: &Model) -> Self {
-        let mass = free_masses(model);
+        let mass = model.free_masses();
         let n = model.dof_count();
-        let (assembly, springs) = (Assembly::with_blocks(model), spring_dofs(model));
+        let internal = InternalForce::new(model);
         let applied = Applied::new(model);
         let own = if applied.is_empty() { 0 } else { n };
         Self {
-            kernel: Kernel::new(&model.cables, model.node_count()),
-            cables_only: assembly.is_empty() && springs.is_empty() && model.moving.is_empty(),
-            assembly,
-            springs,
+            tiles: internal.tile_count().filter(|_| model.moving.is_empty()),
+            internal,
             inverse_mass: mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect(),
             mass,
             released: model.released(),
@@ -97,10 +90,9 @@ impl Explicit {
         }
         let damping = 0.5 * model.damping * h;
         let kick = Kick { keep: (1.0 - damping) / (1.0 + damping), gain: h / (1.0 + damping), half: 0.5 * h };
-        let (largest, squares) = if self.cables_only {
-            self.sweep(model, state, &kick)
-        } else {
-            self.step_whole(model, state, time, h, &kick)
+        let (largest, squares) = match self.tiles {
+            Some(tiles) => self.sweep(tiles, model, state, &kick),
+            None => self.step_whole(model, state, time, h, &kick),
         };
         state.dissipated += 0.25 * model.damping * h * squares;
         self.dash(model, state, h);
@@ -120,7 +112,7 @@ impl Explicit {
             }
         }
         model.prescribe(time + h, (time, h), &mut state.displacement);
-        state.dissipated += self.assembly.book_rupture(&model.elements, &state.displacement, &state.history);
+        state.dissipated += self.internal.book_rupture(model, &state.displacement, &state.history);
         if !self.applied.is_empty() {
             state.load_work += work(&self.applied.force, &state.displacement, &self.before);
         }
@@ -128,16 +120,16 @@ impl Explicit {
     }
 
     /// The step of a structure of cables, tile by tile, each kicked as soon as nothing pulls on it any more.
-    fn sweep(&mut self, model: &Model, state: &mut State, kick: &Kick) -> (f64, f64) {
+    fn sweep(&mut self, tiles: usize, model: &Model, state: &mut State, kick: &Kick) -> (f64, f64) {
         let nodes = model.node_count();
         let (mut largest, mut squares, mut begun) = (0.0, 0.0, 0);
-        for tile in 0..self.kernel.tile_count() {
-            let (own, reach) = self.kernel.tile(tile);
+        for tile in 0..tiles {
+            let (own, reach) = self.internal.tile(tile);
             for c in 0..3 {
                 self.begin(c * nodes + begun..c * nodes + reach, state, kick.half);
             }
             begun = reach;
-            largest = f64::max(largest, self.kernel.pull_tile(tile, &self.middle, &mut self.force));
+            largest = f64::max(largest, self.internal.subtract_tile(tile, &self.middle, &mut self.force));
             for c in 0..3 {
                 let dofs = c * nodes + own.start..c * nodes + own.end;
                 squares += self.kick(dofs, state, kick, model.damping > 0.0);
@@ -151,16 +143,9 @@ impl Explicit {
         let all = 0..model.dof_count();
         self.begin(all.clone(), state, kick.half);
         model.prescribe(time + 0.5 * h, (time, h), &mut self.middle);
-        let mut largest = self.kernel.pull(&self.middle, &mut self.force);
-        if !self.assembly.is_empty() {
-            let (history, u) = (&mut state.history, (&state.displacement[..], &self.middle[..]));
-            let pulled = self.assembly.pull_and_settle(&model.elements, u, history, &mut self.force);
-            largest = largest.max(pulled);
-            state.events.extend(self.assembly.broken().iter().map(|broken| broken.event(time, h)));
-        }
-        for (dof, k) in &self.springs {
-            self.force[*dof] -= k * self.middle[*dof];
-        }
+        let (u, history) = ((&state.displacement[..], &self.middle[..]), &mut state.history);
+        let largest = self.internal.subtract_and_advance(model, u, history, &mut self.force);
+        state.events.extend(self.internal.broken().iter().map(|broken| broken.event(time, h)));
         self.applied.press_on(model, &self.middle, &mut self.force);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];
@@ -186,9 +171,9 @@ impl Explicit {
         0.0
     }
 
-    /// The cables and the other elements.
-    pub fn parts(&mut self) -> (&mut Kernel, &mut Assembly) {
-        (&mut self.kernel, &mut self.assembly)
+    /// The internal force.
+    pub fn internal(&mut self) -> &mut InternalForce {
+        &mut self.internal
     }
 
     /// What grounded dashpots take: `m (v_1 - v_0)/h + (c + a m)(v_0 + v_1)/2 = f` solved again where there is
@@ -212,11 +197,6 @@ impl Explicit {
             state.dissipated += is - was;
         }
     }
-}
-
-/// Mass of each degree of freedom, 0 where held: what takes part in the kinetic energy.
-pub fn free_masses(model: &Model) -> Vec<f64> {
-    (0..model.dof_count()).map(|dof| if model.held[dof] { 0.0 } else { model.dof_mass(dof) }).collect()
 }
 
 /// Factors of the kick and of the second drift.

@@ -7,72 +7,19 @@
 //!
 //! With `af = am = 1/2` this is the implicit midpoint rule: the force of the step is its mean over
 //! it, and its work is exactly `f . du`. Cables pull with their mean stress of the step there, and so
-//! keep the energy exactly however far they turn ([`Kernel::pull_between`]). With `af = 0` forces balance at the end of the step. Between
+//! keep the energy exactly however far they turn ([`Displacements::Step`]). With `af = 0` forces balance at the end of the step. Between
 //! the two, the load is the straight line that has the given mean and the given end.
 //!
 //! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
 
-use crate::config::{FemConfig, Integrator, NewtonConfig};
-use crate::equilibrium::newton::{Failure, Info, Newton, Problem, spring_dofs};
-use crate::integrator::explicit::free_masses;
-use crate::internal_force::assembly::Assembly;
-use crate::internal_force::kernel::Kernel;
+use crate::config::NewtonConfig;
+use crate::config::scheme::Scheme;
+use crate::equilibrium::newton::{Failure, Info, Newton, Problem};
+use crate::internal_force::{Displacements, InternalForce};
 use crate::linear_algebra::lanes::{add, add_to, sum_of, work};
 use crate::model::Model;
 use crate::model::applied::Applied;
 use crate::state::State;
-
-/// Parameters of the family.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scheme {
-    /// Where inertia balances, `am`.
-    pub alpha_m: f64,
-    /// Where forces balance, `af`.
-    pub alpha_f: f64,
-    /// `b`.
-    pub beta: f64,
-    /// `g`.
-    pub gamma: f64,
-    /// Without inertia: statics.
-    pub inertia: bool,
-}
-
-impl Scheme {
-    /// The scheme that a scene asks for; `None` where it is explicit.
-    pub fn of(fem: &FemConfig) -> Option<Self> {
-        let fem = fem.resolved();
-        let dynamic = |alpha_m: f64, alpha_f: f64| Self {
-            alpha_m,
-            alpha_f,
-            beta: 0.25 * (1.0 - alpha_m + alpha_f).powi(2),
-            gamma: 0.5 - alpha_m + alpha_f,
-            inertia: true,
-        };
-        match fem.integrator {
-            Integrator::CentralDifference => None,
-            Integrator::Static => Some(Self { inertia: false, ..dynamic(0.0, 0.0) }),
-            Integrator::GeneralizedAlpha => {
-                let r = fem.rho_inf.unwrap_or(1.0);
-                Some(dynamic((2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)))
-            }
-            Integrator::Bossak => Some(dynamic(fem.alpha.unwrap_or(-0.3), 0.0)),
-            Integrator::Newmark => {
-                let (beta, gamma) = (fem.beta.unwrap_or(0.25), fem.gamma.unwrap_or(0.5));
-                Some(Self { beta, gamma, ..dynamic(0.0, 0.0) })
-            }
-        }
-    }
-
-    /// Whether its load is the mean over the step alone.
-    pub fn takes_mean_only(&self) -> bool {
-        self.alpha_f == 0.5
-    }
-
-    /// Whether its load is that at the step's end alone.
-    pub fn takes_end_only(&self) -> bool {
-        self.alpha_f == 0.0
-    }
-}
 
 /// Interface force of one step, component-major [N].
 pub struct StepLoad<'a> {
@@ -88,11 +35,8 @@ pub struct Implicit {
     pub scheme: Scheme,
     newton: Newton,
     settings: NewtonConfig,
-    kernel: Kernel,
-    assembly: Assembly,
     /// Viscosity of the dashpot at each degree of freedom [N s/m]; empty without any.
     viscosity: Vec<f64>,
-    springs: Vec<(usize, f64)>,
     mass: Vec<f64>,
     /// Displacement in the middle of the last step [m].
     pub middle: Vec<f64>,
@@ -118,11 +62,8 @@ impl Implicit {
             scheme,
             newton,
             settings,
-            kernel: Kernel::new(&model.cables, model.node_count()),
-            assembly: Assembly::new(model),
             viscosity: viscosities(model),
-            springs: spring_dofs(model),
-            mass: free_masses(model),
+            mass: model.free_masses(),
             middle: vec![0.0; n],
             force: vec![0.0; n],
             load: vec![0.0; n],
@@ -192,20 +133,19 @@ impl Implicit {
         self.advance_rates(damping, state, h);
         let largest = self.balance(model, state, load);
         self.end_applied(model, state, time + h);
-        if !self.assembly.is_empty() {
-            self.assembly.settle(&model.elements, &state.displacement, &mut state.history);
-            state.events.extend(self.assembly.broken().iter().map(|broken| broken.event(time, h)));
-            if !self.assembly.broken().is_empty() && !self.scheme.takes_mean_only() {
-                self.begin_torn(model, state, load);
-            }
+        let internal = self.newton.internal();
+        internal.advance(model, &state.displacement, &mut state.history);
+        state.events.extend(internal.broken().iter().map(|broken| broken.event(time, h)));
+        if !internal.broken().is_empty() && !self.scheme.takes_mean_only() {
+            self.begin_torn(model, state, load);
         }
         self.book_supports(model, state, time, h);
         Ok((largest, info))
     }
 
     /// Largest share of its strength that anything used as it broke in the last step; 0 where nothing did.
-    pub fn broke_under(&self) -> f64 {
-        self.assembly.broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
+    pub fn broke_under(&mut self) -> f64 {
+        self.newton.internal().broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
     }
 
     /// What supports hold in this step, of what they let go; the rest has its mass, and a balance of its own to start from.
@@ -267,9 +207,9 @@ impl Implicit {
         add_to(&mut state.force, &now.force);
     }
 
-    /// The cables and the other elements.
-    pub fn parts(&mut self) -> (&mut Kernel, &mut Assembly) {
-        (&mut self.kernel, &mut self.assembly)
+    /// The internal force.
+    pub fn internal(&mut self) -> &mut InternalForce {
+        self.newton.internal()
     }
 
     /// What of `v_(1-af)` is known before the step is solved, per unit of velocity and acceleration at its start.
@@ -325,22 +265,16 @@ impl Implicit {
         }
         if self.scheme.takes_mean_only() {
             add(&mut self.force, &model.dead_load, load.balance);
-            let mut largest = self.kernel.pull_between(&self.before, &state.displacement, &mut self.force);
-            if !self.assembly.is_empty() {
-                let history = &state.history;
-                let pulled = self.assembly.pull(&model.elements, &self.middle, history, &mut self.force);
-                largest = largest.max(pulled);
-            }
-            pull_springs(&self.springs, &self.middle, &mut self.force);
-            return largest;
+            let at = Displacements::Step {
+                before: &self.before,
+                after: &state.displacement,
+                middle: &self.middle,
+            };
+            return self.newton.internal().subtract(model, at, &state.history, &mut self.force);
         }
         add(&mut self.force, &model.dead_load, load.end);
-        let mut largest = self.kernel.pull(&state.displacement, &mut self.force);
-        if !self.assembly.is_empty() {
-            let (u, history) = (&state.displacement, &state.history);
-            largest = largest.max(self.assembly.pull(&model.elements, u, history, &mut self.force));
-        }
-        pull_springs(&self.springs, &state.displacement, &mut self.force);
+        let at = Displacements::At(&state.displacement);
+        let largest = self.newton.internal().subtract(model, at, &state.history, &mut self.force);
         for (mean, end) in self.force.iter_mut().zip(&mut state.force) {
             let now = *mean;
             *mean = 0.5 * (*end + now);
@@ -352,9 +286,8 @@ impl Implicit {
     /// Force with which the next step begins, where something broke at the end of this one: without it.
     fn begin_torn(&mut self, model: &Model, state: &mut State, load: &StepLoad) {
         add(&mut state.force, &model.dead_load, load.end);
-        self.kernel.pull(&state.displacement, &mut state.force);
-        self.assembly.pull(&model.elements, &state.displacement, &state.history, &mut state.force);
-        pull_springs(&self.springs, &state.displacement, &mut state.force);
+        let at = Displacements::At(&state.displacement);
+        self.newton.internal().subtract(model, at, &state.history, &mut state.force);
         if !self.applied[0].is_empty() {
             add_to(&mut state.force, &self.applied[0].force);
         }
@@ -396,10 +329,4 @@ fn viscosities(model: &Model) -> Vec<f64> {
 struct Known {
     velocity: f64,
     acceleration: f64,
-}
-
-fn pull_springs(springs: &[(usize, f64)], u: &[f64], force: &mut [f64]) {
-    for (dof, k) in springs {
-        force[*dof] -= k * u[*dof];
-    }
 }

@@ -3,13 +3,13 @@
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::equilibrium::form_finding::{Basis, Form, find_form_from};
-use crate::equilibrium::newton::{Failure, Info, Newton, spring_dofs};
-use crate::gate::supports::unseen_rows;
+use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
-use crate::internal_force::assembly::Assembly;
-use crate::internal_force::kernel::Kernel;
+use crate::internal_force::Displacements;
 use crate::model::Model;
+use crate::model::validation::supports::unseen_rows;
 use crate::state::inherited::Inherited;
+use crate::state::motion::StartMotion;
 use interface_defs::message::Fault;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;
@@ -33,7 +33,7 @@ pub struct Start {
     /// History of the elements there.
     pub history: Vec<f64>,
     /// How it moves; `None`: not at all.
-    pub motion: Option<Motion>,
+    pub motion: Option<StartMotion>,
     /// Whether something of it was torn before.
     pub torn: bool,
     /// What the books begin with: energy dissipated by damping, work of the interface force, of moving supports, of loads
@@ -59,40 +59,6 @@ pub struct Start {
     pub warnings: Vec<String>,
     /// The Newton iteration, for the implicit schemes.
     pub newton: Newton,
-}
-
-/// Motion with which a structure starts.
-#[derive(Debug, Clone)]
-pub struct Motion {
-    /// Velocity [m/s].
-    pub velocity: Vec<f64>,
-    /// Acceleration [m/s2]; empty where only a balance of forces tells it.
-    pub acceleration: Vec<f64>,
-}
-
-impl Motion {
-    /// Add it to velocities that the scene gives [m/s].
-    pub fn add_to(&self, velocity: &mut [f64]) {
-        velocity.iter_mut().zip(&self.velocity).for_each(|(v, own)| *v += own);
-    }
-
-    /// Keep its accelerations [m/s2], if they are known.
-    pub fn keep(&self, acceleration: &mut [f64]) {
-        if self.acceleration.len() == acceleration.len() {
-            acceleration.copy_from_slice(&self.acceleration);
-        }
-    }
-
-    /// Nothing moves where the supports of `model` hold it, whatever it did before; those that move go on.
-    fn held(mut self, model: &Model) -> Self {
-        for dof in (0..model.dof_count()).filter(|dof| model.held_first(*dof)) {
-            if model.moving.iter().all(|(moving, _)| *moving != dof) {
-                self.velocity.iter_mut().skip(dof).take(1).for_each(|v| *v = 0.0);
-                self.acceleration.iter_mut().skip(dof).take(1).for_each(|a| *a = 0.0);
-            }
-        }
-        self
-    }
 }
 
 /// Told what is done.
@@ -160,20 +126,15 @@ impl Start {
             }
         };
         let mut force = model.load_at_start(&displacement);
-        let mut kernel = Kernel::new(&model.cables, model.node_count());
-        let cables = kernel.pull(&displacement, &mut force);
-        let mut assembly = Assembly::new(model);
-        let others = assembly.pull(&model.elements, &displacement, &history, &mut force);
+        let internal = newton.internal();
+        let cable_force =
+            internal.subtract(model, Displacements::At(&displacement), &history, &mut force).sqrt();
         let booked = match inherited {
             Some(Inherited { at: At::Motion, end, .. }) => end.booked,
             // The books begin anew: what the elements have dissipated by now is none of this run's.
-            Some(_) => [-assembly.energy(&model.elements, &displacement, &history).dissipated, 0.0, 0.0, 0.0],
+            Some(_) => [-internal.energy(model, &displacement, &history).dissipated, 0.0, 0.0, 0.0],
             None => [0.0; 4],
         };
-        let cable_force = cables.max(others).sqrt();
-        for (dof, k) in spring_dofs(model) {
-            force[dof] -= k * displacement[dof];
-        }
         let residual = newton.tangent.dofs().iter().map(|dof| force[*dof].powi(2)).sum::<f64>().sqrt();
         let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
         // What is let go later moves in the steps to come, not in form finding.

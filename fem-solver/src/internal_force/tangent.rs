@@ -1,6 +1,6 @@
 //! The global tangent over the free degrees of freedom: pattern once, numbers as often as needed.
 
-use crate::element::Cable;
+use crate::element::{Cable, Slack};
 use crate::internal_force::assembly::Assembly;
 use crate::linear_algebra::linear_solver::Cholesky;
 use crate::model::Model;
@@ -10,18 +10,6 @@ use nalgebra::Matrix3;
 
 /// Marks a degree of freedom that a support holds.
 const HELD: usize = usize::MAX;
-
-/// What a slack cable adds to the tangent.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Slack {
-    /// Nothing: the exact tangent, for dynamics, where the masses hold the node.
-    Exact,
-    /// This share of its axial stiffness in every direction, for statics. Only the tangent knows of
-    /// it, so it alters the path of the iteration and not where it ends.
-    Regularised(f64),
-    /// Its axial stiffness as if it were just taut: an upper bound, for the critical step.
-    Taut,
-}
 
 /// `K` of `K x = r`, lower triangle, with what is needed to assemble and to solve it.
 pub struct Tangent {

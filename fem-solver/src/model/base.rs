@@ -2,7 +2,7 @@
 //! what the elements of a group become.
 
 use super::build::check_cable;
-use super::generator::{Generated, Part, generate};
+use super::generator::{Generated, MadeFor, generate};
 use super::numbering::neighbours_together;
 use super::ropes::join;
 use crate::config::part::PartConfig;
@@ -233,7 +233,7 @@ fn owners(
     scene: &Scene,
     table: &StructureConfig,
     mesh: &Mesh,
-    made: &[Part],
+    made: &[MadeFor],
 ) -> Result<Vec<u32>, InputError> {
     let mut owners = vec![NONE; mesh.elements.len()];
     for (i, part) in table.parts.iter().enumerate() {

@@ -67,35 +67,35 @@ impl Model {
         model.add_supports(scene, table)?;
         model.lump();
         model.load(scene, config)?;
-        if config.fem.path_speed.is_some() {
-            if !model.moving.is_empty() {
-                return Err(scene.invalid("fem.path_speed", "a path under loads takes no supports that move"));
-            }
-            if !model.until.is_empty() {
-                return Err(
-                    scene.invalid("fem.path_speed", "a path under loads takes no supports that let go")
-                );
-            }
-            if model.live_load.iter().all(|p| *p == 0.0) && model.live_pressures.is_empty() {
-                return Err(scene
-                    .invalid("fem.path_speed", "there are no loads that could grow")
-                    .try_instead(
-                        "write [[structure.loads]] or [[structure.pressures]] as they are at the factor 1",
-                    ));
-            }
-        }
+        model.check_path(scene, config)?;
         model.check_held_together(scene, config, base.framed)?;
-        if let Some(step) = config.fem.mass_scaling {
-            model.scale_masses(step);
-        }
         // A mesh file may have a group of that name; then it is the user's.
         if model.groups.iter().all(|g| g.name != "supports") {
             let held: Vec<u32> =
                 (0..model.nodes.len()).filter(|n| model.held_at_first(*n)).map(|n| n as u32).collect();
             model.groups.push(Group { name: "supports".into(), nodes: held });
         }
-        crate::gate::judge(scene, config, &mut model)?;
+        crate::model::validation::judge(scene, config, &mut model)?;
         Ok(model)
+    }
+
+    /// What grows along a path of equilibrium, and what a path takes not.
+    fn check_path(&self, scene: &Scene, config: &Config) -> Result<(), InputError> {
+        if config.fem.path_speed.is_none() {
+            return Ok(());
+        }
+        if !self.moving.is_empty() {
+            return Err(scene.invalid("fem.path_speed", "a path under loads takes no supports that move"));
+        }
+        if !self.until.is_empty() {
+            return Err(scene.invalid("fem.path_speed", "a path under loads takes no supports that let go"));
+        }
+        if self.live_load.iter().all(|p| *p == 0.0) && self.live_pressures.is_empty() {
+            return Err(scene.invalid("fem.path_speed", "there are no loads that could grow").try_instead(
+                "write [[structure.loads]] or [[structure.pressures]] as they are at the factor 1",
+            ));
+        }
+        Ok(())
     }
 
     fn add_groups(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {

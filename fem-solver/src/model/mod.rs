@@ -6,6 +6,7 @@
 //! At the interface they are node-major.
 
 pub mod applied;
+mod at_start;
 mod base;
 mod build;
 mod generator;
@@ -19,9 +20,9 @@ mod ropes;
 pub mod support;
 mod surfaces;
 pub mod timed;
+pub mod validation;
 
 use crate::element::{AnyElement, Cable, PointMass, Spring};
-use crate::internal_force::tangent::Tangent;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
 use support::Motion;
@@ -122,21 +123,15 @@ impl Model {
         if dof < 3 * n { self.mass[dof % n] } else { self.inertia[(dof - 3 * n) % self.turning.len()] }
     }
 
-    /// Add to the masses of nodes that move what they need for steps of `step` [s], by Gershgorin's bound of the highest
-    /// frequency of the structure as modelled: `m_a >= (step / 2)^2 sum_b |K_ab|`. Weights stay.
-    pub fn scale_masses(&mut self, step: f64) {
-        let (u, history) = (vec![0.0; self.dof_count()], self.start_history());
-        let rows = Tangent::new(self).row_sums(self, &u, &history);
-        let need = |dof: usize| 0.25 * step * step * rows[dof];
-        for node in 0..self.nodes.len() {
-            let most = (0..3).map(|c| need(self.dof(node, c))).fold(self.mass[node], f64::max);
-            self.added_mass += most - self.mass[node];
-            self.mass[node] = most;
-        }
-        for (number, node) in self.turning.iter().enumerate() {
-            let needs = (0..3).filter_map(|c| self.rotation(*node, c)).map(need);
-            self.inertia[number] = needs.fold(self.inertia[number], f64::max);
-        }
+    /// Mass of each degree of freedom [kg, kg m2], 0 where held: what takes part in the kinetic energy.
+    pub fn free_masses(&self) -> Vec<f64> {
+        (0..self.dof_count()).map(|dof| if self.held[dof] { 0.0 } else { self.dof_mass(dof) }).collect()
+    }
+
+    /// Stiffness of the grounded springs [N/m] by degree of freedom, those without left out.
+    pub fn spring_dofs(&self) -> Vec<(usize, f64)> {
+        let all = self.springs.iter().flat_map(|s| (0..3).map(|c| (self.dof(s.node, c), s.stiffness[c])));
+        all.filter(|(_, k)| *k > 0.0).collect()
     }
 
     /// History of all elements as modelled.

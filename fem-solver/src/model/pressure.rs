@@ -10,7 +10,7 @@
 //! Source: Schweizerhof and Ramm (1984), Displacement dependent pressure loads in nonlinear finite element analyses,
 //! Comput. Struct. 18, 1099.
 
-use crate::model::timed::{Face, TimedLoad};
+use super::timed::{Face, TimedLoad};
 use nalgebra::{Matrix3, Vector3};
 
 /// Add the forces of `pressures` [Pa] on the faces of `loads` at the displacements `u` to `force` [N]. Returns the sum of

@@ -1,9 +1,6 @@
 //! Energies of a structure, from its state.
 
-use crate::equilibrium::newton::spring_dofs;
-use crate::integrator::explicit::free_masses;
-use crate::internal_force::assembly::Assembly;
-use crate::internal_force::kernel::Kernel;
+use crate::internal_force::InternalForce;
 use crate::linear_algebra::lanes::{dot, weighted_square};
 use crate::model::Model;
 use crate::state::State;
@@ -11,7 +8,6 @@ use interface_defs::message::{Gauge, Role};
 
 /// What is needed to tell the energies of a state.
 pub struct Energies {
-    springs: Vec<(usize, f64)>,
     /// Mass of each degree of freedom that takes part in the kinetic energy; empty in statics.
     mass: Vec<f64>,
     moving_supports: bool,
@@ -22,8 +18,7 @@ impl Energies {
     /// For `model`, with inertia or without.
     pub fn new(model: &Model, inertia: bool) -> Self {
         Self {
-            springs: spring_dofs(model),
-            mass: if inertia { free_masses(model) } else { Vec::new() },
+            mass: if inertia { model.free_masses() } else { Vec::new() },
             moving_supports: !model.moving.is_empty(),
             timed_loads: !model.timed.is_empty(),
         }
@@ -53,24 +48,19 @@ impl Energies {
 
     /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
     /// supports and loads with a history have given, negated; and of a path the load factor and the negative pivots. Potential and stored energy count from the structure as modelled.
-    pub fn of(
-        &self,
-        model: &Model,
-        (kernel, assembly): (&mut Kernel, &mut Assembly),
-        state: &State,
-        to: &mut Vec<f64>,
-    ) {
+    pub fn of(&self, model: &Model, internal: &mut InternalForce, state: &State, to: &mut Vec<f64>) {
         let u = &state.displacement;
         let kinetic = 0.5 * weighted_square(&self.mass, &state.velocity);
         let potential = -dot(&model.dead_load, u);
-        let springs: f64 = self.springs.iter().map(|(dof, k)| 0.5 * k * u[*dof] * u[*dof]).sum();
-        let (mut stored, mut dissipated) = (kernel.energy(u) + springs, state.dissipated);
-        if !assembly.is_empty() {
-            let own = assembly.energy(&model.elements, u, &state.history);
-            (stored, dissipated) = (stored + own.stored, dissipated + own.dissipated);
-        }
+        let elements = internal.energy(model, u, &state.history);
         to.clear();
-        to.extend([kinetic, potential, stored, dissipated, state.received]);
+        to.extend([
+            kinetic,
+            potential,
+            elements.stored,
+            state.dissipated + elements.dissipated,
+            state.received,
+        ]);
         if self.moving_supports {
             to.push(-state.support_work);
         }

@@ -10,8 +10,8 @@
 //! where there are shells the principal bending moments per width `moment_1`, `moment_2` [N m/m].
 //! `part` and `group` number parts and named sets; `structure_legend.json` says their names.
 
-use crate::integrator::loads::{difference_to_node_major, to_node_major};
 use crate::internal_force::assembly::Assembly;
+use crate::linear_algebra::node_major::{difference_to_node_major, to_node_major};
 use crate::model::Model;
 use crate::results::legend::Legend;
 use crate::state::State;

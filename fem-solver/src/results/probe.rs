@@ -2,7 +2,6 @@
 
 use crate::config::structure::Where;
 use crate::config::{GaugeConfig, Quantity};
-use crate::equilibrium::newton::spring_dofs;
 use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
 use crate::results::height::Height;
@@ -153,7 +152,7 @@ impl Foot {
     /// Those of `nodes` that are held.
     fn of(model: &Model, nodes: &[usize]) -> Vec<Self> {
         let n = model.node_count();
-        let springs = spring_dofs(model);
+        let springs = model.spring_dofs();
         let mut nodes = nodes.to_vec();
         nodes.sort_unstable();
         nodes.dedup();

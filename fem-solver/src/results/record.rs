@@ -1,7 +1,6 @@
 //! What is recorded at every step: support reactions, scene gauges, largest values.
 
 use crate::config::{GaugeConfig, Quantity};
-use crate::equilibrium::newton::spring_dofs;
 use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
 use crate::results::height::Height;
@@ -24,7 +23,7 @@ struct Supports {
 impl Supports {
     fn of(model: &Model, nodes: impl Fn(usize) -> bool) -> Self {
         let n = model.node_count();
-        let springs = spring_dofs(model);
+        let springs = model.spring_dofs();
         let until = |dof: usize| model.until.get(dof).copied().filter(|t| t.is_finite()).map(|t| (dof, t));
         Self {
             until: [0, 1, 2]

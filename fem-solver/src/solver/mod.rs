@@ -4,11 +4,12 @@ pub mod check;
 pub mod reference;
 
 use crate::config::Config;
-use crate::integrator::implicit::Scheme;
+use crate::config::scheme::Scheme;
 use crate::integrator::loads::{Loads, MOST_SAMPLES, Needs};
 use crate::integrator::start::Start;
 use crate::integrator::window::March;
 use crate::internal_force::assembly::Event;
+use crate::internal_force::mass_scaling::scale_masses;
 use crate::model::Model;
 use crate::results::energy::Energies;
 use crate::results::fields::Fields;
@@ -93,7 +94,10 @@ impl FemSolver {
     /// here, what only form finding can tell in [`Solver::prepare`] and by `check`.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
         let config = Config::of(scene)?;
-        let model = Model::build(scene, &config)?;
+        let mut model = Model::build(scene, &config)?;
+        if let Some(step) = config.fem.mass_scaling {
+            scale_masses(&mut model, step);
+        }
         let inherited = Inherited::of(scene, &model, config.fem.integrator)?;
         let (probes, recorded) = Recorder::probes(scene, &model, &config.gauges)?;
         let mut gauges = Energies::gauges(&model);

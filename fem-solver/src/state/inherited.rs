@@ -4,10 +4,10 @@
 //! at an instant. They mean something for the same model alone: the file says of which it is, part by part.
 
 use crate::config::Integrator;
-use crate::integrator::start::Motion;
 use crate::internal_force::assembly::Event;
 use crate::model::Model;
 use crate::state::State;
+use crate::state::motion::StartMotion;
 use interface_defs::ipc::domain::fnv1a;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -281,10 +281,10 @@ impl Inherited {
     }
 
     /// The motion at the end, for the scheme `integrator`: another one finds its accelerations itself.
-    pub fn motion(&self, integrator: &str) -> Motion {
+    pub fn motion(&self, integrator: &str) -> StartMotion {
         let end = &self.end;
         let same = end.integrator == integrator;
-        Motion {
+        StartMotion {
             velocity: end.velocity.clone(),
             acceleration: if same { end.acceleration.clone() } else { Vec::new() },
         }

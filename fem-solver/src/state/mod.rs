@@ -1,6 +1,7 @@
 //! The state of a structure at one instant.
 
 pub mod inherited;
+pub mod motion;
 
 use crate::internal_force::assembly::Event;
 

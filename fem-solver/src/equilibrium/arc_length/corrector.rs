@@ -5,10 +5,10 @@
 //! pivots of either sign ([`crate::linear_algebra::signed`]), and the answer refined: small pivots may have been replaced.
 
 use crate::config::NewtonConfig;
-use crate::equilibrium::newton::{COARSEST, Failure, Info, SETTLED, SLACK_SHARE, spring_dofs};
-use crate::internal_force::assembly::Assembly;
-use crate::internal_force::kernel::Kernel;
-use crate::internal_force::tangent::{Slack, Tangent};
+use crate::element::Slack;
+use crate::equilibrium::newton::{COARSEST, Failure, Info, SETTLED, SLACK_SHARE};
+use crate::internal_force::tangent::Tangent;
+use crate::internal_force::{Displacements, InternalForce};
 use crate::linear_algebra::lanes::dot;
 use crate::model::Model;
 use crate::model::pressure::press;
@@ -26,9 +26,7 @@ const SOFTEST: usize = 4;
 pub struct Corrector {
     settings: NewtonConfig,
     pub tangent: Tangent,
-    pub kernel: Kernel,
-    pub assembly: Assembly,
-    springs: Vec<(usize, f64)>,
+    pub internal: InternalForce,
     /// Force of load and elements on every degree of freedom [N].
     pub force: Vec<f64>,
     /// Negative pivots of the tangent that was factorised last.
@@ -54,9 +52,7 @@ impl Corrector {
         let memory = || vec![0.0; free];
         Self {
             settings,
-            kernel: Kernel::new(&model.cables, model.node_count()),
-            assembly: Assembly::new(model),
-            springs: spring_dofs(model),
+            internal: InternalForce::new(model),
             force: vec![0.0; model.dof_count()],
             negative: 0,
             live: model.live_load.clone(),
@@ -208,14 +204,7 @@ impl Corrector {
         }
         let loads = model.dead_load.iter().zip(&self.live);
         self.force.iter_mut().zip(loads).for_each(|(f, (dead, live))| *f = dead + state.factor * live);
-        let mut tension = self.kernel.pull(u, &mut self.force);
-        if !self.assembly.is_empty() {
-            tension = tension.max(self.assembly.pull(&model.elements, u, &state.history, &mut self.force));
-        }
-        for (dof, k) in &self.springs {
-            self.force[*dof] -= k * u[*dof];
-        }
-        tension
+        self.internal.subtract(model, Displacements::At(u), &state.history, &mut self.force)
     }
 
     /// The loads that grow, at the factor 1 and the displacements `u`, into `live`.

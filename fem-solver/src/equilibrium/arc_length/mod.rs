@@ -27,8 +27,7 @@ mod heading;
 
 use crate::config::NewtonConfig;
 use crate::equilibrium::newton::{Failure, Info};
-use crate::internal_force::assembly::Assembly;
-use crate::internal_force::kernel::Kernel;
+use crate::internal_force::InternalForce;
 use crate::linear_algebra::lanes::work;
 use crate::model::Model;
 use crate::state::{Along, Critical, Kind, State};
@@ -117,9 +116,9 @@ impl Path {
         }
     }
 
-    /// The cables and the other elements.
-    pub fn parts(&mut self) -> (&mut Kernel, &mut Assembly) {
-        (&mut self.corrector.kernel, &mut self.corrector.assembly)
+    /// The internal force.
+    pub fn internal(&mut self) -> &mut InternalForce {
+        &mut self.corrector.internal
     }
 
     /// Force of load and elements on every degree of freedom at the end of the last step [N].
@@ -203,8 +202,8 @@ impl Path {
             return false;
         }
         self.history.copy_from_slice(&state.history);
-        self.corrector.assembly.settle(&model.elements, &state.displacement, &mut self.history);
-        !self.corrector.assembly.broken().is_empty()
+        self.corrector.internal.advance(model, &state.displacement, &mut self.history);
+        !self.corrector.internal.broken().is_empty()
     }
 
     fn go_back(&self, state: &mut State) {
@@ -455,14 +454,11 @@ impl Path {
         along.anew = std::mem::take(&mut along.turned);
         state.received += self.work(model, state);
         self.face(state);
-        let assembly = &mut self.corrector.assembly;
-        if assembly.is_empty() {
-            return;
-        }
-        assembly.settle(&model.elements, &state.displacement, &mut state.history);
-        if !assembly.broken().is_empty() {
+        let internal = &mut self.corrector.internal;
+        internal.advance(model, &state.displacement, &mut state.history);
+        if !internal.broken().is_empty() {
             (state.along.anew, state.along.stride) = (true, FIRST * self.extent);
         }
-        state.events.extend(assembly.broken().iter().map(|broken| broken.event(time, 0.0)));
+        state.events.extend(internal.broken().iter().map(|broken| broken.event(time, 0.0)));
     }
 }

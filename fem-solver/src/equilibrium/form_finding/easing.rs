@@ -10,7 +10,6 @@
 use crate::config::NewtonConfig;
 use crate::element::AnyElement;
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
-use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
 
 /// Widest range of forces, relative to the sum of the dead load; each next one is [`NARROWER`] times as wide, down to [`LAST`].
@@ -50,11 +49,10 @@ impl<'a> Easing<'a> {
     ) -> Result<bool, Failure> {
         let load: f64 = self.model.load_at_start(u).iter().map(|p| p.abs()).sum();
         let (mut range, mut at_rest) = (FIRST * load, false);
-        let mut assembly = Assembly::new(self.model);
         while range > LAST * load {
             self.ease(range);
             at_rest = self.solve(newton, u, history, done, on_iteration)?;
-            assembly.settle_rotations(&self.model.elements, u, history);
+            newton.internal().advance_rotations(self.model, u, history);
             range *= NARROWER;
         }
         Ok(at_rest)

@@ -13,7 +13,6 @@
 
 use crate::config::NewtonConfig;
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
-use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
 
 /// Most steps.
@@ -45,7 +44,6 @@ const MOVING: f64 = 0.1;
 /// A structure that swings.
 pub struct Swing<'a> {
     model: &'a Model,
-    assembly: Assembly,
     pressures: Vec<f64>,
     /// Mass of degrees of freedom that have none of their own [kg, kg m2].
     lent: Vec<f64>,
@@ -71,7 +69,6 @@ impl<'a> Swing<'a> {
         let first = if fastest > 0.0 { (2.0 * FIRST * model.extent() / fastest).sqrt() } else { UNLOADED };
         Self {
             model,
-            assembly: Assembly::new(model),
             pressures: model.pressures_at_start(),
             lent,
             velocity: vec![0.0; n],
@@ -164,7 +161,7 @@ impl<'a> Swing<'a> {
                 return Ok(false);
             }
         }
-        self.assembly.settle_rotations(&self.model.elements, u, history);
+        newton.internal().advance_rotations(self.model, u, history);
         let energy = self.speed_up(u);
         let still = count == 0;
         if still {

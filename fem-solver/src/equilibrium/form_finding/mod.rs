@@ -10,13 +10,13 @@ pub mod kinetic;
 
 use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
+use crate::element::Slack;
 use crate::element::{AnyElement, Cable};
 use crate::equilibrium::form_finding::easing::Easing;
 use crate::equilibrium::form_finding::kinetic::Swing;
-use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem, spring_dofs};
+use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
+use crate::internal_force::Displacements;
 use crate::internal_force::assembly::Assembly;
-use crate::internal_force::kernel::Kernel;
-use crate::internal_force::tangent::Slack;
 use crate::model::Model;
 use crate::model::pressure::press;
 use nalgebra::Matrix3;
@@ -283,9 +283,9 @@ fn settled(
     });
     done.iterations += count;
     let info = outcome?;
-    let mut assembly = Assembly::new(model);
-    assembly.settle(&model.elements, &form.displacement, &mut form.history);
-    if let Some(broken) = assembly.broken().first() {
+    let internal = newton.internal();
+    internal.advance(model, &form.displacement, &mut form.history);
+    if let Some(broken) = internal.broken().first() {
         return Err(Failure::Broken { element: broken.element as usize, tension: broken.tension, part: 1.0 });
     }
     done.factorisations += info.factorisations;
@@ -326,10 +326,7 @@ fn keep_force_densities(model: &Model, newton: &mut Newton, u: &mut [f64]) {
 ///
 /// Source: Cundall (1976), Explicit finite-difference methods in geomechanics; handbook 2.8.
 fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64]) {
-    let mut kernel = Kernel::new(&model.cables, model.node_count());
     let pressures = model.pressures_at_start();
-    let mut assembly = Assembly::new(model);
-    let springs = spring_dofs(model);
     let n = u.len();
     let free: Vec<bool> = model.held.iter().map(|held| !held).collect();
     let (mut velocity, mut force) = (vec![0.0; n], vec![0.0; n]);
@@ -337,10 +334,8 @@ fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64])
     let (mut energy, mut since) = (0.0, 0);
     for _ in 0..MOST_RELAXING {
         force.copy_from_slice(&model.dead_load);
-        kernel.pull(u, &mut force);
         press(&model.timed, &pressures, u, &mut force);
-        assembly.pull(&model.elements, u, history, &mut force);
-        springs.iter().for_each(|(dof, k)| force[*dof] -= k * u[*dof]);
+        newton.internal().subtract(model, Displacements::At(u), history, &mut force);
         let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
         let residual = norm(&mut (0..n).filter(|i| free[*i]).map(|i| force[i]));
         let held = norm(&mut (0..n).filter(|i| !free[*i]).map(|i| force[i]));
@@ -364,7 +359,7 @@ fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64])
             continue;
         }
         u.iter_mut().zip(&velocity).for_each(|(u, v)| *u += v);
-        assembly.settle_rotations(&model.elements, u, history);
+        newton.internal().advance_rotations(model, u, history);
     }
 }
 

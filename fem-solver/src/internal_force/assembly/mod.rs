@@ -1,44 +1,15 @@
 //! All elements that are not in the fast kernel, one by one: their forces, histories, tangents, energies.
 
+mod event;
 mod rupture;
 
-use self::rupture::{Release, Stretch};
+pub use self::event::{Broken, Event};
+use self::event::{Release, Stretch};
+use crate::element::Slack;
 use crate::element::{Answer, AnyElement, Energy};
-use crate::internal_force::kernel::rings::Rings;
-use crate::internal_force::tangent::Slack;
+use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
 use std::ops::Range;
-
-/// Something that broke.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Event {
-    /// When it broke; with implicit steps the end of the step in which it did [s].
-    pub time: f64,
-    /// Number of the element.
-    pub element: u32,
-    /// Largest axial force it carried then [N].
-    pub tension: f64,
-}
-
-/// An element that broke in a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Broken {
-    /// Number of the element.
-    pub element: u32,
-    /// Largest axial force it carried then [N].
-    pub tension: f64,
-    /// At which part of the step.
-    pub part: f64,
-    /// Share of its strength that it used then, 1 or more.
-    pub share: f64,
-}
-
-impl Broken {
-    /// As an event of the step from `time` [s] that is `length` [s] long.
-    pub fn event(&self, time: f64, length: f64) -> Event {
-        Event { time: time + self.part * length, element: self.element, tension: self.tension }
-    }
-}
 
 /// Where an element finds its numbers.
 #[derive(Debug, Clone)]
@@ -66,8 +37,8 @@ pub struct Assembly {
     torn: Vec<f64>,
     /// What is computed several at a time.
     rings: Rings,
-    /// The block whose tensions were asked for last.
-    read: Option<usize>,
+    /// The block whose tensions were asked for last, and these [N].
+    read: (Option<usize>, [f64; WIDTH]),
 }
 
 impl Assembly {
@@ -98,13 +69,12 @@ impl Assembly {
         assembly
     }
 
-    /// The same, with what can be computed several at a time so: for [`Assembly::pull_and_settle`] and [`Assembly::energy`], which
-    /// then are asked for the elements of this `model` alone.
+    /// The same with rings several at a time in explicit steps, energies and tensions, which then are asked for the elements of
+    /// this `model` alone.
     pub fn with_blocks(model: &Model) -> Self {
         let mut assembly = Self::new(model);
-        let (places, dofs) = (&assembly.places, &assembly.dofs);
-        let history = |i: usize| places[i].history.start;
-        assembly.rings = Rings::new(&model.elements, |i| &dofs[places[i].dofs.clone()], history);
+        let places = &assembly.places;
+        assembly.rings = Rings::new(&model.elements, model.node_count(), |i| places[i].history.start);
         assembly
     }
 
@@ -133,7 +103,13 @@ impl Assembly {
 
     /// Take the internal forces at the displacements `u` from `force` [N]. Returns the largest axial
     /// force, squared [N2].
-    pub fn pull(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64], force: &mut [f64]) -> f64 {
+    pub fn subtract(
+        &mut self,
+        elements: &[AnyElement],
+        u: &[f64],
+        history: &[f64],
+        force: &mut [f64],
+    ) -> f64 {
         let mut largest = 0.0;
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
@@ -151,7 +127,7 @@ impl Assembly {
 
     /// The same over an explicit step from the displacements `start`, at those in its middle; `history` becomes that at the
     /// middle, and what breaks within the step pulls until it does.
-    pub fn pull_and_settle(
+    pub fn subtract_and_advance(
         &mut self,
         elements: &[AnyElement],
         (start, middle): (&[f64], &[f64]),
@@ -162,30 +138,33 @@ impl Assembly {
         self.broken.clear();
         self.releases.clear();
         self.released.clear();
-        for (i, element) in elements.iter().enumerate() {
-            let tension = match self.rings.seat(i) {
-                Some(seat) => {
-                    if seat.lane == 0 {
-                        self.rings.pull_ahead(seat.block, start, middle, history);
-                    }
-                    if self.rings.bears(seat) {
-                        self.rings.hand_back(seat, force, history)
-                    } else {
-                        self.pull_one(&Stretch { number: i, element, start, middle }, history, force)
-                    }
-                }
-                None => self.pull_one(&Stretch { number: i, element, start, middle }, history, force),
-            };
-            // Of cables, ropes, rings and brakes: a post is none of them.
-            if !element.has_moments() {
-                largest = f64::max(largest, tension);
+        let mut next = 0;
+        while next < elements.len() {
+            let several = self.rings.block_of(next).map(|block| (block, self.rings.elements(block)));
+            if let Some((block, own)) = &several
+                && self.rings.pull_ahead(*block, start, middle, history)
+            {
+                largest = f64::max(largest, self.rings.hand_back(*block, force, history));
+                next = own.end;
+                continue;
             }
+            // A block with a ring that will not bear the step: one by one.
+            let end = several.map_or(next + 1, |(_, own)| own.end);
+            for number in next..end {
+                let element = &elements[number];
+                let tension = self.subtract_one(&Stretch { number, element, start, middle }, history, force);
+                // Of cables, ropes, rings and brakes: a post is none of them.
+                if !element.has_moments() {
+                    largest = f64::max(largest, tension);
+                }
+            }
+            next = end;
         }
         largest * largest
     }
 
     /// The same of one element; returns its largest axial force [N].
-    fn pull_one(&mut self, of: &Stretch, history: &mut [f64], force: &mut [f64]) -> f64 {
+    fn subtract_one(&mut self, of: &Stretch, history: &mut [f64], force: &mut [f64]) -> f64 {
         let broken = if of.element.can_break() { self.break_within(of, history) } else { None };
         let tension = match broken {
             Some(broken) => broken.tension,
@@ -202,7 +181,7 @@ impl Assembly {
     }
 
     /// `history` becomes that at `u`.
-    pub fn settle(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
+    pub fn advance(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
         self.broken.clear();
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
@@ -211,7 +190,7 @@ impl Assembly {
     }
 
     /// `history` becomes that at `u` where nodes turn, and stays as it is elsewhere.
-    pub fn settle_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
+    pub fn advance_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
         for (i, element) in elements.iter().enumerate().filter(|(_, element)| element.rotates()) {
             self.respond(i, element, u, history, None);
             let own = &mut history[self.places[i].history.clone()];
@@ -219,7 +198,7 @@ impl Assembly {
         }
     }
 
-    /// Elements that broke as the history was last settled, and what they carried [N].
+    /// Elements that broke as the history was last advanced, and what they carried [N].
     pub fn broken(&self) -> &[Broken] {
         &self.broken
     }
@@ -279,36 +258,39 @@ impl Assembly {
 
     /// Energies of all elements at `u` [J].
     pub fn energy(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) -> Energy {
-        let mut sum = Energy::default();
-        for (i, element) in elements.iter().enumerate() {
-            let several = self.rings.seat(i).and_then(|seat| {
-                if seat.lane == 0 {
-                    self.rings.measure(seat.block, u, history);
-                }
-                self.rings.energy(seat)
-            });
-            let own = several.unwrap_or_else(|| {
+        let (mut sum, mut next) = (Energy::default(), 0);
+        while next < elements.len() {
+            let several = self.rings.block_of(next).map(|block| (block, self.rings.elements(block)));
+            if let Some((block, own)) = &several
+                && self.rings.add_energy(*block, u, history, &mut sum)
+            {
+                next = own.end;
+                continue;
+            }
+            let end = several.map_or(next + 1, |(_, own)| own.end);
+            for (i, element) in elements.iter().enumerate().take(end).skip(next) {
                 self.gather(i, u);
                 let place = &self.places[i];
-                element.energy(&self.u[..place.dofs.len()], &history[place.history.clone()])
-            });
-            sum.stored += own.stored;
-            sum.dissipated += own.dissipated;
+                let own = element.energy(&self.u[..place.dofs.len()], &history[place.history.clone()]);
+                sum.stored += own.stored;
+                sum.dissipated += own.dissipated;
+            }
+            next = end;
         }
         sum
     }
 
     /// [`Assembly::ring_tension`] is asked from now on at other displacements or histories than before.
     pub fn begin_reading(&mut self) {
-        self.read = None;
+        self.read.0 = None;
     }
 
     /// What a ring that is computed with others carries at `u` [N], 0 where it is broken; `None` of any other element.
     pub fn ring_tension(&mut self, element: usize, u: &[f64], history: &[f64]) -> Option<f64> {
-        let seat = self.rings.seat(element)?;
-        if self.read.replace(seat.block) != Some(seat.block) {
-            self.rings.measure(seat.block, u, history);
+        let block = self.rings.block_of(element)?;
+        if self.read.0 != Some(block) {
+            self.read = (Some(block), *self.rings.tensions(block, u, history));
         }
-        Some(self.rings.tension(seat))
+        Some(self.read.1[element - self.rings.elements(block).start])
     }
 }

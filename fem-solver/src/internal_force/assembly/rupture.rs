@@ -8,30 +8,12 @@
 //! The kick changes velocities, so the work `f . du` that the element takes differs from that energy in the square of
 //! the step. [`Assembly::book_rupture`] returns the difference: with it the books say exactly what the scheme did.
 
-use super::{Assembly, Broken};
+use super::Assembly;
+use super::event::{Broken, Release, Stretch};
 use crate::element::AnyElement;
 
 /// Halvings of the part of the step in which something breaks.
 const HALVINGS: u32 = 40;
-
-/// The work of an element that broke in the last step is `f . (u_1 - u_0)`.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Release {
-    element: usize,
-    /// Where its force begins in the memory.
-    first: usize,
-    /// Its energy at the step's start, less `f . u_0` [J].
-    before: f64,
-}
-
-/// An element, and the displacements of all at a step's start and in its middle.
-#[derive(Clone, Copy)]
-pub(super) struct Stretch<'a> {
-    pub(super) number: usize,
-    pub(super) element: &'a AnyElement,
-    pub(super) start: &'a [f64],
-    pub(super) middle: &'a [f64],
-}
 
 impl Assembly {
     /// Room for what may break.

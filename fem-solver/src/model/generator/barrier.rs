@@ -2,8 +2,8 @@
 //!
 //! Geometry, names and sources are described at [`Barrier`].
 
+use super::generated::{Generated, MadeFor, named};
 use super::ring_net::Contacts;
-use super::{Generated, Part, named};
 use crate::config::generator::{Barrier, BarrierNet};
 use crate::read::mesh::{ElementGroup, Kind, Mesh};
 use nalgebra::Vector3;
@@ -25,7 +25,7 @@ pub fn barrier(table: &Barrier) -> Generated {
 struct Work<'a> {
     table: &'a Barrier,
     mesh: Mesh,
-    parts: Vec<Part>,
+    parts: Vec<MadeFor>,
     /// Up along a post, of the post's length [m].
     post: Vector3<f64>,
     feet: Vec<usize>,
@@ -77,7 +77,7 @@ impl<'a> Work<'a> {
     fn part(&mut self, group: &'static str, element: &'static str, elements: Vec<(Kind, Vec<usize>)>) {
         let elements = elements.iter().map(|(kind, nodes)| self.mesh.push(*kind, nodes)).collect();
         self.mesh.element_groups.push(ElementGroup { name: group.into(), elements });
-        self.parts.push(Part { group, element });
+        self.parts.push(MadeFor { group, element });
     }
 
     /// The net, with feet and heads.

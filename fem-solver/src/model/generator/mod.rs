@@ -1,50 +1,15 @@
 //! Generated structures: each a mesh with named parts, as a file would give it.
 
 mod barrier;
+mod generated;
 mod rectangular_net;
 mod ring_net;
 
+pub use self::generated::{Generated, MadeFor};
 use crate::config::generator::{Barrier, Generator, Held};
 use crate::config::{not_negative, positive};
-use crate::read::mesh::{ElementGroup, Mesh};
-use interface_defs::mesh::Group;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
-
-/// A generated structure.
-#[derive(Debug, Clone)]
-pub struct Generated {
-    /// Nodes, elements, named groups.
-    pub mesh: Mesh,
-    /// Nodes that are held in all directions.
-    pub held: Vec<usize>,
-    /// What the elements of each group are made for.
-    pub parts: Vec<Part>,
-}
-
-/// A named part of a generated structure.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Part {
-    /// The group of its elements.
-    pub group: &'static str,
-    /// The element that they are made for, as `[[structure.parts]]` calls it.
-    pub element: &'static str,
-}
-
-impl Generated {
-    /// A structure whose elements are all one part.
-    fn of_one_part(mut mesh: Mesh, group: &'static str, element: &'static str, held: Vec<usize>) -> Self {
-        let elements = (0..mesh.elements.len() as u32).collect();
-        mesh.element_groups.push(ElementGroup { name: group.into(), elements });
-        mesh.name_nodes();
-        Self { mesh, held, parts: vec![Part { group, element }] }
-    }
-}
-
-/// A named set of nodes.
-fn named(name: &str, nodes: &[usize]) -> Group {
-    Group { name: name.into(), nodes: nodes.iter().map(|n| *n as u32).collect() }
-}
 
 /// Make the structure of `[structure.generator]`.
 pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, InputError> {

@@ -1,6 +1,6 @@
 //! A net of square cells.
 
-use super::{Generated, named};
+use super::generated::{Generated, named};
 use crate::config::generator::{Held, RectangularNet};
 use crate::read::mesh::{Kind, Mesh};
 use nalgebra::Vector3;

@@ -1,6 +1,6 @@
 //! A net of rings, each in contact with four neighbours.
 
-use super::{Generated, named};
+use super::generated::{Generated, named};
 use crate::config::generator::{Held, RingNet};
 use crate::read::mesh::{Kind, Mesh};
 use nalgebra::Vector3;

@@ -8,12 +8,6 @@ use interface_defs::solver::Window;
 /// A window in which Newton fails is cut into at most so many times the steps before it is given up.
 const FINEST: usize = 8;
 
-/// Explicit steps are no longer than this part of the critical step in windows from the first on in which something broke.
-///
-/// A load that rises over many steps moves slow modes alone; what a rupture lets go swings in the fastest ones, and wires
-/// around it turn slack and taut at every swing. The energy of a mode at an instant is wrong by `(w h / 2)^2` of its kinetic
-/// energy: with half the critical step by a quarter, with this step by a sixtieth.
-pub(super) const TORN_SHARE: f64 = 0.125;
 /// An implicit step ends where something breaks: a window in which that used more of its strength than all of it and this
 /// part is cut into more steps.
 const BREAKS_WITHIN: f64 = 0.01;

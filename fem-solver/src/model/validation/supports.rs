@@ -1,8 +1,8 @@
 //! Supports, loads and gravity: what holds, what moves, what pulls.
 
 use crate::config::Config;
+use crate::config::scheme::Scheme;
 use crate::config::structure::SupportEntry;
-use crate::integrator::implicit::Scheme;
 use crate::model::Model;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
