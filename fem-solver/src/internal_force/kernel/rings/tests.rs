@@ -14,11 +14,7 @@ fn net(count: usize, columns: usize, random: &mut impl FnMut() -> f64) -> (Vec<A
     for k in 0..rows * columns + 5 {
         let (i, j) = (k % columns, k / columns);
         let corners = [j * row + i, j * row + i + 1, (j + 1) * row + i + 1, (j + 1) * row + i];
-        let own = if j < rows {
-            corners
-        } else {
-            [k % nodes, (7 * k + 1) % nodes, (3 * k + 2) % nodes, (5 * k + 3) % nodes]
-        };
+        let own = if j < rows { corners } else { [0, 2, 5, 7].map(|step| (k + step) % nodes) };
         let own = own[..count].to_vec();
         let spans = (0..count).map(|a| place(own[(a + 1) % count]) - place(own[a])).collect();
         let mut mechanism = |start: f64, stiffness: f64, unloading: f64| Mechanism {
