@@ -110,6 +110,9 @@ fn default_on_no_convergence() -> OnNoConvergence {
 /// Longest part of a strong window that resolves a mean over 1 ms [s].
 const RESOLVED: f64 = 1e-3;
 
+/// Absolute tolerance from which on something is said [m].
+const COARSE: f64 = 1e-3;
+
 /// Keys that repeated windows alone use. Tolerances are no such keys: a scene keeps them for either scheme.
 const OF_STRONG: [&str; 4] = ["acceleration", "max_iterations", "on_no_convergence", "min_window"];
 
@@ -187,6 +190,9 @@ impl Coupling {
                 short(part)
             ));
         }
+        if self.scheme == Scheme::Strong {
+            warnings.extend(self.never_or_always_converged());
+        }
         let table: toml::Table = scene.read("coupling")?.unwrap_or_default();
         if self.scheme == Scheme::Weak && table.contains_key("scheme") {
             let unused = OF_STRONG.into_iter().filter(|key| table.contains_key(*key));
@@ -198,6 +204,34 @@ impl Coupling {
             }));
         }
         Ok(warnings)
+    }
+
+    /// What is said of settings with which hardly any window converges, or every one.
+    fn never_or_always_converged(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.tolerance == 0.0 && self.absolute_tolerance == 0.0 {
+            warnings.push(format!(
+                "coupling.tolerance: both tolerances are 0, so that no window converges in which anything moves; {:e} is usual, and {:e} m \
+                 for absolute_tolerance",
+                default_tolerance(),
+                default_absolute_tolerance()
+            ));
+        }
+        if self.absolute_tolerance >= COARSE {
+            warnings.push(format!(
+                "coupling.absolute_tolerance: a window is accepted where the two sides are {} m apart; {:e} m is usual",
+                short(self.absolute_tolerance),
+                default_absolute_tolerance()
+            ));
+        }
+        if self.max_iterations == 1 {
+            warnings.push(
+                "coupling.max_iterations: with one iteration a window converges only where nothing touches; write more, or scheme = \
+                 \"weak\""
+                    .into(),
+            );
+        }
+        warnings
     }
 
     fn check(&self) -> Result<(), (String, String)> {

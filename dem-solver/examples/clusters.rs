@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p dem-solver --example clusters [-- SHAPE...]`
 
+use dem_solver::cluster::lattice::Lattice;
 use dem_solver::cluster::{Accuracy, Fit, Wish, make};
-use dem_solver::rock::cluster::Lattice;
 use dem_solver::shape::Shape;
 use interface_defs::ipc::serve::cpu_seconds;
 
@@ -40,7 +40,7 @@ fn main() {
         let shape = Shape::parse(name, 1.0).unwrap_or_else(|e| panic!("{e}"));
         let (surface, _) = shape.surface(false).unwrap_or_else(|e| panic!("{e}"));
         let mut last: Option<(f64, f64)> = None;
-        let mut line = |label: &str, spheres: Vec<dem_solver::rock::Sphere>, made: f64| {
+        let mut line = |label: &str, spheres: Vec<dem_solver::geometry::sphere::Sphere>, made: f64| {
             let start = cpu_seconds();
             let found = Accuracy::of(&surface, &spheres);
             let n = spheres.len() as f64;

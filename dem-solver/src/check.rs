@@ -1,6 +1,6 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
-use crate::gate::start;
+use crate::gate::lengths::height;
 use crate::net_contact;
 use crate::settings::{
     BoxSettings, ContactSettings, DemSettings, RockSettings, Settings, Shape, SpheresSettings,
@@ -113,7 +113,7 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
         report.builds.push(ground.describe());
         report.builds.extend_from_slice(solver.choices());
         for (at, rock) in model.rocks.iter().enumerate().take(named) {
-            if let Some(height) = start::height(ground, &model.settings, at) {
+            if let Some(height) = height(ground, &model.settings, at) {
                 let what = format!("rock `{}`: its centre starts {height:.2} m above the terrain", rock.name);
                 report.builds.push(what);
             }

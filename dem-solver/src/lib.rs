@@ -23,11 +23,13 @@
 
 pub mod check;
 pub mod cluster;
+pub mod command;
 pub mod contact;
 pub mod gate;
 pub mod geometry;
 pub mod granular;
 pub mod guard;
+pub mod input;
 pub mod integrator;
 pub mod interface_mesh;
 pub mod law;

@@ -8,5 +8,5 @@ use std::process::ExitCode;
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn main() -> ExitCode {
-    program::main_with(&dem_solver::PROGRAM, &[dem_solver::cluster::command::COMMAND])
+    program::main_with(&dem_solver::PROGRAM, &[dem_solver::command::COMMAND])
 }

@@ -1,12 +1,16 @@
 //! Large-displacement statics and dynamics of cable nets.
 //!
+//! Begin at [`integrator::window`]: one window, the interface force in, motion out. What a step asks of the structure is
+//! [`internal_force::InternalForce`]; what an element is, [`element::Element`] says, and what a scene states of it
+//! [`element::part::PartSettings`].
+//!
 //! The folders, from below; each uses only those above it in this list:
 //!
-//! - [`config`]: the tables `[structure]`, `[fem]`, `[[gauge]]`
-//! - [`read`]: mesh files of other programs
+//! - [`read`]: mesh files of other programs; bounds of single numbers
 //! - [`linear_algebra`]: sparse factors, long vectors
-//! - [`element`]: each element with energy, force, tangent, history; laws of materials
-//! - [`model`]: nodes, elements, supports, loads, lumped masses; generated structures
+//! - [`element`]: each element with energy, force, tangent, history, and its settings; laws of materials
+//! - [`config`]: the tables `[structure]`, `[fem]`, `[[gauge]]`
+//! - [`model`]: nodes, elements, supports, loads, lumped masses; generated structures; what no one can mean
 //! - [`internal_force`]: all elements together: force, energy, tangent, history, ruptures
 //! - [`state`]: a state, and the one that a run leaves and another starts from
 //! - [`equilibrium`]: Newton's iteration, arc length, form finding
@@ -14,8 +18,9 @@
 //! - [`integrator`]: steps in time, the critical one, the state at t = 0, one window
 //! - [`solver`]: the contract's two ends, `check` and `serve`
 //!
-//! Displacements count from the structure as modelled inside, and from t = 0 at the interface.
-//! Nothing here knows what loads the structure.
+//! Units are SI throughout. Vectors over all degrees of freedom are component-major: the x of all nodes, then y, then z, then
+//! rotations in the same manner; at the interface they are node-major. Displacements count from the structure as modelled
+//! inside, and from t = 0 at the interface. Nothing here knows what loads the structure.
 
 pub mod config;
 pub mod element;

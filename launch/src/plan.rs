@@ -228,7 +228,11 @@ fn member(part: Part, processes: &Processes, scene: &Scene) -> Result<Member, In
         })?;
         return Ok(Member { part, program, arguments: Vec::new(), foreign: false });
     };
-    let refuse = |what: String| scene.invalid(&format!("processes.{}", part.name()), what);
+    let refuse = |what: String| {
+        let cure = "a name with / counts from the directory of the scene, as in fem = \"./my-solver --option 3\"; or leave the \
+                    key out for this project's own program";
+        scene.invalid(&format!("processes.{}", part.name()), what).try_instead(cure)
+    };
     let mut words = split(line).map_err(refuse)?.into_iter();
     let name = words.next().unwrap_or_default();
     let base = scene.path().parent().unwrap_or(Path::new(""));

@@ -16,7 +16,7 @@
 use super::index::SphereIndex;
 use super::probe::{Effort, Measured, Probe};
 use super::samples::{self, Sizes};
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
 use std::fmt;

@@ -6,7 +6,7 @@
 //! approximation using nearest neighbors and the normal field"); here with the nearest point of the surface
 //! itself in the place of samples, and on flat faces with the plane in the place of the point.
 
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::tree::{Feature, Nearest, SurfaceTree};
 use nalgebra::Vector3;
 

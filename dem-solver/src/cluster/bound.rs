@@ -1,8 +1,10 @@
 //! Whether a cluster is a fair copy of its solid: bounds of its error, and how many spheres would keep them.
 
-use super::make::{Fit, Wish, largest, measured};
-use super::{Accuracy, MOST_SPHERES, files};
-use crate::rock::Sphere;
+use super::accuracy::Accuracy;
+use super::files;
+use super::make::{largest, measured};
+use super::wish::{Fit, MOST_SPHERES, Wish};
+use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
 use interface_defs::toolkit::input_error::InputError;

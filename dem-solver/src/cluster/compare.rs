@@ -3,7 +3,7 @@
 use super::index::SphereIndex;
 use super::probe::{Effort, Largest, Measured, Probe};
 use super::samples::Samples;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;

@@ -12,7 +12,7 @@
 use super::ball::Balls;
 use super::gaps::{Gaps, leaves};
 use super::samples::Samples;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 
 /// Share of the error that a new ball leaves at the sample it is made for.
 const SHARE: f64 = 0.5;

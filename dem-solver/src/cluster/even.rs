@@ -5,17 +5,15 @@
 //! are, and are joined only when it is known how far they grow. Few balls are moved to the middle of what they
 //! cover besides. What is measured to be best is taken.
 
-use super::Accuracy;
+use super::accuracy::Accuracy;
 use super::ball::Balls;
-use super::bound::VOLUME;
+use super::best::{Best, FINE};
 use super::compare::{self, Comparison};
 use super::cover::Cover;
-use super::files;
 use super::index::SphereIndex;
-use super::make::{Fit, Maker, larger};
-use super::probe::Place;
+use super::make::{Maker, larger};
 use super::refine::rounds;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use nalgebra::Vector3;
 
 /// Covers of the search, fewer where balls are many, and how near its bounds come to each other.
@@ -26,65 +24,8 @@ const NEAR: f64 = 1.05;
 /// Most times that balls are moved to the middle of what they cover, and steps towards that middle.
 const MOST_ROUNDS: usize = 30;
 const MOST_STEPS: u32 = 60;
-/// Balls overlap if they are nearer than this share of the sum of their radii.
-const BARELY: f64 = 0.97;
 /// A cover found by guesses is kept if no other is better than this share of its error.
 const BETTER: f64 = 0.95;
-/// Balls may be smaller than the largest by this share of the largest in the solid.
-pub(super) const FINE: f64 = 0.0025;
-
-/// Clusters that were measured, and the best of them.
-pub(super) struct Best<'a, 'b> {
-    maker: &'a Maker<'b>,
-    comparison: Comparison<'b>,
-    best: Option<(f64, Vec<Sphere>)>,
-    /// The balls of which the best one was made by growing, and by how much [m].
-    balls: Vec<Sphere>,
-    pub(super) grown: f64,
-    /// Where its error is large.
-    pub(super) places: Vec<Place>,
-}
-
-impl Best<'_, '_> {
-    /// Measure a cluster and keep it if it is the best; errors count with `weight`.
-    fn add(&mut self, cluster: Vec<Sphere>, weight: f64) -> bool {
-        if cluster.is_empty() {
-            return false;
-        }
-        let volume = self.comparison.volume(&cluster);
-        let doubt = match self.maker.wish.fit {
-            Fit::Volume => 1.0 + (volume.abs() - 0.01).max(0.0) / VOLUME,
-            _ => 1.0,
-        } * files::groups(&cluster) as f64;
-        let least = self.best.as_ref().map_or(f64::INFINITY, |(error, _)| error / (weight * doubt));
-        let found = self.comparison.of(&cluster, least);
-        let error = weight * doubt * found.there.max(found.back);
-        let better = self.best.as_ref().is_none_or(|(least, _)| error < *least);
-        if better {
-            self.best = Some((error, cluster));
-            self.places = found.places;
-        }
-        better
-    }
-
-    /// The same of balls that are grown as the fit asks for, and joined; `gap` [m] is what they leave.
-    pub(super) fn add_grown(&mut self, balls: &[Sphere], gap: f64, weight: f64) -> bool {
-        let maker = self.maker;
-        let grown = maker.growth(balls, gap);
-        let cluster = larger(balls, grown);
-        let apart = files::groups(&cluster) > 1;
-        let mut better = self.add(cluster, weight);
-        if apart {
-            better |= self.add(maker.joined_by_moving(balls, gap, grown), weight);
-            better |= self.add(maker.joined_by_growing(balls, gap, grown), weight);
-        }
-        if better {
-            (self.balls, self.grown) = (balls.to_vec(), grown);
-        }
-        better
-    }
-}
-
 impl Maker<'_> {
     /// The best of covers found by guesses, of evenly spread ones, and of these moved to the middle of what they cover,
     /// as measured when they are grown. `tried` are errors for which balls were too few and enough [m].
@@ -209,71 +150,6 @@ impl Maker<'_> {
             }
             (cover.balls, near, *largest) = (moved, after, gap);
         }
-    }
-
-    /// Balls that overlap no other when all have grown by `grown` [m] are moved towards others, and all grown as the
-    /// fit asks for then.
-    fn joined_by_moving(&self, balls: &[Sphere], gap: f64, grown: f64) -> Vec<Sphere> {
-        let all = Balls::new(self.tree, self.surface.size(), FINE * self.middle.radius);
-        let mut moved = balls.to_vec();
-        join(&all, &mut moved, grown, self.wish.smallest_radius);
-        let grown = self.growth(&moved, gap);
-        larger(&moved, grown)
-    }
-
-    /// Balls grown by more than `grown` [m], up to the gap, until they are joined; none where that does not help.
-    fn joined_by_growing(&self, balls: &[Sphere], gap: f64, grown: f64) -> Vec<Sphere> {
-        let apart = |by: f64| files::groups(&larger(balls, by)) > 1;
-        if self.wish.fit == Fit::Inside || apart(gap) {
-            return Vec::new();
-        }
-        let (mut few, mut enough) = (grown, gap);
-        while enough - few > 1e-3 * gap {
-            let half = 0.5 * (few + enough);
-            if apart(half) { few = half } else { enough = half }
-        }
-        larger(balls, enough)
-    }
-}
-
-/// Move balls that overlap no other when all have grown by `grown` [m] towards the nearest one that is joined to the first,
-/// inside the solid, until they do. How many were moved.
-fn join(balls: &Balls, chosen: &mut [Sphere], grown: f64, least: f64) -> usize {
-    let overlap = |a: &Sphere, b: &Sphere| {
-        let sum = BARELY * (a.radius + b.radius + 2.0 * grown);
-        (a.centre - b.centre).norm_squared() < sum * sum
-    };
-    let mut apart: Vec<usize> = (1..chosen.len()).collect();
-    let mut linked: Vec<usize> = chosen.first().map_or(vec![], |_| vec![0]);
-    let (mut next, mut moved) = (0, 0);
-    loop {
-        while next < linked.len() {
-            let here = chosen[linked[next]];
-            next += 1;
-            let (found, rest) = apart.iter().partition(|other| overlap(&here, &chosen[**other]));
-            linked.extend::<Vec<usize>>(found);
-            apart = rest;
-        }
-        let away = |k: usize, other: usize| {
-            let (a, b): (&Sphere, &Sphere) = (&chosen[k], &chosen[other]);
-            (a.centre - b.centre).norm() - a.radius - b.radius
-        };
-        let pairs = apart.iter().flat_map(|k| linked.iter().map(|other| (*k, *other)));
-        let Some((k, host)) = pairs.min_by(|a, b| away(a.0, a.1).total_cmp(&away(b.0, b.1))) else {
-            return moved;
-        };
-        let (from, to) = (chosen[k].centre, chosen[host].centre);
-        for step in 1..MOST_STEPS {
-            let share = f64::from(step) / f64::from(MOST_STEPS);
-            let Some(ball) = balls.around(&(from + (to - from) * share)) else { continue };
-            if ball.radius > least && overlap(&ball, &chosen[host]) {
-                chosen[k] = ball;
-                moved += 1;
-                break;
-            }
-        }
-        apart.retain(|other| *other != k);
-        linked.push(k);
     }
 }
 

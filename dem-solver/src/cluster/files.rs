@@ -4,16 +4,16 @@
 //! `x y z r`; `Name`, `Particle_center_and_diameter`, `Size`, `Volume` and `Inertia per unit mass` are each followed by their
 //! values on lines of their own; `//` begins a comment. Only the spheres are taken: mass and inertia come from the shape.
 
-use super::MOST_SPHERES;
-use crate::rock::Sphere;
-use crate::shape::formats::{ReadError, lines, number, point, read_bytes, shown};
+use super::wish::MOST_SPHERES;
+use crate::geometry::sphere::Sphere;
+use crate::input::{LARGEST, ReadError, lines, number, point, read_bytes, shown};
 use interface_defs::toolkit::input_error::InputError;
 use std::collections::HashMap;
 use std::path::Path;
 
 /// The spheres of a file [m], by its extension: `.clu`, else `x y z r` text.
 pub fn read(path: &Path) -> Result<Vec<Sphere>, InputError> {
-    let bytes = read_bytes(path)?;
+    let bytes = read_bytes(path, LARGEST)?;
     let clu = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("clu"));
     let spheres = if clu { read_clu(&bytes) } else { read_text(&bytes) };
     spheres.map_err(|e| e.in_file(path))

@@ -8,7 +8,7 @@
 //! the nodes in which it could make a gap smaller.
 
 use super::samples::Samples;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use nalgebra::Vector3;
 
 const LEAF: usize = 8;

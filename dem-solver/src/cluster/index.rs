@@ -1,6 +1,6 @@
 //! The sphere of a cluster that reaches nearest to a point, and the first one that a ray enters.
 
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use nalgebra::Vector3;
 
 const LEAF: usize = 8;

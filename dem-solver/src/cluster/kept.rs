@@ -3,8 +3,10 @@
 //! The file begins with a key: a hash of the surface, of what was asked for, and of the spheres themselves. One that is of
 //! another shape, or that was changed by hand, has another key, and the cluster is made again.
 
-use super::{Bound, Wish, files};
-use crate::rock::Sphere;
+use super::bound::Bound;
+use super::files;
+use super::wish::Wish;
+use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use interface_defs::ipc::domain::fnv1a;
 use interface_defs::toolkit::run_dir;

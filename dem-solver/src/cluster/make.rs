@@ -10,17 +10,16 @@
 //! A round surface is covered down to the chords of its triangles by fewer balls than may be asked for: a sphere
 //! by one. There are as many as asked for where edges are left to cover.
 
-use super::Accuracy;
+use super::accuracy::Accuracy;
 use super::ball::Balls;
 use super::cover::{self, Cover, Wanted, cover};
 use super::index::SphereIndex;
 use super::samples::{Samples, Sizes};
+use super::wish::{Fit, Wish};
 use super::{samples, volume};
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// Samples are closer than this share of what one ball covers.
 const DENSITY: f64 = 0.4;
@@ -38,30 +37,6 @@ const SETTLED: f64 = 0.93;
 const LEFT: f64 = 1.1;
 /// Most samples for each ball: on a smooth solid a guess of the error may be far too small.
 const MOST_SAMPLES: usize = 100;
-
-/// Where the spheres end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Fit {
-    /// As much outside of the solid as lacks inside: together they have the solid's volume.
-    #[default]
-    Volume,
-    /// As far outside of the solid as inside: the smallest largest error; too much volume.
-    Largest,
-    /// Never outside of the solid: too little volume.
-    Inside,
-}
-
-/// What a cluster is to be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wish {
-    /// Number of spheres.
-    pub spheres: u32,
-    /// Where they end.
-    pub fit: Fit,
-    /// Least radius [m]; what only smaller ones could reach stays uncovered. 0: as the error asks for.
-    pub smallest_radius: f64,
-}
 
 /// The spheres [m, in the surface's axes] and the share done (0 to 1) so far.
 pub fn make(surface: &Surface, wish: &Wish, progress: impl FnMut(f64)) -> Vec<Sphere> {

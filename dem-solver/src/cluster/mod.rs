@@ -1,22 +1,23 @@
 //! From a closed surface to overlapping spheres, and how well they approximate it.
 //!
+//! - [`wish`]: what a cluster is to be
 //! - [`ball`]: the largest ball in the solid that touches the surface at a point
 //! - [`samples`]: points of the surface, as dense as the balls there require
 //! - [`gaps`]: how far each of them lies outside of all balls so far
 //! - [`cover`]: balls, until nothing lies further outside than a given error
 //! - [`make`]: the error that a number of spheres reaches, and the spheres
-//! - [`even`]: a second search where the first does not settle
+//! - [`even`]: a second search where the first does not settle, `best`: what is best of all that was found
 //! - [`refine`], [`seen`], [`compare`]: spheres moved to where the error is largest
 //! - [`bound`]: whether that error is small enough, and what to try if it is not
 //! - [`index`], [`accuracy`], [`probe`], [`pits`], [`volume`]: the error of any cluster, measured
 //! - [`files`]: `x y z r` text and Kratos `.clu`
 //! - [`kept`]: a cluster beside its scene, so that a run does not make it twice
-//! - [`command`]: `dem-solver cluster`
+//! - [`lattice`]: the spheres that fill a box
 
 pub mod accuracy;
 pub mod ball;
+mod best;
 pub mod bound;
-pub mod command;
 pub mod compare;
 pub mod cover;
 pub mod even;
@@ -24,6 +25,7 @@ pub mod files;
 pub mod gaps;
 pub mod index;
 pub mod kept;
+pub mod lattice;
 pub mod make;
 pub mod pits;
 pub mod probe;
@@ -31,10 +33,9 @@ pub mod refine;
 pub mod samples;
 pub mod seen;
 pub mod volume;
+pub mod wish;
 
 pub use accuracy::Accuracy;
 pub use bound::Bound;
-pub use make::{Fit, Wish, make, measured};
-
-/// Most spheres of a cluster.
-pub const MOST_SPHERES: u32 = 50_000;
+pub use make::{make, measured};
+pub use wish::{Fit, MOST_SPHERES, Wish};

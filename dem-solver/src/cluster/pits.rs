@@ -4,8 +4,7 @@
 //! the circle of both until a third one does. Points sampled on spheres find about where; the corner itself is computed.
 
 use super::index::{SphereIndex, holds};
-use super::probe::around;
-use crate::rock::Sphere;
+use crate::geometry::sphere::{Sphere, around};
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
 

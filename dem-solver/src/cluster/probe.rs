@@ -2,6 +2,7 @@
 
 use super::index::SphereIndex;
 use super::pits::{Pit, Pits};
+use crate::geometry::sphere::around;
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
 
@@ -274,16 +275,6 @@ fn spread(list: &[Measured], many: usize, step: f64) -> Vec<&Measured> {
         }
     }
     chosen
-}
-
-/// Eight directions at the angle `turn` [rad] from `along`.
-pub fn around(along: &Vector3<f64>, turn: f64) -> [Vector3<f64>; 8] {
-    let side = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
-    let other = along.cross(&side);
-    std::array::from_fn(|k| {
-        let angle = k as f64 * std::f64::consts::FRAC_PI_4;
-        along * turn.cos() + (side * angle.cos() + other * angle.sin()) * turn.sin()
-    })
 }
 
 /// Direction number `k` of `many` that are spread evenly over the sphere: a spiral with the golden angle.

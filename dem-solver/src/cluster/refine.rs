@@ -4,13 +4,13 @@
 //! then, and the depth of pits between spheres; here both decide.
 
 use super::ball::Balls;
-use super::even::Best;
+use super::best::{Best, FINE};
 use super::index::SphereIndex;
 use super::make::{Maker, larger};
 use super::probe::Place;
 use super::samples::Samples;
 use super::seen::View;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 
 /// Share of the spheres that is moved in a round, in so many batches; after a round that is no better, so many times fewer.
 const MOVED: f64 = 0.1;
@@ -62,7 +62,7 @@ impl Maker<'_> {
     ) -> Vec<Sphere> {
         let many = ((share * balls.len() as f64).ceil() as usize).min(balls.len() / 2);
         let mut kept = without(balls, samples, many);
-        let all = Balls::new(self.tree, self.surface.size(), super::even::FINE * self.middle.radius);
+        let all = Balls::new(self.tree, self.surface.size(), FINE * self.middle.radius);
         let mut view = View::new(self.tree, samples, &larger(&kept, best.grown));
         // First where it is known to be worst, which between samples none of them sees.
         let mut places = apart(&best.places, if known { KNOWN * many as f64 } else { 0.0 });

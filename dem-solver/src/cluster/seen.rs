@@ -4,7 +4,7 @@
 use super::index::{SphereIndex, entry};
 use super::probe::Place;
 use super::samples::Samples;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::tree::SurfaceTree;
 
 /// Samples among which the worst places are sought.

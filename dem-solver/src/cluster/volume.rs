@@ -4,7 +4,7 @@
 //! triangles); over the columns a midpoint rule, the same for both, so that its error cancels for the larger part. The columns are
 //! parallel to no face or edge that a symmetric solid has: there the rule would count whole columns or none.
 
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use nalgebra::{Rotation3, Vector3};
 

@@ -1,7 +1,8 @@
 //! A file of spheres that is not of this rock: of another size, at another place, turned, or of another body.
 
-use super::units::{extent, short};
+use super::units::short;
 use crate::cluster::volume::excess;
+use crate::geometry::sphere::extent;
 use crate::rock::Rock;
 use crate::settings::RockSettings;
 use crate::shape::Surface;

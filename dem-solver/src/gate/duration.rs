@@ -1,6 +1,6 @@
 //! Whether the simulated time fits the scene: long enough for a rock to come down, not longer than anyone waits.
 
-use super::start;
+use super::lengths::height as height_at_start;
 use super::units::short;
 use crate::model::Model;
 use crate::terrain::Terrain;
@@ -66,7 +66,7 @@ fn flight(model: &Model, ground: &Terrain, at: usize) -> Option<String> {
         !ground.is_near(&place, rock.reach) && ground.height(&place, &settings.down()).is_none_or(|h| h > 0.0)
     };
     let ends = (0..=PIECES).all(|piece| clear(settings.end_time * piece as f64 / PIECES as f64));
-    let height = start::height(ground, settings, at)?;
+    let height = height_at_start(ground, settings, at)?;
     let fall =
         height - rock.depth(&crate::rock::Motion { position: Vector3::zeros(), ..start }, &settings.down());
     let g = settings.gravity.norm();

@@ -3,13 +3,13 @@
 //! All of its energy at the first touch is stored in the contacts of the spheres that a plane presses at once, in the
 //! worst of many turns: on a corner few small spheres carry what on a face many share. Dashpots and spin leave less.
 
-use super::start;
+use super::lengths::height as height_at_start;
 use super::units::short;
 use crate::contact::whole_rock::Whole;
+use crate::geometry::sphere::direction;
 use crate::law::normal::Normal;
 use crate::model::Model;
 use crate::rock::Rock;
-use crate::rock::exposed::direction;
 use crate::settings::LawName;
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
@@ -30,7 +30,7 @@ pub fn check(model: &Model, ground: &Terrain) -> Vec<String> {
     let settings = &model.settings;
     for at in settings.examples() {
         let rock = &model.rocks[at];
-        let Some(height) = start::height(ground, settings, at) else { continue };
+        let Some(height) = height_at_start(ground, settings, at) else { continue };
         let mut motion = rock.start(&settings.rocks[at], settings.gravity);
         motion.position = Vector3::zeros();
         // Its lowest point falls no further than to the terrain below the centre.
@@ -158,7 +158,7 @@ pub fn worst(rock: &Rock, normal: &Normal, energy: f64) -> f64 {
 fn pressed(rock: &Rock, normal: &Normal, energy: f64, down: &Vector3<f64>) -> f64 {
     // How far each sphere stays behind the first, up to where none can be reached.
     let most = 2.0 * rock.largest_radius;
-    let depth = |s: &crate::rock::Sphere| s.centre.dot(down) + s.radius;
+    let depth = |s: &crate::geometry::sphere::Sphere| s.centre.dot(down) + s.radius;
     let first = rock.spheres.iter().map(depth).fold(f64::NEG_INFINITY, f64::max);
     let near: Vec<(f64, f64)> = rock
         .spheres

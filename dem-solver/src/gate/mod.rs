@@ -13,6 +13,7 @@ pub mod clusters;
 pub mod duration;
 pub mod gravity;
 pub mod landing;
+pub mod lengths;
 pub mod place;
 pub mod reach;
 pub mod start;
@@ -58,6 +59,7 @@ pub fn of_model(model: &Model, scene: &Scene) -> Result<Vec<String>, InputError>
     let mut warnings = duration::check(model);
     start::in_box(model, scene)?;
     if let Some(ground) = &model.ground {
+        warnings.extend(place::below_all_land(ground));
         for at in 0..model.rocks.len() {
             start::on_terrain(model, ground, at, scene)?;
         }

@@ -1,6 +1,6 @@
 //! A start that is not on its terrain: in which units or axes it would be.
 
-use super::start;
+use super::lengths::height as height_at_start;
 use super::units::short;
 use crate::model::Model;
 use crate::terrain::Terrain;
@@ -10,6 +10,8 @@ use nalgebra::Vector3;
 const HIGH: f64 = 200.0;
 /// Width of a terrain of which cells in millimetres are the likelier reason [m].
 const WIDE: f64 = 50_000.0;
+/// The lowest dry land [m].
+const DEEPEST_LAND: f64 = -440.0;
 /// Relative departure up to which a height is one in another unit.
 const ALIKE: f64 = 0.03;
 
@@ -74,9 +76,22 @@ pub fn other_heights(ground: f64, z: f64) -> Option<&'static str> {
     .map(|(_, what)| what)
 }
 
+/// What is said of a terrain that lies deeper than any land.
+pub fn below_all_land(ground: &Terrain) -> Option<String> {
+    let [low, high] = [ground.lowest, ground.highest].map(|corner| corner.z + ground.origin.z);
+    (high < DEEPEST_LAND).then(|| {
+        format!(
+            "terrain.file: its heights reach from {} to {} m, and no land lies below {DEEPEST_LAND} m (the Dead Sea): do they \
+             count downwards? z must be upward: turn their sign round",
+            short(low),
+            short(high)
+        )
+    })
+}
+
 /// What is said of a rock that starts very high above the terrain.
 pub fn above(model: &Model, ground: &Terrain, at: usize) -> Option<String> {
-    let height = start::height(ground, &model.settings, at).filter(|height| *height > HIGH)?;
+    let height = height_at_start(ground, &model.settings, at).filter(|height| *height > HIGH)?;
     let z = model.settings.rocks[at].position[2];
     let cure = other_heights(z - height, z)
         .unwrap_or("is its height right, and are the heights of the terrain in metres?");

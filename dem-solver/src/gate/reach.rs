@@ -1,6 +1,6 @@
 //! Whether a rock reaches the net at all: signs, axes and units of its start, and `end_time`.
 
-use super::start::distance;
+use super::lengths::distance;
 use super::units::short;
 use crate::interface_mesh::Wall;
 use crate::model::Model;

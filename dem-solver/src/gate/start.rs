@@ -1,15 +1,18 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
+use super::landing::LIMIT;
+use super::lengths::{distance, height};
 use super::units::short;
 use super::{place, reach};
 use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::broad_phase::sphere_tree::SphereTree;
-use crate::geometry::closest::{on_face, on_line};
-use crate::interface_mesh::{Element, Kind, Wall};
+use crate::geometry::closest::on_face;
+use crate::geometry::sphere::Sphere;
+use crate::geometry::sphere_tree::SphereTree;
+use crate::interface_mesh::{Kind, Wall};
 use crate::law::Law;
 use crate::model::Model;
-use crate::rock::{Motion, Rock, Sphere};
-use crate::settings::Settings;
+use crate::rock::{Motion, Rock};
+use crate::settings::{STRUCTURE, Settings};
 use crate::terrain::Terrain;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -102,11 +105,6 @@ fn freed(settings: &Settings, at: usize, way: &Vector3<f64>, by: f64) -> String 
     // A sphere of a table has no key of its own.
     let key = if at < settings.named() { "position = " } else { "" };
     format!("free is {key}[{}]", places.join(", "))
-}
-
-/// Height [m] of a rock's centre of mass over the terrain at the start; `None` where there is none below it.
-pub fn height(ground: &Terrain, settings: &Settings, at: usize) -> Option<f64> {
-    ground.height(&(Vector3::from(settings.rocks[at].position) - ground.origin), &settings.down())
 }
 
 /// Refuse rock number `at` if it starts beside all of the terrain, below it, or with its surface in it.
@@ -278,7 +276,30 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
             )
             .try_instead(freed(settings, at, &way, by)));
     }
-    Ok(reach::check(model, wall))
+    let mut warnings = reach::check(model, wall);
+    warnings.extend((0..settings.named()).filter_map(|at| too_soft(model, at)));
+    Ok(warnings)
+}
+
+/// What is said of a rock that a net would hold only deep inside its spheres: its weight alone, on those that touch a plane
+/// together, presses them in that far.
+fn too_soft(model: &Model, at: usize) -> Option<String> {
+    let (settings, rock) = (&model.settings, &model.rocks[at]);
+    let laws = model.laws.as_ref()?;
+    let number = laws.number(&settings.rocks[at].material, STRUCTURE)?;
+    let (radius, weight) = (rock.smallest_radius, rock.mass * settings.gravity.norm());
+    let share = resting(&laws.walls[number], radius, weight / rock.facing) / radius;
+    let contact = settings.contacts.get(number)?;
+    let key = if contact.stiffness.is_some() { "stiffness" } else { "young" };
+    (share > LIMIT).then(|| {
+        format!(
+            "contact.{number}.{key}: rock `{}` at rest on the net overlaps it by more than {} of the radius of its spheres \
+             (smallest {} m, above {LIMIT} the law does not hold); 1000 kN/m is stiffness = 1e6, 1 GPa is young = 1e9",
+            rock.name,
+            short(LIMIT),
+            short(radius)
+        )
+    })
 }
 
 /// The deepest overlap of a rock's spheres with the elements of a net, if there is any.
@@ -302,18 +323,4 @@ fn in_elements(start: &Start, wall: &Wall, motion: &Motion) -> Option<Deepest> {
         });
     }
     deepest
-}
-
-/// Distance of an element from a point [m].
-pub(super) fn distance(element: &Element, point: &Vector3<f64>, [a, b, c]: &[Vector3<f64>; 3]) -> f64 {
-    match element.kind {
-        Kind::Point => (a - point).norm(),
-        Kind::Line => {
-            let edge = b - a;
-            on_line(point, a, &edge, crate::contact::broad_phase::mesh_elements::inverse_square(&edge))
-                .to_point
-                .norm()
-        }
-        Kind::Face => on_face(point, [a, b, c]).to_point.norm(),
-    }
 }

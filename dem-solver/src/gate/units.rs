@@ -1,5 +1,6 @@
 //! Units: values that are right in another unit than the one that the scene is written in.
 
+use crate::geometry::sphere::extent;
 use crate::rock::Rock;
 use crate::settings::{ContactSettings, GranularSettings, RockSettings, Shape, SpheresSettings};
 use interface_defs::toolkit::input_error::InputError;
@@ -132,6 +133,16 @@ pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<O
         let what = format!("spheres `{}`: {what}", group.name);
         return Err(scene.invalid(&format!("spheres.{at}.density"), what).try_instead(cure));
     }
+    let speed = norm(&group.velocity).max(group.velocity_scatter);
+    if speed > FASTEST {
+        let key = if norm(&group.velocity) > FASTEST { "velocity" } else { "velocity_scatter" };
+        return Err(scene
+            .invalid(
+                &format!("spheres.{at}.{key}"),
+                format!("spheres `{}`: a speed of {} m/s", group.name, short(speed)),
+            )
+            .try_instead("it is written in m/s; 25 m/s are 90 km/h"));
+    }
     let usual = (DENSITY[0]..=DENSITY[1]).contains(&group.density);
     Ok((!usual).then(|| {
         format!(
@@ -230,6 +241,14 @@ pub fn of_contact(
             friction.to_radians().tan()
         ));
     }
+    if let Some(fast) = contact.friction_dynamic.filter(|fast| *fast > friction) {
+        warnings.push(format!(
+            "contact.{number}.friction_dynamic: {} in fast slip is more than friction = {} at rest, and what slips resists less; \
+             are the two exchanged?",
+            short(fast),
+            short(friction)
+        ));
+    }
     if let Some(ratio) = contact.damping_ratio.filter(|ratio| *ratio > CRITICAL) {
         let what = format!("a damping ratio of {}, and a contact at 1 does not rebound", short(ratio));
         let percent = format!("{} % is damping_ratio = {}", short(ratio), short(0.01 * ratio));
@@ -266,19 +285,6 @@ fn in_metres(longest: f64, shape: &Shape) -> String {
         (false, _) => ["kilometres", &short(1e3 * longest)],
     };
     format!("lengths are in metres; were they in {unit}, it would be {value} m long")
-}
-
-/// Edges of the box around some spheres [m].
-pub fn extent(spheres: impl Iterator<Item = (nalgebra::Vector3<f64>, f64)>) -> [f64; 3] {
-    let nowhere = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    let (low, high) = spheres.fold(nowhere, |(mut low, mut high), (centre, radius)| {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(centre[axis] - radius);
-            high[axis] = high[axis].max(centre[axis] + radius);
-        }
-        (low, high)
-    });
-    [0, 1, 2].map(|axis| high[axis] - low[axis])
 }
 
 fn norm(values: &[f64]) -> f64 {

@@ -1,4 +1,9 @@
-//! Geometry that knows nothing of rocks and laws: closest points, a tree of boxes.
+//! Geometry that knows nothing of rocks and laws: spheres, triangles, closest points, a tree of boxes, whether elements share
+//! their nodes.
 
 pub mod box_tree;
 pub mod closest;
+pub mod shared_nodes;
+pub mod sphere;
+pub mod sphere_tree;
+pub mod triangle;

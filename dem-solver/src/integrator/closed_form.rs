@@ -1,11 +1,9 @@
 //! Flight in closed form, for windows in which no rock can meet the wall.
 //!
-//! Position and velocity are exact at any time, as those of the steps are; the orientation is what the scene's scheme of
-//! rotation makes of it, in as many steps where that is not exact. Switching this off changes no more than rounding.
+//! Position, velocity and orientation are exact at any time, as those of the steps are. Switching this off changes no more than rounding.
 
-use crate::rock::rotation::is_spherical;
+use crate::rock::rotation::{is_spherical, turn};
 use crate::rock::{Motion, Rock};
-use crate::settings::Rotation;
 use nalgebra::Vector3;
 
 /// The steps (1 to `steps`) whose ends must be looked at so that smallest and largest values are those
@@ -40,22 +38,20 @@ pub fn instants(
     found.dedup();
 }
 
-/// Motion at `time` [s] after `start`. `before` is the motion at `earlier` [s] after it, `steps` steps ago.
+/// Motion at `time` [s] after `start`. `before` is the motion at `earlier` [s] after it.
 pub fn motion_at(
     rock: &Rock,
-    rotation: Rotation,
     start: &Motion,
     (before, earlier): (&Motion, f64),
     gravity: &Vector3<f64>,
     time: f64,
-    steps: usize,
 ) -> Motion {
     let momentum = &start.angular_momentum;
     let orientation = if is_spherical(&rock.inertia) {
-        rotation.turn(&start.orientation, momentum, &rock.inertia, time)
+        turn(&start.orientation, momentum, &rock.inertia, time)
     } else {
         // On from the last look: a turn costs what its angle is.
-        rotation.fly(&before.orientation, momentum, &rock.inertia, time - earlier, steps)
+        turn(&before.orientation, momentum, &rock.inertia, time - earlier)
     };
     Motion {
         position: start.position + (start.velocity + gravity * (0.5 * time)) * time,

@@ -18,8 +18,7 @@ use crate::integrator::window::Run;
 use crate::model::Model;
 use crate::model::impact::Passage;
 use crate::model::state::{Against, State};
-use crate::rock::{Motion, Rock};
-use crate::settings::Rotation;
+use crate::rock::{Motion, Rock, rotation};
 use interface_defs::{Fault, Window};
 use nalgebra::Vector3;
 
@@ -73,7 +72,7 @@ impl Run {
         self.middles.clear();
         self.loads.clear();
         for (rock, body) in model.rocks.iter().zip(&state.bodies) {
-            self.middles.push(middle(rock, model.settings.dem.rotation, &body.motion, h));
+            self.middles.push(middle(rock, &body.motion, h));
             self.loads.push(Load::default());
         }
         for rock in 0..model.rocks.len() {
@@ -240,8 +239,7 @@ impl Run {
         after.angular_momentum = before.angular_momentum + load.torque * h;
         after.position = before.position + (before.velocity + after.velocity) * (0.5 * h);
         let half = &self.middles[rock].orientation;
-        let rotation = model.settings.dem.rotation;
-        after.orientation = rotation.turn(half, &after.angular_momentum, &it.inertia, 0.5 * h);
+        after.orientation = rotation::turn(half, &after.angular_momentum, &it.inertia, 0.5 * h);
         if !after.is_finite() {
             let (rows, impact) = (&model.rows, body.track.touch);
             let (against, rows) =
@@ -275,10 +273,10 @@ impl Run {
 }
 
 /// Motion in the middle of a step of `h` [s] that begins with `before`.
-fn middle(rock: &Rock, rotation: Rotation, before: &Motion, h: f64) -> Motion {
+fn middle(rock: &Rock, before: &Motion, h: f64) -> Motion {
     let mut now = *before;
     now.position += before.velocity * (0.5 * h);
-    now.orientation = rotation.turn(&before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * h);
+    now.orientation = rotation::turn(&before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * h);
     now.velocity += before.acceleration * (0.5 * h);
     now.angular_momentum += before.torque * (0.5 * h);
     now

@@ -349,16 +349,8 @@ impl Run {
                 let rock = &model.rocks[r];
                 let before = body.motion;
                 let earlier = time(from) - time(range.start);
-                let rotation = model.settings.dem.rotation;
-                body.motion = closed_form::motion_at(
-                    rock,
-                    rotation,
-                    &self.starts[r],
-                    (&before, earlier),
-                    &gravity,
-                    since,
-                    to - from,
-                );
+                body.motion =
+                    closed_form::motion_at(rock, &self.starts[r], (&before, earlier), &gravity, since);
                 let passage = Passage {
                     start: window.start + time(from),
                     length: time(to) - time(from),

@@ -5,9 +5,8 @@
 //! - [`motion`]: where its nodes are within a window
 
 pub mod motion;
-pub mod shared_nodes;
 
-use crate::interface_mesh::shared_nodes::{Unshared, first_fault};
+use crate::geometry::shared_nodes::{Unshared, first_fault};
 use interface_defs::{Fault, InterfaceMesh};
 use nalgebra::Vector3;
 

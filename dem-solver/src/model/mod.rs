@@ -12,8 +12,8 @@ pub mod runout;
 pub mod state;
 
 use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::broad_phase::sphere_tree::SphereTree;
 use crate::contact::whole_rock::Whole;
+use crate::geometry::sphere_tree::SphereTree;
 use crate::law::table::Laws;
 use crate::rock::Rock;
 use crate::settings::Settings;

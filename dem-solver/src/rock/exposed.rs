@@ -2,8 +2,8 @@
 //!
 //! By points spread evenly over each sphere; the error of an area is about a hundredth of the sphere's.
 
-use super::Sphere;
-use crate::contact::broad_phase::sphere_tree::SphereTree;
+use crate::geometry::sphere::{Sphere, direction};
+use crate::geometry::sphere_tree::SphereTree;
 use nalgebra::Vector3;
 
 /// Points on each sphere.
@@ -37,14 +37,6 @@ pub fn areas(spheres: &[Sphere]) -> Vec<f64> {
         4.0 * std::f64::consts::PI * sphere.radius * sphere.radius * free as f64 / POINTS as f64
     };
     spheres.iter().enumerate().map(area).collect()
-}
-
-/// Point `number` of `count` that are spread evenly over a sphere of radius 1.
-pub fn direction(number: usize, count: usize) -> Vector3<f64> {
-    let z = 1.0 - (2 * number + 1) as f64 / count as f64;
-    let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt()) * number as f64;
-    let across = (1.0 - z * z).sqrt();
-    Vector3::new(across * turn.cos(), across * turn.sin(), z)
 }
 
 #[cfg(test)]

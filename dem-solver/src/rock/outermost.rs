@@ -1,6 +1,6 @@
 //! The spheres that may be the furthest in a direction, and those that touch a plane together.
 
-use super::Sphere;
+use crate::geometry::sphere::Sphere;
 use crate::shape::builtin;
 use nalgebra::Vector3;
 
@@ -84,7 +84,7 @@ pub fn facing(spheres: &[Sphere], surface: &(Vec<Vector3<f64>>, Vec<[u32; 3]>)) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rock::cluster::Lattice;
+    use crate::cluster::lattice::Lattice;
 
     #[test]
     fn the_furthest_sphere_in_any_direction_is_among_the_outermost() {

@@ -1,6 +1,6 @@
 //! `[dem]`: the solver's own step.
 
-use crate::interface_mesh::shared_nodes::Unshared;
+use crate::geometry::shared_nodes::Unshared;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
@@ -75,20 +75,13 @@ impl ContactSelection {
     }
 }
 
-/// How a rock turns freely. Each keeps the angular momentum to the last bit ([`crate::rock::rotation`], with what each errs
-/// and costs).
+/// How a rock turns freely ([`crate::rock::rotation`]). There is one scheme.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rotation {
     /// Taylor series of the free motion: no error but rounding. Flights cost what they turn, not their steps.
     #[default]
     Exact,
-    /// Implicit midpoint rule: second order, no drift of energy.
-    Midpoint,
-    /// Turns about the principal axes one after the other: second order, no drift of energy.
-    Splitting,
-    /// Runge-Kutta of fourth order on the quaternion; the energy drifts.
-    RungeKutta,
 }
 
 impl DemSettings {

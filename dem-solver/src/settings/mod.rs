@@ -10,13 +10,12 @@ pub mod limits;
 pub mod placement;
 pub mod rock;
 pub mod spheres;
-pub mod terrain;
 
+pub use crate::terrain::settings::{NoData, TerrainSettings, ZoneSettings};
 pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
 pub use dem::{ContactSelection, DemSettings, Rotation};
 pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
-pub use terrain::{NoData, TerrainSettings, ZoneSettings};
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;
@@ -68,7 +67,7 @@ impl Settings {
         }
         let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
         spheres::complete(&mut groups, sides.as_ref(), scene)?;
-        let group = spheres::as_rocks(&groups, &mut rocks, scene)?;
+        let group = placement::as_rocks(&groups, &mut rocks, scene)?;
         let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
         let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         let scale = dem.rename_scale(scene)?;
@@ -201,7 +200,6 @@ impl GranularSettings {
         let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         notices.extend(dem.rename_scale(scene)?);
         dem.check(scene)?;
-        crate::gate::gravity::check(scene.gravity()?.into(), false, scene)?;
         Ok(Self {
             spheres: groups,
             walls,
@@ -242,7 +240,7 @@ fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
         "effective_mass" => {
             "each contact of two spheres has their reduced mass, one with the [box] the sphere's"
         }
-        "rotation" => "a sphere turns exactly by any scheme",
+        "rotation" => "a sphere turns exactly",
         _ => "a sphere touches each other sphere and each side of the [box] once",
     };
     Err(scene.invalid(&place, format!("`{key}` beside [[spheres]]: {why}")).try_instead("leave it out"))

@@ -1,9 +1,10 @@
 //! Where the spheres of a scene start: each in its own cell of a lattice that fills the region, at a
 //! random place within the room that is left there.
 
-use super::SpheresSettings;
+use super::rock::RockSettings;
+use super::spheres::SpheresSettings;
 use crate::cluster::index::SphereIndex;
-use crate::rock::Sphere;
+use crate::geometry::sphere::Sphere;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -149,6 +150,39 @@ impl Start {
         }
         worst
     }
+}
+
+/// Add a rock for each sphere of the `groups` to `rocks`; for each the number of its table.
+pub(super) fn as_rocks(
+    groups: &[SpheresSettings],
+    rocks: &mut Vec<RockSettings>,
+    scene: &Scene,
+) -> Result<Vec<u16>, InputError> {
+    for (number, group) in groups.iter().enumerate() {
+        let known =
+            rocks.iter().map(|rock| &rock.name).chain(groups[..number].iter().map(|other| &other.name));
+        if known.into_iter().any(|name| *name == group.name) {
+            let what = format!("`{}` is the name of a rock or of other spheres", group.name);
+            return Err(scene
+                .invalid(&format!("spheres.{number}.name"), what)
+                .try_instead("give each a name of its own"));
+        }
+    }
+    let start = Start::of(groups, scene)?;
+    let mut before = vec![0_usize; groups.len()];
+    for k in 0..start.radius.len() {
+        let group = &groups[usize::from(start.group[k])];
+        let number = &mut before[usize::from(start.group[k])];
+        *number += 1;
+        rocks.push(RockSettings::sphere(
+            format!("{}_{number}", group.name),
+            group.material.clone(),
+            start.radius[k],
+            group.density,
+            [start.position[k].into(), start.velocity[k].into()],
+        ));
+    }
+    Ok(start.group)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! `[[rock]]`: a rigid body and the spheres that stand for it in contact.
 
+use crate::cluster::lattice::Lattice;
 use crate::cluster::{Fit, MOST_SPHERES};
-use crate::rock::cluster::Lattice;
 pub use crate::shape::Shape;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;

@@ -1,10 +1,8 @@
 //! `[[spheres]]` and `[box]`: many separate spheres, and the sides around them and around rocks.
 
-use super::RockSettings;
 use crate::cluster::files;
-use crate::rock::Sphere;
-use crate::settings::placement::Start;
-use crate::shape::formats::read_bytes;
+use crate::geometry::sphere::Sphere;
+use crate::input::{LARGEST, read_bytes};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -169,39 +167,6 @@ impl SpheresSettings {
     }
 }
 
-/// Add a rock for each sphere of the `groups` to `rocks`; for each the number of its table.
-pub(super) fn as_rocks(
-    groups: &[SpheresSettings],
-    rocks: &mut Vec<RockSettings>,
-    scene: &Scene,
-) -> Result<Vec<u16>, InputError> {
-    for (number, group) in groups.iter().enumerate() {
-        let known =
-            rocks.iter().map(|rock| &rock.name).chain(groups[..number].iter().map(|other| &other.name));
-        if known.into_iter().any(|name| *name == group.name) {
-            let what = format!("`{}` is the name of a rock or of other spheres", group.name);
-            return Err(scene
-                .invalid(&format!("spheres.{number}.name"), what)
-                .try_instead("give each a name of its own"));
-        }
-    }
-    let start = Start::of(groups, scene)?;
-    let mut before = vec![0_usize; groups.len()];
-    for k in 0..start.radius.len() {
-        let group = &groups[usize::from(start.group[k])];
-        let number = &mut before[usize::from(start.group[k])];
-        *number += 1;
-        rocks.push(RockSettings::sphere(
-            format!("{}_{number}", group.name),
-            group.material.clone(),
-            start.radius[k],
-            group.density,
-            [start.position[k].into(), start.velocity[k].into()],
-        ));
-    }
-    Ok(start.group)
-}
-
 /// Fill in names and regions, read files; refuse what makes no sense.
 pub(super) fn complete(
     groups: &mut [SpheresSettings],
@@ -259,7 +224,7 @@ fn read(
     let Some(file) = &mut group.file else { return Ok(()) };
     let path = scene.resolve(file);
     *file = std::path::absolute(&path).unwrap_or(path);
-    let spheres = read_bytes(file)
+    let spheres = read_bytes(file, LARGEST)
         .and_then(|bytes| files::read_at_most(&bytes, most).map_err(|e| e.in_file(file)))
         .map_err(|e| invalid("file", format!("`{}`: {e}", group.name)))?;
     for (k, sphere) in spheres.iter().enumerate() {

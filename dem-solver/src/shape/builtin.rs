@@ -1,6 +1,6 @@
 //! Shapes that need no file.
 
-use super::Surface;
+use super::surface::Surface;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 

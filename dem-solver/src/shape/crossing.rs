@@ -5,7 +5,7 @@
 //! rocks have many of, are not taken for crossing ones, and a touch is one.
 //! Source of the predicate: Shewchuk (1997), Discrete Comput. Geom. 18, 305.
 
-use super::Surface;
+use super::surface::Surface;
 use super::tree::SurfaceTree;
 use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};

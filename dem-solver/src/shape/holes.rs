@@ -4,12 +4,10 @@
 //! its corners that have the least area together, without new corners. Source: Barequet and Sharir (1995), Comput.
 //! Aided Geom. Des. 12, 207.
 
-use super::surface::{Flaw, Surface};
+use super::flaw::{Flaw, WIDEST_HOLE};
+use super::surface::Surface;
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Widest hole that is closed, as a share of the surface's size: what a larger one hides is not known.
-pub const WIDEST: f64 = 0.1;
 
 /// Most edges of a rim; the work grows with their third power.
 const MOST_EDGES: usize = 400;
@@ -26,8 +24,8 @@ pub fn close(surface: &mut Surface) -> Result<Option<String>, Flaw> {
     for rim in &rims {
         let corners: Vec<Vector3<f64>> = rim.iter().map(|p| surface.points[*p as usize]).collect();
         let widest = corners.iter().map(|p| (p - corners[0]).norm()).fold(0.0, f64::max);
-        if widest > WIDEST * size || rim.len() > MOST_EDGES {
-            return Err(Flaw::Hole { edges: rim.len(), at: corners[0], widest, most: WIDEST * size });
+        if widest > WIDEST_HOLE * size || rim.len() > MOST_EDGES {
+            return Err(Flaw::Hole { edges: rim.len(), at: corners[0], widest, most: WIDEST_HOLE * size });
         }
         let triangles = fill(&corners);
         area += triangles.iter().map(|t| double_area(t.map(|k| corners[k]))).sum::<f64>() / 2.0;
@@ -113,7 +111,7 @@ fn fill(corners: &[Vector3<f64>]) -> Vec<[usize; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::surface::Mend;
+    use crate::shape::closed::Mend;
     use crate::shape::{Body, builtin};
 
     fn without(few: &[usize]) -> Surface {

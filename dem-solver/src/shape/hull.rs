@@ -1,6 +1,6 @@
 //! The convex hull of points.
 
-use super::Surface;
+use super::surface::Surface;
 use nalgebra::Vector3;
 use parry3d_f64::math::Vector;
 use parry3d_f64::transformation::try_convex_hull;

@@ -6,7 +6,7 @@
 //!
 //! Source: Tonon (2005), J. Math. Stat. 1, 8; Mirtich (1996), J. Graphics Tools 1, 31.
 
-use super::Surface;
+use super::surface::Surface;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 
 /// What a solid of density 1 kg/m3 weighs and how it resists rotation.

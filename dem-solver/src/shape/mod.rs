@@ -1,6 +1,7 @@
 //! The true solid of a rock as a closed surface of triangles.
 //!
-//! - [`surface`]: welded, consistently oriented, checked; what a flaw looks like and where it is
+//! - [`surface`]: triangles with common corners
+//! - [`closed`], [`flaw`]: welded, consistently oriented, checked; what a flaw looks like and where it is
 //! - [`crossing`]: whether a surface runs through itself
 //! - [`holes`], [`pieces`]: small holes closed when asked for, one of several surfaces
 //! - [`integrals`]: exact volume, centre and inertia
@@ -10,7 +11,9 @@
 //! - [`spec`]: one shape from all of these, as a scene or a command line names it
 
 pub mod builtin;
+pub mod closed;
 pub mod crossing;
+pub mod flaw;
 pub mod formats;
 pub mod holes;
 pub mod hull;
@@ -20,6 +23,7 @@ pub mod spec;
 pub mod surface;
 pub mod tree;
 
+pub use flaw::Flaw;
 pub use integrals::Body;
 pub use spec::Shape;
-pub use surface::{Flaw, Surface};
+pub use surface::Surface;

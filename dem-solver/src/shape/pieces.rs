@@ -1,7 +1,7 @@
 //! The separate closed surfaces among triangles: which they are, and one of them alone.
 
-use super::Surface;
-use super::surface::Flaw;
+use super::integrals::Body;
+use super::surface::Surface;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,32 +42,8 @@ impl From<&str> for PieceChoice {
 }
 
 /// The last name that a file has given before a triangle (number from 1).
-fn name_at(names: &[(usize, String)], triangle: usize) -> Option<&String> {
+pub fn name_at(names: &[(usize, String)], triangle: usize) -> Option<&String> {
     names.iter().rev().find(|(before, _)| *before < triangle).map(|(_, name)| name)
-}
-
-/// The number of the piece that is asked for, from 1. `numbers` are those of the triangles in the file.
-pub fn chosen(
-    choice: &PieceChoice,
-    surface: &Surface,
-    numbers: &[usize],
-    names: &[(usize, String)],
-) -> Result<u32, Flaw> {
-    let asked = match choice {
-        PieceChoice::Number(number) => return Ok(*number),
-        PieceChoice::Name(name) => name,
-    };
-    let (of, count) = of_triangles(surface);
-    let name = |k: usize| of.iter().position(|p| *p == k).and_then(|t| name_at(names, numbers[t]));
-    let same: Vec<usize> = (0..count).filter(|k| name(*k) == Some(asked)).map(|k| k + 1).collect();
-    match same[..] {
-        [number] => Ok(number as u32),
-        _ => {
-            let mut all: Vec<String> = (0..count).filter_map(name).cloned().collect();
-            all.dedup();
-            Err(Flaw::NoName(asked.clone(), same, all))
-        }
-    }
 }
 
 /// All pieces, for a message.
@@ -156,7 +132,7 @@ pub fn describe(surface: &Surface, numbers: &[usize]) -> Pieces {
             name: None,
             first: numbers[own[0]],
             triangles: own.len(),
-            volume: super::Body::of(&alone).volume,
+            volume: Body::of(&alone).volume,
             middle: (low + high) / 2.0,
         });
     }

@@ -1,9 +1,10 @@
 //! One shape, as a scene (`shape = { type = "box", ... }`) or a command line (`box:0.2,0.4,0.6`) names it.
 
-use super::formats::read_surface;
+use super::closed::Mend;
+use super::formats::{self, read_surface};
 use super::pieces::PieceChoice;
-use super::surface::Mend;
-use super::{Surface, builtin, hull};
+use super::surface::Surface;
+use super::{builtin, hull};
 use interface_defs::toolkit::input_error::InputError;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -107,7 +108,8 @@ impl Shape {
     /// From a command line: one of [`NAMES`], or a file, with `scale` metres per unit.
     pub fn parse(text: &str, scale: f64) -> Result<Self, InputError> {
         let refuse = |what: String| {
-            InputError::in_file(text, what).try_instead(format!("a file (.stl, .obj) or one of {NAMES}"))
+            InputError::in_file(text, what)
+                .try_instead(format!("a file ({}) or one of {NAMES}", formats::known(", ")))
         };
         let Some((name, values)) = text.split_once(':').filter(|_| !std::path::Path::new(text).exists())
         else {

@@ -4,7 +4,7 @@
 //! triangle, of both triangles at an edge (their sum), of all at a vertex (weighted with the angles).
 //! Source: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
-use super::Surface;
+use super::surface::Surface;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 

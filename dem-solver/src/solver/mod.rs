@@ -4,9 +4,9 @@
 //! [`crate::results`] reports.
 
 use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::broad_phase::sphere_tree::SphereTree;
 use crate::contact::narrow_phase::selection::Crossings;
 use crate::gate;
+use crate::geometry::sphere_tree::SphereTree;
 use crate::integrator::rock_stage::{DEEPEST_AT_START, Meetings};
 use crate::integrator::window::Run;
 use crate::interface_mesh::Wall;

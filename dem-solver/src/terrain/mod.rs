@@ -4,28 +4,30 @@
 //! terrain: survey coordinates of 2.6e6 m leave 5e-10 m to a double, local ones 1e-12 m. What a user
 //! writes and reads has the origin added.
 //!
+//! - [`settings`]: the table `[terrain]`
 //! - [`formats`]: from files to rasters, points, triangles
+//! - [`raster`]: heights on a grid
 //! - [`triangulation`]: from those to one surface, its holes refused or cut
 //! - [`zones`]: which material lies where
-//! - [`face`]: one of its triangles
 //! - [`queries`]: what is near, how high a point stands, for how long a flight is free
 //! - [`slope`]: one that is generated
 //! - `winding`: which side is up
 
-pub mod face;
 pub mod formats;
 pub mod queries;
+pub mod raster;
+pub mod settings;
 pub mod slope;
 pub mod triangulation;
 mod winding;
 pub mod zones;
 
 use crate::geometry::box_tree::{Bounds, BoxTree, morton_order};
-use crate::interface_mesh::shared_nodes::{Unshared, first_fault};
-use crate::settings::TerrainSettings;
+use crate::geometry::shared_nodes::{Unshared, first_fault};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use settings::TerrainSettings;
 use triangulation::Triangulated;
 
 /// The terrain. Triangles stand in the order of the tree; a triangle's number is its place there.

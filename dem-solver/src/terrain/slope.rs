@@ -1,10 +1,7 @@
 //! A generated slope: a steep face above benches above a run-out, roughness from a seed. To try things out
 //! on, and to measure with; the terrain that the project ships is made by it.
 
-use super::triangulation::Raster;
-use std::fmt::Write as _;
-use std::io::Write as _;
-use std::path::Path;
+use super::raster::Raster;
 
 /// A slope that falls along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,28 +76,5 @@ impl Slope {
             x ^= x >> 31;
         }
         (x >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
-
-impl Raster {
-    /// Write it as an ESRI grid.
-    pub fn write_asc(&self, path: &Path) -> std::io::Result<()> {
-        let [dx, dy] = self.spacing;
-        let [nx, ny] = self.counts;
-        let mut text =
-            format!("ncols {nx}\nnrows {ny}\nxllcenter {}\nyllcenter {}\n", self.corner[0], self.corner[1]);
-        let _ = if dx == dy { writeln!(text, "cellsize {dx}") } else { writeln!(text, "dx {dx}\ndy {dy}") };
-        text += "NODATA_value -9999\n";
-        let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
-        for row in self.heights.chunks(nx) {
-            for (i, z) in row.iter().enumerate() {
-                let z = if z.is_nan() { -9999.0 } else { *z };
-                let _ = write!(text, "{}{z}", if i > 0 { " " } else { "" });
-            }
-            text.push('\n');
-            file.write_all(text.as_bytes())?;
-            text.clear();
-        }
-        file.flush()
     }
 }

@@ -1,7 +1,8 @@
 //! From what a file holds (a raster of heights, points, triangles) to one surface with a local origin.
 
 use super::formats::{self, Content};
-use crate::settings::{NoData, TerrainSettings};
+use super::raster::Raster;
+use super::settings::{NoData, TerrainSettings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -20,23 +21,10 @@ pub struct Triangulated {
     pub notices: Vec<String>,
 }
 
-/// Heights at the crossings of a grid.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Raster {
-    /// First column's x and last row's y [m].
-    pub corner: [f64; 2],
-    /// Distance of columns and of rows [m], above 0.
-    pub spacing: [f64; 2],
-    /// Columns, rows.
-    pub counts: [usize; 2],
-    /// Heights [m], row by row from the north (largest y), west to east; NaN where there is none.
-    pub heights: Vec<f64>,
-}
-
 /// Read the terrain of a scene.
 pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Triangulated, InputError> {
     let path = scene.resolve(&settings.file);
-    match formats::terrain(&path, settings)? {
+    match formats::terrain(&path, &settings.classes, settings.nodata_value)? {
         Content::Raster(raster) => from_raster(&raster, settings.nodata, &path.display().to_string()),
         Content::Points(points) => from_points(&points, settings.longest_edge, &path.display().to_string()),
         Content::Triangles { nodes, triangles, notices } => {

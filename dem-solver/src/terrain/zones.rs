@@ -1,8 +1,8 @@
 //! Which material lies where: polygons in the scene, or a raster of zone numbers.
 
 use super::formats;
-use super::triangulation::Raster;
-use crate::settings::TerrainSettings;
+use super::raster::Raster;
+use super::settings::TerrainSettings;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -82,19 +82,6 @@ impl Zones {
         let zone =
             |n: f64| self.numbers.iter().find(|(number, _)| *number as f64 == n).map(|(_, zone)| *zone);
         number.and_then(zone).unwrap_or(0)
-    }
-}
-
-impl Raster {
-    /// Value of the cell that holds a point, `None` outside or where there is none.
-    fn nearest(&self, x: f64, y: f64) -> Option<f64> {
-        let cell = |v: f64, from: f64, size: f64, count: usize| {
-            let at = ((v - from) / size).round();
-            (at >= 0.0 && at < count as f64).then_some(at as usize)
-        };
-        let column = cell(x, self.corner[0], self.spacing[0], self.counts[0])?;
-        let row = self.counts[1] - 1 - cell(y, self.corner[1], self.spacing[1], self.counts[1])?;
-        Some(self.heights[row * self.counts[0] + column]).filter(|v| !v.is_nan())
     }
 }
 

@@ -4,7 +4,7 @@ use crate::sampled::Sampled;
 use crate::solids::solid;
 use dem_solver::DemSolver;
 use dem_solver::cluster::{Accuracy, Bound, Fit, Wish, files, kept, make, measured};
-use dem_solver::rock::Sphere;
+use dem_solver::geometry::sphere::Sphere;
 use dem_solver::shape::{Surface, builtin};
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;

@@ -184,7 +184,7 @@ fn tables_of_the_other_engine_are_refused_by_both_names() {
     let balls = scene(Box, LAW);
     for (text, names) in [
         (format!("{rocks}threads = 2\n"), ["`threads`", "[[rock]]"]),
-        (format!("{balls}rotation = \"midpoint\"\n"), ["`rotation`", "[[spheres]]"]),
+        (format!("{balls}rotation = \"exact\"\n"), ["`rotation`", "[[spheres]]"]),
         (format!("{balls}contact_selection = \"nearest\"\n"), ["`contact_selection`", "[[spheres]]"]),
     ] {
         let message = refused(&text);

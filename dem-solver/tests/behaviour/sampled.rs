@@ -2,7 +2,7 @@
 //! show it: points on a grid, then finer ones around the furthest. Distances to triangles by a library, to spheres by a
 //! look at every one.
 
-use dem_solver::rock::Sphere;
+use dem_solver::geometry::sphere::Sphere;
 use dem_solver::shape::Surface;
 use nalgebra::Vector3;
 use parry3d_f64::math::Vector;

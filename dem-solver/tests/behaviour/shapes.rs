@@ -4,8 +4,8 @@ use crate::bench::{Setup, fixed_plane};
 use dem_solver::DemSolver;
 use dem_solver::check::check;
 use dem_solver::cluster::{Accuracy, Fit, Wish, files, make};
-use dem_solver::rock::Sphere;
-use dem_solver::shape::formats::{obj, stl};
+use dem_solver::geometry::sphere::Sphere;
+use dem_solver::shape::formats::{Facets, obj, stl};
 use dem_solver::shape::{Body, Shape, Surface};
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
@@ -249,7 +249,7 @@ fn a_mesh_and_a_cluster_from_files_fall_and_turn_as_the_box_they_describe() {
         text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
     }
     std::fs::write(dir.path().join("rock.obj"), text).expect("written");
-    let lattice = dem_solver::rock::cluster::Lattice::within(size.into(), 50).expect("fits").spheres();
+    let lattice = dem_solver::cluster::lattice::Lattice::within(size.into(), 50).expect("fits").spheres();
     let moved: Vec<Sphere> =
         lattice.iter().map(|s| Sphere { centre: turn * s.centre + shift, ..*s }).collect();
     std::fs::write(dir.path().join("rock.xyzr"), files::text(&[], &moved)).expect("written");
@@ -338,7 +338,10 @@ fn readers_hold_against_thousands_of_mutated_files() {
     let text = files::text(&["a rock".into()], &spheres);
     let clu = format!("Name\nrock\nBegin centers_and_radii\n{text}End centers_and_radii\nVolume\n0.1\n");
     type Reader = fn(&[u8]) -> bool;
-    let soup: Reader = |b| stl::read(b, 1000).is_ok_and(|t| Surface::from_soup(&t.corners).is_ok());
+    let soup: Reader = |b| {
+        let read = stl::read(b, 1000).map(Facets::indexed);
+        read.is_ok_and(|(p, t)| Surface::from_indexed(p, t).is_ok())
+    };
     let indexed: Reader = |b| obj::read(b, 1000).is_ok_and(|(p, t)| Surface::from_indexed(p, t).is_ok());
     let readers: [(&[u8], Reader); 5] = [
         (ascii.as_bytes(), soup),

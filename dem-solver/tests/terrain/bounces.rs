@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, G, dropped, plane};
 use dem_solver::model::state::Against;
-use dem_solver::settings::Rotation;
+use dem_solver::rock::rotation::turn;
 use nalgebra::Vector3;
 
 const YOUNG: f64 = 2e15;
@@ -132,8 +132,7 @@ fn the_moment_about_the_contact_of_an_edge_closes_in_every_step() {
         steps += 1;
         // Where the forces were evaluated: half a step from the start, the orientation likewise.
         let middle = before.position + before.velocity * (0.5 * step);
-        let turn =
-            Rotation::Exact.turn(&before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * step);
+        let turn = turn(&before.orientation, &before.angular_momentum, &rock.inertia, 0.5 * step);
         let origin = bench.solver.model().origin;
         let lowest = rock
             .spheres

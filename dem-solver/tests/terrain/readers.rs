@@ -56,6 +56,17 @@ fn asc() -> Vec<u8> {
     std::fs::read(dir.path().join("t.asc")).expect("read")
 }
 
+/// Rows from the south, limits at the nodes.
+fn grd() -> Vec<u8> {
+    let raster = slope().raster();
+    let mut text = String::from("DSAA\n9 7\n2600000 2600016\n1200000 1200012\n0 2000\n");
+    for row in raster.heights.chunks(9).rev() {
+        row.iter().for_each(|z| write!(text, "{z} ").expect("text"));
+        text.push('\n');
+    }
+    text.into_bytes()
+}
+
 fn xyz() -> Vec<u8> {
     let mut text = String::from("x,y,z\n");
     points().iter().for_each(|[x, y, z]| writeln!(text, "{x},{y},{z}").expect("text"));
@@ -152,6 +163,7 @@ fn every() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("t.asc", asc()),
         ("t.tif", tif()),
+        ("t.grd", grd()),
         ("t.xyz", xyz()),
         ("t.las", las(false)),
         ("t.laz", las(true)),
@@ -196,13 +208,17 @@ fn holes_are_refused_with_their_place_or_cut_out() {
         "{refused}"
     );
     assert!(refused.contains("nodata = \"cut\""), "{refused}");
-    // Of the four cells around it one triangle each is left.
-    let cut = read("t.asc", &bytes, |s| s.nodata = NoData::Cut).expect("cut");
-    assert_eq!((cut.nodes.len(), cut.triangles.len()), (62, 92));
-    let at = |x: f64, y: f64| {
-        cut.height(&(Vector3::new(2.6e6 + x, 1.2e6 + y, 1600.0) - cut.origin), &-Vector3::z())
-    };
-    assert!(at(8.1, 6.1).is_none() && at(3.0, 3.0).is_some() && at(-0.1, 3.0).is_none());
+    let height = slope().raster().heights[3 * 9 + 4];
+    let grid = String::from_utf8(grd()).expect("text").replacen(&format!("{height} "), "1.70141e+38 ", 1);
+    for (name, bytes) in [("t.asc", bytes), ("t.grd", grid.into_bytes())] {
+        // Of the four cells around it one triangle each is left.
+        let cut = read(name, &bytes, |s| s.nodata = NoData::Cut).expect("cut");
+        assert_eq!((cut.nodes.len(), cut.triangles.len()), (62, 92), "{name}");
+        let at = |x: f64, y: f64| {
+            cut.height(&(Vector3::new(2.6e6 + x, 1.2e6 + y, 1600.0) - cut.origin), &-Vector3::z())
+        };
+        assert!(at(8.1, 6.1).is_none() && at(3.0, 3.0).is_some() && at(-0.1, 3.0).is_none(), "{name}");
+    }
 }
 
 #[test]
@@ -284,7 +300,7 @@ fn a_fault_is_told_with_file_and_line() {
         (
             "t.dem",
             "1".into(),
-            "t.dem: `.dem` is no terrain that can be read; known are .asc, .tif, .xyz, .las, .laz, .stl, .obj",
+            "t.dem: `.dem` is no terrain that can be read; known are .asc, .tif, .grd, .xyz, .las, .laz, .stl, .obj",
         ),
     ] {
         let error = read(name, text.as_bytes(), |_| {}).expect_err(expected);

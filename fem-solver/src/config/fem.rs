@@ -1,6 +1,6 @@
 //! `[fem]`: how the structure is advanced in time.
 
-use super::bounds::positive;
+use crate::read::bounds::positive;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
@@ -171,6 +171,13 @@ impl FemConfig {
             positive(scene, "fem.time_step", step, "s")?;
         }
         positive(scene, "fem.newton.tolerance", self.newton.tolerance, "")?;
+        if self.newton.tolerance >= 1.0 {
+            let what = format!(
+                "a tolerance of {} accepts what is no equilibrium: 1 is the load",
+                self.newton.tolerance
+            );
+            return Err(scene.invalid("fem.newton.tolerance", what).try_instead("1e-10 is the default"));
+        }
         if self.newton.max_iterations == Some(0) {
             return Err(
                 scene.invalid("fem.newton.max_iterations", "no Newton iteration is allowed; write 1 or more")

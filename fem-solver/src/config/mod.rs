@@ -1,14 +1,11 @@
 //! The tables of a scene that are this program's: `[structure]`, `[fem]`, `[[gauge]]`.
 
-pub(crate) mod bounds;
 pub mod fem;
 pub mod gauge;
 pub mod generator;
-pub mod part;
 pub mod scheme;
 pub mod structure;
 
-pub(crate) use bounds::{not_negative, positive};
 pub use fem::{FemConfig, Integrator, NewtonConfig};
 pub use gauge::{GaugeConfig, Quantity};
 pub use structure::StructureConfig;

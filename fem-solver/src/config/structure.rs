@@ -1,7 +1,8 @@
 //! `[structure]`: a mesh file, a generated structure, or nodes and elements one by one.
 
 use super::generator::Generator;
-use super::part::{CablePart, PartConfig};
+use crate::element::PartConfig;
+use crate::element::cable_part::{CableConfig, Stated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -88,64 +89,6 @@ pub enum FormFinding {
     None,
 }
 
-/// Properties of a cable as far as they are stated.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Stated {
-    /// Young's modulus [Pa].
-    pub young: Option<f64>,
-    /// Section [m2].
-    pub area: Option<f64>,
-    /// Density [kg/m3].
-    pub density: Option<f64>,
-    /// Second Piola-Kirchhoff stress [Pa].
-    pub prestress: Option<f64>,
-    /// Whether it carries no compression.
-    pub tension_only: Option<bool>,
-    /// Radius for contact [m].
-    pub radius: Option<f64>,
-}
-
-/// What an entry with properties of a cable states.
-macro_rules! stated {
-    ($($entry:ty),*) => {$(
-        impl $entry {
-            /// The properties that it states itself.
-            pub fn stated(&self) -> Stated {
-                Stated {
-                    young: self.young,
-                    area: self.area,
-                    density: self.density,
-                    prestress: self.prestress,
-                    tension_only: self.tension_only,
-                    radius: self.radius,
-                }
-            }
-        }
-    )*};
-}
-stated!(CableEntry, CablePart);
-
-/// Properties of a cable.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CableConfig {
-    /// Young's modulus [Pa].
-    pub young: f64,
-    /// Section [m2].
-    pub area: f64,
-    /// Density [kg/m3]; 0: without mass.
-    pub density: f64,
-    /// Second Piola-Kirchhoff stress as modelled [Pa]; below 0: slack. Default 0.
-    #[serde(default)]
-    pub prestress: f64,
-    /// Whether it carries no compression. Default true.
-    #[serde(default = "yes")]
-    pub tension_only: bool,
-    /// Radius for contact [m]. Default 0, a mathematical line.
-    #[serde(default)]
-    pub radius: f64,
-}
-
 /// A cable between two nodes; what it does not state comes from `[structure.cable]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -174,6 +117,20 @@ pub struct CableEntry {
     /// Radius for contact [m].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
+}
+
+impl CableEntry {
+    /// The properties that it states itself.
+    pub fn stated(&self) -> Stated {
+        Stated {
+            young: self.young,
+            area: self.area,
+            density: self.density,
+            prestress: self.prestress,
+            tension_only: self.tension_only,
+            radius: self.radius,
+        }
+    }
 }
 
 /// Nodes by number (from 0), by group, or the node at a point: exactly one of the three.
@@ -333,7 +290,6 @@ pub struct GroupEntry {
     pub nodes: Vec<usize>,
 }
 
-/// Exactly two: an array would take the first two of more.
 /// Rows of a history, at least one.
 fn rows<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<[f64; 2]>, D::Error> {
     let rows = Vec::<[f64; 2]>::deserialize(deserializer)?;
@@ -345,6 +301,7 @@ fn rows<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<[f64; 2
     Ok(rows)
 }
 
+/// Exactly two: an array would take the first two of more.
 fn two_nodes<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<[usize; 2], D::Error> {
     let nodes = Vec::<usize>::deserialize(deserializer)?;
     <[usize; 2]>::try_from(nodes).map_err(|nodes| {

@@ -19,6 +19,9 @@
 //!
 //! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
 
+mod part;
+
+pub use self::part::BeamPart;
 use super::bar::Rupture;
 use super::segment::{add_block, add_consistent_mass, add_vector, vector};
 use super::turn::{self, START, TURN};
@@ -56,7 +59,7 @@ const BROKEN: usize = 2 * TURN;
 const LOST: usize = BROKEN + 1;
 
 /// The beam at given displacements and rotations.
-struct Shape {
+struct BeamShape {
     length: f64,
     e: Vector3<f64>,
     /// Cross axes of each node: `axes[node][plane]`.
@@ -82,14 +85,14 @@ fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 impl Beam {
-    fn shape(&self, u: &[f64], history: &[f64]) -> Shape {
+    fn shape(&self, u: &[f64], history: &[f64]) -> BeamShape {
         let d = self.span + vector(u, 6) - vector(u, 0);
         let length = d.norm();
         let axes = [0, 1].map(|node| {
             let turn = turn::rotation(u, history, node);
             self.axes.map(|axis| turn * axis)
         });
-        Shape { length, e: d / length, axes }
+        BeamShape { length, e: d / length, axes }
     }
 
     fn rest(&self) -> f64 {
@@ -97,11 +100,11 @@ impl Beam {
     }
 
     /// Axial force [N].
-    fn force(&self, shape: &Shape) -> f64 {
+    fn force(&self, shape: &BeamShape) -> f64 {
         self.axial / self.rest() * (shape.length - self.rest())
     }
 
-    fn stored(&self, shape: &Shape) -> f64 {
+    fn stored(&self, shape: &BeamShape) -> f64 {
         let rest = self.rest();
         let stretch = shape.length - rest;
         let mut energy = 0.5 * self.axial / rest * stretch * stretch;
@@ -114,7 +117,7 @@ impl Beam {
     }
 }
 
-impl Shape {
+impl BeamShape {
     fn twist(&self) -> f64 {
         let [[a1, b1], [a2, b2]] = self.axes;
         0.5 * (b1.dot(&a2) - a1.dot(&b2))
@@ -154,7 +157,7 @@ fn add_product(k: &mut [f64], factor: f64, a: &Gradient, b: &Gradient) {
 }
 
 /// Second derivative of `s = e . a` times `factor`, `a` being an axis of `node`.
-fn add_curvature(k: &mut [f64], factor: f64, shape: &Shape, a: &Vector3<f64>, node: usize) {
+fn add_curvature(k: &mut [f64], factor: f64, shape: &BeamShape, a: &Vector3<f64>, node: usize) {
     let (e, l) = (shape.e, shape.length);
     let s = e.dot(a);
     let across = Matrix3::identity() - e * e.transpose();

@@ -1,10 +1,14 @@
 //! An energy-dissipating device between two nodes: force over elongation by a table, plastic, with an end stop.
 
 use super::bar::Rupture;
+use super::cable_part::CableConfig;
+use super::part::{Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part};
 use super::segment::{Segment, add_consistent_mass, add_pair, add_vector};
 use super::{Answer, Element, Energy};
 use crate::element::Slack;
 use crate::element::material::{HISTORY, Law};
+use crate::read::mesh::Kind;
+use interface_defs::toolkit::input_error::InputError;
 use nalgebra::{Matrix3, Vector3};
 
 /// A brake, or any two-node device with a force `N(l - L)` along its line.
@@ -138,6 +142,146 @@ impl Element for Brake {
 
     fn elongation(&self, u: &[f64]) -> f64 {
         self.segment(u).0.length - self.span.norm()
+    }
+}
+
+part! {
+    /// Energy-dissipating devices between two nodes.
+    BrakePart {
+        /// Stiffness before it yields, on unloading, and beyond its stroke [N/m].
+        stiffness: f64,
+        /// Curve of a slow test: rows `[elongation, force]` [m, N], the first where it yields, at
+        /// `force / stiffness` or more; constant beyond the last. Empty: elastic.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        curve: Vec<[f64; 2]>,
+        /// Plastic travel at which it comes to its end stop [m]. Default: none.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stroke: Option<f64>,
+        /// Mass of each [kg]. Default 0.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        mass: f64,
+        /// Length at which its force begins [m]. Default the distance of its nodes.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        length: Option<f64>,
+        /// Whether it carries no compression. Default true.
+        #[serde(default = "crate::element::part::yes")]
+        tension_only: bool,
+    }
+}
+
+impl BrakePart {
+    /// Force [N] over plastic travel [m]: the curve less the elastic share of its elongations, which is given back on
+    /// unloading.
+    fn hardening(&self, key: &Key) -> Result<Vec<(f64, f64)>, InputError> {
+        let mut hardening: Vec<(f64, f64)> = Vec::new();
+        for row in &self.curve {
+            let travel = row[0] - row[1] / self.stiffness;
+            let before = hardening.last().map_or(0.0, |(a, _)| *a);
+            let least = -1e-9 * row[0].abs();
+            if travel < before + least || (!hardening.is_empty() && travel <= before) {
+                let what = format!(
+                    "under {} N the stiffness alone gives an elongation of {} m, the curve says {} m: its travel must grow",
+                    row[1],
+                    row[1] / self.stiffness,
+                    row[0]
+                );
+                return Err(key.invalid("curve", what).try_instead("a larger stiffness"));
+            }
+            if hardening.is_empty() {
+                hardening.push((0.0, row[1]));
+                if travel > 1e-9 * row[0] {
+                    hardening.push((travel, row[1]));
+                }
+            } else {
+                hardening.push((travel, row[1]));
+            }
+        }
+        Ok(hardening)
+    }
+
+    /// Refuse a curve that the prestress of a rope at the brake exceeds from the start; what its forces may not have meant.
+    fn judge_curve(&self, at: &Surroundings) -> Result<Vec<String>, InputError> {
+        let (key, most) = (&at.key.key, self.curve.iter().map(|row| row[1]).fold(0.0, f64::max));
+        if let Some((rope, pull)) = (at.pulled)().filter(|(_, pull)| most > 0.0 && most <= *pull) {
+            let what = format!(
+                "curve: the brake gives way under {most} N at most, and the prestress of `{rope}`, which ends at it, \
+                 alone is {pull:.4e} N"
+            );
+            return Err(at
+                .key
+                .invalid("curve", what)
+                .try_instead("rows are [elongation in m, force in N]: 120 kN is 1.2e5; or less prestress"));
+        }
+        let mut warnings = Vec::new();
+        if most > 0.0 && most < 1e3 {
+            warnings
+                .push(format!("{key}.curve: the brake gives way under {most} N at most; 120 kN is 1.2e5"));
+        }
+        if let (Some(force), Some(first)) = (self.rupture_force, self.curve.first())
+            && force <= first[1]
+        {
+            warnings.push(format!(
+                "{key}.rupture_force: the brake breaks under {force} N, before it gives way under {} N",
+                first[1]
+            ));
+        }
+        Ok(warnings)
+    }
+}
+
+impl PartSettings for BrakePart {
+    fn plural(&self) -> &'static str {
+        "brakes"
+    }
+
+    fn nodes(&self) -> (usize, usize) {
+        (2, 2)
+    }
+
+    fn takes(&self, kind: Kind) -> bool {
+        kind == Kind::Line2
+    }
+
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError> {
+        let key = cell.key;
+        key.positive("stiffness", self.stiffness, "N/m")?;
+        key.not_negative("mass", self.mass, "kg")?;
+        key.not_negative("radius", self.radius.unwrap_or(0.0), "m")?;
+        if let Some(length) = self.length {
+            key.positive("length", length, "m")?;
+        }
+        if let Some(stroke) = self.stroke {
+            key.positive("stroke", stroke, "m")?;
+        }
+        key.check_table("curve", &self.curve)?;
+        let hardening = self.hardening(key)?;
+        let limit = self.stroke.unwrap_or(f64::INFINITY);
+        let span = cell.spans()[0];
+        let brake = Brake {
+            nodes: cell.ends(),
+            span,
+            length: self.length.unwrap_or(span.norm()),
+            mass: self.mass,
+            radius: self.radius.unwrap_or(0.0),
+            law: Law { hardening, limit, ..Law::elastic(self.stiffness, 0.0, self.tension_only) },
+            rupture: key.rupture(self.rupture_force, None)?,
+        };
+        made.elements.push(brake.into());
+        Ok(())
+    }
+
+    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
+        Some(StatedSection { radius: self.radius, ..StatedSection::default() })
+    }
+
+    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, InputError> {
+        let travel = self.curve.last().map_or(0.0, |row| row[0]);
+        for (name, value) in [("stroke", self.stroke.unwrap_or(0.0)), ("curve", travel)] {
+            if value > 10.0 * at.extent {
+                return Err(at.too_long(name, value, "the whole structure has an extent of", at.extent));
+            }
+        }
+        self.judge_curve(at)
     }
 }
 

@@ -14,6 +14,9 @@
 //!
 //! Source: handbook 2.4; Pipkin (1986), IMA J. Appl. Math. 36, 85 (relaxed energy).
 
+pub(super) mod part;
+
+pub use self::part::MembranePart;
 use super::segment::{add_block, add_vector, vector};
 use super::{Answer, Element, Energy};
 use crate::element::Slack;

@@ -19,7 +19,7 @@ const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.
 
 /// A Gauss point.
 #[derive(Debug, Clone)]
-pub struct Point {
+pub struct GaussPoint {
     /// Axes of the plane there as modelled, orthonormal.
     pub axes: [Vector3<f64>; 2],
     /// `dN_I/dX_a` of each corner [1/m].
@@ -36,7 +36,7 @@ pub struct MembraneQuad {
     /// Its four nodes, around.
     pub nodes: [usize; 4],
     /// Its Gauss points.
-    pub points: Box<[Point; 4]>,
+    pub points: Box<[GaussPoint; 4]>,
     /// Thickness [m].
     pub thickness: f64,
     /// Density [kg/m3].
@@ -60,7 +60,7 @@ fn directions(x: &[Vector3<f64>; 4], slopes: &[Vector2<f64>; 4]) -> [Vector3<f64
 
 impl MembraneQuad {
     /// The Gauss points of the quadrilateral `x`. `None` where it is not convex, has no area, or `along` is normal to it.
-    pub fn points(x: &[Vector3<f64>; 4], along: &Vector3<f64>) -> Option<Box<[Point; 4]>> {
+    pub fn points(x: &[Vector3<f64>; 4], along: &Vector3<f64>) -> Option<Box<[GaussPoint; 4]>> {
         let normal = (x[2] - x[0]).cross(&(x[3] - x[1]));
         let size = (x[2] - x[0]).norm_squared() + (x[3] - x[1]).norm_squared();
         let convex = CORNERS.iter().all(|[r, s]| {
@@ -83,13 +83,13 @@ impl MembraneQuad {
             let axes = [first, unit.cross(&first)];
             // dN/dr = J^T dN/dX with J_ac = A_a . dX/dr_c.
             let turned = Matrix2::from_fn(|c, k| axes[k].dot(&[a, b][c])).try_inverse()?;
-            Some(Point { axes, slopes: slopes.map(|slope| turned * slope), shape, area })
+            Some(GaussPoint { axes, slopes: slopes.map(|slope| turned * slope), shape, area })
         });
         Some(Box::new([points.next()??, points.next()??, points.next()??, points.next()??]))
     }
 
     fn sheet(&self, point: usize) -> Sheet<'_> {
-        let Point { axes, slopes, area, .. } = &self.points[point];
+        let GaussPoint { axes, slopes, area, .. } = &self.points[point];
         Sheet { axes, slopes, volume: area * self.thickness, fabric: &self.fabric }
     }
 
@@ -127,7 +127,7 @@ impl Element for MembraneQuad {
 
     fn consistent_mass(&self, mass: &mut [f64]) {
         for (at, m) in mass.iter_mut().enumerate() {
-            let both = |p: &Point| p.area * (p.shape[at / 4] * p.shape[at % 4]);
+            let both = |p: &GaussPoint| p.area * (p.shape[at / 4] * p.shape[at % 4]);
             *m = self.line_density() * self.points.iter().map(both).sum::<f64>();
         }
     }

@@ -3,12 +3,16 @@
 //! Displacements count from the structure as it is modelled. With `W` the energy, the internal
 //! force is `f = dW/du` and the tangent `K = df/du`; the tests of each file differentiate one to
 //! find the other. What many cables do at once, and fast, is in [`crate::internal_force::kernel`]; all others go
-//! through [`Element`]. To add one: a file here, with `impl Element`, and a line in [`AnyElement`].
+//! through [`Element`].
+//!
+//! To add one: a file here with the element (`impl Element`) and what a scene states of it (`part!`, `impl PartSettings`); its
+//! `mod` line, and its line in `elements!` at the end of this file. What is forgotten does not compile.
 
 pub mod bar;
 pub mod beam;
 pub mod brake;
 pub mod cable;
+pub mod cable_part;
 mod capstan;
 #[cfg(test)]
 pub(crate) mod checks;
@@ -16,6 +20,8 @@ pub mod mass;
 pub mod material;
 pub mod membrane;
 pub mod membrane_quad;
+pub mod nothing;
+pub mod part;
 #[cfg(test)]
 mod patches;
 pub mod ring;
@@ -39,6 +45,7 @@ pub use slack::Slack;
 pub use sliding_cable::SlidingCable;
 pub use spring::Spring;
 
+use part::PartSettings;
 use std::fmt::Debug;
 use std::ops::Deref;
 
@@ -219,6 +226,27 @@ pub trait Element: Debug {
         0.0
     }
 
+    /// The same without friction, where it has any: what form finding computes where it finds no form with it.
+    fn smooth(&self) -> Option<AnyElement> {
+        None
+    }
+
+    /// That part of `history` which it has without friction, too.
+    fn smooth_history<'a>(&self, history: &'a [f64]) -> &'a [f64] {
+        history
+    }
+
+    /// History where it hangs at `u` as it would without friction, with the history `smooth` there.
+    fn hung(&self, _u: &[f64], smooth: &[f64]) -> Vec<f64> {
+        smooth.to_vec()
+    }
+
+    /// The same with a force that goes to zero gradually, over a range of forces [N], where it has a corner at which it goes
+    /// slack: for a search for a rest shape.
+    fn eased(&self, _range: f64) -> Option<AnyElement> {
+        None
+    }
+
     /// Critical step of central differences [s] for this element alone with its lumped masses: a lower
     /// bound by Gershgorin's circles, `w^2 <= max_a sum_b |K_ab| / m_a`. Infinite without stiffness.
     fn critical_step(&self, u: &[f64], history: &[f64]) -> f64 {
@@ -246,13 +274,38 @@ pub trait Element: Debug {
     }
 }
 
-/// Declares the elements: one enum over them that is an [`Element`] by reference.
+/// Declares the elements: what parts of a scene may name, with the settings and the elements of each.
+///
+/// Two enums: [`PartConfig`] over the settings, which is a [`PartSettings`] by reference, and [`AnyElement`] over the elements,
+/// which is an [`Element`] by reference.
 macro_rules! elements {
-    ($($(#[$doc:meta])* $name:ident,)*) => {
+    ($($name:literal => $settings:ident::$part:ident { $($module:ident::$element:ident),* },)*) => {
+        /// A part; `element` says of what.
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(tag = "element")]
+        #[allow(missing_docs)] // What a part is, its settings' own doc comment says, in the schema too.
+        pub enum PartConfig {
+            $(
+                #[serde(rename = $name)]
+                $part($settings::$part),
+            )*
+        }
+
+        impl Deref for PartConfig {
+            type Target = dyn PartSettings;
+
+            fn deref(&self) -> &Self::Target {
+                match self {
+                    $(Self::$part(settings) => settings,)*
+                }
+            }
+        }
+
         /// Any element that goes through [`Element`].
         #[derive(Debug, Clone)]
+        #[allow(missing_docs)] // Each is what its own doc comment says.
         pub enum AnyElement {
-            $($(#[$doc])* $name($name),)*
+            $($($element($module::$element),)*)*
         }
 
         impl Deref for AnyElement {
@@ -260,34 +313,26 @@ macro_rules! elements {
 
             fn deref(&self) -> &Self::Target {
                 match self {
-                    $(Self::$name(element) => element,)*
+                    $($(Self::$element(element) => element,)*)*
                 }
             }
         }
 
-        $(impl From<$name> for AnyElement {
-            fn from(element: $name) -> Self {
-                Self::$name(element)
+        $($(impl From<$module::$element> for AnyElement {
+            fn from(element: $module::$element) -> Self {
+                Self::$element(element)
             }
-        })*
+        })*)*
     };
 }
 
 elements! {
-    /// A bar or cable with a law of its own.
-    Bar,
-    /// A rope that slides over nodes.
-    SlidingCable,
-    /// An energy-dissipating device.
-    Brake,
-    /// A post.
-    Beam,
-    /// A ring of a ring net.
-    Ring,
-    /// A triangle of membrane.
-    Membrane,
-    /// A quadrilateral of membrane.
-    MembraneQuad,
-    /// A triangle of shell.
-    Shell,
+    "cable" => cable_part::CablePart { bar::Bar },
+    "sliding_cable" => sliding_cable::SlidingCablePart { sliding_cable::SlidingCable },
+    "brake" => brake::BrakePart { brake::Brake },
+    "beam" => beam::BeamPart { beam::Beam },
+    "ring" => ring::RingPart { ring::Ring },
+    "membrane" => membrane::MembranePart { membrane::Membrane, membrane_quad::MembraneQuad },
+    "shell" => shell::ShellPart { shell::Shell },
+    "none" => nothing::NoPart {},
 }

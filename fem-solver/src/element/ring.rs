@@ -13,10 +13,12 @@
 //! Source: handbook 2.3, after Volkwein (2004), ETH dissertation 15641.
 
 pub mod formula;
+mod part;
 
 use self::formula::Constants;
+pub use self::part::RingPart;
 use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector, vector};
-use super::{Answer, Element, Energy};
+use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt;
@@ -239,6 +241,10 @@ impl Ring {
 }
 
 impl Element for Ring {
+    fn eased(&self, range: f64) -> Option<AnyElement> {
+        Some(Self::eased(self, range).into())
+    }
+
     fn nodes(&self) -> &[usize] {
         &self.nodes
     }

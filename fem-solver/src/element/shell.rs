@@ -18,10 +18,15 @@
 //!
 //! Source: Batoz, Bathe, Ho (1980), Int. J. Numer. Meth. Eng. 15, 1771 (DKT); rotations as in [`super::Beam`].
 
+use super::cable_part::CableConfig;
+use super::membrane::part::{check_thickness, poisson, triangle};
 use super::membrane::{Fabric, Membrane, principal};
+use super::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundings, part};
 use super::segment::{add_block, add_vector, vector};
 use super::turn::{self, START};
 use super::{Answer, Element, Energy};
+use crate::read::mesh::Kind;
+use interface_defs::toolkit::input_error::InputError;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector2, Vector3, Vector6};
 
 /// Stiffness against turns in the plane, relative to that of the membrane.
@@ -49,7 +54,7 @@ struct Tilt {
 }
 
 /// The shell at given displacements and rotations.
-struct Shape {
+struct ShellShape {
     /// `f_1, f_2`.
     f: [Vector3<f64>; 2],
     /// `triads[node][axis]`.
@@ -82,7 +87,7 @@ impl Shell {
         Fabric::Isotropic { young, poisson, prestress: [0.0; 3], wrinkles: false }
     }
 
-    fn shape(&self, u: &[f64], history: &[f64]) -> Shape {
+    fn shape(&self, u: &[f64], history: &[f64]) -> ShellShape {
         let [first, second] = self.membrane.axes;
         let own = [first, second, first.cross(&second)];
         let f = [0, 1].map(|b: usize| {
@@ -93,7 +98,7 @@ impl Shell {
             let turn = turn::rotation(u, history, node);
             own.map(|axis| turn * axis)
         });
-        Shape { f, triads }
+        ShellShape { f, triads }
     }
 
     /// Gradient of `a . f_b`, over the 18 local degrees of freedom.
@@ -118,7 +123,7 @@ impl Shell {
     }
 }
 
-impl Shape {
+impl ShellShape {
     /// `q_11, q_12, q_21, ...`.
     fn tilts(&self) -> [Tilt; 6] {
         std::array::from_fn(|k| self.tilt(k / 2, 2, k % 2))
@@ -290,6 +295,79 @@ impl Element for Shell {
         let steepest = self.membrane.slopes.iter().map(|s| s.norm()).fold(1.0, f64::max);
         self.bending.iter().fold(self.drilling, |a, k| f64::max(a, k.abs())) * steepest
     }
+}
+
+part! {
+    /// Thin shell, with rotations: triangles, and quadrilaterals that are split into two, along their shorter diagonals.
+    ShellPart {
+        /// Thickness [m].
+        thickness: f64,
+        /// Density [kg/m3].
+        density: f64,
+        /// Young's modulus [Pa].
+        young: f64,
+        /// Poisson's ratio. Default 0.3.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        poisson: Option<f64>,
+    }
+}
+
+impl PartSettings for ShellPart {
+    fn plural(&self) -> &'static str {
+        "shells"
+    }
+
+    fn nodes(&self) -> (usize, usize) {
+        (3, 4)
+    }
+
+    fn takes(&self, kind: Kind) -> bool {
+        matches!(kind, Kind::Tri3 | Kind::Quad4)
+    }
+
+    fn remark(&self, quadrilaterals: usize) -> Option<String> {
+        (quadrilaterals > 0).then(|| {
+            format!(
+                "part `{}`: {quadrilaterals} quadrilaterals of shell are split into two triangles each, along the shorter diagonal",
+                self.name
+            )
+        })
+    }
+
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError> {
+        let (key, young) = (cell.key, self.young);
+        key.positive("thickness", self.thickness, "m")?;
+        key.not_negative("density", self.density, "kg/m3")?;
+        key.positive("young", young, "Pa")?;
+        if self.rupture_force.is_some() {
+            return Err(key.invalid("rupture_force", "a shell does not break"));
+        }
+        let poisson = poisson(key, self.poisson)?;
+        let (thickness, density) = (self.thickness, self.density);
+        for nodes in triangles(cell) {
+            let (axes, slopes, area) = triangle(cell, nodes, None)?;
+            let fabric = Shell::fabric(young, poisson);
+            let membrane = Membrane { nodes, axes, slopes, area, thickness, density, fabric };
+            made.elements.push(Shell::new(membrane, young, poisson).into());
+        }
+        Ok(())
+    }
+
+    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
+        let (young, density) = (Some(self.young), Some(self.density));
+        Some(StatedSection { young, density, ..StatedSection::default() })
+    }
+
+    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, InputError> {
+        check_thickness(at, self.thickness)
+    }
+}
+
+/// The triangles of a cell of three or four nodes: of four, two along the shorter diagonal.
+fn triangles(cell: &PartCell) -> Vec<[usize; 3]> {
+    let &[a, b, c, d] = cell.nodes else { return vec![[cell.nodes[0], cell.nodes[1], cell.nodes[2]]] };
+    let apart = |one: usize, other: usize| (cell.positions[one] - cell.positions[other]).norm();
+    if apart(a, c) <= apart(b, d) { vec![[a, b, c], [a, c, d]] } else { vec![[a, b, d], [b, c, d]] }
 }
 
 #[cfg(test)]

@@ -1,9 +1,12 @@
 //! A rope that slides over any number of nodes, without friction or with that of a capstan.
 
+mod part;
+
+pub use self::part::SlidingCablePart;
 use super::bar::Rupture;
 use super::capstan::{self, Law, Returned};
 use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector};
-use super::{Answer, Element, Energy};
+use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
 use nalgebra::Vector3;
 use std::cell::{RefCell, RefMut};
@@ -99,30 +102,6 @@ impl SlidingCable {
 
     fn total(&self) -> f64 {
         self.lengths.iter().sum()
-    }
-
-    /// The same without friction.
-    #[must_use]
-    pub fn smooth(&self) -> Self {
-        Self { friction: 0.0, ..self.clone() }
-    }
-
-    /// That part of `history` which a rope without friction has, too.
-    pub fn smooth_history<'a>(&self, history: &'a [f64]) -> &'a [f64] {
-        &history[..RESTS]
-    }
-
-    /// History of a rope that hangs at `u` as it would without friction, where it had `smooth`: the same tension in every
-    /// segment.
-    pub fn hung(&self, u: &[f64], smooth: &[f64]) -> Vec<f64> {
-        let mut history = self.start_history();
-        history[..RESTS].copy_from_slice(smooth);
-        if self.friction > 0.0 {
-            let lengths: Vec<f64> = self.pieces(u).map(|s| s.length).collect();
-            let share = self.total() / lengths.iter().sum::<f64>();
-            history[RESTS..].iter_mut().zip(lengths).for_each(|(rest, l)| *rest = share * l);
-        }
-        history
     }
 
     /// Its segments where its nodes are displaced by `u`.
@@ -262,6 +241,26 @@ impl SlidingCable {
 }
 
 impl Element for SlidingCable {
+    fn smooth(&self) -> Option<AnyElement> {
+        (self.friction > 0.0).then(|| Self { friction: 0.0, ..self.clone() }.into())
+    }
+
+    fn smooth_history<'a>(&self, history: &'a [f64]) -> &'a [f64] {
+        &history[..RESTS]
+    }
+
+    fn hung(&self, u: &[f64], smooth: &[f64]) -> Vec<f64> {
+        let mut history = self.start_history();
+        history[..RESTS].copy_from_slice(smooth);
+        if self.friction > 0.0 {
+            // The same tension in every segment.
+            let lengths: Vec<f64> = self.pieces(u).map(|s| s.length).collect();
+            let share = self.total() / lengths.iter().sum::<f64>();
+            history[RESTS..].iter_mut().zip(lengths).for_each(|(rest, l)| *rest = share * l);
+        }
+        history
+    }
+
     fn nodes(&self) -> &[usize] {
         &self.nodes
     }

@@ -15,8 +15,8 @@ use crate::model::Model;
 use crate::model::pressure::press;
 use interface_defs::message::Fault;
 
-/// A statics or a step has settled where the last iteration moved less than this share of the whole way.
-pub(crate) const SETTLED: f64 = 1e-6;
+/// The last iteration of a statics or of a step moves less than this share of the whole displacement.
+pub(crate) const LEAST_TRAVEL: f64 = 1e-6;
 /// Part of its axial stiffness that a slack cable shows in the tangent of statics.
 pub(crate) const SLACK_SHARE: f64 = 1e-6;
 /// A step along the direction of Newton is taken if the work of the residual falls below this share.
@@ -68,7 +68,7 @@ pub struct Info {
     pub shifted_at: Option<usize>,
 }
 
-/// Told after each iteration: its number and the residual relative to what is asked for.
+/// Called after each iteration: its number and the residual relative to what is asked for.
 pub type OnIteration<'a> = &'a mut dyn FnMut(u64, f64) -> Result<(), Fault>;
 
 /// The iteration, with its memory.
@@ -82,7 +82,7 @@ pub struct Newton {
     /// Degrees of freedom that a support holds which lets go later.
     fixed: Vec<usize>,
     /// Whether the last iteration must have moved little, too.
-    pub settles: bool,
+    pub limits_travel: bool,
     factored: Factored,
     internal: InternalForce,
     mass: Vec<f64>,
@@ -144,7 +144,7 @@ impl Newton {
         Self {
             keeps_factor: true,
             fixed: Vec::with_capacity(model.until.len()),
-            settles: true,
+            limits_travel: true,
             factored: Factored {
                 at: vec![0.0; n],
                 history: Vec::with_capacity(model.start_history().len()),
@@ -199,11 +199,11 @@ impl Newton {
         let slack = if problem.inertia > 0.0 { Slack::Exact } else { Slack::Regularised(SLACK_SHARE) };
         let mut info = Info::default();
         let mut sizes = self.evaluate(model, problem, u);
-        let (mut rounding, mut settled, mut shift) = (0.0, true, 0.0);
-        let (mut last_residual, mut way) = (0.0, 0.0);
+        let (mut rounding, mut moved_little, mut shift) = (0.0, true, 0.0);
+        let (mut last_residual, mut moved) = (0.0, 0.0);
         loop {
             let limit = settings.tolerance * sizes.scale;
-            if sizes.residual <= rounding || (sizes.residual <= limit && settled) {
+            if sizes.residual <= rounding || (sizes.residual <= limit && moved_little) {
                 return Ok(info);
             }
             if info.iterations >= u64::from(settings.most_iterations()) || !sizes.residual.is_finite() {
@@ -212,7 +212,7 @@ impl Newton {
                     residual: sizes.residual,
                     limit: limit.max(rounding),
                     worst: self.worst(),
-                    moving: (sizes.residual <= limit).then_some(way),
+                    moving: (sizes.residual <= limit).then_some(moved),
                     unstable: info.unstable,
                 });
             }
@@ -227,15 +227,15 @@ impl Newton {
             let step = self.step(model, problem, u, before, settings.line_search, &mut sizes);
             rounding = self.rounding(u, &sizes);
             let travel = u.iter().zip(problem.start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            way = step * length;
-            settled = !self.settles || way <= SETTLED * travel;
+            moved = step * length;
+            moved_little = !self.limits_travel || moved <= LEAST_TRAVEL * travel;
             info.iterations += 1;
             on_iteration(info.iterations, sizes.residual / limit.max(rounding)).map_err(Failure::Stopped)?;
         }
     }
 
     /// Residual that rounding leaves at `u` [N]: of `u` itself, of the tensions that cancel at a node, and of what elements
-    /// take differences of. Where there are no forces at all, what no position can tell apart, squared.
+    /// take differences of. Where there are no forces at all, what is below the rounding of positions, squared.
     fn rounding(&mut self, u: &[f64], sizes: &Sizes) -> f64 {
         for (x, dof) in self.free.iter_mut().zip(self.tangent.dofs()) {
             *x = u[*dof].abs();

@@ -13,7 +13,7 @@ use nalgebra::Matrix3;
 /// Most products.
 const MOST: usize = 400;
 /// Relative change of `w^2` over [`APART`] products at which it is taken for found.
-const SETTLED: f64 = 1e-10;
+const CONVERGED: f64 = 1e-10;
 /// Products between two looks.
 const APART: usize = 8;
 
@@ -39,7 +39,7 @@ pub fn highest_frequency(model: &Model, tangent: &mut Tangent, u: &[f64], histor
         let exhausted = link <= 1e-14 * along.abs() || k == MOST.min(n);
         if k.is_multiple_of(APART) || exhausted {
             let top = largest_eigenvalue(&diagonal, &beside);
-            let settled = (top - found).abs() <= SETTLED * top;
+            let settled = (top - found).abs() <= CONVERGED * top;
             found = top;
             if settled || exhausted {
                 break;

@@ -1,4 +1,4 @@
-//! The start of a run: form finding, critical step, time step. What `check` tells and `prepare` does.
+//! The start of a run: form finding, critical step, time step. What `check` prints and `prepare` does.
 
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
@@ -61,7 +61,7 @@ pub struct Start {
     pub newton: Newton,
 }
 
-/// Told what is done.
+/// Called with what is being done.
 pub type OnProgress<'a> = &'a mut dyn FnMut(String) -> Result<(), Fault>;
 
 /// Why a run cannot start.
@@ -106,22 +106,12 @@ impl Start {
         let (Form { displacement, history, smoothed }, form_finding) = match way {
             FormFinding::None => (as_it_is(model, basis), Info::default()),
             way => {
-                let mut last: Option<Instant> = None;
-                let mut report = |iteration, residual| {
-                    if last.is_some_and(|at| at.elapsed() < BETWEEN_REPORTS) {
-                        return Ok(());
-                    }
-                    last = Some(Instant::now());
-                    on_progress(format!(
-                        "form finding: iteration {iteration}, residual {residual:.1e} times its limit"
-                    ))
-                };
                 let most = config.fem.newton.max_iterations;
-                find_form_from(model, &mut newton, way, most, basis, &mut report).map_err(|failure| {
-                    match failure {
-                        Failure::Stopped(fault) => NoStart::Stopped(fault),
-                        failure => NoStart::Input(not_found(scene, model, way, &failure)),
-                    }
+                let found =
+                    find_form_from(model, &mut newton, way, most, basis, &mut now_and_then(on_progress));
+                found.map_err(|failure| match failure {
+                    Failure::Stopped(fault) => NoStart::Stopped(fault),
+                    failure => NoStart::Input(not_found(scene, model, way, &failure)),
                 })?
             }
         };
@@ -151,23 +141,7 @@ impl Start {
             }
         };
         let critical_step = 2.0 / frequency;
-        let mut warnings = model.warnings.clone();
-        warnings.extend(inherited.iter().flat_map(|from| from.warnings.iter().cloned()));
-        if model.added_mass > 0.0 {
-            let all: f64 = model.mass.iter().sum();
-            warnings.push(format!(
-                "mass scaling added {:.4} kg to {:.4} kg: impacts are slower and forces of inertia larger by as much",
-                model.added_mass,
-                all - model.added_mass
-            ));
-        }
-        if smoothed {
-            warnings.push(
-                "with friction of the ropes no rest shape was found: they hang as they would without, with one tension each; \
-                 friction acts from t = 0 on"
-                    .into(),
-            );
-        }
+        let mut warnings = notes(model, inherited, smoothed);
         if let Some(dof) = form_finding.shifted_at {
             // Whoever reads the log sees why it took so long; the answer does not depend on it.
             tracing::warn!(
@@ -180,18 +154,7 @@ impl Start {
             && !newton.tangent.is_empty()
             && let Some(dof) = newton.not_held(model, &displacement, &history)
         {
-            // What a support or a load is going to push may stiffen on the way, as a flat net does.
-            let steady = model.timed.iter().all(|load| load.factor.rests(0.0, f64::INFINITY));
-            if statics && model.moving.is_empty() && steady {
-                return Err(NoStart::Input(mechanism(scene, model, dof)));
-            }
-            let held = if statics {
-                "what moves or loads it must stiffen it first"
-            } else {
-                "it is held there by nothing but inertia"
-            };
-            warnings
-                .push(format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof)));
+            warnings.push(not_stiff(scene, model, dof, statics)?);
         }
         let time_step =
             time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
@@ -226,12 +189,61 @@ impl Start {
     }
 }
 
+/// Reports of form finding, not more often than anyone reads.
+fn now_and_then(on_progress: OnProgress) -> impl FnMut(u64, f64) -> Result<(), Fault> {
+    let mut last: Option<Instant> = None;
+    move |iteration, residual| {
+        if last.is_some_and(|at| at.elapsed() < BETWEEN_REPORTS) {
+            return Ok(());
+        }
+        last = Some(Instant::now());
+        on_progress(format!("form finding: iteration {iteration}, residual {residual:.1e} times its limit"))
+    }
+}
+
+/// What the user should know of how the structure was built and found.
+fn notes(model: &Model, inherited: Option<&Inherited>, smoothed: bool) -> Vec<String> {
+    let mut warnings = model.warnings.clone();
+    warnings.extend(inherited.iter().flat_map(|from| from.warnings.iter().cloned()));
+    if model.added_mass > 0.0 {
+        let all: f64 = model.mass.iter().sum();
+        warnings.push(format!(
+            "mass scaling added {:.4} kg to {:.4} kg: impacts are slower and forces of inertia larger by as much",
+            model.added_mass,
+            all - model.added_mass
+        ));
+    }
+    if smoothed {
+        warnings.push(
+            "with friction of the ropes no rest shape was found: they hang as they would without, with one tension each; \
+             friction acts from t = 0 on"
+                .into(),
+        );
+    }
+    warnings
+}
+
 /// The structure as modelled, or as it was left.
 fn as_it_is(model: &Model, basis: Option<Basis>) -> Form {
     let mut u = basis.map_or_else(|| vec![0.0; model.dof_count()], |basis| basis.displacement.to_vec());
     model.prescribe_first(&mut u);
     let history = basis.map_or_else(|| model.start_history(), |basis| basis.history.to_vec());
     Form { displacement: u, history, smoothed: false }
+}
+
+/// What is said of a degree of freedom without stiffness at rest; in statics that is an error, unless something moves or loads
+/// the structure later: that may stiffen it on the way, as it does a flat net.
+fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<String, NoStart> {
+    let steady = model.timed.iter().all(|load| load.factor.rests(0.0, f64::INFINITY));
+    if statics && model.moving.is_empty() && steady {
+        return Err(NoStart::Input(mechanism(scene, model, dof)));
+    }
+    let held = if statics {
+        "what moves or loads it must stiffen it first"
+    } else {
+        "it is held there by nothing but inertia"
+    };
+    Ok(format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof)))
 }
 
 fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {

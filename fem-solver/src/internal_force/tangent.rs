@@ -9,11 +9,11 @@ use crate::model::timed::TimedLoad;
 use nalgebra::Matrix3;
 
 /// Marks a degree of freedom that a support holds.
-const HELD: usize = usize::MAX;
+const CONSTRAINED: usize = usize::MAX;
 
 /// `K` of `K x = r`, lower triangle, with what is needed to assemble and to solve it.
 pub struct Tangent {
-    /// Number of each degree of freedom among the free ones, or [`HELD`].
+    /// Number of each degree of freedom among the free ones, or [`CONSTRAINED`].
     free: Vec<usize>,
     /// Degree of freedom of each free one.
     dofs: Vec<usize>,
@@ -45,7 +45,7 @@ pub struct Tangent {
 impl Tangent {
     /// Pattern and positions of a structure.
     pub fn new(model: &Model) -> Self {
-        let mut free = vec![HELD; model.dof_count()];
+        let mut free = vec![CONSTRAINED; model.dof_count()];
         let mut dofs = Vec::new();
         for node in 0..model.node_count() {
             let turns = (0..3).filter_map(|c| model.rotation(node, c));
@@ -176,7 +176,7 @@ impl Tangent {
             let k = spring.tangent();
             for c in 0..3 {
                 let free = self.free[model.dof(spring.node, c)];
-                if free != HELD {
+                if free != CONSTRAINED {
                     self.values[self.diagonal[free]] += share * k[(c, c)];
                 }
             }
@@ -279,7 +279,7 @@ impl Tangent {
     /// From now on these degrees of freedom of the structure, and no others, are fixed beside those that are held.
     pub fn fix(&mut self, dofs: &[usize]) {
         self.fixed.fill(false);
-        for free in dofs.iter().map(|dof| self.free[*dof]).filter(|free| *free != HELD) {
+        for free in dofs.iter().map(|dof| self.free[*dof]).filter(|free| *free != CONSTRAINED) {
             self.fixed[free] = true;
         }
     }
@@ -402,7 +402,7 @@ fn triangle<'a>(free: &'a [usize], dofs: &'a [usize]) -> impl Iterator<Item = Op
     let pairs = (0..dofs.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
     pairs.map(|(row, column)| {
         let (a, b) = (free[dofs[row]], free[dofs[column]]);
-        (a != HELD && b != HELD).then(|| (a.max(b), a.min(b)))
+        (a != CONSTRAINED && b != CONSTRAINED).then(|| (a.max(b), a.min(b)))
     })
 }
 
@@ -412,7 +412,7 @@ const LOWER: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 
 /// Row and column, in the lower triangle, of each entry of a cable's blocks; `None` where held.
 fn block_dofs(model: &Model, free: &[usize], cable: &Cable) -> [Option<(usize, usize)>; 21] {
     let number = |end: usize, c: usize| free[model.dof(cable.nodes[end], c)];
-    let entry = |a: usize, b: usize| (a != HELD && b != HELD).then(|| (a.max(b), a.min(b)));
+    let entry = |a: usize, b: usize| (a != CONSTRAINED && b != CONSTRAINED).then(|| (a.max(b), a.min(b)));
     std::array::from_fn(|i| match i {
         0..12 => {
             let (r, c) = LOWER[i % 6];

@@ -26,7 +26,7 @@ const HEIGHT: usize = 32;
 /// One column of a tile.
 type Column = [f64; ROWS];
 /// `W` columns of a tile.
-type Tile<const W: usize> = [Column; W];
+type DenseTile<const W: usize> = [Column; W];
 
 /// How products are taken from sums, and how many tiles are summed at once.
 pub trait Arithmetic {
@@ -150,7 +150,7 @@ fn columns<A: Arithmetic, const W: usize>(
 
 /// Divide a tile below the pivots by their lower triangle, whose diagonal is given by its inverse.
 #[inline(always)]
-fn divide<A: Arithmetic, const W: usize>(tile: &mut Tile<W>, lower: &Tile<W>, inverses: &[f64; W]) {
+fn divide<A: Arithmetic, const W: usize>(tile: &mut DenseTile<W>, lower: &DenseTile<W>, inverses: &[f64; W]) {
     macro_rules! columns {
         ($($j:literal)*) => {$(
             if $j < W {
@@ -275,7 +275,7 @@ fn blocks(all: Range<usize>, length: usize) -> impl Iterator<Item = Range<usize>
 
 /// `sum[c, r] -= sum_k a[k, r] b[k, c]`.
 #[inline(always)]
-fn minus_products<A: Arithmetic, const W: usize>(sum: &mut Tile<W>, a: &[f64], b: &[f64]) {
+fn minus_products<A: Arithmetic, const W: usize>(sum: &mut DenseTile<W>, a: &[f64], b: &[f64]) {
     if A::WIDE || W <= 4 {
         for (a, b) in a.as_chunks::<ROWS>().0.iter().zip(b.as_chunks::<ROWS>().0) {
             rank_one::<A, W>(sum, a, b);
@@ -303,7 +303,11 @@ fn minus_products<A: Arithmetic, const W: usize>(sum: &mut Tile<W>, a: &[f64], b
 
 /// The same for two tiles at once.
 #[inline(always)]
-fn minus_products_twice<A: Arithmetic, const W: usize>(sums: &mut [Tile<W>; 2], a: [&[f64]; 2], b: &[f64]) {
+fn minus_products_twice<A: Arithmetic, const W: usize>(
+    sums: &mut [DenseTile<W>; 2],
+    a: [&[f64]; 2],
+    b: &[f64],
+) {
     let [first, second] = sums;
     let pairs = a[0].as_chunks::<ROWS>().0.iter().zip(a[1].as_chunks::<ROWS>().0);
     for ((a0, a1), b) in pairs.zip(b.as_chunks::<ROWS>().0) {
@@ -313,7 +317,7 @@ fn minus_products_twice<A: Arithmetic, const W: usize>(sums: &mut [Tile<W>; 2], 
 }
 
 #[inline(always)]
-fn rank_one<A: Arithmetic, const W: usize>(sum: &mut Tile<W>, a: &Column, b: &Column) {
+fn rank_one<A: Arithmetic, const W: usize>(sum: &mut DenseTile<W>, a: &Column, b: &Column) {
     for c in 0..W {
         for r in 0..ROWS {
             sum[c][r] = A::minus_product(sum[c][r], b[c], a[r]);
@@ -322,14 +326,14 @@ fn rank_one<A: Arithmetic, const W: usize>(sum: &mut Tile<W>, a: &Column, b: &Co
 }
 
 #[inline(always)]
-fn load<const W: usize>(from: &[f64]) -> Tile<W> {
+fn load<const W: usize>(from: &[f64]) -> DenseTile<W> {
     let mut tile = [[0.0; ROWS]; W];
     tile.as_flattened_mut().copy_from_slice(&from[..W * ROWS]);
     tile
 }
 
 #[inline(always)]
-fn store<const W: usize>(to: &mut [f64], tile: &Tile<W>) {
+fn store<const W: usize>(to: &mut [f64], tile: &DenseTile<W>) {
     to[..W * ROWS].copy_from_slice(tile.as_flattened());
 }
 
@@ -338,7 +342,7 @@ mod tests {
     use super::*;
 
     /// Eliminate, and what is left over, as the processor asks for it: fused or not.
-    type Both = fn(&mut [f64], &mut [f64], usize, usize) -> Result<(), usize>;
+    type Elimination = fn(&mut [f64], &mut [f64], usize, usize) -> Result<(), usize>;
 
     #[inline(always)]
     fn both<A: Arithmetic>(
@@ -353,8 +357,8 @@ mod tests {
     }
 
     /// All that this processor can.
-    fn kinds() -> Vec<(&'static str, Both)> {
-        let mut kinds: Vec<(&str, Both)> = vec![("apart", both::<Apart>)];
+    fn kinds() -> Vec<(&'static str, Elimination)> {
+        let mut kinds: Vec<(&str, Elimination)> = vec![("apart", both::<Apart>)];
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2,fma")]

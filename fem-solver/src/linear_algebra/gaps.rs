@@ -1,17 +1,17 @@
-//! Memory that is shared out once: what fronts leave to their parents takes turns in it.
+//! FreeMemory that is shared out once: what fronts leave to their parents takes turns in it.
 
 use std::ops::Range;
 
 /// Places in memory that is taken and given back, found once: the first gap that is wide enough.
 #[derive(Debug, Default)]
-pub struct Memory {
+pub struct FreeMemory {
     /// Gaps below `len`, in order.
     gaps: Vec<Range<usize>>,
     /// Numbers in all, at most.
     pub len: usize,
 }
 
-impl Memory {
+impl FreeMemory {
     /// A place for `len` numbers.
     pub fn take(&mut self, len: usize) -> usize {
         if let Some(i) = self.gaps.iter().position(|gap| gap.len() >= len) {

@@ -12,7 +12,7 @@
 //! factorisation fuses products with sums.
 
 use crate::linear_algebra::dense::{Apart, Fused, ROWS, rest_place};
-use crate::linear_algebra::gaps::Memory;
+use crate::linear_algebra::gaps::FreeMemory;
 use crate::linear_algebra::lanes::wide;
 use crate::linear_algebra::signed::{Pivoting, Positive, Signed};
 use std::ops::Range;
@@ -58,7 +58,7 @@ pub struct Fronts {
 }
 
 /// A column pattern of supernodes, as an analysis gives it.
-pub struct Shape<'a> {
+pub struct Supernodes<'a> {
     /// Unknown of each column in the order of elimination.
     pub unknowns: &'a [usize],
     /// Columns of each supernode and its rows below, increasing; each supernode right after its children.
@@ -66,7 +66,7 @@ pub struct Shape<'a> {
 }
 
 impl Supernode {
-    /// The row of the front with which the columns of what is left over begin: tiles of both then meet.
+    /// The row of the front with which the columns of what is left over begin: tiles of both then match.
     #[inline(always)]
     fn base(&self) -> usize {
         self.columns.len() / ROWS * ROWS
@@ -96,7 +96,7 @@ impl Supernode {
 
 impl Fronts {
     /// For a lower triangle by columns, the rows of column `j` being `rows[starts[j]..starts[j + 1]]`.
-    pub fn new(shape: &Shape, starts: &[usize], rows: &[usize]) -> Self {
+    pub fn new(shape: &Supernodes, starts: &[usize], rows: &[usize]) -> Self {
         let n = shape.unknowns.len();
         let mut column = vec![0; n];
         shape.unknowns.iter().enumerate().for_each(|(i, unknown)| column[*unknown] = i);
@@ -112,7 +112,7 @@ impl Fronts {
             }
         }
         let mut fronts = Self { unknowns: shape.unknowns.to_vec(), ..Self::default() };
-        let mut memory = Memory::default();
+        let mut memory = FreeMemory::default();
         for (supernode, children) in shape.supernodes.iter().zip(&children) {
             fronts.push(supernode, &mut memory, children);
         }
@@ -161,7 +161,7 @@ impl Fronts {
     fn push(
         &mut self,
         (columns, below): &(Range<usize>, Vec<usize>),
-        memory: &mut Memory,
+        memory: &mut FreeMemory,
         children: &[usize],
     ) {
         let first = self.below.len();

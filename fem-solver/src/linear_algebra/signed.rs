@@ -19,7 +19,7 @@ const SMALLEST: f64 = 1e-9;
 /// The same relative to the largest diagonal entry, where the own one is (almost) 0.
 const SMALLEST_OF_ALL: f64 = 1e-12;
 
-type Tile = [[f64; ROWS]; ROWS];
+type SignedTile = [[f64; ROWS]; ROWS];
 
 /// How the pivots of a front are eliminated.
 pub trait Pivoting {
@@ -80,7 +80,7 @@ impl Signed {
 
     /// Eliminate the columns of one tile in itself; the inverses of the roots of the pivots.
     #[inline(always)]
-    fn pivots(&mut self, tile: &mut Tile, columns: Range<usize>) -> Result<[f64; ROWS], usize> {
+    fn pivots(&mut self, tile: &mut SignedTile, columns: Range<usize>) -> Result<[f64; ROWS], usize> {
         let mut inverses = [0.0; ROWS];
         for (j, column) in columns.clone().enumerate() {
             let mut pivot = tile[j][j];
@@ -113,7 +113,7 @@ impl Signed {
 
 /// `sum[c, r] -= sum_k a[k, r] signs[k] b[k, c]`.
 #[inline(always)]
-fn minus_products(sum: &mut Tile, a: &[f64], b: &[f64], signs: &[f64]) {
+fn minus_products(sum: &mut SignedTile, a: &[f64], b: &[f64], signs: &[f64]) {
     for ((a, b), sign) in a.as_chunks::<ROWS>().0.iter().zip(b.as_chunks::<ROWS>().0).zip(signs) {
         for c in 0..ROWS {
             let factor = sign * b[c];
@@ -132,11 +132,11 @@ impl Pivoting for Signed {
         for first in (0..pivots).step_by(ROWS) {
             let (width, own) = ((pivots - first).min(ROWS), first / ROWS);
             let place = |tile: usize| (tile * pivots + first) * ROWS;
-            let mut lower: Tile = [[0.0; ROWS]; ROWS];
+            let mut lower: SignedTile = [[0.0; ROWS]; ROWS];
             let mut inverses = [0.0; ROWS];
             let here = columns.start + first..columns.start + first + width;
             for t in own..tiles {
-                let mut sum: Tile = [[0.0; ROWS]; ROWS];
+                let mut sum: SignedTile = [[0.0; ROWS]; ROWS];
                 sum.as_flattened_mut()[..width * ROWS].copy_from_slice(&panel[place(t)..][..width * ROWS]);
                 let factors = |tile: usize| &panel[tile * pivots * ROWS..place(tile)];
                 minus_products(&mut sum, factors(t), factors(own), &self.signs[columns.start..here.start]);
@@ -167,7 +167,7 @@ impl Pivoting for Signed {
         let factors = |tile: usize| &panel[tile * pivots * ROWS..(tile + 1) * pivots * ROWS];
         for own in first..tiles {
             for t in own..tiles {
-                let mut sum: Tile = [[0.0; ROWS]; ROWS];
+                let mut sum: SignedTile = [[0.0; ROWS]; ROWS];
                 minus_products(&mut sum, factors(t), factors(own), &self.signs[columns.clone()]);
                 for column in pivots.max(own * ROWS)..rows.min(own * ROWS + ROWS) {
                     let to = &mut rest[rest_place(tiles - first, column - first * ROWS)..];

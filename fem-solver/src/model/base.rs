@@ -1,13 +1,13 @@
 //! Nodes, groups and cells from a mesh: that of a file, or a generated one. The parts of the scene say
 //! what the elements of a group become.
 
-use super::build::check_cable;
+use super::cell::Cell;
 use super::generator::{Generated, MadeFor, generate};
 use super::numbering::neighbours_together;
 use super::ropes::join;
-use crate::config::part::PartConfig;
 use crate::config::structure::StructureConfig;
-use crate::read::mesh::{Element, ElementGroup, Kind, Mesh};
+use crate::element::PartConfig;
+use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
 use crate::read::read;
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
@@ -38,15 +38,6 @@ pub struct Base {
     pub framed: bool,
     /// What the user should know.
     pub warnings: Vec<String>,
-}
-
-/// A cell of a mesh, of which elements are made.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Cell {
-    /// Its nodes.
-    pub nodes: Vec<usize>,
-    /// The elements of the mesh that it is, by position.
-    pub from: Vec<u32>,
 }
 
 /// In no part.
@@ -104,7 +95,7 @@ impl Base {
     fn bound(scene: &Scene, table: &StructureConfig, generated: Generated) -> Result<Self, InputError> {
         let Generated { mesh, held, parts } = generated;
         if let Some(common) = &table.cable {
-            check_cable(scene, "structure.cable", common)?;
+            common.check(scene, "structure.cable")?;
         }
         let owners = owners(scene, table, &mesh, &parts)?;
         let mut base = Self {
@@ -125,10 +116,10 @@ impl Base {
             list.push(Cell { nodes, from: vec![position as u32] });
         }
         for (i, part) in table.parts.iter().enumerate() {
-            if matches!(part, PartConfig::SlidingCable(_)) {
+            if part.joins_lines() {
                 base.cells[i] = join(std::mem::take(&mut base.cells[i])).map_err(|fault| {
                     let what =
-                        format!("the lines of `{}` make no ropes: {}", part.head().0, fault.words(&mesh));
+                        format!("the lines of `{}` make no ropes: {}", part.name(), fault.words(&mesh));
                     scene
                         .invalid(&format!("structure.parts.{i}.name"), what)
                         .try_instead("put ropes that share nodes into groups of their own")
@@ -223,7 +214,7 @@ fn counts_nodes(table: &StructureConfig) -> Option<String> {
         ("loads", "nodes", table.loads.iter().position(|e| e.nodes.is_some())),
         ("velocities", "nodes", table.velocities.iter().position(|e| e.nodes.is_some())),
         ("groups", "nodes", (!table.groups.is_empty()).then_some(0)),
-        ("parts", "cells", table.parts.iter().position(|p| !p.head().1.is_empty())),
+        ("parts", "cells", table.parts.iter().position(|p| !p.cells().is_empty())),
     ];
     by_number.into_iter().find_map(|(name, key, at)| Some(format!("structure.{name}.{}.{key}", at?)))
 }
@@ -238,7 +229,7 @@ fn owners(
     let mut owners = vec![NONE; mesh.elements.len()];
     for (i, part) in table.parts.iter().enumerate() {
         let key = format!("structure.parts.{i}.name");
-        let (name, own) = part.head();
+        let (name, own) = (part.name(), part.cells());
         let group = mesh.element_groups.iter().find(|g| g.name == name);
         let group = match (group, own.is_empty()) {
             (None, false) => continue,
@@ -265,7 +256,7 @@ fn owners(
                 let what = format!(
                     "element {} is in the parts `{}` and `{name}`",
                     mesh.elements[*element as usize].number,
-                    table.parts[*owner as usize].head().0,
+                    table.parts[*owner as usize].name(),
                 );
                 return Err(scene.invalid(&key, what));
             }
@@ -291,14 +282,7 @@ fn owners(
 
 /// Whether an element of the part can be made of that shape; lines in no part are cables.
 fn takes(part: Option<&PartConfig>, kind: Kind) -> bool {
-    match part {
-        Some(PartConfig::Cable(_)) => matches!(kind, Kind::Line2 | Kind::Row | Kind::Tri3 | Kind::Quad4),
-        None | Some(PartConfig::SlidingCable(_)) => matches!(kind, Kind::Line2 | Kind::Row),
-        Some(PartConfig::Brake(_) | PartConfig::Beam(_)) => kind == Kind::Line2,
-        Some(PartConfig::Ring(_)) => matches!(kind, Kind::Tri3 | Kind::Quad4),
-        Some(PartConfig::Membrane(_) | PartConfig::Shell(_)) => matches!(kind, Kind::Tri3 | Kind::Quad4),
-        Some(PartConfig::None(_)) => true,
-    }
+    part.map_or(matches!(kind, Kind::Line2 | Kind::Row), |part| part.takes(kind))
 }
 
 /// Nodes of the cell that an element of the mesh is; `None` where nothing becomes of it.
@@ -307,12 +291,12 @@ fn cell(
     table: &StructureConfig,
     mesh: &Mesh,
     position: usize,
-    element: &Element,
+    element: &MeshElement,
     part: Option<&PartConfig>,
     number: u32,
 ) -> Result<Option<Vec<usize>>, InputError> {
     let key = if part.is_some() { format!("structure.parts.{number}.name") } else { "structure".into() };
-    if matches!(part, Some(PartConfig::None(_))) {
+    if part.is_some_and(|part| part.makes_nothing()) {
         return Ok(None);
     }
     if !takes(part, element.kind) {
@@ -322,7 +306,7 @@ fn cell(
         }
         let what = format!(
             "{} cannot be made of {}, and {} is one of them",
-            part.map_or("cables", PartConfig::elements),
+            part.map_or("cables", |part| part.plural()),
             element.kind.name(),
             describe(mesh, position)
         );
@@ -344,7 +328,7 @@ fn cell(
         ));
     }
     let mut nodes: Vec<usize> = mesh.nodes_of(element).iter().map(|n| *n as usize).collect();
-    if matches!(part, Some(PartConfig::Cable(_))) && matches!(element.kind, Kind::Tri3 | Kind::Quad4) {
+    if part.is_some_and(|part| part.closes(element.kind)) {
         nodes.push(nodes[0]);
     }
     for pair in nodes.windows(2) {

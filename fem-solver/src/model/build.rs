@@ -1,12 +1,12 @@
 //! From the table `[structure]` to a [`Model`], with every input error located.
 
 use super::Model;
-use super::base::{Base, Cell};
-use super::parts::Made;
-use crate::config::part::PartConfig;
-use crate::config::structure::{CableConfig, Stated, StructureConfig, Where};
-use crate::config::{Config, not_negative, positive};
-use crate::element::{Cable, PointMass, Spring};
+use super::base::Base;
+use super::cell::{Cell, Made};
+use crate::config::Config;
+use crate::config::structure::{StructureConfig, Where};
+use crate::element::{PointMass, Spring};
+use crate::read::bounds::{not_negative, positive};
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
 use interface_defs::toolkit::input_error::InputError;
@@ -122,14 +122,14 @@ impl Model {
         made: &mut [Made],
     ) -> Result<(), InputError> {
         if let Some(common) = &table.cable {
-            check_cable(scene, "structure.cable", common)?;
+            common.check(scene, "structure.cable")?;
         }
         for cell in lines {
             let common =
                 table.cable.as_ref().expect("lines in no part are there only with [structure.cable]");
             let first = self.cables.len();
             let ends = cell.nodes.windows(2).map(|pair| [pair[0], pair[1]]);
-            self.cables.extend(ends.map(|ends| cable(&self.nodes, ends, common, None)));
+            self.cables.extend(ends.map(|ends| common.cable(&self.nodes, ends, None)));
             let own = Made { elements: 0..0, cables: first..self.cables.len() };
             cell.from.iter().for_each(|e| made[*e as usize] = own.clone());
         }
@@ -141,9 +141,8 @@ impl Model {
             if let Some(length) = entry.length {
                 positive(scene, &format!("{key}.length"), length, "m")?;
             }
-            let own = properties(scene, &key, &entry.stated(), table.cable.as_ref())?;
-            check_cable(scene, &key, &own)?;
-            let built = cable(&self.nodes, entry.nodes, &own, entry.length);
+            let own = entry.stated().complete(scene, &key, table.cable.as_ref())?;
+            let built = own.cable(&self.nodes, entry.nodes, entry.length);
             if built.length == 0.0 || entry.nodes[0] == entry.nodes[1] {
                 let what = format!(
                     "the cable between nodes {} and {} has no length",
@@ -227,12 +226,13 @@ impl Model {
         if config.fem.integrator == crate::config::Integrator::Static {
             return Ok(());
         }
-        let weightless = |part: &PartConfig| matches!(part, PartConfig::Beam(beam) if beam.density <= 0.0);
-        if let Some(i) = config.structure.parts.iter().position(weightless) {
-            let key = format!("structure.parts.{i}");
+        let parts = &config.structure.parts;
+        if let Some(i) = parts.iter().position(|part| part.turns_without_inertia()) {
+            let (key, part) = (format!("structure.parts.{i}"), &parts[i]);
             let what = format!(
-                "the beams `{}` have no density: nothing resists their turning",
-                config.structure.parts[i].head().0
+                "the {} `{}` have no density: nothing resists their turning",
+                part.plural(),
+                part.name()
             );
             return Err(scene
                 .invalid(&key, what)
@@ -308,54 +308,4 @@ impl Model {
         let half = ends.map(|line| 0.5 * span(line)).fold(f64::INFINITY, f64::min);
         if half.is_finite() { half * (1.0 + SAME_POINT) } else { SAME_POINT * self.extent().max(1.0) }
     }
-}
-
-/// A cable with the properties `own`, unstretched at its own length [m] or as modelled.
-pub(super) fn cable(
-    nodes: &[Vector3<f64>],
-    ends: [usize; 2],
-    own: &CableConfig,
-    length: Option<f64>,
-) -> Cable {
-    let span = nodes[ends[1]] - nodes[ends[0]];
-    Cable {
-        nodes: ends,
-        span,
-        length: length.unwrap_or(span.norm()),
-        young: own.young,
-        area: own.area,
-        density: own.density,
-        prestress: own.prestress,
-        tension_only: own.tension_only,
-        radius: own.radius,
-    }
-}
-
-/// Properties of one cable: its own, else those of all.
-pub(super) fn properties(
-    scene: &Scene,
-    key: &str,
-    entry: &Stated,
-    common: Option<&CableConfig>,
-) -> Result<CableConfig, InputError> {
-    let missing = |name: &str| {
-        let what =
-            format!("no {name} is stated here, and there is no [structure.cable] that states it for all");
-        scene.invalid(key, what)
-    };
-    Ok(CableConfig {
-        young: entry.young.or(common.map(|c| c.young)).ok_or_else(|| missing("young"))?,
-        area: entry.area.or(common.map(|c| c.area)).ok_or_else(|| missing("area"))?,
-        density: entry.density.or(common.map(|c| c.density)).ok_or_else(|| missing("density"))?,
-        prestress: entry.prestress.or(common.map(|c| c.prestress)).unwrap_or(0.0),
-        tension_only: entry.tension_only.or(common.map(|c| c.tension_only)).unwrap_or(true),
-        radius: entry.radius.or(common.map(|c| c.radius)).unwrap_or(0.0),
-    })
-}
-
-pub(super) fn check_cable(scene: &Scene, key: &str, own: &CableConfig) -> Result<(), InputError> {
-    positive(scene, &format!("{key}.young"), own.young, "Pa")?;
-    positive(scene, &format!("{key}.area"), own.area, "m2")?;
-    not_negative(scene, &format!("{key}.density"), own.density, "kg/m3")?;
-    not_negative(scene, &format!("{key}.radius"), own.radius, "m")
 }

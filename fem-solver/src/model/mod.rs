@@ -9,6 +9,7 @@ pub mod applied;
 mod at_start;
 mod base;
 mod build;
+mod cell;
 mod generator;
 mod holding;
 mod loading;
@@ -18,7 +19,6 @@ mod parts;
 pub mod pressure;
 mod ropes;
 pub mod support;
-mod surfaces;
 pub mod timed;
 pub mod validation;
 

@@ -1,7 +1,7 @@
 //! Elements in words: by the numbers of the mesh file where there is one, and by where they are.
 
 use super::Model;
-use super::parts::Made;
+use super::cell::Made;
 use nalgebra::Vector3;
 
 impl Model {

@@ -1,6 +1,6 @@
 //! Ropes from lines that follow each other.
 
-use super::base::Cell;
+use super::cell::Cell;
 use crate::read::mesh::Mesh;
 use std::collections::HashMap;
 

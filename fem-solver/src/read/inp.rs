@@ -10,6 +10,7 @@
 //!
 //! Source: CalculiX CrunchiX user's manual, "Input deck format".
 
+use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh};
 use super::tokens::{error, real, shown};
 use interface_defs::toolkit::input_error::InputError;
@@ -19,9 +20,20 @@ const MOST_LISTED: usize = 20;
 /// Most nodes that an element has, of the shapes that are read.
 const MOST_NODES: usize = 6;
 
+/// The format of CalculiX and Abaqus.
+pub struct Inp;
+
+impl MeshFormat for Inp {
+    const PROGRAMS: &str = "CalculiX, Abaqus";
+
+    fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+        parse(file, text)
+    }
+}
+
 /// Read a mesh from its text.
-pub fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
-    let mut reader = Reader {
+fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+    let mut reader = InpReader {
         file,
         builder: Builder::new(file, text.len()),
         block: Block::Skip,
@@ -106,7 +118,7 @@ impl<'a> Card<'a> {
     }
 }
 
-struct Reader<'a> {
+struct InpReader<'a> {
     file: &'a str,
     builder: Builder<'a>,
     block: Block,
@@ -118,7 +130,7 @@ struct Reader<'a> {
     parts: usize,
 }
 
-impl Reader<'_> {
+impl InpReader<'_> {
     fn keyword(&mut self, line: usize, text: &str) -> Result<(), InputError> {
         self.complete()?;
         let card = Card::new(line, text);

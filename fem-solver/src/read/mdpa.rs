@@ -7,6 +7,7 @@
 //!
 //! Source: Kratos documentation, "Input files and IO".
 
+use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh};
 use super::tokens::{Tokens, shown};
 use interface_defs::toolkit::input_error::InputError;
@@ -19,9 +20,20 @@ const EXPECTED: [&str; 2] = ["ModelPartData", "Properties"];
 /// Most kinds of blocks that a warning lists.
 const MOST_LISTED: usize = 20;
 
+/// The format of Kratos.
+pub struct Mdpa;
+
+impl MeshFormat for Mdpa {
+    const PROGRAMS: &str = "Kratos";
+
+    fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+        parse(file, text)
+    }
+}
+
 /// Read a mesh from its text.
-pub fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
-    let mut reader = Reader {
+fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+    let mut reader = MdpaReader {
         t: Tokens::without_comments(file, text),
         builder: Builder::new(file, text.len()),
         conditions: HashMap::new(),
@@ -54,7 +66,7 @@ pub fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
     reader.builder.finish()
 }
 
-struct Reader<'a> {
+struct MdpaReader<'a> {
     t: Tokens<'a>,
     builder: Builder<'a>,
     /// Where the nodes of a condition stand, by its number.
@@ -62,7 +74,7 @@ struct Reader<'a> {
     condition_nodes: Vec<u32>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> MdpaReader<'a> {
     /// The next number of a block, or `None` at its end.
     fn number(&mut self, block: &str) -> Result<Option<u64>, InputError> {
         let word = self.t.word(&format!("a number, or `End {block}`"))?;

@@ -55,7 +55,7 @@ impl Kind {
 
 /// An element of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Element {
+pub struct MeshElement {
     /// Its number in the file; its position, in a generated mesh.
     pub number: u64,
     /// Its shape.
@@ -81,7 +81,7 @@ pub struct Mesh {
     /// Numbers of the nodes in the file; empty where the mesh is from no file.
     pub numbers: Vec<u64>,
     /// Elements.
-    pub elements: Vec<Element>,
+    pub elements: Vec<MeshElement>,
     /// Nodes of all elements, one after the other.
     connectivity: Vec<u32>,
     /// Named sets of elements.
@@ -95,7 +95,7 @@ pub struct Mesh {
 
 impl Mesh {
     /// Nodes of an element.
-    pub fn nodes_of(&self, element: &Element) -> &[u32] {
+    pub fn nodes_of(&self, element: &MeshElement) -> &[u32] {
         &self.connectivity[element.start as usize..][..element.count as usize]
     }
 
@@ -110,7 +110,7 @@ impl Mesh {
         let start = self.connectivity.len();
         self.connectivity.extend(nodes);
         let count = (self.connectivity.len() - start) as u32;
-        self.elements.push(Element { number, kind, start: start as u32, count });
+        self.elements.push(MeshElement { number, kind, start: start as u32, count });
     }
 
     /// Give every element group that has none the node group of its name.

@@ -12,6 +12,8 @@
 //! Readers of our own: the crates that there are for `.msh` read one of the two versions or lose the
 //! physical names, and for the other two formats there are none.
 
+pub(crate) mod bounds;
+pub mod format;
 pub mod inp;
 pub mod mdpa;
 pub mod mesh;
@@ -19,6 +21,7 @@ pub mod msh;
 pub mod tokens;
 mod twins;
 
+use format::MeshFormat;
 use interface_defs::toolkit::input_error::InputError;
 use mesh::Mesh;
 use std::borrow::Cow;
@@ -27,27 +30,55 @@ use std::path::Path;
 /// Longest file that is read [bytes]: positions in a mesh are 32 bits wide.
 const LONGEST: u64 = 4 << 30;
 
-/// Format of a mesh file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// Gmsh.
-    Msh,
-    /// CalculiX, Abaqus.
-    Inp,
-    /// Kratos.
-    Mdpa,
+/// Declares the formats: the extension of each, and its reader.
+macro_rules! formats {
+    ($($extension:literal => $module:ident::$format:ident,)*) => {
+        /// Format of a mesh file.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[allow(missing_docs)] // Each is described where its reader is.
+        pub enum Format {
+            $($format,)*
+        }
+
+        impl Format {
+            /// The format that the extension of `path` stands for.
+            pub fn of(path: &Path) -> Option<Self> {
+                match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+                    $($extension => Some(Self::$format),)*
+                    _ => None,
+                }
+            }
+
+            fn refuse_binary(self, file: &str, text: &str) -> Result<(), InputError> {
+                match self {
+                    $(Self::$format => $module::$format::refuse_binary(file, text),)*
+                }
+            }
+
+            fn parse(self, file: &str, text: &str) -> Result<Mesh, InputError> {
+                match self {
+                    $(Self::$format => $module::$format::parse(file, text),)*
+                }
+            }
+        }
+
+        /// Extension of each format, and programs that write it.
+        const KNOWN: &[(&str, &str)] = &[$(($extension, $module::$format::PROGRAMS),)*];
+    };
 }
 
-impl Format {
-    /// The format that the extension of `path` stands for.
-    pub fn of(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "msh" => Some(Self::Msh),
-            "inp" => Some(Self::Inp),
-            "mdpa" => Some(Self::Mdpa),
-            _ => None,
-        }
-    }
+formats! {
+    "msh" => msh::Msh,
+    "inp" => inp::Inp,
+    "mdpa" => mdpa::Mdpa,
+}
+
+/// The formats in words.
+fn known() -> String {
+    let words: Vec<String> =
+        KNOWN.iter().map(|(extension, programs)| format!(".{extension} ({programs})")).collect();
+    let (last, others) = words.split_last().expect("there are formats");
+    format!("{} and {last}", others.join(", "))
 }
 
 /// Read the mesh file at `path`; its extension says the format.
@@ -56,7 +87,7 @@ pub fn read(path: &Path) -> Result<Mesh, InputError> {
     let fault = |what: String| InputError::in_file(file.as_str(), what);
     let Some(format) = Format::of(path) else {
         return Err(fault("its name does not say what kind of mesh this is".into())
-            .try_instead("known are .msh (Gmsh), .inp (CalculiX, Abaqus) and .mdpa (Kratos)"));
+            .try_instead(format!("known are {}", known())));
     };
     let about = std::fs::metadata(path).map_err(|e| fault(format!("the mesh cannot be read: {e}")))?;
     if !about.is_file() {
@@ -76,17 +107,11 @@ pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, InputErro
     }
     // Text in an older encoding is fine where it is a comment; elsewhere it will not parse.
     let text: Cow<str> = String::from_utf8_lossy(bytes);
-    if format == Format::Msh {
-        msh::refuse_binary(file, &text)?;
-    }
+    format.refuse_binary(file, &text)?;
     if let Some(at) = bytes.iter().position(|b| *b == 0) {
         let line = bytes[..at].iter().filter(|b| **b == b'\n').count() + 1;
         return Err(tokens::error(file, line, "a zero byte: this is no text file")
             .try_instead("save the mesh as text (ASCII)"));
     }
-    match format {
-        Format::Msh => msh::parse(file, &text),
-        Format::Inp => inp::parse(file, &text),
-        Format::Mdpa => mdpa::parse(file, &text),
-    }
+    format.parse(file, &text)
 }

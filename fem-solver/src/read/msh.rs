@@ -6,6 +6,7 @@
 //!
 //! Source: Gmsh reference manual, section "MSH file format".
 
+use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh};
 use super::tokens::{Tokens, error, shown};
 use super::twins::Written;
@@ -15,8 +16,23 @@ use std::collections::HashMap;
 /// What to do about a version that is not read.
 const SAVE_AS: &str = "save it as 4.1 or 2.2, as in: gmsh -0 in.msh -format msh41 -o out.msh";
 
+/// The format of Gmsh.
+pub struct Msh;
+
+impl MeshFormat for Msh {
+    const PROGRAMS: &str = "Gmsh";
+
+    fn refuse_binary(file: &str, text: &str) -> Result<(), InputError> {
+        refuse_binary(file, text)
+    }
+
+    fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+        parse(file, text)
+    }
+}
+
 /// Refuse a binary file by its header, which is text in any case.
-pub fn refuse_binary(file: &str, text: &str) -> Result<(), InputError> {
+fn refuse_binary(file: &str, text: &str) -> Result<(), InputError> {
     let mut t = Tokens::new(file, text);
     let words: [Option<&str>; 3] = std::array::from_fn(|_| t.next_word());
     if words[0] == Some("$MeshFormat") && words[2] == Some("1") {
@@ -28,10 +44,10 @@ pub fn refuse_binary(file: &str, text: &str) -> Result<(), InputError> {
 }
 
 /// Read a mesh from its text.
-pub fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
     let mut t = Tokens::new(file, text);
     let version = header(&mut t)?;
-    let mut reader = Reader {
+    let mut reader = MshReader {
         builder: Builder::new(file, text.len()),
         names: HashMap::new(),
         entities: HashMap::new(),
@@ -149,7 +165,7 @@ fn known_shape(t: &Tokens, number: u64) -> Result<(Kind, u64), InputError> {
     })
 }
 
-struct Reader<'a> {
+struct MshReader<'a> {
     builder: Builder<'a>,
     /// Names of physical groups by dimension and number.
     names: HashMap<(u64, i64), String>,
@@ -159,7 +175,7 @@ struct Reader<'a> {
     written: HashMap<(Kind, i64), Written>,
 }
 
-impl Reader<'_> {
+impl MshReader<'_> {
     fn physical_names(&mut self, t: &mut Tokens) -> Result<(), InputError> {
         for _ in 0..t.whole("the number of physical names")? {
             let dim = t.whole("the dimension of a physical name")?;

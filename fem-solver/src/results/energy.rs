@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::state::State;
 use interface_defs::message::{Gauge, Role};
 
-/// What is needed to tell the energies of a state.
+/// What the energies of a state are computed from.
 pub struct Energies {
     /// Mass of each degree of freedom that takes part in the kinetic energy; empty in statics.
     mass: Vec<f64>,

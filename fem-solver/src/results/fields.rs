@@ -140,6 +140,15 @@ impl Fields {
         for ((point, start), u) in self.points.iter_mut().zip(&mesh.coordinates).zip(&self.displacement) {
             *point = start + u;
         }
+        self.collect_lines(model, state);
+        if self.faces.is_some() {
+            self.write_faces(model, state, time)?;
+        }
+        self.write_lines(mesh, time)
+    }
+
+    /// Forces, stresses and moments of all lines.
+    fn collect_lines(&mut self, model: &Model, state: &State) {
         let (cables, others) = self.tension.split_at_mut(model.cables.len());
         for (tension, cable) in cables.iter_mut().zip(&model.cables) {
             *tension = cable.response(&model.relative(&state.displacement, cable)).tension;
@@ -170,9 +179,9 @@ impl Fields {
         for ((stress, force), area) in self.stress.iter_mut().zip(&self.tension).zip(&self.section) {
             *stress = if *area > 0.0 { force / area } else { 0.0 };
         }
-        if self.faces.is_some() {
-            self.write_faces(model, state, time)?;
-        }
+    }
+
+    fn write_lines(&mut self, mesh: &InterfaceMesh, time: f64) -> Result<(), Fault> {
         let separate: Vec<Vec<f64>> = (0..if self.moments.is_empty() { 0 } else { MOMENTS.len() })
             .map(|m| self.moments.iter().map(|of| of[m]).collect())
             .collect();

@@ -30,30 +30,30 @@ pub struct Height {
     nodes: Vec<usize>,
     above: Vec<usize>,
     normal: Vector3<f64>,
-    fields: Option<Fields>,
+    fields: Option<BarrierFields>,
 }
 
 /// The fields between posts.
 #[derive(Debug, Clone)]
-struct Fields {
+struct BarrierFields {
     along: Vector3<f64>,
     /// Nodes of each post, in order along the barrier.
     posts: Vec<Vec<usize>>,
     /// Lines of the upper and of the lower rope.
-    ropes: [Vec<Piece>; 2],
+    ropes: [Vec<RopePiece>; 2],
     /// Those of one field. Written before it is read.
     memory: RefCell<[Vec<[Point; 2]>; 2]>,
 }
 
 /// A line of a rope.
 #[derive(Debug, Clone)]
-struct Piece {
+struct RopePiece {
     nodes: [usize; 2],
     /// Of an element that can break: its number, and where its history lies.
     breakable: Option<(usize, Range<usize>)>,
 }
 
-impl Piece {
+impl RopePiece {
     fn is_broken(&self, model: &Model, history: &[f64]) -> bool {
         let broken = |(element, own): &(usize, Range<usize>)| {
             model.elements[*element].is_broken(&history[own.clone()])
@@ -97,7 +97,7 @@ impl Height {
                 }
                 let ropes = [(gauge.group.as_deref(), &nodes), (Some(below), &above)]
                     .map(|(name, nodes)| lines(model, name, nodes));
-                let fields = Fields::new(model, &group(&key, name)?, &normal, ropes);
+                let fields = BarrierFields::new(model, &group(&key, name)?, &normal, ropes);
                 if fields.posts.len() < 2 {
                     let what = format!(
                         "the nodes of `{name}` stand at one place along the barrier: there is no field between them"
@@ -164,8 +164,8 @@ impl Height {
     }
 }
 
-impl Fields {
-    fn new(model: &Model, nodes: &[usize], normal: &Vector3<f64>, ropes: [Vec<Piece>; 2]) -> Self {
+impl BarrierFields {
+    fn new(model: &Model, nodes: &[usize], normal: &Vector3<f64>, ropes: [Vec<RopePiece>; 2]) -> Self {
         let (along, extent) = direction(model, nodes, normal);
         // Nodes at one place are one post, however far rounding has them apart.
         let near = f64::max(ONE_PLACE * extent, ROUNDING * model.extent());
@@ -228,14 +228,14 @@ impl Fields {
 }
 
 /// Lines of the part or the group of elements `name`, or those with both ends among `nodes`.
-fn lines(model: &Model, name: Option<&str>, nodes: &[usize]) -> Vec<Piece> {
+fn lines(model: &Model, name: Option<&str>, nodes: &[usize]) -> Vec<RopePiece> {
     let part = model.parts.iter().find(|p| Some(p.name.as_str()) == name);
     let mut inside = vec![false; model.node_count()];
     nodes.iter().for_each(|n| inside[*n] = true);
     let belongs = |line: &[usize; 2]| part.is_some() || line.iter().all(|n| inside[*n]);
     let cables = model.cables.iter().enumerate();
     let cables = cables.filter(|(i, _)| part.is_none_or(|p| p.cables.contains(i))).map(|(_, c)| c.nodes);
-    let mut all: Vec<_> = cables.map(|nodes| Piece { nodes, breakable: None }).collect();
+    let mut all: Vec<_> = cables.map(|nodes| RopePiece { nodes, breakable: None }).collect();
     let mut next = 0;
     for (number, element) in model.elements.iter().enumerate() {
         let history = next..next + element.start_history().len();
@@ -243,7 +243,7 @@ fn lines(model: &Model, name: Option<&str>, nodes: &[usize]) -> Vec<Piece> {
         if part.is_none_or(|p| p.elements.contains(&number)) {
             let breakable = element.can_break().then_some((number, history));
             let lines = element.lines().into_iter();
-            all.extend(lines.map(|nodes| Piece { nodes, breakable: breakable.clone() }));
+            all.extend(lines.map(|nodes| RopePiece { nodes, breakable: breakable.clone() }));
         }
     }
     all.retain(|piece| belongs(&piece.nodes));
@@ -275,7 +275,7 @@ fn direction(model: &Model, nodes: &[usize], normal: &Vector3<f64>) -> (Vector3<
     }
     let modes = spread.symmetric_eigen();
     let along = modes.eigenvectors.column(modes.eigenvalues.imax()).into_owned();
-    // Fields count in the direction of the largest axis.
+    // BarrierFields count in the direction of the largest axis.
     let along = if along[along.iamax()] < 0.0 { -along } else { along };
     let places = || nodes.iter().map(|n| along.dot(&flat(n)));
     (along, places().fold(f64::NEG_INFINITY, f64::max) - places().fold(f64::INFINITY, f64::min))

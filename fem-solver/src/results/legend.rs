@@ -20,11 +20,11 @@ pub struct Legend {
     pub face_groups: Vec<f64>,
     /// Group of each node.
     pub node_groups: Vec<f64>,
-    names: Names,
+    names: LegendNames,
 }
 
 #[derive(Serialize)]
-struct Names {
+struct LegendNames {
     part: BTreeMap<usize, String>,
     group: BTreeMap<usize, String>,
 }
@@ -80,7 +80,7 @@ impl Legend {
             face_parts: spread(parts, true),
             face_groups: spread(groups, true),
             node_groups: node_groups.into_iter().map(|(number, _)| number as f64).collect(),
-            names: Names {
+            names: LegendNames {
                 part: std::iter::once(none()).chain(part_names).collect(),
                 group: std::iter::once(none()).chain(group_names).collect(),
             },

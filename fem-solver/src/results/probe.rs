@@ -58,7 +58,7 @@ impl Probe {
         })
     }
 
-    /// Members of which smallest and largest are told; 0 where there is one value, a sum or a mean.
+    /// Members of which smallest and largest are reported; 0 where there is one value, a sum or a mean.
     pub fn members(&self) -> usize {
         let count = match self {
             Self::Force(feet) => feet.len(),
@@ -91,7 +91,7 @@ impl Probe {
         }
     }
 
-    /// The gauges that tell it, each with the number that it shows. Old names follow the new ones.
+    /// The gauges that report it, each with the number that it shows. Old names follow the new ones.
     pub fn declared(&self, name: &str) -> Vec<(Gauge, usize)> {
         let followed = |name: String, unit: &str| Gauge { extremes: true, ..Gauge::new(name, unit) };
         let vector = |letter: char, unit: &'static str, over: &str| {
@@ -115,7 +115,7 @@ impl Probe {
             }
             Self::Force(_) | Self::Lines(_) => {
                 let first = if matches!(self, Self::Force(_)) { 3 } else { 0 };
-                // The extremes of these are told with the member that they belong to, as measures of the solver.
+                // The extremes of these are reported with the member that they belong to, as measures of the solver.
                 let of_members =
                     |end: &str, slot| (Gauge::new(format!("{name}_{quantity}_{end}"), unit), slot);
                 let mut all = if first > 0 { vector('f', unit, "sum") } else { Vec::new() };

@@ -231,7 +231,7 @@ impl Recorder {
                     lines.scan(model, state, assembly, forces, |value| record(&mut values[0], value));
                 }
                 Probe::Lines(lines) => {
-                    let mut seen = Both::default();
+                    let mut seen = Extremes::default();
                     lines.scan(model, state, assembly, forces, |value| seen.take(value));
                     record(&mut values[0], seen.smallest.0);
                     record(&mut values[1], seen.largest.0);
@@ -243,8 +243,8 @@ impl Recorder {
                 Probe::Force(feet) => {
                     let (sums, own) = self.impulses[impulse..].split_at_mut(1);
                     let nodes = model.node_count();
-                    let (mut sum, mut seen) = ([0.0; 3], Both::default());
-                    let mut mean = Both::default();
+                    let (mut sum, mut seen) = ([0.0; 3], Extremes::default());
+                    let mut mean = Extremes::default();
                     for (i, foot) in feet.iter().enumerate() {
                         let reaction =
                             foot.reaction(nodes, step.force, step.middle, step.end - 0.5 * step.length);
@@ -345,19 +345,19 @@ impl Probes {
 
 /// Smallest and largest of the members at one instant: value, and which.
 #[derive(Debug, Clone, Copy)]
-pub struct Both {
+pub struct Extremes {
     smallest: (f64, u32),
     largest: (f64, u32),
     next: u32,
 }
 
-impl Default for Both {
+impl Default for Extremes {
     fn default() -> Self {
         Self { smallest: (f64::INFINITY, 0), largest: (f64::NEG_INFINITY, 0), next: 0 }
     }
 }
 
-impl Both {
+impl Extremes {
     /// The next member has this value.
     #[inline]
     fn take(&mut self, value: f64) {
@@ -372,7 +372,7 @@ impl Both {
 }
 
 impl Range {
-    fn take(&mut self, seen: &Both, time: f64) {
+    fn take(&mut self, seen: &Extremes, time: f64) {
         let extreme = |(value, member)| Extreme { value, member, time };
         if seen.smallest.0 < self.smallest.value {
             self.smallest = extreme(seen.smallest);

@@ -182,7 +182,7 @@ fn seconds_per_step(
     for _ in 0..ROUNDS {
         let started = Instant::now();
         for _ in 0..repeats {
-            // A step that fails has cost what it has cost; the run itself will tell.
+            // A step that fails has cost what it has cost; the run itself will show.
             let _ = solver.solve(&window, &force, &mut output);
         }
         best = best.min(started.elapsed().as_secs_f64() / f64::from(repeats));

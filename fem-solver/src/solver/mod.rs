@@ -7,7 +7,7 @@ use crate::config::Config;
 use crate::config::scheme::Scheme;
 use crate::integrator::loads::{Loads, MOST_SAMPLES, Needs};
 use crate::integrator::start::Start;
-use crate::integrator::window::March;
+use crate::integrator::window::{Exchange, WindowSolver};
 use crate::internal_force::assembly::Event;
 use crate::internal_force::mass_scaling::scale_masses;
 use crate::model::Model;
@@ -15,7 +15,7 @@ use crate::results::energy::Energies;
 use crate::results::fields::Fields;
 use crate::results::record::{Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
-use crate::state::{Critical, Kind, State};
+use crate::state::{Critical, CriticalKind, State};
 use interface_defs::field::{FieldSpec, Layout, Place, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
@@ -50,7 +50,7 @@ pub struct FemSolver {
 
 /// What exists from the preparation on.
 struct Prepared {
-    march: March,
+    windows: WindowSolver,
     mesh: InterfaceMesh,
     fields: Option<Fields>,
     sag: Option<f64>,
@@ -69,7 +69,7 @@ struct Prepared {
 
 impl Prepared {
     /// Say in `output` which lines are broken, by `now` or before the run.
-    fn tell_broken(&self, now: &[Event], output: &mut [f64]) {
+    fn report_broken(&self, now: &[Event], output: &mut [f64]) {
         let Some((at, lines)) = &self.broken else { return };
         let flags = &mut output[at.clone()];
         flags.fill(0.0);
@@ -91,7 +91,7 @@ fn lines_of_elements(model: &Model) -> Vec<Range<usize>> {
 
 impl FemSolver {
     /// The structure of `scene`. Computes nothing yet; what is wrong with the scene's numbers is found
-    /// here, what only form finding can tell in [`Solver::prepare`] and by `check`.
+    /// here, what only form finding shows in [`Solver::prepare`] and by `check`.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
         let config = Config::of(scene)?;
         let mut model = Model::build(scene, &config)?;
@@ -151,22 +151,14 @@ impl FemSolver {
         warnings.extend(load_warnings);
         let sag = self.model.sag(&start.displacement);
         start.newton.keeps_factor = self.options.shortcuts;
-        let mut march = March::new(
-            &self.model,
-            &self.config,
-            start,
-            recorder,
-            loads,
-            plan,
-            &mesh,
-            self.options.shortcuts,
-        );
+        let exchange = Exchange { recorder, loads, plan, mesh: &mesh, shortcuts: self.options.shortcuts };
+        let mut windows = WindowSolver::new(&self.model, &self.config, start, exchange);
         let (_, answer) = interface_defs::participant::payload_lengths(
             plan,
             &Ready { mesh: mesh.clone(), gauges: self.gauges.clone(), ..Ready::default() },
         );
         let mut initial = vec![0.0; answer];
-        march.initial(&self.model, &mut initial);
+        windows.initial(&self.model, &mut initial);
         let mut fields = match (&self.options.out, self.field_interval) {
             (Some(out), Some(interval)) => {
                 Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh, &self.model)?)
@@ -174,14 +166,14 @@ impl FemSolver {
             _ => None,
         };
         if let Some(fields) = &mut fields {
-            fields.offer(&self.model, &mesh, &march.origin, &march.committed, 0.0)?;
+            fields.offer(&self.model, &mesh, &windows.origin, &windows.committed, 0.0)?;
         }
         let at = Layout::new(&plan.gives, &mesh, 0).sample(name::BROKEN, Sampling::Once, 0);
         let broken = at.map(|at| (at, lines_of_elements(&self.model)));
         let touched = !plan.takes.is_empty();
         let torn = self.inherited.as_ref().map_or(Vec::new(), Inherited::torn);
         let prepared = Prepared {
-            march,
+            windows,
             mesh: mesh.clone(),
             fields,
             sag,
@@ -192,7 +184,7 @@ impl FemSolver {
             torn,
             touched,
         };
-        prepared.tell_broken(&[], &mut initial);
+        prepared.report_broken(&[], &mut initial);
         self.prepared = Some(prepared);
         Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
     }
@@ -205,7 +197,7 @@ impl FemSolver {
             return None;
         }
         let path = out.join(run_dir::STRUCTURE_STATE);
-        let (state, name) = (&prepared.march.committed, self.config.fem.integrator.name());
+        let (state, name) = (&prepared.windows.committed, self.config.fem.integrator.name());
         let end = End::new(&self.model, state, prepared.accepted, name, &prepared.torn);
         let written = end.write(&path);
         written
@@ -319,8 +311,8 @@ fn critical_loads(state: &State) -> Vec<Measure> {
         state.critical.first().map(|p| measure("critical_load_factor".into(), p)).into_iter().collect();
     for point in &state.critical {
         let (kind, count) = match point.kind {
-            Kind::Limit => ("limit", &mut counts[0]),
-            Kind::Branch => ("branch", &mut counts[1]),
+            CriticalKind::Limit => ("limit", &mut counts[0]),
+            CriticalKind::Branch => ("branch", &mut counts[1]),
         };
         *count += 1;
         measures.push(measure(format!("{kind}_point_{count}"), point));
@@ -334,8 +326,8 @@ fn unstable_path(state: &State) -> Option<String> {
     let from = match state.critical.iter().find(|p| p.negative > 0) {
         Some(point) => {
             let kind = match point.kind {
-                Kind::Limit => "the limit point",
-                Kind::Branch => "the branch point",
+                CriticalKind::Limit => "the limit point",
+                CriticalKind::Branch => "the branch point",
             };
             format!("{kind} at t = {:.6} s, load factor {:.6e}", point.time, point.factor)
         }
@@ -374,21 +366,21 @@ impl Solver for FemSolver {
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
         let (model, prepared) = self.prepared()?;
         prepared.time = window.end();
-        prepared.march.solve(model, window, input, output)?;
-        prepared.tell_broken(&prepared.march.solved().events, output);
+        prepared.windows.solve(model, window, input, output)?;
+        prepared.report_broken(&prepared.windows.solved().events, output);
         Ok(())
     }
 
     fn commit(&mut self) -> Result<(), Fault> {
         let (model, prepared) = self.prepared()?;
-        prepared.march.commit();
+        prepared.windows.commit();
         prepared.accepted = prepared.time;
         match &mut prepared.fields {
             Some(fields) => fields.offer(
                 model,
                 &prepared.mesh,
-                &prepared.march.origin,
-                &prepared.march.committed,
+                &prepared.windows.origin,
+                &prepared.windows.committed,
                 prepared.time,
             ),
             None => Ok(()),
@@ -400,15 +392,9 @@ impl Solver for FemSolver {
             return Err(Fault::broken("asked for results before the preparation"));
         };
         let model = &self.model;
-        let peaks = prepared.march.committed.peaks;
-        let measure = |name: &str, value, unit: &str, time| Measure {
-            name: name.into(),
-            value,
-            unit: unit.into(),
-            time,
-        };
+        let peaks = prepared.windows.committed.peaks;
         let (mut measures, mut warnings) = (Vec::new(), Vec::new());
-        let events = &prepared.march.committed.events;
+        let events = &prepared.windows.committed.events;
         warnings.extend(verdict(model, events));
         warnings.extend(ruptures(model, events));
         warnings.extend(torn_before(prepared.torn.len()));
@@ -440,7 +426,7 @@ impl Solver for FemSolver {
                 Some(peaks.cable_force.time),
             ));
         }
-        let (committed, time) = (&prepared.march.committed, prepared.time);
+        let (committed, time) = (&prepared.windows.committed, prepared.time);
         measures.extend(self.probes.measures(&self.config.gauges, model, committed, time));
         match prepared.sag {
             Some(sag) => measures.push(measure("sag", sag, "m", None)),
@@ -449,41 +435,14 @@ impl Solver for FemSolver {
             }
         }
         warnings.extend(self.leave_state(prepared));
-        let counts = prepared.march.counts;
-        measures.extend(critical_loads(&prepared.march.committed));
-        warnings.extend(unstable_path(&prepared.march.committed));
-        if counts.refined > 0 {
-            warnings.push(format!(
-                "Newton failed in {} windows, iterations of the coupling included: they were begun anew with shorter steps",
-                counts.refined
-            ));
-        }
-        if counts.late > 0.0 {
-            warnings.push(format!(
-                "a step ended with {:.4} times the strength of what broke in it: loads grew too much in one step; shorten {}",
-                counts.late,
-                if self.config.fem.load_steps.is_some() { "fem.load_steps.first" } else { "fem.time_step" }
-            ));
-        }
-        if let Some(dof) = counts.unstable_at {
-            warnings.push(format!(
-                "the tangent was not positive at the end of {} steps (slack, or close to buckling; the first pivot at {}): it was \
-                 shifted, which slows Newton down and leaves its answer as it is",
-                counts.unstable,
-                model.dof_name(dof)
-            ));
-        }
-        let counts = [
-            ("sub_steps", counts.steps),
-            ("newton_iterations", counts.newton),
-            ("skipped_windows", counts.skipped),
-            ("factorisations", counts.factorisations),
-            ("kept_factors", counts.kept_factors),
-            ("refined_windows", counts.refined),
-            ("shifted_tangents", counts.shifted),
-            ("refused_steps", counts.refused),
-        ];
-        let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
-        Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
+        measures.extend(critical_loads(&prepared.windows.committed));
+        warnings.extend(unstable_path(&prepared.windows.committed));
+        let counts = &prepared.windows.counts;
+        warnings.extend(counts.warnings(model, self.config.fem.load_steps.is_some()));
+        Ok(Statistics { measures, counts: counts.named(), warnings, ..Statistics::default() })
     }
+}
+
+fn measure(name: &str, value: f64, unit: &str, time: Option<f64>) -> Measure {
+    Measure { name: name.into(), value, unit: unit.into(), time }
 }

@@ -59,11 +59,11 @@ struct Fingerprint {
     /// Nodes that have rotations.
     turning: Vec<u64>,
     /// The parts of the scene, and what is in none.
-    parts: Vec<Part>,
+    parts: Vec<LeftPart>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Part {
+struct LeftPart {
     name: String,
     elements: u64,
     /// Of the nodes of its elements, in order.
@@ -72,7 +72,7 @@ struct Part {
     properties: u64,
 }
 
-impl Part {
+impl LeftPart {
     fn of<'a, E: Debug + 'a>(name: &str, elements: impl Iterator<Item = (&'a [usize], E)>) -> Self {
         let (mut nodes, mut properties, mut count) = (Vec::new(), String::new(), 0);
         for (own, element) in elements {
@@ -102,14 +102,14 @@ impl Fingerprint {
             part.elements.iter().for_each(|e| loose.1[*e] = false);
             // A part is of cables or of other elements.
             parts.push(if part.cables.is_empty() {
-                Part::of(&part.name, part.elements.iter().map(|e| element(*e)))
+                LeftPart::of(&part.name, part.elements.iter().map(|e| element(*e)))
             } else {
-                Part::of(&part.name, part.cables.iter().map(|c| cable(*c)))
+                LeftPart::of(&part.name, part.cables.iter().map(|c| cable(*c)))
             });
         }
         let others = |loose: &[bool]| (0..loose.len()).filter(|i| loose[*i]).collect::<Vec<_>>();
-        parts.push(Part::of("the cables in no part", others(&loose.0).into_iter().map(cable)));
-        parts.push(Part::of("the elements in no part", others(&loose.1).into_iter().map(element)));
+        parts.push(LeftPart::of("the cables in no part", others(&loose.0).into_iter().map(cable)));
+        parts.push(LeftPart::of("the elements in no part", others(&loose.1).into_iter().map(element)));
         Self {
             nodes: model.nodes.iter().map(|n| <[f64; 3]>::from(*n)).collect(),
             turning: model.turning.iter().map(|n| *n as u64).collect(),
@@ -133,7 +133,7 @@ impl Fingerprint {
                 model.node_name(farthest)
             ));
         }
-        let named = |part: &Part, there: &str| {
+        let named = |part: &LeftPart, there: &str| {
             let quoted = part.name.starts_with("the ");
             if quoted { format!("{}{there}", part.name) } else { format!("the part `{}`{there}", part.name) }
         };

@@ -81,12 +81,12 @@ pub struct Critical {
     /// Directions that are unstable behind it.
     pub negative: usize,
     /// Which.
-    pub kind: Kind,
+    pub kind: CriticalKind,
 }
 
-/// Kind of a critical point.
+/// CriticalKind of a critical point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum CriticalKind {
     /// The load turns back.
     Limit,
     /// Another path crosses.

@@ -7,7 +7,7 @@ use crate::model::Model;
 pub struct StartMotion {
     /// Velocity [m/s].
     pub velocity: Vec<f64>,
-    /// Acceleration [m/s2]; empty where only a balance of forces tells it.
+    /// Acceleration [m/s2]; empty where only a balance of forces gives it.
     pub acceleration: Vec<f64>,
 }
 

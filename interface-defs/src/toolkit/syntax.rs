@@ -63,18 +63,52 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
             "a backslash in \"...\" begins an escape: write paths with /, which works everywhere".into(),
         );
     }
-    let value = code.split_once('=').map_or("", |(_, value)| value.trim());
+    let Some((_, value)) = code.split_once('=') else { return no_equals(code) };
+    let value = value.trim();
     if let Some((before, after)) = value.split_once(',')
         && let (Ok(_), Ok(_)) = (before.trim().parse::<i64>(), after.trim().parse::<u64>())
     {
         let number = format!("{}.{}", before.trim(), after.trim());
         return Some(format!("a decimal comma? a number is written with a point: {number}"));
     }
+    if let Some(hint) = of_other_language(value) {
+        return Some(hint.into());
+    }
     let digits = value.trim_end_matches(|c: char| c.is_alphabetic() || "/%*".contains(c)).trim_end();
     if digits != value && digits.parse::<f64>().is_ok() {
         return Some(format!("a number is written without its unit: {digits}"));
     }
     None
+}
+
+/// What to try where a line has no `=`.
+fn no_equals(code: &str) -> Option<String> {
+    let (key, value) = code.trim().split_once([':', ' '])?;
+    let is_key = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c));
+    (is_key && !value.trim().is_empty()).then(|| format!("a key and its value: {key} = {}", value.trim()))
+}
+
+/// What to try where a value is written as in another language.
+fn of_other_language(value: &str) -> Option<&'static str> {
+    let digit = |c: char| c.is_ascii_digit();
+    let between = |marks: &str| {
+        let chars: Vec<char> = value.chars().collect();
+        chars.windows(3).any(|w| digit(w[0]) && marks.contains(w[1]) && (digit(w[2]) || w[2] == '-'))
+    };
+    if value.contains("//") {
+        Some("a comment begins with #")
+    } else if matches!(value, "True" | "TRUE" | "False" | "FALSE")
+        || value.contains(" = True")
+        || value.contains(" = False")
+    {
+        Some("in small letters: true, false")
+    } else if between("'") {
+        Some("a number has no separators: 2600.0")
+    } else if between("*/^") && !value.contains('"') {
+        Some("nothing is computed here: write the number, as in 2e-4")
+    } else {
+        None
+    }
 }
 
 /// What a file is that is no scene at all.
@@ -119,6 +153,13 @@ mod tests {
             ("title = \u{201c}a\u{201d}\n", "s.toml:1:9", "quotes are straight"),
             ("end_time\u{a0}= 1.0\n", "s.toml:1:9", "a special space"),
             ("title = \"data\\slope.asc\"\n", "s.toml:1:15", "write paths with /"),
+            ("end_time = 1.5 // s\n", "s.toml:1:12", "a comment begins with #"),
+            ("title = \"a\"\nend_time: 1.5\n", "s.toml:2:11", "end_time = 1.5"),
+            ("title = \"a\"\nend_time 1.5\n", "s.toml:2:10", "end_time = 1.5"),
+            ("end_time = 2*10^3\n", "s.toml:1:12", "write the number"),
+            ("end_time = 3/2\n", "s.toml:1:12", "write the number"),
+            ("end_time = 2'600.0\n", "s.toml:1:13", "no separators"),
+            ("output.iterations = True\n", "s.toml:1:21", "small letters"),
             ("{\"end_time\": 1}\n", "s.toml:1:1", "looks like JSON"),
             ("time_s,rock_x_m\n0,1\n", "s.toml:1:7", "looks like a table (CSV)"),
         ] {

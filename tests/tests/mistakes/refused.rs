@@ -199,10 +199,10 @@ pub const REFUSED: &[Row] = &[
         ["7:9", "expected a table", "shape = { type = \"box\""],
     ),
     (
-        "spheres as cluster = 80",
+        "spheres as cluster = 64",
         NET,
-        ["cluster.spheres = 80", "cluster = 80"],
-        ["8:11", "expected a table", "cluster.spheres = 80"],
+        ["cluster.spheres = 64", "cluster = 64"],
+        ["8:11", "expected a table", "cluster.spheres = 64"],
     ),
     (
         "gravity as one number",

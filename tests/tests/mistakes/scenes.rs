@@ -10,7 +10,7 @@ name = "block"
 position = [0.0, 0.0, 1.0]
 mass = 260.0
 shape = { type = "box", size = [0.5, 0.5, 0.4] }
-cluster.spheres = 80
+cluster.spheres = 64
 [[contact]]
 law = "hertz_mindlin"
 young = 1e9
@@ -110,6 +110,113 @@ at = [0.0, 0.0, 0.0]
 quantity = "displacement"
 [fem]
 integrator = "static"
+"#;
+
+/// A block that flies into a barrier of one field.
+pub const BARRIER: &str = r#"end_time = 0.5
+gravity = [0.0, 0.0, -9.81]
+[[rock]]
+position = [0.0, -1.2, 2.0]
+velocity = [0.0, 12.0, 0.0]
+mass = 600.0
+shape = { type = "ead_block", size = 0.7 }
+cluster.spheres = 60
+[[contact]]
+law = "linear"
+stiffness = 1e6
+poisson = 0.2
+restitution = 0.5
+friction = 0.4
+[structure]
+supports = [{ group = "feet", rotations = "z" }, { group = "anchors" }]
+[structure.generator]
+type = "barrier"
+fields = 1
+lean = 1.0
+cells = [6, 3]
+[structure.cable]
+young = 1e11
+area = 1.6e-4
+density = 7850.0
+radius = 0.007
+[[structure.parts]]
+name = "net"
+element = "cable"
+area = 2.5e-5
+radius = 0.003
+[[structure.parts]]
+name = "posts"
+element = "beam"
+young = 2.1e11
+area = 5.4e-3
+inertia = [2.5e-5, 9.2e-6]
+torsion = 2e-7
+density = 7850.0
+radius = 0.08
+[[structure.parts]]
+name = "top_rope"
+element = "sliding_cable"
+young = 1e11
+area = 1.6e-4
+density = 7850.0
+prestress = 5e7
+radius = 0.007
+[[structure.parts]]
+name = "bottom_rope"
+element = "sliding_cable"
+young = 1e11
+area = 1.6e-4
+density = 7850.0
+prestress = 5e7
+radius = 0.007
+[[structure.parts]]
+name = "rope_brakes"
+element = "brake"
+stiffness = 5e6
+curve = [[0.01, 5e4], [0.8, 7e4]]
+stroke = 0.8
+mass = 10.0
+radius = 0.02
+[[structure.parts]]
+name = "upslope_brakes"
+element = "brake"
+stiffness = 5e6
+curve = [[0.01, 5e4], [0.8, 7e4]]
+stroke = 0.8
+mass = 10.0
+radius = 0.02
+[[gauge]]
+name = "feet"
+group = "feet"
+quantity = "force"
+"#;
+
+/// A ball above a net of rings.
+pub const RINGS: &str = r#"end_time = 0.8
+gravity = [0.0, 0.0, -9.81]
+[[rock]]
+position = [1.2, 1.2, 1.0]
+mass = 150.0
+shape = { type = "sphere", radius = 0.25 }
+[[contact]]
+law = "linear"
+stiffness = 1e6
+poisson = 0.2
+restitution = 0.5
+friction = 0.4
+[structure]
+[structure.generator]
+type = "ring_net"
+rings = [8, 8]
+diameter = 0.3
+[[structure.parts]]
+name = "net"
+element = "ring"
+diameter = 0.3
+perimeter_stiffness = 8e6
+bending_stiffness = 1e5
+mass = 0.5
+radius = 0.007
 "#;
 
 /// A block that falls through nothing.

@@ -5,8 +5,8 @@
 //! rock's turn.
 
 use crate::contact::broad_phase::mesh_elements::{NearList, inverse_square};
-use crate::contact::broad_phase::sphere_tree::SphereTree;
 use crate::geometry::closest::{on_face, on_line};
+use crate::geometry::sphere_tree::SphereTree;
 use crate::interface_mesh::motion::NodeMotion;
 use crate::interface_mesh::{Kind, Wall};
 use crate::rock::{Motion, Rock};

@@ -2,7 +2,7 @@
 //!
 //! 1. [`mesh_elements`]: elements of the interface mesh around a rock. Found by a pass over the mesh, then kept until rock and
 //!    mesh have moved by a skin.
-//! 2. [`mesh_pairs`]: (sphere, element) pairs within a smaller skin, from the [`sphere_tree`] over the spheres in
+//! 2. [`mesh_pairs`]: (sphere, element) pairs within a smaller skin, from the [`crate::geometry::sphere_tree`] over the spheres in
 //!    the rock's own frame, which is built once and never changes.
 //!
 //! [`terrain_pairs`] does the same with triangles that stand still, and [`time_of_impact`] says when a flying rock may touch
@@ -15,6 +15,5 @@ pub mod cell_grid;
 pub mod mesh_elements;
 pub mod mesh_pairs;
 pub mod rock_pairs;
-pub mod sphere_tree;
 pub mod terrain_pairs;
 pub mod time_of_impact;

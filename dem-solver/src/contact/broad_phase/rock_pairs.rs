@@ -4,7 +4,7 @@
 //! seen from the first, has moved by the skin: by the way of its centre and by its turn.
 
 use crate::contact::broad_phase::cell_grid::PairList;
-use crate::contact::broad_phase::sphere_tree::SphereTree;
+use crate::geometry::sphere_tree::SphereTree;
 use crate::rock::{Motion, Rock};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 

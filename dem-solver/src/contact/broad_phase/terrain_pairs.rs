@@ -4,11 +4,11 @@
 //! by a smaller skin. A pair knows how far apart it was when it was listed: until the rock has come that far it is not
 //! looked at. Nothing of the terrain moves, and nothing here grows with its size.
 
-use crate::contact::broad_phase::sphere_tree::{Slab, SphereTree};
 use crate::contact::broad_phase::time_of_impact::Course;
+use crate::geometry::sphere_tree::{Slab, SphereTree};
+use crate::geometry::triangle::{Face, Nearest};
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
-use crate::terrain::face::{Face, Nearest};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// How much further than asked for pairs are listed: what the rock moves in [`STRIDES`] steps, at least and at most

@@ -6,10 +6,10 @@
 //! triangle's own plane touches nothing until it has reached that, so that the tree over the spheres is left out
 //! where the rock flies away from a triangle, along it, or comes later than another contact.
 
-use crate::contact::broad_phase::sphere_tree::SphereTree;
 use crate::geometry::box_tree::Bounds;
+use crate::geometry::sphere_tree::SphereTree;
+use crate::geometry::triangle::Face;
 use crate::rock::{Motion, Rock};
-use crate::terrain::face::Face;
 use crate::terrain::queries::arrival;
 use nalgebra::{Matrix3, Vector3};
 

@@ -6,9 +6,10 @@ use crate::contact::broad_phase::mesh_pairs::{Instant, Pair, PairElement, PairLi
 use crate::contact::narrow_phase::faces::{Faces, Met, Part};
 use crate::contact::narrow_phase::selection::{Candidate, Crossings, keep_contacts};
 use crate::geometry::closest::{Feature, on_face, on_line};
+use crate::geometry::sphere::Sphere;
 use crate::interface_mesh::Kind;
 use crate::interface_mesh::motion::NodeMotion;
-use crate::rock::{Motion, Rock, Sphere};
+use crate::rock::{Motion, Rock};
 use nalgebra::{Matrix3, Vector3};
 
 /// A contact of a sphere with a wall element, in the rock's own frame.

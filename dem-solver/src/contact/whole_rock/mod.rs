@@ -62,7 +62,7 @@ impl Whole {
     /// Of a rock.
     pub fn new(rock: &Rock) -> Self {
         let radius = (0.75 / PI * rock.solid.volume()).cbrt();
-        let cap = |(sphere, area): (&crate::rock::Sphere, f64)| Cap {
+        let cap = |(sphere, area): (&crate::geometry::sphere::Sphere, f64)| Cap {
             size: sphere.radius / radius,
             height: area / (2.0 * PI * sphere.radius),
         };
@@ -160,7 +160,7 @@ const SEAT_DURATION: f64 = 2.993_9;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rock::Sphere;
+    use crate::geometry::sphere::Sphere;
     use nalgebra::Vector3;
 
     fn whole(radius: f64, spheres: &[Sphere]) -> Whole {
@@ -221,7 +221,10 @@ mod tests {
         let p = f64::from(POWER);
         let small = 0.3;
         let ball: Vec<Sphere> = (0..6000)
-            .map(|k| Sphere { centre: exposed::direction(k, 6000) * (1.0 - small), radius: small })
+            .map(|k| Sphere {
+                centre: crate::geometry::sphere::direction(k, 6000) * (1.0 - small),
+                radius: small,
+            })
             .collect();
         let of_ball = whole(1.0, &ball);
         for depth in [0.02, 0.05] {

@@ -12,6 +12,7 @@ use crate::contact::rows::Sums;
 use crate::contact::terrain::Turned;
 use crate::contact::whole_rock::{Pressed, Whole};
 use crate::geometry::closest::{Feature, on_face};
+use crate::geometry::triangle::Nearest;
 use crate::law::Law;
 use crate::law::contact_point::{Meeting, Past};
 use crate::law::normal::Load;
@@ -19,7 +20,6 @@ use crate::law::restitution;
 use crate::law::table::WallLaws;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
-use crate::terrain::face::Nearest;
 use nalgebra::Vector3;
 
 /// A sphere near the terrain, along the axes of space.

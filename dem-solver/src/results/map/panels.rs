@@ -1,6 +1,6 @@
 //! Along the trajectories: a section of the terrain, jump height, speed, kinetic energy.
 
-use super::{
+use super::page::{
     Area, Drawn, EDGE, FEW, FINE, INK, LEFT, Line, Point, RIGHT, SECTIONS, WIDTH, colour, font, number, px,
     spacing, thinned,
 };

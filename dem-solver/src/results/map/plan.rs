@@ -1,10 +1,11 @@
 //! The plan: shaded terrain, contours with heights, trajectories, scale bar, north arrow.
 
-use super::shade::Grid;
-use super::{
-    Area, Drawn, EDGE, FEW, FINE, HeightMap, INK, LEFT, Line, RIGHT, WIDTH, colour, contours, font, number,
-    px, round_step, spacing, thinned,
+use super::contours;
+use super::page::{
+    Area, Drawn, EDGE, FEW, FINE, HeightMap, INK, LEFT, Line, RIGHT, WIDTH, colour, font, number, px,
+    round_step, spacing, thinned,
 };
+use super::shade::Grid;
 use plotters::prelude::*;
 
 /// Highest plan [px].

@@ -3,8 +3,18 @@
 //!
 //! Own code: the crate for it works in single precision unless told otherwise and names no line.
 
-use super::{ReadError, lines, point, shown, too_many};
+use super::format::{Facets, Indexed, SurfaceFormat, too_many};
+use crate::input::{ReadError, lines, point, shown};
 use nalgebra::Vector3;
+
+/// This format.
+pub const FORMAT: SurfaceFormat = SurfaceFormat {
+    name: "a surface (OBJ)",
+    extension: "obj",
+    begins: |head| head.word() == "v",
+    read: |bytes, most| read(bytes, most).map(Facets::Indexed),
+    names,
+};
 
 /// Most corners of one face.
 const MOST_CORNERS: usize = 1000;
@@ -28,9 +38,6 @@ const PASSED: [&str; 16] = [
     "shadow_obj",
     "trace_obj",
 ];
-
-/// Corners, and the numbers of those of each triangle.
-pub type Indexed = (Vec<Vector3<f64>>, Vec<[u32; 3]>);
 
 /// Corners and triangles, of which `most` are read.
 pub fn read(bytes: &[u8], most: usize) -> Result<Indexed, ReadError> {

@@ -3,30 +3,31 @@
 //! Own code: the crate for it keeps single precision in text files too, believes the header's number
 //! of triangles, and names no line. Source: the format as described by the Library of Congress, fdd000505 and fdd000506.
 
-use super::{ReadError, lines, point, reasonable, shown, too_many};
+use super::format::{Facets, SurfaceFormat, too_many};
+use crate::input::{ReadError, lines, point, reasonable, shown};
 use nalgebra::Vector3;
+
+/// This format.
+pub const FORMAT: SurfaceFormat = SurfaceFormat {
+    name: "a surface (STL)",
+    extension: "stl",
+    begins: |head| head.word() == "solid" && head.text().contains("facet"),
+    read,
+    names,
+};
 
 const HEADER: usize = 84;
 const RECORD: usize = 50;
 
-/// What an STL file holds.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Soup {
-    /// Three corners of each triangle [file's unit]; corners that triangles share are repeated.
-    pub corners: Vec<[Vector3<f64>; 3]>,
-    /// True if the file was binary: its coordinates have single precision.
-    pub binary: bool,
-}
-
 /// The corners of all triangles, of which `most` are read.
-pub fn read(bytes: &[u8], most: usize) -> Result<Soup, ReadError> {
+pub fn read(bytes: &[u8], most: usize) -> Result<Facets, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::new("the file is empty"));
     }
     // A binary file may begin with `solid` too; the length decides.
     if let Some(count) = claimed(bytes) {
         if HEADER + RECORD * count == bytes.len() {
-            return Ok(Soup { corners: binary(bytes, count, most)?, binary: true });
+            return Ok(Facets::LooseSingle(binary(bytes, count, most)?));
         }
         if !bytes.starts_with(b"solid") {
             return Err(ReadError::new(format!(
@@ -36,7 +37,7 @@ pub fn read(bytes: &[u8], most: usize) -> Result<Soup, ReadError> {
             )));
         }
     }
-    Ok(Soup { corners: text(bytes, most)?, binary: false })
+    Ok(Facets::Loose(text(bytes, most)?))
 }
 
 /// The number of triangles in a binary header.
@@ -45,8 +46,11 @@ fn claimed(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(field.try_into().ok()?) as usize)
 }
 
-/// Names of solids in a text file that has been read, with the number of triangles before each.
+/// Names of solids in a text file that has been read, with the number of triangles before each; a binary one has none.
 pub fn names(bytes: &[u8]) -> Vec<(usize, String)> {
+    if claimed(bytes).is_some_and(|count| HEADER + RECORD * count == bytes.len()) {
+        return Vec::new();
+    }
     let (mut before, mut names) = (0, Vec::new());
     for (_, line) in lines(bytes).filter_map(Result::ok) {
         let mut words = line.split_ascii_whitespace();
@@ -148,8 +152,10 @@ mod tests {
     #[test]
     fn text_keeps_every_bit_and_binary_what_single_precision_holds() {
         let rock = builtin::random_convex(Vector3::new(0.3, 0.5, 0.7), 30, 1).expect("a hull");
-        let read_back =
-            |bytes: &[u8]| Surface::from_soup(&read(bytes, 1000).expect("STL").corners).expect("closed").0;
+        let read_back = |bytes: &[u8]| {
+            let (points, triangles) = read(bytes, 1000).expect("STL").indexed();
+            Surface::from_indexed(points, triangles).expect("closed").0
+        };
         let text = read_back(as_text(&rock).as_bytes());
         assert!(text.points.iter().all(|p| rock.points.contains(p)));
         let binary = read_back(&as_binary(&rock));

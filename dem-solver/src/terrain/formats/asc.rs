@@ -1,9 +1,20 @@
 //! ESRI ASCII grid: `ncols`, `nrows`, `xllcorner` or `xllcenter`, `yll..`, `cellsize` (or `dx`, `dy`),
 //! `NODATA_value`, then the heights row by row from the north. A height stands in the middle of its cell.
 
-use super::{MOST_CELLS, Words, comma, has_comma, number, shown};
-use crate::terrain::triangulation::Raster;
+use super::format::{Content, Format, Holds, MOST_CELLS};
+use super::text::{Words, comma, has_comma, number, shown};
+use crate::terrain::raster::Raster;
 use interface_defs::toolkit::input_error::InputError;
+
+/// This format.
+pub const FORMAT: Format = Format {
+    name: "an ESRI grid",
+    extensions: &["asc"],
+    also: &[],
+    holds: Holds::Raster,
+    begins: |head| matches!(head.word(), "ncols" | "nrows"),
+    read: |source| read(&source.bytes, source.file).map(Content::Raster),
+};
 
 /// Height of a cell without height where the file does not say.
 const NODATA: f64 = -9999.0;
@@ -20,7 +31,7 @@ struct Header {
 }
 
 /// Read the bytes of `file`.
-pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
+fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     let mut words = Words::new(bytes);
     let header = header(&mut words, file)?;
     let missing =

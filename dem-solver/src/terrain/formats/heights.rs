@@ -1,6 +1,6 @@
 //! Heights that no terrain has: marks of cells without height that the file does not declare, degrees in place of metres.
 
-use crate::terrain::triangulation::Raster;
+use crate::terrain::raster::Raster;
 use interface_defs::toolkit::input_error::InputError;
 
 /// Area seen from the side over that from above, of a terrain that is more likely to lie on its side: slopes of 63 degrees.

@@ -3,10 +3,21 @@
 //!
 //! Source of the layout: ASPRS LAS 1.4-R15, tables 3 to 6.
 
+use super::format::{Content, Format, Holds};
 use super::{crs, laz};
 use interface_defs::toolkit::input_error::InputError;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// This format.
+pub const FORMAT: Format = Format {
+    name: "LAS or LAZ",
+    extensions: &["las", "laz"],
+    also: &[],
+    holds: Holds::ClassifiedPoints,
+    begins: |head| head.begins(&[b"LASF"]),
+    read: |source| read(source.bytes, source.classes, source.file).map(Content::Points),
+};
 
 /// Bytes of points that are read at once.
 const BATCH: u64 = 1 << 22;
@@ -18,7 +29,7 @@ const MOST: u64 = 2_000_000_000;
 const MOST_TAKEN: usize = 100_000_000;
 
 /// Read the bytes of `file`: points of these classes, all if there is none.
-pub fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
+fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
     check(&bytes, file)?;
     crs::refused(file, coordinates(&bytes))?;
     // The crate is not proof against every lie in a compressed file.

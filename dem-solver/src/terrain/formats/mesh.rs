@@ -1,10 +1,9 @@
 //! Terrain that comes as triangles, by the readers of surfaces. Text is read in double precision; binary
 //! STL holds single precision, to which survey coordinates of 2.6e6 m are steps of 0.25 m.
 
-use super::Content;
-use crate::shape::formats::ReadError;
-use crate::shape::formats::{obj, stl};
-use crate::shape::surface;
+use super::format::Content;
+use crate::input::ReadError;
+use crate::shape::formats::{Facets, SurfaceFormat};
 
 /// Most triangles: tree, nodes and file of as many fill 24 GiB.
 const MOST: usize = 100_000_000;
@@ -12,13 +11,14 @@ const MOST: usize = 100_000_000;
 /// Coordinates from which on single precision is coarser than a tenth of a millimetre [m].
 const COARSE: f64 = 1024.0;
 
-/// An STL file, text or binary. Corners of equal coordinates become one node.
-pub fn stl(bytes: &[u8]) -> Result<Content, ReadError> {
-    let soup = stl::read(bytes, MOST)?;
-    let (nodes, triangles) = surface::joined(&soup.corners);
+/// The bytes of a file of this format.
+pub fn read(format: &SurfaceFormat, bytes: &[u8]) -> Result<Content, ReadError> {
+    let facets = (format.read)(bytes, MOST)?;
+    let single = matches!(facets, Facets::LooseSingle(_));
+    let (nodes, triangles) = facets.indexed();
     let largest = nodes.iter().map(|n| n.amax()).fold(0.0, f64::max);
     let mut notices = Vec::new();
-    if soup.binary && largest > COARSE {
+    if single && largest > COARSE {
         let step = largest * f64::from(f32::EPSILON);
         notices.push(format!(
             "terrain: a binary STL holds coordinates of {largest:.0} m in steps of {step:.1e} m; write it with a \
@@ -26,10 +26,4 @@ pub fn stl(bytes: &[u8]) -> Result<Content, ReadError> {
         ));
     }
     Ok(Content::Triangles { nodes, triangles, notices })
-}
-
-/// A Wavefront OBJ file; faces of more than three corners are cut into triangles from their first.
-pub fn obj(bytes: &[u8]) -> Result<Content, ReadError> {
-    let (nodes, triangles) = obj::read(bytes, MOST)?;
-    Ok(Content::Triangles { nodes, triangles, notices: Vec::new() })
 }

@@ -1,70 +1,63 @@
 //! What a file is by its first bytes, where its name says something else.
 
+use super::format::Format;
+use crate::input::Head;
+use crate::shape;
 use interface_defs::toolkit::input_error::InputError;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes that are looked at.
-const HEAD: u64 = 512;
-
-/// A kind of file: what it is called, extensions under which it is read, what to try where there are none.
+/// A kind of file.
 struct Kind {
+    /// What it is called.
     name: &'static str,
-    extensions: &'static [&'static str],
+    /// Extensions under which it is read.
+    extensions: Vec<&'static str>,
+    /// What to try where there are none.
     cure: &'static str,
-}
-
-const fn kind(name: &'static str, extensions: &'static [&'static str], cure: &'static str) -> Kind {
-    Kind { name, extensions, cure }
 }
 
 const PACKED: &str = "unpack it first";
 const PICTURE: &str = "a terrain has heights: a raster, points or triangles";
+const SURFER: &str = "save it as an ASCII grid (Surfer 6 text)";
+
+/// Files that are no terrain which can be read: how they begin, what they are called, what to try.
+const FOREIGN: [(&[u8], &str, &str); 9] = [
+    (b"PK\x03\x04", "a ZIP archive", PACKED),
+    (b"\x1f\x8b", "packed by gzip", PACKED),
+    (b"\x89PNG", "a picture (PNG)", PICTURE),
+    (b"\xff\xd8\xff", "a picture (JPEG)", PICTURE),
+    (b"%PDF", "a document (PDF)", PICTURE),
+    (b"\0\0\x27\x0a", "a shapefile", "export its heights as raster or points"),
+    (b"$MeshFormat", "a mesh of Gmsh", "a mesh of a net is named with [structure] mesh = \"...\""),
+    (b"DSBB", "a binary Surfer grid", SURFER),
+    (b"DSRB", "a binary Surfer grid", SURFER),
+];
 
 /// The kind of a file that begins with `head`, if it shows.
-fn of(head: &[u8]) -> Option<Kind> {
-    let binary: [(&[u8], Kind); 10] = [
-        (b"II*\0", kind("a GeoTIFF", &["tif", "tiff"], "")),
-        (b"MM\0*", kind("a GeoTIFF", &["tif", "tiff"], "")),
-        (b"II+\0", kind("a GeoTIFF", &["tif", "tiff"], "")),
-        (b"LASF", kind("LAS or LAZ", &["las", "laz"], "")),
-        (b"PK\x03\x04", kind("a ZIP archive", &[], PACKED)),
-        (b"\x1f\x8b", kind("packed by gzip", &[], PACKED)),
-        (b"\x89PNG", kind("a picture (PNG)", &[], PICTURE)),
-        (b"\xff\xd8\xff", kind("a picture (JPEG)", &[], PICTURE)),
-        (b"%PDF", kind("a document (PDF)", &[], PICTURE)),
-        (b"\0\0\x27\x0a", kind("a shapefile", &[], "export its heights as raster or points")),
-    ];
-    if let Some((_, kind)) = binary.into_iter().find(|(start, _)| head.starts_with(start)) {
-        return Some(kind);
+fn of(head: &Head, formats: &[&Format]) -> Option<Kind> {
+    if let Some((_, name, cure)) = FOREIGN.into_iter().find(|(mark, ..)| head.begins(&[mark])) {
+        return Some(Kind { name, extensions: Vec::new(), cure });
     }
-    let text = std::str::from_utf8(head).or_else(|e| std::str::from_utf8(&head[..e.valid_up_to()])).ok()?;
-    let lower = text.trim_start().to_lowercase();
-    let line = lower.lines().next().unwrap_or_default();
-    let numbers =
-        line.split([' ', '\t', ',', ';']).filter(|w| !w.is_empty()).map(|w| w.parse::<f64>().is_ok());
-    Some(match line.split_whitespace().next()? {
-        "ncols" | "nrows" => kind("an ESRI grid", &["asc"], ""),
-        "solid" if lower.contains("facet") => kind("a surface (STL)", &["stl"], ""),
-        "v" => kind("a surface (OBJ)", &["obj"], ""),
-        "$meshformat" => {
-            kind("a mesh of Gmsh", &[], "a mesh of a net is named with [structure] mesh = \"...\"")
-        }
-        _ if numbers.clone().count() >= 3 && numbers.into_iter().all(|number| number) => {
-            kind("a list of points", &["xyz", "txt", "csv"], "")
-        }
-        _ => return None,
+    let own = formats.iter().find(|format| (format.begins)(head)).map(|format| {
+        let extensions = [format.extensions, format.also].concat();
+        Kind { name: format.name, extensions, cure: "" }
+    });
+    own.or_else(|| {
+        let surface = shape::formats::FORMATS.iter().find(|format| (format.begins)(head))?;
+        Some(Kind { name: surface.name, extensions: vec![surface.extension], cure: "" })
     })
 }
 
-/// Refuse a file whose first bytes are of another kind than its `extension` says.
-pub fn check(path: &Path, extension: &str) -> Result<(), InputError> {
+/// Refuse a file whose first bytes are of another kind than its `extension` says; `formats` are those of terrain.
+pub fn check(path: &Path, extension: &str, formats: &[&Format]) -> Result<(), InputError> {
     let mut head = Vec::new();
     // What cannot be read is the reader's complaint.
-    if std::fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head)).is_err() {
+    if std::fs::File::open(path).and_then(|file| file.take(Head::LENGTH).read_to_end(&mut head)).is_err() {
         return Ok(());
     }
-    let Some(kind) = of(&head).filter(|kind| !kind.extensions.contains(&extension)) else { return Ok(()) };
+    let kind = of(&Head::new(head), formats).filter(|kind| !kind.extensions.contains(&extension));
+    let Some(kind) = kind else { return Ok(()) };
     let cure = kind.extensions.first().map_or_else(
         || kind.cure.into(),
         |right| format!("name it {}", path.with_extension(right).file_name().unwrap_or_default().display()),
@@ -75,6 +68,7 @@ pub fn check(path: &Path, extension: &str) -> Result<(), InputError> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::FORMATS;
     use super::*;
 
     #[test]
@@ -89,11 +83,13 @@ mod tests {
             ("t.asc", b"$MeshFormat\n4.1 0 8\n", "a mesh of Gmsh", "[structure] mesh"),
             ("t.tif", b"PK\x03\x04\0\0", "a ZIP archive", "unpack it"),
             ("t.xyz", b"\x89PNG\r\n", "a picture", "has heights"),
+            ("t.asc", b"DSAA\n2 2\n", "a Surfer grid", "name it t.grd"),
+            ("t.grd", b"DSRB\x04\0\0\0", "a binary Surfer grid", "ASCII"),
         ] {
             let path = dir.path().join(name);
             std::fs::write(&path, content).expect("written");
             let extension = path.extension().expect("one").to_string_lossy().into_owned();
-            let said = check(&path, &extension).expect_err(what).to_string();
+            let said = check(&path, &extension, FORMATS).expect_err(what).to_string();
             assert!(said.contains(name) && said.contains(what) && said.contains(cure), "{said}");
         }
         for (name, content) in [
@@ -105,7 +101,7 @@ mod tests {
         ] {
             let path = dir.path().join(name);
             std::fs::write(&path, content).expect("written");
-            assert_eq!(check(&path, &name[2..]), Ok(()), "{name}");
+            assert_eq!(check(&path, &name[2..], FORMATS), Ok(()), "{name}");
         }
     }
 }

@@ -4,14 +4,25 @@
 //!
 //! Source: OGC GeoTIFF 1.1, 7.1 and B.6; the mark of pixels without height is GDAL's.
 
-use super::{MOST_CELLS, crs};
-use crate::terrain::triangulation::Raster;
+use super::crs;
+use super::format::{Content, Format, Holds, MOST_CELLS};
+use crate::terrain::raster::Raster;
 use interface_defs::toolkit::input_error::InputError;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 use tiff::{TiffError, TiffResult};
+
+/// This format.
+pub const FORMAT: Format = Format {
+    name: "a GeoTIFF",
+    extensions: &["tif"],
+    also: &["tiff"],
+    holds: Holds::Raster,
+    begins: |head| head.begins(&[b"II*\0", b"MM\0*", b"II+\0"]),
+    read: |source| read(&source.bytes, source.file).map(Content::Raster),
+};
 
 /// Deflate and LZW do not shrink further than this: a promise beyond it is a lie.
 const LARGEST_SHRINK: usize = 1100;
@@ -25,7 +36,7 @@ const RASTER_TYPE: u16 = 1025;
 const PIXEL_IS_POINT: u16 = 2;
 
 /// Read the bytes of `file`.
-pub fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
+fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     let fault = |what: String| InputError::in_file(file, what);
     let read = catch_unwind(AssertUnwindSafe(|| decode(bytes)));
     let (parts, counts, values) = match read {

@@ -1,11 +1,22 @@
 //! XYZ text: three numbers per line, separated by blanks, commas or semicolons; further columns are not
 //! looked at. Lines that are empty or begin with `#` are passed over, and so is one line of column names.
 
-use super::{comma, has_comma, number, shown};
+use super::format::{Content, Format, Holds};
+use super::text::{comma, has_comma, number, shown};
 use interface_defs::toolkit::input_error::InputError;
 
+/// This format.
+pub const FORMAT: Format = Format {
+    name: "a list of points",
+    extensions: &["xyz"],
+    also: &["txt", "csv"],
+    holds: Holds::Points,
+    begins: |head| head.line().count() >= 3 && head.line().all(|word| word.parse::<f64>().is_ok()),
+    read: |source| read(&source.bytes, source.file).map(Content::Points),
+};
+
 /// Read the bytes of `file`.
-pub fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
+fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
     let mut points: Vec<[f64; 3]> = Vec::new();
     let mut named = false;
     let mut counted = true;

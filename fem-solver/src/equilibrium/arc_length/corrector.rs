@@ -6,7 +6,7 @@
 
 use crate::config::NewtonConfig;
 use crate::element::Slack;
-use crate::equilibrium::newton::{COARSEST, Failure, Info, SETTLED, SLACK_SHARE};
+use crate::equilibrium::newton::{COARSEST, Failure, Info, LEAST_TRAVEL, SLACK_SHARE};
 use crate::internal_force::tangent::Tangent;
 use crate::internal_force::{Displacements, InternalForce};
 use crate::linear_algebra::lanes::dot;
@@ -93,8 +93,8 @@ impl Corrector {
             let limit = self.settings.tolerance * scale;
             let way = state.displacement.iter().zip(before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             // Where steps are tiny, rounding alone moves more than the tolerance: then it is enough that nothing improves.
-            let settled = moved <= SETTLED * way || (iterations > 3 && moved >= 0.3 * moved_before);
-            if iterations > 0 && (residual <= rounding || (residual <= limit && settled)) {
+            let moved_little = moved <= LEAST_TRAVEL * way || (iterations > 3 && moved >= 0.3 * moved_before);
+            if iterations > 0 && (residual <= rounding || (residual <= limit && moved_little)) {
                 return Ok(tension);
             }
             if iterations >= most || !residual.is_finite() {

@@ -4,7 +4,7 @@
 //! one does and the load goes on. A root is found between two probes of the step: of `df/ds` for the one, of the
 //! determinant for the other. Where more changes than one, the step is halved until each stands alone, or all are one point.
 
-use crate::state::{Critical, Kind};
+use crate::state::{Critical, CriticalKind};
 
 /// Sought of a load factor, relative.
 const SHARP: f64 = 1e-6;
@@ -15,7 +15,7 @@ const MOST_PROBES: usize = 60;
 
 /// What is known of a place within the step.
 #[derive(Debug, Clone, Copy)]
-pub struct Probe {
+pub struct PathPoint {
     /// From the start of the step [m].
     pub way: f64,
     pub factor: f64,
@@ -33,7 +33,7 @@ pub enum Lost {
     Jump(f64),
 }
 
-impl Probe {
+impl PathPoint {
     fn turns(&self, other: &Self) -> bool {
         (self.rate < 0.0) != (other.rate < 0.0)
     }
@@ -53,7 +53,7 @@ impl Probe {
 /// The search through one step of `length` [m].
 pub struct Search<'a> {
     /// A probe at a way from the start; none where Newton fails.
-    pub probe: &'a mut dyn FnMut(f64) -> Option<Probe>,
+    pub probe: &'a mut dyn FnMut(f64) -> Option<PathPoint>,
     pub length: f64,
     /// Time at the start of the step [s], and along it [m/s].
     pub time: f64,
@@ -63,7 +63,7 @@ pub struct Search<'a> {
 
 impl Search<'_> {
     /// Find what changes between `low` and `high`.
-    pub fn between(&mut self, low: Probe, high: Probe) -> Result<(), Lost> {
+    pub fn between(&mut self, low: PathPoint, high: PathPoint) -> Result<(), Lost> {
         let change = low.negative.abs_diff(high.negative);
         if !low.differs(&high) {
             return Ok(());
@@ -75,10 +75,10 @@ impl Search<'_> {
             continuous(&low, &high)?;
             let turns = low.turns(&high);
             if turns {
-                self.record(&high, Kind::Limit);
+                self.record(&high, CriticalKind::Limit);
             }
             if change > usize::from(turns) || !turns {
-                self.record(&high, Kind::Branch);
+                self.record(&high, CriticalKind::Branch);
             }
             return Ok(());
         }
@@ -92,10 +92,10 @@ impl Search<'_> {
     }
 
     /// One pivot changes its sign: by regula falsi with Illinois' halving, and halves in between.
-    fn root(&mut self, mut low: Probe, mut high: Probe) -> Result<(), Lost> {
-        let kind = if low.turns(&high) { Kind::Limit } else { Kind::Branch };
+    fn root(&mut self, mut low: PathPoint, mut high: PathPoint) -> Result<(), Lost> {
+        let kind = if low.turns(&high) { CriticalKind::Limit } else { CriticalKind::Branch };
         let scale = low.log_determinant.max(high.log_determinant);
-        let value = |p: &Probe| if kind == Kind::Limit { p.rate } else { p.determinant(scale) };
+        let value = |p: &PathPoint| if kind == CriticalKind::Limit { p.rate } else { p.determinant(scale) };
         let (mut a, mut b) = (value(&low), value(&high));
         let mut best = if a.abs() < b.abs() { low } else { high };
         for round in 0..MOST_PROBES {
@@ -109,7 +109,8 @@ impl Search<'_> {
             let way = if round % 4 == 3 || !falsi.is_finite() { low.way + 0.5 * width } else { falsi };
             let way = way.clamp(low.way + 1e-3 * width, high.way - 1e-3 * width);
             let Some(probe) = (self.probe)(way) else { break };
-            let beyond = if kind == Kind::Limit { low.turns(&probe) } else { low.negative != probe.negative };
+            let beyond =
+                if kind == CriticalKind::Limit { low.turns(&probe) } else { low.negative != probe.negative };
             let estimate = probe.rate.abs() * (probe.way - best.way).abs();
             best = probe;
             if beyond {
@@ -122,18 +123,18 @@ impl Search<'_> {
             }
         }
         continuous(&low, &high)?;
-        self.record(&Probe { negative: high.negative, ..best }, kind);
+        self.record(&PathPoint { negative: high.negative, ..best }, kind);
         Ok(())
     }
 
-    fn record(&mut self, at: &Probe, kind: Kind) {
+    fn record(&mut self, at: &PathPoint, kind: CriticalKind) {
         let time = self.time + at.way / self.speed;
         self.found.push(Critical { time, factor: at.factor, negative: at.negative, kind });
     }
 }
 
 /// Whether one path leads from one place to another: the load changes as fast as it says at both.
-fn continuous(low: &Probe, high: &Probe) -> Result<(), Lost> {
+fn continuous(low: &PathPoint, high: &PathPoint) -> Result<(), Lost> {
     let allowed = 10.0 * low.rate.abs().max(high.rate.abs()) * (high.way - low.way);
     let rounding = 1e-6 * low.factor.abs().max(high.factor.abs());
     let jump = (high.factor - low.factor).abs() > allowed + rounding;

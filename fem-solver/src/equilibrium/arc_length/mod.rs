@@ -30,9 +30,9 @@ use crate::equilibrium::newton::{Failure, Info};
 use crate::internal_force::InternalForce;
 use crate::linear_algebra::lanes::work;
 use crate::model::Model;
-use crate::state::{Along, Critical, Kind, State};
+use crate::state::{Along, Critical, CriticalKind, State};
 use corrector::Corrector;
-use critical::{Lost, Probe, Search};
+use critical::{Lost, PathPoint, Search};
 use heading::{Heading, angle, inner, norm};
 
 /// Angle by which directions may turn in one step [rad].
@@ -87,7 +87,7 @@ pub struct Taken {
 
 /// The end of a step that was tried.
 struct Tried {
-    probe: Probe,
+    probe: PathPoint,
     tension: f64,
     turn: f64,
     iterations: u64,
@@ -159,7 +159,7 @@ impl Path {
             let stride = state.along.stride;
             let way = match remaining / stride {
                 steps if steps <= 1.0 => remaining,
-                // Two halves rather than a whole and a crumb.
+                // Two halves rather than a whole step and a very short one.
                 steps if steps < 2.0 => 0.5 * remaining,
                 _ => stride,
             };
@@ -239,7 +239,7 @@ impl Path {
                 continue;
             }
             if self.chord(&state.displacement, &self.direction, n) > TURN {
-                // Where cables are slack the tangent may not be that of the path: the chord tells where it goes.
+                // Where cables are slack the tangent may not be that of the path: the chord says where it goes.
                 tried.probe.rate = self.along_chord(state, n);
             }
             if (tried.probe.rate < 0.0) != (state.along.rate < 0.0) {
@@ -247,7 +247,7 @@ impl Path {
                 let most = if state.along.rate > 0.0 { f64::max } else { f64::min };
                 let factor = most(ends[0], ends[1]);
                 let (time, negative) = (time + way / self.speed, tried.probe.negative);
-                state.critical.push(Critical { time, factor, negative, kind: Kind::Limit });
+                state.critical.push(Critical { time, factor, negative, kind: CriticalKind::Limit });
             }
             tried.turn = AIM;
             state.along.stride = FIRST * self.extent;
@@ -268,7 +268,7 @@ impl Path {
         if tried.turn > TURN && !state.along.anew {
             return Err(Failure::Turns { angle: tried.turn });
         }
-        let low = Probe {
+        let low = PathPoint {
             way: 0.0,
             factor: state.factor_before,
             rate: state.along.rate,
@@ -278,7 +278,7 @@ impl Path {
         if low.differs(&tried.probe) && !state.along.anew {
             let known = state.critical.len();
             self.look_for_critical(model, state, (time, way), (low, tried.probe), info)?;
-            let branch = |p: &Critical| p.kind == Kind::Branch && p.negative > low.negative;
+            let branch = |p: &Critical| p.kind == CriticalKind::Branch && p.negative > low.negative;
             if self.turns
                 && let Some(at) = state.critical[known..].iter().position(branch)
             {
@@ -341,7 +341,7 @@ impl Path {
         let mut turn = angle(before.cosine(&after, inner(old, &self.direction[..n])));
         turn = turn.max(angle(before.cosine_of_shapes(&after, inner(old, &self.direction[..n]))));
         turn = turn.max(self.chord(&state.displacement, &self.direction, n));
-        let probe = Probe {
+        let probe = PathPoint {
             way,
             factor: state.factor,
             rate,
@@ -375,7 +375,7 @@ impl Path {
         model: &Model,
         state: &mut State,
         (time, way): (f64, f64),
-        (mut low, high): (Probe, Probe),
+        (mut low, high): (PathPoint, PathPoint),
         info: &mut Info,
     ) -> Result<(), Failure> {
         self.end.copy_from_slice(&state.displacement);
@@ -425,8 +425,8 @@ impl Path {
             along.lowest = along.lowest.min(point.factor);
             along.highest = along.highest.max(point.factor);
             let what = match point.kind {
-                Kind::Limit => "limit point: the load turns back",
-                Kind::Branch => "branch point: another path crosses",
+                CriticalKind::Limit => "limit point: the load turns back",
+                CriticalKind::Branch => "branch point: another path crosses",
             };
             tracing::info!(
                 "t = {:.6e} s: {what} at the load factor {:.6e}; directions unstable from there on: {}",

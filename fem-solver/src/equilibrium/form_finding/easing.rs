@@ -8,7 +8,6 @@
 //! remember stays that of the start but for rotations, so that no brake and no ring yields by being eased.
 
 use crate::config::NewtonConfig;
-use crate::element::AnyElement;
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
 use crate::model::Model;
 
@@ -33,7 +32,7 @@ pub struct Easing<'a> {
 impl<'a> Easing<'a> {
     /// Of `model`, if it has rings. `most` bounds the Newton iterations of each approach.
     pub fn of(model: &'a Model, most: Option<u32>) -> Option<Self> {
-        let rings = model.elements.iter().any(|e| matches!(e, AnyElement::Ring(_)));
+        let rings = model.elements.iter().any(|element| element.eased(0.0).is_some());
         rings.then(|| Self { model, soft: model.clone(), pressures: model.pressures_at_start(), most })
     }
 
@@ -61,8 +60,8 @@ impl<'a> Easing<'a> {
     /// Let every ring go slack over the forces `range` [N].
     fn ease(&mut self, range: f64) {
         for element in &mut self.soft.elements {
-            if let AnyElement::Ring(ring) = element {
-                *ring = ring.eased(range);
+            if let Some(eased) = element.eased(range) {
+                *element = eased;
             }
         }
     }
@@ -90,12 +89,12 @@ impl<'a> Easing<'a> {
         };
         let settings = NewtonConfig { tolerance: TOLERANCE, max_iterations: Some(most), line_search: true };
         let (begun, mut count) = (done.iterations, 0);
-        newton.settles = false;
+        newton.limits_travel = false;
         let outcome = newton.solve(&self.soft, &problem, &settings, u, &mut |_, residual| {
             count += 1;
             on_iteration(begun + count, residual)
         });
-        newton.settles = true;
+        newton.limits_travel = true;
         done.iterations += count;
         match outcome {
             Ok(info) => {

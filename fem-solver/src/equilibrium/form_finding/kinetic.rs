@@ -139,12 +139,12 @@ impl<'a> Swing<'a> {
             max_iterations: Some(MOST_ITERATIONS),
             line_search: true,
         };
-        newton.settles = false;
+        newton.limits_travel = false;
         let outcome = newton.solve(self.model, &problem, &settings, u, &mut |_, residual| {
             count += 1;
             on_iteration(begun + count, residual)
         });
-        newton.settles = true;
+        newton.limits_travel = true;
         done.iterations += count;
         match outcome {
             Ok(info) => done.factorisations += info.factorisations,

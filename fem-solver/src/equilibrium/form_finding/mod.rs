@@ -10,8 +10,8 @@ pub mod kinetic;
 
 use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
+use crate::element::Cable;
 use crate::element::Slack;
-use crate::element::{AnyElement, Cable};
 use crate::equilibrium::form_finding::easing::Easing;
 use crate::equilibrium::form_finding::kinetic::Swing;
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
@@ -65,47 +65,43 @@ pub struct Basis<'a> {
 pub fn find_form(
     model: &Model,
     newton: &mut Newton,
-    way: FormFinding,
+    method: FormFinding,
     most: Option<u32>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
-    find_form_from(model, newton, way, most, None, on_iteration)
+    find_form_from(model, newton, method, most, None, on_iteration)
 }
 
 /// The same from a structure that has been through something: what its elements remember is theirs in the equilibrium, too.
 pub fn find_form_from(
     model: &Model,
     newton: &mut Newton,
-    way: FormFinding,
+    method: FormFinding,
     most: Option<u32>,
     basis: Option<Basis>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
-    let rough = |e: &AnyElement| matches!(e, AnyElement::SlidingCable(rope) if rope.friction > 0.0);
-    if !model.elements.iter().any(rough) {
-        return find(model, newton, way, most, basis, on_iteration);
+    if !model.elements.iter().any(|element| element.smooth().is_some()) {
+        return find(model, newton, method, most, basis, on_iteration);
     }
-    let mut start = Start::new(model, newton, way, basis);
+    let mut start = Approach::new(model, newton, method, basis);
     match start.by_newton(model, newton, most.unwrap_or(MOST.2), on_iteration) {
         Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {}
         done => return done.map(|form| (form, start.done)),
     }
     let mut smooth = model.clone();
     for element in &mut smooth.elements {
-        if let AnyElement::SlidingCable(rope) = element {
-            *rope = rope.smooth();
+        if let Some(without) = element.smooth() {
+            *element = without;
         }
     }
     let history = basis.map_or(Vec::new(), |basis| smooth_history(model, basis.history));
     let basis = basis.map(|basis| Basis { history: &history, ..basis });
-    let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), way, most, basis, on_iteration)?;
+    let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), method, most, basis, on_iteration)?;
     let mut assembly = Assembly::new(&smooth);
-    let histories = model.elements.iter().enumerate().map(|(i, element)| match element {
-        AnyElement::SlidingCable(rope) => {
-            let own = assembly.history(i, &form.history);
-            rope.hung(assembly.gather(i, &form.displacement), own)
-        }
-        _ => assembly.history(i, &form.history).to_vec(),
+    let histories = model.elements.iter().enumerate().map(|(i, element)| {
+        let own = assembly.history(i, &form.history);
+        element.hung(assembly.gather(i, &form.displacement), own)
     });
     form.history = histories.flatten().collect();
     form.smoothed = true;
@@ -115,10 +111,8 @@ pub fn find_form_from(
 /// What of `history` a structure has whose ropes are without friction.
 fn smooth_history(model: &Model, history: &[f64]) -> Vec<f64> {
     let assembly = Assembly::new(model);
-    let own = model.elements.iter().enumerate().map(|(i, element)| match element {
-        AnyElement::SlidingCable(rope) => rope.smooth_history(assembly.history(i, history)),
-        _ => assembly.history(i, history),
-    });
+    let elements = model.elements.iter().enumerate();
+    let own = elements.map(|(i, element)| element.smooth_history(assembly.history(i, history)));
     own.flatten().copied().collect()
 }
 
@@ -126,12 +120,12 @@ fn smooth_history(model: &Model, history: &[f64]) -> Vec<f64> {
 fn find(
     model: &Model,
     newton: &mut Newton,
-    way: FormFinding,
+    method: FormFinding,
     most: Option<u32>,
     basis: Option<Basis>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
-    let mut start = Start::new(model, newton, way, basis);
+    let mut start = Approach::new(model, newton, method, basis);
     let form = match start.by_newton(model, newton, most.unwrap_or(MOST.0), on_iteration) {
         Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {
             // A net as modelled falls far, and is no nearer to its rest shape so: that would cost it half as many iterations again.
@@ -150,7 +144,7 @@ fn find(
 }
 
 /// Where an approach begins.
-struct Start {
+struct Approach {
     u: Vec<f64>,
     /// The same where Newton begins, which needs stiffness in every direction.
     sagged: Vec<f64>,
@@ -158,8 +152,8 @@ struct Start {
     done: Info,
 }
 
-impl Start {
-    fn new(model: &Model, newton: &mut Newton, way: FormFinding, basis: Option<Basis>) -> Self {
+impl Approach {
+    fn new(model: &Model, newton: &mut Newton, method: FormFinding, basis: Option<Basis>) -> Self {
         let (mut u, mut history) = match basis {
             Some(basis) => (basis.displacement.to_vec(), basis.history.to_vec()),
             None => (vec![0.0; model.dof_count()], model.start_history()),
@@ -169,7 +163,7 @@ impl Start {
         if newton.tangent.is_empty() {
             return Self { sagged: u.clone(), u, history, done };
         }
-        match way {
+        match method {
             // Its force densities as modelled are not those of a structure that has been through something.
             FormFinding::ForceDensity if basis.is_none() => keep_force_densities(model, newton, &mut u),
             FormFinding::DynamicRelaxation => relax(model, newton, &mut history, &mut u),
@@ -196,7 +190,7 @@ impl Start {
         if newton.tangent.is_empty() {
             return Ok(Form { displacement: self.u.clone(), history: self.history.clone(), smoothed: false });
         }
-        settled(model, newton, &self.sagged, &self.history, most, &mut self.done, on_iteration)
+        balanced(model, newton, &self.sagged, &self.history, most, &mut self.done, on_iteration)
     }
 
     /// By Newton with rings that go slack gradually; none where there are no rings, or where that does not end in a stable rest shape.
@@ -213,7 +207,7 @@ impl Start {
             return Ok(None);
         }
         let most = most.unwrap_or(MOST.1);
-        match settled(model, newton, &u, &history, most, &mut self.done, on_iteration) {
+        match balanced(model, newton, &u, &history, most, &mut self.done, on_iteration) {
             Ok(form) => Ok(self.done.unstable.is_none().then_some(form)),
             Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => Ok(None),
             Err(failure) => Err(failure),
@@ -237,7 +231,7 @@ impl Start {
             done,
             on_iteration,
             |newton, u, history, done, on_iteration| {
-                match settled(model, newton, u, history, most, done, on_iteration) {
+                match balanced(model, newton, u, history, most, done, on_iteration) {
                     // A post on its tip is in balance, too: it falls on.
                     Ok(_) if done.unstable.is_some() && unstable < PATIENCE => {
                         unstable += 1;
@@ -253,7 +247,7 @@ impl Start {
 }
 
 /// Equilibrium under the dead load by Newton from `u`, and the history there.
-fn settled(
+fn balanced(
     model: &Model,
     newton: &mut Newton,
     u: &[f64],

@@ -1,5 +1,7 @@
 //! What a run did.
 
+use crate::model::Model;
+
 /// Work that was done, iterations of windows included, and windows that were skipped.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Counts {
@@ -25,4 +27,48 @@ pub struct Counts {
     pub late: f64,
     /// Committed windows in which nothing loaded or moved the structure.
     pub skipped: u64,
+}
+
+impl Counts {
+    /// The counts by the names of `summary.json`.
+    pub fn named<C: FromIterator<(String, u64)>>(&self) -> C {
+        let counts = [
+            ("sub_steps", self.steps),
+            ("newton_iterations", self.newton),
+            ("skipped_windows", self.skipped),
+            ("factorisations", self.factorisations),
+            ("kept_factors", self.kept_factors),
+            ("refined_windows", self.refined),
+            ("shifted_tangents", self.shifted),
+            ("refused_steps", self.refused),
+        ];
+        counts.into_iter().map(|(name, count)| (name.to_owned(), count)).collect()
+    }
+
+    /// What the user should know of them; in `load_steps` of statics, or in steps of the scene.
+    pub fn warnings(&self, model: &Model, load_steps: bool) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.refined > 0 {
+            warnings.push(format!(
+                "Newton failed in {} windows, iterations of the coupling included: they were begun anew with shorter steps",
+                self.refined
+            ));
+        }
+        if self.late > 0.0 {
+            warnings.push(format!(
+                "a step ended with {:.4} times the strength of what broke in it: loads grew too much in one step; shorten {}",
+                self.late,
+                if load_steps { "fem.load_steps.first" } else { "fem.time_step" }
+            ));
+        }
+        if let Some(dof) = self.unstable_at {
+            warnings.push(format!(
+                "the tangent was not positive at the end of {} steps (slack, or close to buckling; the first pivot at {}): it was \
+                 shifted, which slows Newton down and leaves its answer as it is",
+                self.unstable,
+                model.dof_name(dof)
+            ));
+        }
+        warnings
+    }
 }

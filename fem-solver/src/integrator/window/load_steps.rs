@@ -1,12 +1,12 @@
 //! Statics by load steps that adapt: within a window as many as it takes, whatever the output.
 
-use super::March;
+use super::WindowSolver;
 use crate::model::Model;
 
 /// Steps that are longer than what is left by less than this share are as long.
 const SAME: f64 = 1e-9;
 
-impl March {
+impl WindowSolver {
     /// Statics from `start` to `end` [s], part number `place.0` of `place.1` of what one load covers, by load steps as long as
     /// Newton is fast; those that fail are halved.
     pub(super) fn by_load_steps(
@@ -28,7 +28,7 @@ impl March {
             .min(self.time_step);
             let h = match remaining / stride {
                 steps if steps <= 1.0 + SAME => remaining,
-                // Two halves rather than a whole and a crumb.
+                // Two halves rather than a whole step and a very short one.
                 steps if steps < 2.0 => 0.5 * remaining,
                 _ => stride,
             };

@@ -10,7 +10,7 @@ use crate::config::Config;
 use crate::config::fem::AtBranch;
 use crate::config::scheme::Scheme;
 use crate::equilibrium::arc_length::Path;
-use crate::equilibrium::newton::{Failure, Info};
+use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::explicit::Explicit;
 use crate::integrator::implicit::Implicit;
 use crate::integrator::loads::Loads;
@@ -41,8 +41,36 @@ enum Engine {
     Path(Box<Path>),
 }
 
+impl Engine {
+    fn new(model: &Model, config: &Config, newton: Newton) -> Self {
+        let settings = config.fem.newton.clone();
+        if let Some(speed) = config.fem.path_speed {
+            let turns = config.fem.path_at_branch == Some(AtBranch::Turn);
+            return Self::Path(Box::new(Path::new(model, settings, speed, turns)));
+        }
+        match Scheme::of(&config.fem) {
+            None => Self::Explicit(Box::new(Explicit::new(model))),
+            Some(scheme) => Self::Implicit(Box::new(Implicit::new(model, scheme, settings, newton))),
+        }
+    }
+}
+
+/// What is exchanged with whoever loads the structure, and recorded.
+pub struct Exchange<'a> {
+    /// Reactions and gauges.
+    pub recorder: Recorder,
+    /// The interface force.
+    pub loads: Loads,
+    /// The fields of the run.
+    pub plan: &'a Plan,
+    /// The interface.
+    pub mesh: &'a InterfaceMesh,
+    /// Whether windows in which nothing loads or moves the structure are skipped.
+    pub shortcuts: bool,
+}
+
 /// Everything that a window needs.
-pub struct March {
+pub struct WindowSolver {
     engine: Engine,
     energies: Energies,
     recorder: Recorder,
@@ -74,18 +102,10 @@ pub struct March {
     pub counts: Counts,
 }
 
-impl March {
-    /// For `model` from `start`, with the fields of `plan` on `mesh`.
-    pub fn new(
-        model: &Model,
-        config: &Config,
-        start: Start,
-        recorder: Recorder,
-        loads: Loads,
-        plan: &Plan,
-        mesh: &InterfaceMesh,
-        shortcuts: bool,
-    ) -> Self {
+impl WindowSolver {
+    /// For `model` from `start`, between the structure and whoever loads it.
+    pub fn new(model: &Model, config: &Config, start: Start, exchange: Exchange) -> Self {
+        let Exchange { recorder, loads, plan, mesh, shortcuts } = exchange;
         let layout = Layout::new(&plan.gives, mesh, 0);
         let samples = |field: &str| -> Vec<Range<usize>> {
             let count = plan.gives.iter().find(|f| f.name == field).map_or(0, |f| f.samples as usize);
@@ -96,43 +116,7 @@ impl March {
         let n = model.dof_count();
         let scheme = Scheme::of(&config.fem);
         let ends = if loads.has_end() { n } else { 0 };
-        let balances_at_end = scheme.is_some_and(|s| !s.takes_mean_only());
-        let mut velocity = model.start_velocity.clone();
-        let thrown = velocity.iter().any(|v| *v != 0.0);
-        velocity.resize(n, 0.0);
-        start.motion.iter().for_each(|motion| motion.add_to(&mut velocity));
-        let mut committed = State {
-            displacement: start.displacement.clone(),
-            velocity,
-            acceleration: vec![0.0; if scheme.is_some() { n } else { 0 }],
-            force: if balances_at_end { start.force.clone() } else { Vec::new() },
-            load: vec![0.0; ends],
-            at_rest: start.at_rest && !thrown && config.fem.path_speed.is_none(),
-            history: start.history.clone(),
-            groups: recorder.groups(),
-            events: Vec::with_capacity(model.elements.len()),
-            ..State::default()
-        };
-        if scheme.is_some_and(|s| s.inertia) && (thrown || !start.at_rest) {
-            // The first step of an implicit scheme starts from a balance of its own.
-            for dof in (0..n).filter(|dof| !model.held_first(*dof)) {
-                let damped = model.damping * committed.velocity[dof];
-                committed.acceleration[dof] = start.force[dof] / model.dof_mass(dof) - damped;
-            }
-            for (dof, viscosity) in model.dashpots.iter().filter(|(dof, _)| !model.held_first(*dof)) {
-                committed.acceleration[*dof] -= viscosity * committed.velocity[*dof] / model.dof_mass(*dof);
-            }
-        }
-        start.motion.iter().filter(|_| !thrown).for_each(|motion| motion.keep(&mut committed.acceleration));
-        committed.open_books(start.booked);
-        let reaction = recorder.total_reaction(&start.force, &start.displacement);
-        let size = reaction.iter().map(|r| r * r).sum::<f64>().sqrt();
-        let at_start = |value| Peak { value, time: 0.0 };
-        committed.peaks = Peaks {
-            reaction: at_start(size),
-            reaction_1ms: at_start(size),
-            cable_force: at_start(start.cable_force),
-        };
+        let committed = first_state(model, config, &start, &recorder, ends);
         let torn_step = match scheme {
             None => start.time_step.min(TORN_SHARE * start.critical_step),
             Some(_) => start.time_step,
@@ -140,19 +124,7 @@ impl March {
         let done = start.form_finding;
         Self {
             energies: Energies::new(model, scheme.is_none_or(|s| s.inertia)),
-            engine: match scheme {
-                _ if let Some(speed) = config.fem.path_speed => {
-                    let turns = config.fem.path_at_branch == Some(AtBranch::Turn);
-                    Engine::Path(Box::new(Path::new(model, config.fem.newton.clone(), speed, turns)))
-                }
-                None => Engine::Explicit(Box::new(Explicit::new(model))),
-                Some(scheme) => Engine::Implicit(Box::new(Implicit::new(
-                    model,
-                    scheme,
-                    config.fem.newton.clone(),
-                    start.newton,
-                ))),
-            },
+            engine: Engine::new(model, config, start.newton),
             recorder: recorder.at_end(scheme.is_some_and(|s| !s.inertia)),
             loads,
             load_steps: Control::new(&config.fem, &committed, model),
@@ -454,6 +426,45 @@ impl March {
         self.recorder.commit();
         self.counts.skipped += u64::from(self.skipped);
     }
+}
+
+/// The state at t = 0, with memory for `ends` numbers of interface force.
+fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorder, ends: usize) -> State {
+    let (n, scheme) = (model.dof_count(), Scheme::of(&config.fem));
+    let balances_at_end = scheme.is_some_and(|s| !s.takes_mean_only());
+    let mut velocity = model.start_velocity.clone();
+    let thrown = velocity.iter().any(|v| *v != 0.0);
+    velocity.resize(n, 0.0);
+    start.motion.iter().for_each(|motion| motion.add_to(&mut velocity));
+    let mut state = State {
+        displacement: start.displacement.clone(),
+        velocity,
+        acceleration: vec![0.0; if scheme.is_some() { n } else { 0 }],
+        force: if balances_at_end { start.force.clone() } else { Vec::new() },
+        load: vec![0.0; ends],
+        at_rest: start.at_rest && !thrown && config.fem.path_speed.is_none(),
+        history: start.history.clone(),
+        groups: recorder.groups(),
+        events: Vec::with_capacity(model.elements.len()),
+        ..State::default()
+    };
+    if scheme.is_some_and(|s| s.inertia) && (thrown || !start.at_rest) {
+        // The first step of an implicit scheme starts from a balance of its own.
+        for dof in (0..n).filter(|dof| !model.held_first(*dof)) {
+            let damped = model.damping * state.velocity[dof];
+            state.acceleration[dof] = start.force[dof] / model.dof_mass(dof) - damped;
+        }
+        for (dof, viscosity) in model.dashpots.iter().filter(|(dof, _)| !model.held_first(*dof)) {
+            state.acceleration[*dof] -= viscosity * state.velocity[*dof] / model.dof_mass(*dof);
+        }
+    }
+    start.motion.iter().filter(|_| !thrown).for_each(|motion| motion.keep(&mut state.acceleration));
+    state.open_books(start.booked);
+    let reaction = recorder.total_reaction(&start.force, &start.displacement);
+    let at_start = |value| Peak { value, time: 0.0 };
+    let size = at_start(reaction.iter().map(|r| r * r).sum::<f64>().sqrt());
+    state.peaks = Peaks { reaction: size, reaction_1ms: size, cable_force: at_start(start.cable_force) };
+    state
 }
 
 fn least_common_multiple(a: usize, b: usize) -> usize {

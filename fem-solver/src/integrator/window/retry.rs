@@ -1,6 +1,6 @@
 //! Windows that are begun again with shorter steps: where Newton fails, and where something breaks.
 
-use super::{Engine, March};
+use super::{Engine, WindowSolver};
 use crate::model::Model;
 use interface_defs::message::Fault;
 use interface_defs::solver::Window;
@@ -14,7 +14,7 @@ const BREAKS_WITHIN: f64 = 0.01;
 /// At most so many times the steps.
 const FINEST_TORN: usize = 64;
 
-impl March {
+impl WindowSolver {
     /// Advance over the window; where Newton fails, again from its start with twice the steps. Where something breaks in it
     /// for the first time, again with the steps of a torn structure; where that is far beyond its strength, with more.
     pub(super) fn advance(

@@ -7,7 +7,7 @@ mod ring_net;
 
 pub use self::generated::{Generated, MadeFor};
 use crate::config::generator::{Barrier, Generator, Held};
-use crate::config::{not_negative, positive};
+use crate::read::bounds::{not_negative, positive};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 

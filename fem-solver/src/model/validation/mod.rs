@@ -5,8 +5,8 @@ mod devices;
 pub mod supports;
 
 use crate::config::Config;
-use crate::config::part::{CablePart, PartConfig};
-use crate::config::structure::CableEntry;
+use crate::element::cable_part::Stated;
+use crate::element::part::StatedSection;
 use crate::model::Model;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -43,101 +43,49 @@ pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), In
     devices::judge(scene, config, model, &mut warnings)?;
     supports::judge(scene, config, model, &mut warnings)?;
     supports::judge_gravity(scene, config, &mut warnings);
+    supports::judge_damping(config, &mut warnings);
     warnings.extend(twins(model));
     model.warnings.extend(warnings);
     Ok(())
 }
 
-/// Material and section of a part, as stated, and its longest line.
-#[derive(Default)]
-struct Section {
-    key: String,
-    young: Option<f64>,
-    density: Option<f64>,
-    area: Option<f64>,
-    inertia: Option<[f64; 2]>,
-    radius: Option<f64>,
-    prestress: Option<f64>,
-    /// Modulus that the prestress strains: its own, else that of all cables.
-    strained: Option<f64>,
-    rupture_force: Option<f64>,
-    rupture_strain: Option<f64>,
-    longest: f64,
-}
-
 /// The sections of a scene: that of all cables, then one for each part that has lines.
-fn sections(config: &Config, model: &Model) -> Vec<Section> {
+fn sections(config: &Config, model: &Model) -> Vec<StatedSection> {
     let table = &config.structure;
     let span = |line: &[usize; 2]| (model.nodes[line[1]] - model.nodes[line[0]]).norm();
     // What every cable states for itself nothing uses of the common table.
-    let bare =
-        |p: &PartConfig, states: fn(&CablePart) -> bool| matches!(p, PartConfig::Cable(p) if !states(p));
     let parted: usize = model.parts[..model.part_count].iter().map(|p| p.cables.len()).sum();
     let others = model.cables.len() > parted + table.cables.len();
-    let used = |in_entry: fn(&CableEntry) -> bool, in_part: fn(&CablePart) -> bool| {
-        others || table.cables.iter().any(|c| !in_entry(c)) || table.parts.iter().any(|p| bare(p, in_part))
+    let used = |states: fn(&Stated) -> bool| {
+        others
+            || table.cables.iter().any(|c| !states(&c.stated()))
+            || table.parts.iter().any(|p| p.stated().is_some_and(|own| !states(&own)))
     };
     let all = model.lines().map(|(line, _)| span(&line)).fold(0.0, f64::max);
     let mut sections = Vec::new();
     if let Some(common) = &table.cable {
-        sections.push(Section {
+        sections.push(StatedSection {
             key: "structure.cable".into(),
-            young: Some(common.young).filter(|_| used(|c| c.young.is_some(), |p| p.young.is_some())),
-            density: Some(common.density).filter(|_| used(|c| c.density.is_some(), |p| p.density.is_some())),
-            area: Some(common.area).filter(|_| used(|c| c.area.is_some(), |p| p.area.is_some())),
+            young: Some(common.young).filter(|_| used(|own| own.young.is_some())),
+            density: Some(common.density).filter(|_| used(|own| own.density.is_some())),
+            area: Some(common.area).filter(|_| used(|own| own.area.is_some())),
             radius: Some(common.radius),
             prestress: Some(common.prestress),
             strained: Some(common.young),
             longest: all,
-            ..Section::default()
+            ..StatedSection::default()
         });
     }
     for (i, (config, part)) in table.parts.iter().zip(&model.parts).enumerate() {
         let cables = part.cables.iter().map(|c| span(&model.cables[*c].nodes));
         let others = part.elements.iter().flat_map(|e| model.elements[*e].lines()).map(|l| span(&l));
         let longest = cables.chain(others).fold(0.0, f64::max);
-        let own = Section { key: format!("structure.parts.{i}"), longest, ..Section::default() };
-        let common = table.cable.as_ref();
-        sections.extend(match config {
-            PartConfig::Cable(p) => Some(Section {
-                young: p.young,
-                density: p.density,
-                area: p.area.or(common.map(|c| c.area)),
-                radius: p.radius.or(common.map(|c| c.radius)),
-                prestress: p.prestress.or(common.map(|c| c.prestress)),
-                strained: p.young.or(common.map(|c| c.young)),
-                rupture_force: p.rupture_force,
-                rupture_strain: p.rupture_strain,
-                ..own
-            }),
-            PartConfig::SlidingCable(p) => Some(Section {
-                young: Some(p.young),
-                density: Some(p.density),
-                area: Some(p.area),
-                radius: p.radius,
-                prestress: Some(p.prestress),
-                strained: Some(p.young),
-                rupture_force: p.rupture_force,
-                rupture_strain: p.rupture_strain,
-                ..own
-            }),
-            PartConfig::Beam(p) => Some(Section {
-                young: Some(p.young),
-                density: Some(p.density),
-                area: Some(p.area),
-                inertia: Some(p.inertia),
-                radius: p.radius,
-                rupture_force: p.rupture_force,
-                ..own
-            }),
-            PartConfig::Brake(p) => Some(Section { radius: p.radius, ..own }),
-            PartConfig::Ring(p) => Some(Section { radius: p.radius, ..own }),
-            PartConfig::Membrane(p) => {
-                Some(Section { young: p.young.first().copied(), density: Some(p.density), ..own })
-            }
-            PartConfig::Shell(p) => Some(Section { young: Some(p.young), density: Some(p.density), ..own }),
-            PartConfig::None(_) => None,
-        });
+        let key = format!("structure.parts.{i}");
+        sections.extend(config.section(table.cable.as_ref()).map(|own| StatedSection {
+            key,
+            longest,
+            ..own
+        }));
     }
     sections
 }
@@ -145,7 +93,7 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
 /// Judges one section.
 struct Judge<'a> {
     scene: &'a Scene,
-    section: &'a Section,
+    section: &'a StatedSection,
     warnings: &'a mut Vec<String>,
 }
 

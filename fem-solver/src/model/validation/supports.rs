@@ -9,6 +9,10 @@ use interface_defs::toolkit::scene::Scene;
 
 /// Motion of a support over the extent of the structure that no one can mean.
 const FARTHEST: f64 = 5.0;
+/// Strain of the stiffest cable by a load, from which on something is said.
+const LONGER: f64 = 0.5;
+/// Mass-proportional damping from which on something is said [1/s].
+const HEAVY: f64 = 1e3;
 /// Angle from which on something is said [rad]: two turns.
 const MOST_TURN: f64 = 4.0 * std::f64::consts::PI;
 /// Speed that no one can mean [m/s]: that of sound in steel.
@@ -120,7 +124,7 @@ fn judge_release(entry: &SupportEntry, i: usize, end_time: f64, warnings: &mut V
     }
 }
 
-/// Loads that go straight into supports.
+/// Loads that go straight into supports, or stretch cables as nothing is stretched.
 fn judge_loads(
     scene: &Scene,
     config: &Config,
@@ -130,6 +134,14 @@ fn judge_loads(
     for (i, entry) in config.structure.loads.iter().enumerate() {
         let key = format!("structure.loads.{i}");
         let nodes = model.place(scene, &key, entry.place())?;
+        let (force, rigid) = (norm(&entry.force), stiffest(model));
+        if model.elements.is_empty() && force > LONGER * rigid && rigid > 0.0 {
+            warnings.push(format!(
+                "{key}.force: {force:e} N would stretch the stiffest cable of the structure to {:.1} times its length; a load of 5 kN \
+                 is 5e3",
+                1.0 + force / rigid
+            ));
+        }
         let held = |node: &usize| (0..3).all(|c| entry.force[c] == 0.0 || model.held[model.dof(*node, c)]);
         if entry.moment == [0.0; 3] && entry.force == [0.0; 3] {
             warnings.push(format!("{key}: force and moment are 0, so it loads nothing"));
@@ -143,6 +155,27 @@ fn judge_loads(
         }
     }
     Ok(())
+}
+
+fn norm(vector: &[f64; 3]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Largest product of modulus and section of all cables [N].
+fn stiffest(model: &Model) -> f64 {
+    model.cables.iter().map(|c| c.young * c.area).fold(0.0, f64::max)
+}
+
+/// Damping that stops whatever moves; loads and steps are judged elsewhere.
+pub fn judge_damping(config: &Config, warnings: &mut Vec<String>) {
+    let damping = config.structure.damping;
+    if damping > HEAVY {
+        warnings.push(format!(
+            "structure.damping: at {damping:e} 1/s a velocity falls to a third within {:.1e} s; 5 % of critical damping at 10 Hz are \
+             6.3 1/s",
+            1.0 / damping
+        ));
+    }
 }
 
 /// Pressure from which on a unit is the likelier meaning [Pa]: 100 bar.

@@ -1,5 +1,6 @@
-//! `[terrain]`: the ground, what lies where on it, and when a rock has come to its end.
+//! `[terrain]`: the file, what lies where on it, and when a rock has come to its end.
 
+use super::formats::{self, Holds};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
@@ -11,8 +12,8 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TerrainSettings {
-    /// The file, from the directory of the scene: ESRI grid `.asc`, GeoTIFF `.tif`, points `.xyz`, `.las`,
-    /// `.laz`, triangles `.stl`, `.obj`. Metres, z upwards.
+    /// The file, from the directory of the scene, of one of [`formats`]. Metres, z upwards.
+    #[schemars(description = format!("The file, from the directory of the scene: {}. Metres, z upwards.", formats::described()))]
     pub file: PathBuf,
     /// Cells of a raster without height. Default `refuse`.
     #[serde(default)]
@@ -29,7 +30,7 @@ pub struct TerrainSettings {
     /// Material of everything that no zone names. Default `ground`.
     #[serde(default = "ground_name")]
     pub material: String,
-    /// Raster of zone numbers (`.asc`, `.tif`), which `[[terrain.zone]]` gives materials by `number`.
+    /// Raster of zone numbers, which `[[terrain.zone]]` gives materials by `number`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zones: Option<PathBuf>,
     /// Materials of parts of the terrain, by polygon or number. Of polygons that overlap the last counts.
@@ -108,15 +109,15 @@ impl TerrainSettings {
 
     /// Refuse keys that the file leaves without use.
     fn check_use(&self, scene: &Scene) -> Result<(), InputError> {
-        let extension = self.file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let raster = ["asc", "tif", "tiff"].contains(&extension.as_str());
-        let las = ["las", "laz"].contains(&extension.as_str());
-        let points = las || ["xyz", "txt", "csv"].contains(&extension.as_str());
+        let holds = formats::kind(&self.file);
+        let raster = holds == Some(Holds::Raster);
+        let classified = holds == Some(Holds::ClassifiedPoints);
+        let points = classified || holds == Some(Holds::Points);
         let numbered = self.zone.iter().any(|zone| zone.number.is_some());
         let idle = [
             ("nodata", self.nodata != NoData::default() && !raster, "belongs to rasters"),
             ("nodata_value", self.nodata_value.is_some() && !raster, "belongs to rasters"),
-            ("classes", self.classes != ground_class() && !las, "belongs to .las and .laz"),
+            ("classes", self.classes != ground_class() && !classified, "belongs to .las and .laz"),
             ("longest_edge", self.longest_edge.is_some() && !points, "belongs to points"),
             ("zones", self.zones.is_some() && !numbered, "gives numbers that no [[terrain.zone]] has"),
         ];
@@ -129,7 +130,7 @@ impl TerrainSettings {
     }
 
     /// Refuse what makes no sense.
-    pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
+    pub fn check(&self, scene: &Scene) -> Result<(), InputError> {
         for (key, value) in [
             ("rest_speed", Some(self.rest_speed)),
             ("rest_time", Some(self.rest_time)),

@@ -1,8 +1,8 @@
 //! The tree over a rock's spheres in its own frame.
 
 use crate::geometry::box_tree::{Bounds, BoxTree, morton_order};
-use crate::rock::Sphere;
-use crate::terrain::face::Face;
+use crate::geometry::sphere::Sphere;
+use crate::geometry::triangle::Face;
 use nalgebra::Vector3;
 
 /// Built once: a rigid cluster never changes in its own frame.

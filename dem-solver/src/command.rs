@@ -1,8 +1,8 @@
 //! `dem-solver cluster`: a shape to a file of spheres, with its error.
 
-use super::{Accuracy, Bound, Fit, MOST_SPHERES, Wish, files};
-use crate::rock::Sphere;
-use crate::rock::cluster::lattice;
+use crate::cluster::lattice::lattice;
+use crate::cluster::{Accuracy, Bound, Fit, MOST_SPHERES, Wish, files};
+use crate::geometry::sphere::Sphere;
 use crate::rock::solid::Solid;
 use crate::settings::rock::Method;
 use crate::shape::pieces::PieceChoice;

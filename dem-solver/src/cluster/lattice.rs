@@ -9,8 +9,8 @@
 //!
 //! Source: handbook 1.8; data of the drop test.
 
-use super::Sphere;
-use crate::cluster::MOST_SPHERES;
+use super::wish::MOST_SPHERES;
+use crate::geometry::sphere::Sphere;
 use interface_defs::toolkit::input_error::InputError;
 use nalgebra::Vector3;
 

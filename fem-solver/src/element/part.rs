@@ -1,0 +1,264 @@
+//! A kind of part of `[[structure.parts]]`: the keys that a scene states, what they must be, and the elements they become.
+//!
+//! A part says what its elements are; its `cells` say between which nodes. A mesh file or a generator gives
+//! the cells instead, in the group that bears the name of the part.
+
+use super::cable_part::{CableConfig, Stated};
+use super::{AnyElement, Cable};
+use crate::element::bar::Rupture;
+use crate::read::bounds::{not_negative, positive};
+use crate::read::mesh::Kind;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+use std::fmt::Debug;
+
+/// What all parts state; [`part!`] writes it.
+pub trait PartHead: Debug {
+    /// Its name.
+    fn name(&self) -> &str;
+
+    /// Nodes of each of its elements, as far as the scene states them.
+    fn cells(&self) -> &[Vec<usize>];
+}
+
+/// A kind of part: implemented by the settings of an element, beside the element.
+pub trait PartSettings: PartHead {
+    /// What its elements are, in the plural.
+    fn plural(&self) -> &'static str;
+
+    /// Fewest and most nodes of an element.
+    fn nodes(&self) -> (usize, usize);
+
+    /// Whether an element can be made of a cell of that shape.
+    fn takes(&self, kind: Kind) -> bool;
+
+    /// Check the settings and make the elements of one cell.
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError>;
+
+    /// Material and section as stated, of which units are judged; `common` is `[structure.cable]`.
+    fn section(&self, common: Option<&CableConfig>) -> Option<StatedSection>;
+
+    /// Refuse what no one can mean of elements with such surroundings; returns what someone might mean.
+    fn judge(&self, _at: &Surroundings) -> Result<Vec<String>, InputError> {
+        Ok(Vec::new())
+    }
+
+    /// What it states of the properties that `[structure.cable]` states for all; `None` where it has nothing of that.
+    fn stated(&self) -> Option<Stated> {
+        None
+    }
+
+    /// Whether lines of a mesh that follow each other are one cell.
+    fn joins_lines(&self) -> bool {
+        false
+    }
+
+    /// Whether a cell of that shape is a closed polygon: its first node is its last one, too.
+    fn closes(&self, _kind: Kind) -> bool {
+        false
+    }
+
+    /// Whether it makes nothing of its cells.
+    fn makes_nothing(&self) -> bool {
+        false
+    }
+
+    /// Whether its nodes turn and nothing resists that in dynamics.
+    fn turns_without_inertia(&self) -> bool {
+        false
+    }
+
+    /// What the user should know of its so many cells with four nodes.
+    fn remark(&self, _quadrilaterals: usize) -> Option<String> {
+        None
+    }
+}
+
+/// One cell of a part, of which elements are made.
+pub struct PartCell<'a> {
+    /// Where the part stands in the scene.
+    pub key: &'a Key<'a>,
+    /// The key below it to which errors of the cell belong.
+    pub place: &'a str,
+    /// Nodes of the cell.
+    pub nodes: &'a [usize],
+    /// All nodes as modelled [m].
+    pub positions: &'a [Vector3<f64>],
+    /// `[structure.cable]`.
+    pub common: Option<&'a CableConfig>,
+}
+
+impl PartCell<'_> {
+    /// Its first two nodes.
+    pub fn ends(&self) -> [usize; 2] {
+        [self.nodes[0], self.nodes[1]]
+    }
+
+    /// From each of its nodes to the next one [m].
+    pub fn spans(&self) -> Vec<Vector3<f64>> {
+        self.nodes.windows(2).map(|pair| self.positions[pair[1]] - self.positions[pair[0]]).collect()
+    }
+
+    /// The cell itself is at fault.
+    pub fn invalid(&self, what: impl Into<String>) -> InputError {
+        self.key.invalid(self.place, what)
+    }
+}
+
+/// Where new elements go.
+pub struct NewElements<'a> {
+    /// Elements that answer one by one.
+    pub elements: &'a mut Vec<AnyElement>,
+    /// Plain cables, which the kernel answers for at once.
+    pub cables: &'a mut Vec<Cable>,
+}
+
+/// Material and section as stated, SI units; `None` where nothing is stated.
+#[derive(Debug, Clone, Default)]
+pub struct StatedSection {
+    /// Key of the table.
+    pub key: String,
+    /// Young's modulus [Pa].
+    pub young: Option<f64>,
+    /// Density [kg/m3].
+    pub density: Option<f64>,
+    /// Section [m2].
+    pub area: Option<f64>,
+    /// Second moments of area [m4].
+    pub inertia: Option<[f64; 2]>,
+    /// Radius for contact [m].
+    pub radius: Option<f64>,
+    /// Second Piola-Kirchhoff stress as modelled [Pa].
+    pub prestress: Option<f64>,
+    /// Modulus that the prestress strains [Pa]: its own, else that of all cables.
+    pub strained: Option<f64>,
+    /// Axial force at which it breaks [N].
+    pub rupture_force: Option<f64>,
+    /// Strain at which it breaks.
+    pub rupture_strain: Option<f64>,
+    /// Its longest line [m].
+    pub longest: f64,
+}
+
+/// The structure around the elements of a part.
+pub struct Surroundings<'a> {
+    /// Where the part stands in the scene.
+    pub key: &'a Key<'a>,
+    /// Extent of the whole structure [m].
+    pub extent: f64,
+    /// Largest distance of a node of one of its elements from the first one of it [m]; 0 without elements.
+    pub size: f64,
+    /// The part with the largest prestress that has a node in common with it, and that prestress [N].
+    pub pulled: &'a dyn Fn() -> Option<(&'a str, f64)>,
+}
+
+impl Surroundings<'_> {
+    /// A length that does not fit: `value` [m] of the key `name`, where `of` has `limit` [m].
+    pub fn too_long(&self, name: &str, value: f64, of: &str, limit: f64) -> InputError {
+        let what = format!("{name} is {value} m, and {of} {limit:.4} m");
+        self.key.invalid(name, what).try_instead("metres: 300 mm is 0.3")
+    }
+}
+
+/// Where a part stands in the scene, for messages.
+pub struct Key<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its dotted path in it.
+    pub key: String,
+}
+
+impl Key<'_> {
+    /// `value` of the key `name` must lie above 0.
+    pub fn positive(&self, name: &str, value: f64, unit: &str) -> Result<(), InputError> {
+        positive(self.scene, &format!("{}.{name}", self.key), value, unit)
+    }
+
+    /// `value` of the key `name` must not lie below 0.
+    pub fn not_negative(&self, name: &str, value: f64, unit: &str) -> Result<(), InputError> {
+        not_negative(self.scene, &format!("{}.{name}", self.key), value, unit)
+    }
+
+    /// The key `name` is at fault.
+    pub fn invalid(&self, name: &str, what: impl Into<String>) -> InputError {
+        self.scene.invalid(&format!("{}.{name}", self.key), what)
+    }
+
+    /// When elements break: force [N] and strain as stated, above 0.
+    pub fn rupture(&self, force: Option<f64>, strain: Option<f64>) -> Result<Rupture, InputError> {
+        if let Some(force) = force {
+            self.positive("rupture_force", force, "N")?;
+        }
+        if let Some(strain) = strain {
+            self.positive("rupture_strain", strain, "")?;
+        }
+        Ok(Rupture { force: force.unwrap_or(f64::INFINITY), strain: strain.unwrap_or(f64::INFINITY) })
+    }
+
+    /// Rows of the table `name`: abscissae that increase from 0 or above, ordinates above 0.
+    pub fn check_table(&self, name: &str, rows: &[[f64; 2]]) -> Result<(), InputError> {
+        if let Some(row) = rows.iter().find(|row| !(row[1] > 0.0 && row.iter().all(|x| x.is_finite()))) {
+            let what = format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1]);
+            return Err(self.invalid(name, what).try_instead("forces and stresses in tension count upward"));
+        }
+        if let Some(row) = rows.iter().find(|row| row[0] < 0.0) {
+            let what = format!(
+                "the row [{}, {}] must not begin below 0: elongations and strains count upward",
+                row[0], row[1]
+            );
+            return Err(self.invalid(name, what).try_instead("turn its sign round"));
+        }
+        match rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
+            Some(pair) => {
+                let what = format!("the first column must increase, {} follows {}", pair[1][0], pair[0][0]);
+                Err(self.invalid(name, what))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// Default of a key.
+pub(super) fn yes() -> bool {
+    true
+}
+
+/// Whether a key is left out of the resolved scene.
+pub(super) fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// Settings of a part: what all have in common, and what its elements need.
+macro_rules! part {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            /// Name of the part; gauges, messages and meshes know it by that.
+            pub name: String,
+            /// Nodes of each element, counted from 0. Default: the elements of the mesh's group of that name.
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            pub cells: Vec<Vec<usize>>,
+            /// Radius for contact [m]. Default 0, a mathematical line.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub radius: Option<f64>,
+            /// Axial force at which an element breaks [N]. Default: never.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub rupture_force: Option<f64>,
+            $($(#[$field_doc])* pub $field: $type,)*
+        }
+
+        impl $crate::element::part::PartHead for $name {
+            fn name(&self) -> &str {
+                &self.name
+            }
+
+            fn cells(&self) -> &[Vec<usize>] {
+                &self.cells
+            }
+        }
+    };
+}
+pub(crate) use part;

@@ -1,0 +1,65 @@
+//! Mistakes on the command line itself.
+
+use crate::scenes::{self, NET};
+use std::process::Command;
+use tests::Bench;
+
+/// Arguments, and words of the message. Beside them lie `scene.toml`, `boulder.stl`, `open.stl` and the file `results`.
+const COMMANDS: &[(&[&str], &[&str])] = &[
+    (&["check"], &["<SCENE>", "rockfall check"]),
+    (&["scene.toml"], &["the command is missing", "rockfall run scene.toml"]),
+    (&["chek", "scene.toml"], &["unrecognized subcommand", "'check'"]),
+    (&["check", "."], &["this is a directory", "name the file in it"]),
+    (&["check", "scene.toml", "scene.toml"], &["unexpected argument", "Usage"]),
+    (&["run", "scene.toml", "other.toml"], &["unexpected argument 'other.toml'", "Usage"]),
+    (&["check", "scne.toml"], &["there is no such file", "did you mean scene.toml"]),
+    (&["run", "scene.toml", "--ot", "x"], &["unexpected argument '--ot'", "Usage"]),
+    (&["run", "scene.toml", "--out"], &["a value is required for '--out <DIR>'"]),
+    (&["run", "scene.toml", "--out", "results"], &["this is a file, and results need a directory"]),
+    (&["run", "scene.toml", "--out", "scene.toml"], &["this is a file, and results need a directory"]),
+    (&["run", "scene.toml", "--out", "held"], &["holds a run already", "--force"]),
+    (&["check", "scene.toml", "--set", "end_time="], &["--set end_time=", "expected a number"]),
+    (&["check", "scene.toml", "--set", "end_time=long"], &["--set end_time=long", "expected a number"]),
+    (&["check", "scene.toml", "--set", "coupling=weak"], &["--set coupling=weak", "expected a table"]),
+    (&["check", "scene.toml", "--set", "Coupling.scheme=weak"], &["unknown key `Coupling`", "`coupling`"]),
+    (&["check", "scene.toml", "--set", "rock.3.mass=5"], &["`3` is no item of `rock`", "its number is 0"]),
+    (&["cluster", "--spheres", "10", "-o", "a.xyzr"], &["<SHAPE>", "Usage"]),
+    (&["cluster", "bolder.stl", "--spheres", "10", "-o", "a.xyzr"], &["no such file", "boulder.stl"]),
+    (&["cluster", "open.stl", "--spheres", "10", "-o", "a.xyzr"], &["the surface is open", "--close-holes"]),
+    (&["cluster", "boulder.stl", "--spheres", "0", "-o", "a.xyzr"], &["'0' for '--spheres <N>'"]),
+    (
+        &["cluster", "boulder.stl", "--spheres", "10", "-o", "no/a.xyzr"],
+        &["no file can be written", "no/a.xyzr"],
+    ),
+];
+
+#[test]
+fn a_command_line_that_no_one_can_mean_is_refused_and_changes_nothing() {
+    let bench = Bench::new();
+    bench.scene(NET);
+    let write = |name: &str, text: String| std::fs::write(bench.path(name), text).expect("written");
+    write("boulder.stl", scenes::boulder(1.0, 0));
+    write("open.stl", scenes::boulder(1.0, 2));
+    write("results", "mine\n".into());
+    std::fs::create_dir(bench.path("held")).expect("made");
+    write("held/summary.json", "{}".into());
+    let listed = || {
+        let files = std::fs::read_dir(bench.path(""))
+            .expect("listed")
+            .chain(std::fs::read_dir(bench.path("held")).expect("listed"));
+        let mut names: Vec<_> = files.map(|file| file.expect("a file").path()).collect();
+        names.sort();
+        names
+    };
+    let before = listed();
+    for (arguments, words) in COMMANDS {
+        let mut command = Command::new(tests::program("rockfall"));
+        let output = command.args(*arguments).current_dir(bench.path("")).output().expect("started");
+        let err = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {err}");
+        assert_eq!(err.matches("error: ").count(), 1, "{arguments:?}: {err}");
+        words.iter().for_each(|word| assert!(err.contains(word), "{arguments:?}: {word} is not in {err}"));
+        assert_eq!(listed(), before, "{arguments:?}");
+    }
+    assert_eq!(std::fs::read_to_string(bench.path("results")).expect("there"), "mine\n");
+}
