@@ -15,7 +15,7 @@
 pub mod formula;
 mod part;
 
-use self::formula::Constants;
+use self::formula::RingConstants;
 pub use self::part::RingPart;
 use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector, vector};
 use super::{Answer, AnyElement, Element, Energy};
@@ -142,10 +142,10 @@ impl Ring {
         sum
     }
 
-    /// Constants of its formulas, over its `N` nodes.
-    pub fn constants<const N: usize>(&self) -> Constants<N> {
+    /// RingConstants of its formulas, over its `N` nodes.
+    pub fn constants<const N: usize>(&self) -> RingConstants<N> {
         let spans = std::array::from_fn(|i| self.spans[i].into());
-        Constants { spans, perimeter: (&self.perimeter).into(), width: (&self.width).into() }
+        RingConstants { spans, perimeter: (&self.perimeter).into(), width: (&self.width).into() }
     }
 
     /// Force, history and tension of an unbroken ring.

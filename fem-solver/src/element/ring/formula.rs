@@ -6,11 +6,11 @@
 use super::Mechanism;
 
 /// A vector.
-pub type Triple = [f64; 3];
+pub type Vector = [f64; 3];
 
 /// What a mechanism needs without easing.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Stiffness {
+pub struct Stiffnesses {
     /// Length beyond which it acts [m].
     pub start: f64,
     /// Stiffness of loading [N/m].
@@ -21,14 +21,14 @@ pub struct Stiffness {
     pub lost: f64,
 }
 
-impl From<&Mechanism> for Stiffness {
+impl From<&Mechanism> for Stiffnesses {
     fn from(mechanism: &Mechanism) -> Self {
         let Mechanism { start, stiffness, unloading, .. } = *mechanism;
         Self { start, loading: stiffness, unloading: stiffness * unloading, lost: 1.0 - 1.0 / unloading }
     }
 }
 
-impl Stiffness {
+impl Stiffnesses {
     /// Force [N] and largest extension [m] at the length `l` [m] after the largest extension `most` [m], which is 0 or more.
     #[inline(always)]
     pub fn force(&self, l: f64, most: f64) -> (f64, f64) {
@@ -49,19 +49,19 @@ impl Stiffness {
 
 /// A ring: its sides as modelled [m] and its mechanisms.
 #[derive(Debug, Clone, Copy)]
-pub struct Constants<const N: usize> {
+pub struct RingConstants<const N: usize> {
     /// From each node to the next.
-    pub spans: [Triple; N],
+    pub spans: [Vector; N],
     /// The perimeter.
-    pub perimeter: Stiffness,
+    pub perimeter: Stiffnesses,
     /// Each width.
-    pub width: Stiffness,
+    pub width: Stiffnesses,
 }
 
 /// The sides of a ring [m].
-pub struct Sides<const N: usize> {
+pub struct RingSides<const N: usize> {
     /// From each node to the next.
-    pub spans: [Triple; N],
+    pub spans: [Vector; N],
     /// Their lengths.
     pub lengths: [f64; N],
     /// Sum of the lengths.
@@ -69,9 +69,9 @@ pub struct Sides<const N: usize> {
 }
 
 /// What a ring answers.
-pub struct Pull<const N: usize, const W: usize> {
+pub struct RingPull<const N: usize, const W: usize> {
     /// Internal force on each node [N].
-    pub force: [Triple; N],
+    pub force: [Vector; N],
     /// Force of the perimeter [N].
     pub tension: f64,
     /// Largest extensions, of the perimeter and of each width [m].
@@ -90,15 +90,15 @@ pub const fn coefficient<const N: usize>(j: usize, a: usize) -> f64 {
 }
 
 #[inline(always)]
-fn norm([x, y, z]: Triple) -> f64 {
+fn norm([x, y, z]: Vector) -> f64 {
     (x * x + y * y + z * z).sqrt()
 }
 
-impl<const N: usize> Constants<N> {
+impl<const N: usize> RingConstants<N> {
     /// The sides where its nodes are displaced by `u` [m].
     #[inline(always)]
-    pub fn sides(&self, u: &[Triple; N]) -> Sides<N> {
-        let mut sides = Sides { spans: self.spans, lengths: [0.0; N], perimeter: 0.0 };
+    pub fn sides(&self, u: &[Vector; N]) -> RingSides<N> {
+        let mut sides = RingSides { spans: self.spans, lengths: [0.0; N], perimeter: 0.0 };
         for i in 0..N {
             for c in 0..3 {
                 sides.spans[i][c] += u[(i + 1) % N][c] - u[i][c];
@@ -111,7 +111,7 @@ impl<const N: usize> Constants<N> {
 
     /// The widths as vectors [m].
     #[inline(always)]
-    pub fn widths<const W: usize>(&self, u: &[Triple; N]) -> [Triple; W] {
+    pub fn widths<const W: usize>(&self, u: &[Vector; N]) -> [Vector; W] {
         let (mut widths, mut place) = ([[0.0; 3]; W], [0.0; 3]);
         for a in 0..N {
             for c in 0..3 {
@@ -129,10 +129,10 @@ impl<const N: usize> Constants<N> {
 
     /// Its answer where its nodes are displaced by `u` [m], after the largest extensions `most` [m].
     #[inline(always)]
-    pub fn pull<const W: usize>(&self, u: &[Triple; N], most: &(f64, [f64; W])) -> Pull<N, W> {
+    pub fn pull<const W: usize>(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> RingPull<N, W> {
         let sides = self.sides(u);
         let (tension, stretched) = self.perimeter.force(sides.perimeter, most.0);
-        let mut pull = Pull { force: [[0.0; 3]; N], tension, most: (stretched, most.1) };
+        let mut pull = RingPull { force: [[0.0; 3]; N], tension, most: (stretched, most.1) };
         let mut along = sides.spans;
         for i in 0..N {
             for c in 0..3 {
@@ -163,7 +163,7 @@ impl<const N: usize> Constants<N> {
 
     /// Stored and dissipated energy [J] there, ruptures apart.
     #[inline(always)]
-    pub fn energy<const W: usize>(&self, u: &[Triple; N], most: &(f64, [f64; W])) -> (f64, f64) {
+    pub fn energy<const W: usize>(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> (f64, f64) {
         let (mut stored, mut dissipated) = self.perimeter.energy(self.sides(u).perimeter, most.0);
         for (j, width) in self.widths::<W>(u).into_iter().enumerate() {
             let own = self.width.energy(norm(width), most.1[j]);

@@ -1,59 +1,59 @@
 //! The formulas of rings over the columns of a block, in wide registers.
 
-use super::{Column, WIDTH};
-use crate::element::ring::formula::{Constants, Pull, Stiffness, Triple};
+use super::{Lanes, WIDTH};
+use crate::element::ring::formula::{RingConstants, RingPull, Stiffnesses, Vector};
 use crate::linear_algebra::lanes::wide;
 
 /// A vector at each of `N` nodes.
-pub type Vectors<const N: usize> = [[Column; 3]; N];
+pub type NodeLanes<const N: usize> = [[Lanes; 3]; N];
 
-const ZERO: Column = [0.0; WIDTH];
+const ZERO: Lanes = [0.0; WIDTH];
 
-/// Constants of each ring.
+/// RingConstants of each ring.
 #[derive(Debug, Clone)]
-pub struct Columns<const N: usize> {
-    spans: Vectors<N>,
-    perimeter: [Column; 4],
-    width: [Column; 4],
+pub struct BlockConstants<const N: usize> {
+    spans: NodeLanes<N>,
+    perimeter: [Lanes; 4],
+    width: [Lanes; 4],
 }
 
 /// What goes in.
 #[derive(Debug, Clone)]
-pub struct State<const N: usize, const W: usize> {
-    pub u: Vectors<N>,
+pub struct BlockInputs<const N: usize, const W: usize> {
+    pub u: NodeLanes<N>,
     /// Displacements at the start of an explicit step, of which `u` is the middle.
-    pub start: Vectors<N>,
-    pub most: [Column; W],
-    pub most_perimeter: Column,
-    pub broken: Column,
+    pub start: NodeLanes<N>,
+    pub most: [Lanes; W],
+    pub most_perimeter: Lanes,
+    pub broken: Lanes,
 }
 
 /// What comes out.
 #[derive(Debug, Clone)]
-pub struct Found<const N: usize, const W: usize> {
-    pub force: Vectors<N>,
-    pub tension: Column,
-    pub most: [Column; W],
-    pub most_perimeter: Column,
+pub struct BlockAnswers<const N: usize, const W: usize> {
+    pub force: NodeLanes<N>,
+    pub tension: Lanes,
+    pub most: [Lanes; W],
+    pub most_perimeter: Lanes,
     /// Tension at the end of an explicit step if nothing held it up.
-    pub ahead: Column,
-    pub stored: Column,
-    pub dissipated: Column,
+    pub ahead: Lanes,
+    pub stored: Lanes,
+    pub dissipated: Lanes,
 }
 
-impl<const N: usize> Default for Columns<N> {
+impl<const N: usize> Default for BlockConstants<N> {
     fn default() -> Self {
         Self { spans: [[ZERO; 3]; N], perimeter: [ZERO; 4], width: [ZERO; 4] }
     }
 }
 
-impl<const N: usize, const W: usize> Default for State<N, W> {
+impl<const N: usize, const W: usize> Default for BlockInputs<N, W> {
     fn default() -> Self {
         Self { u: [[ZERO; 3]; N], start: [[ZERO; 3]; N], most: [ZERO; W], most_perimeter: ZERO, broken: ZERO }
     }
 }
 
-impl<const N: usize, const W: usize> Default for Found<N, W> {
+impl<const N: usize, const W: usize> Default for BlockAnswers<N, W> {
     fn default() -> Self {
         Self {
             force: [[ZERO; 3]; N],
@@ -67,9 +67,9 @@ impl<const N: usize, const W: usize> Default for Found<N, W> {
     }
 }
 
-impl<const N: usize> Columns<N> {
+impl<const N: usize> BlockConstants<N> {
     /// Put the constants of a ring in its place.
-    pub fn put(&mut self, l: usize, ring: &Constants<N>) {
+    pub fn put(&mut self, l: usize, ring: &RingConstants<N>) {
         for a in 0..N {
             for c in 0..3 {
                 self.spans[a][c][l] = ring.spans[a][c];
@@ -84,14 +84,14 @@ impl<const N: usize> Columns<N> {
 
     /// The constants of one of them.
     #[inline(always)]
-    fn ring(&self, l: usize) -> Constants<N> {
-        let mechanism = |of: &[Column; 4]| Stiffness {
+    fn ring(&self, l: usize) -> RingConstants<N> {
+        let mechanism = |of: &[Lanes; 4]| Stiffnesses {
             start: of[0][l],
             loading: of[1][l],
             unloading: of[2][l],
             lost: of[3][l],
         };
-        Constants {
+        RingConstants {
             spans: lane(&self.spans, l),
             perimeter: mechanism(&self.perimeter),
             width: mechanism(&self.width),
@@ -101,7 +101,7 @@ impl<const N: usize> Columns<N> {
 
 /// The vectors of one ring.
 #[inline(always)]
-fn lane<const N: usize>(columns: &Vectors<N>, l: usize) -> [Triple; N] {
+fn lane<const N: usize>(columns: &NodeLanes<N>, l: usize) -> [Vector; N] {
     let mut own = [[0.0; 3]; N];
     for a in 0..N {
         for c in 0..3 {
@@ -111,7 +111,7 @@ fn lane<const N: usize>(columns: &Vectors<N>, l: usize) -> [Triple; N] {
     own
 }
 
-impl<const N: usize, const W: usize> State<N, W> {
+impl<const N: usize, const W: usize> BlockInputs<N, W> {
     /// Largest extensions of one ring.
     #[inline(always)]
     fn most(&self, l: usize) -> (f64, [f64; W]) {
@@ -124,89 +124,89 @@ impl<const N: usize, const W: usize> State<N, W> {
 }
 
 /// The formulas of all rings of a block.
-pub trait Formulas<const N: usize, const W: usize> {
+pub trait BlockFormulas<const N: usize, const W: usize> {
     /// Force, history and tension.
-    fn pull(&mut self, columns: &Columns<N>, state: &State<N, W>);
+    fn pull(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>);
     /// What each perimeter would carry at the end of the step.
-    fn ahead(&mut self, columns: &Columns<N>, state: &State<N, W>);
+    fn ahead(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>);
     /// What each perimeter carries.
-    fn carry(&mut self, columns: &Columns<N>, state: &State<N, W>);
+    fn carry(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>);
     /// Energies.
-    fn measure(&mut self, columns: &Columns<N>, state: &State<N, W>);
+    fn measure(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>);
 }
 
 #[inline(always)]
 fn pull_each<const N: usize, const W: usize>(
-    columns: &Columns<N>,
-    state: &State<N, W>,
-    found: &mut Found<N, W>,
+    constants: &BlockConstants<N>,
+    inputs: &BlockInputs<N, W>,
+    answers: &mut BlockAnswers<N, W>,
 ) {
     for l in 0..WIDTH {
-        let (u, most) = (lane(&state.u, l), state.most(l));
-        let Pull { force, tension, most: now } = columns.ring(l).pull::<W>(&u, &most);
-        let broken = state.broken[l] > 0.0;
-        found.tension[l] = if broken { 0.0 } else { tension };
+        let (u, most) = (lane(&inputs.u, l), inputs.most(l));
+        let RingPull { force, tension, most: now } = constants.ring(l).pull::<W>(&u, &most);
+        let broken = inputs.broken[l] > 0.0;
+        answers.tension[l] = if broken { 0.0 } else { tension };
         for a in 0..N {
             for c in 0..3 {
-                found.force[a][c][l] = if broken { 0.0 } else { force[a][c] };
+                answers.force[a][c][l] = if broken { 0.0 } else { force[a][c] };
             }
         }
-        found.most_perimeter[l] = if broken { most.0 } else { now.0 };
+        answers.most_perimeter[l] = if broken { most.0 } else { now.0 };
         for j in 0..W {
-            found.most[j][l] = if broken { most.1[j] } else { now.1[j] };
+            answers.most[j][l] = if broken { most.1[j] } else { now.1[j] };
         }
     }
 }
 
 #[inline(always)]
 fn ahead_each<const N: usize, const W: usize>(
-    columns: &Columns<N>,
-    state: &State<N, W>,
-    found: &mut Found<N, W>,
+    constants: &BlockConstants<N>,
+    inputs: &BlockInputs<N, W>,
+    answers: &mut BlockAnswers<N, W>,
 ) {
     for l in 0..WIDTH {
-        let (start, mut u) = (lane(&state.start, l), lane(&state.u, l));
+        let (start, mut u) = (lane(&inputs.start, l), lane(&inputs.u, l));
         for a in 0..N {
             for c in 0..3 {
                 u[a][c] = start[a][c] + 2.0 * (u[a][c] - start[a][c]);
             }
         }
-        let ring = columns.ring(l);
-        let (tension, _) = ring.perimeter.force(ring.sides(&u).perimeter, state.most_perimeter[l]);
-        found.ahead[l] = if state.broken[l] > 0.0 { 0.0 } else { tension };
+        let ring = constants.ring(l);
+        let (tension, _) = ring.perimeter.force(ring.sides(&u).perimeter, inputs.most_perimeter[l]);
+        answers.ahead[l] = if inputs.broken[l] > 0.0 { 0.0 } else { tension };
     }
 }
 
 #[inline(always)]
 fn measure_each<const N: usize, const W: usize>(
-    columns: &Columns<N>,
-    state: &State<N, W>,
-    found: &mut Found<N, W>,
+    constants: &BlockConstants<N>,
+    inputs: &BlockInputs<N, W>,
+    answers: &mut BlockAnswers<N, W>,
 ) {
     for l in 0..WIDTH {
-        let (u, most) = (lane(&state.u, l), state.most(l));
-        let ring = columns.ring(l);
-        (found.stored[l], found.dissipated[l]) = ring.energy::<W>(&u, &most);
+        let (u, most) = (lane(&inputs.u, l), inputs.most(l));
+        let ring = constants.ring(l);
+        (answers.stored[l], answers.dissipated[l]) = ring.energy::<W>(&u, &most);
     }
 }
 
 #[inline(always)]
 fn carry_each<const N: usize, const W: usize>(
-    columns: &Columns<N>,
-    state: &State<N, W>,
-    found: &mut Found<N, W>,
+    constants: &BlockConstants<N>,
+    inputs: &BlockInputs<N, W>,
+    answers: &mut BlockAnswers<N, W>,
 ) {
     for l in 0..WIDTH {
-        let (ring, u) = (columns.ring(l), lane(&state.u, l));
-        let (tension, _) = ring.perimeter.force(ring.sides(&u).perimeter, state.most_perimeter[l]);
-        found.tension[l] = if state.broken[l] > 0.0 { 0.0 } else { tension };
+        let (ring, u) = (constants.ring(l), lane(&inputs.u, l));
+        let (tension, _) = ring.perimeter.force(ring.sides(&u).perimeter, inputs.most_perimeter[l]);
+        answers.tension[l] = if inputs.broken[l] > 0.0 { 0.0 } else { tension };
     }
 }
 
-/// Declares [`Formulas`] for one number of nodes and widths, with each function in wide registers.
+/// Declares [`BlockFormulas`] for one number of nodes and widths, with each function in wide registers.
 macro_rules! formulas {
     ($nodes:literal, $widths:literal) => {
-        impl Formulas<$nodes, $widths> for Found<$nodes, $widths> {
+        impl BlockFormulas<$nodes, $widths> for BlockAnswers<$nodes, $widths> {
             formulas!($nodes, $widths, pull, pull_each);
             formulas!($nodes, $widths, ahead, ahead_each);
             formulas!($nodes, $widths, carry, carry_each);
@@ -214,13 +214,13 @@ macro_rules! formulas {
         }
     };
     ($nodes:literal, $widths:literal, $name:ident, $each:ident) => {
-        fn $name(&mut self, columns: &Columns<$nodes>, state: &State<$nodes, $widths>) {
+        fn $name(&mut self, constants: &BlockConstants<$nodes>, inputs: &BlockInputs<$nodes, $widths>) {
             wide! {
-                fn all(columns: &Columns<$nodes>, state: &State<$nodes, $widths>, found: &mut Found<$nodes, $widths>) {
-                    $each(columns, state, found)
+                fn all(constants: &BlockConstants<$nodes>, inputs: &BlockInputs<$nodes, $widths>, answers: &mut BlockAnswers<$nodes, $widths>) {
+                    $each(constants, inputs, answers)
                 }
             }
-            all(columns, state, self);
+            all(constants, inputs, self);
         }
     };
 }

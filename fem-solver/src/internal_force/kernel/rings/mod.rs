@@ -8,7 +8,7 @@
 
 mod columns;
 
-use self::columns::{Columns, Formulas, Found, State, Vectors};
+use self::columns::{BlockAnswers, BlockConstants, BlockFormulas, BlockInputs, NodeLanes};
 use crate::element::ring::{BROKEN, PERIMETER, WIDTHS};
 use crate::element::{AnyElement, Element, Energy, Ring};
 use std::ops::Range;
@@ -19,21 +19,21 @@ pub const WIDTH: usize = 8;
 const SHORTEST_ROW: usize = 4;
 
 /// A number of each of them.
-type Column = [f64; WIDTH];
+type Lanes = [f64; WIDTH];
 
 /// The rings of a structure, in blocks.
 #[derive(Debug, Clone, Default)]
 pub struct Rings {
-    blocks: Vec<Block>,
+    blocks: Vec<RingBlock>,
     /// Block of each element; `None` where it is computed alone. Empty where there are no rings.
     block_of: Vec<Option<u32>>,
-    three: Memory<3, 3>,
-    four: Memory<4, 2>,
+    three: BlockMemory<3, 3>,
+    four: BlockMemory<4, 2>,
 }
 
 /// Up to [`WIDTH`] rings.
 #[derive(Debug, Clone)]
-struct Block {
+struct RingBlock {
     /// Their elements.
     elements: Range<usize>,
     /// Number of all nodes.
@@ -41,23 +41,23 @@ struct Block {
     /// Where the history of the first begins; the others follow it.
     history: usize,
     /// Force of the perimeter at which each breaks [N], and whether any of them can.
-    strength: Column,
+    strength: Lanes,
     breakable: bool,
     /// Energy as modelled [J].
-    modelled: Column,
-    constants: Kind,
+    modelled: Lanes,
+    constants: BlockKind,
 }
 
-/// Nodes and constants, over 3 or over 4 nodes. Columns beyond the last ring repeat it.
+/// Nodes and constants, over 3 or over 4 nodes. Numbers beyond the last ring repeat it.
 #[derive(Debug, Clone)]
-enum Kind {
-    Three(Box<([Place; 3], Columns<3>)>),
-    Four(Box<([Place; 4], Columns<4>)>),
+enum BlockKind {
+    Three(Box<([SameCorner; 3], BlockConstants<3>)>),
+    Four(Box<([SameCorner; 4], BlockConstants<4>)>),
 }
 
 /// The nodes that are at one place of each ring.
 #[derive(Debug, Clone, Copy)]
-enum Place {
+enum SameCorner {
     /// Consecutive numbers from this on.
     Row(usize),
     /// These.
@@ -66,20 +66,20 @@ enum Place {
 
 /// What the block at hand is given and answers.
 #[derive(Debug, Clone, Default)]
-struct Memory<const N: usize, const W: usize> {
-    state: State<N, W>,
-    found: Found<N, W>,
+struct BlockMemory<const N: usize, const W: usize> {
+    inputs: BlockInputs<N, W>,
+    answers: BlockAnswers<N, W>,
 }
 
 /// Does the same with a block over 3 and over 4 nodes: with its places and columns, and the memory of its kind.
 macro_rules! of_kind {
     ($rings:expr, $block:expr, |$places:ident, $columns:ident, $memory:ident| $what:expr) => {
         match &$block.constants {
-            Kind::Three(own) => {
+            BlockKind::Three(own) => {
                 let (($places, $columns), $memory) = (&**own, &mut $rings.three);
                 $what
             }
-            Kind::Four(own) => {
+            BlockKind::Four(own) => {
                 let (($places, $columns), $memory) = (&**own, &mut $rings.four);
                 $what
             }
@@ -102,7 +102,7 @@ impl Rings {
             let count = together(&own);
             all.block_of.resize(rings.len(), None);
             all.block_of[first..first + count].fill(Some(all.blocks.len() as u32));
-            all.blocks.push(Block::new(&own[..count], first, nodes, history(first)));
+            all.blocks.push(RingBlock::new(&own[..count], first, nodes, history(first)));
             next = first + count;
         }
         all
@@ -124,10 +124,10 @@ impl Rings {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, middle, history);
-            memory.found.pull(columns, &memory.state);
+            memory.answers.pull(columns, &memory.inputs);
             if block.breakable {
-                gather(places, block.nodes, start, &mut memory.state.start);
-                memory.found.ahead(columns, &memory.state);
+                gather(places, block.nodes, start, &mut memory.inputs.start);
+                memory.answers.ahead(columns, &memory.inputs);
             }
             memory.bears(block)
         })
@@ -141,12 +141,12 @@ impl Rings {
     }
 
     /// What the perimeters of a block carry at `u` [N], 0 where it is broken, in the order of its elements.
-    pub fn tensions(&mut self, block: usize, u: &[f64], history: &[f64]) -> &Column {
+    pub fn tensions(&mut self, block: usize, u: &[f64], history: &[f64]) -> &Lanes {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, u, history);
-            memory.found.carry(columns, &memory.state);
-            &memory.found.tension
+            memory.answers.carry(columns, &memory.inputs);
+            &memory.answers.tension
         })
     }
 
@@ -156,7 +156,7 @@ impl Rings {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, u, history);
-            memory.found.measure(columns, &memory.state);
+            memory.answers.measure(columns, &memory.inputs);
             memory.add_energy(block, sum)
         })
     }
@@ -171,16 +171,16 @@ fn together(rings: &[&Ring]) -> usize {
     if row >= SHORTEST_ROW { row } else { alike }
 }
 
-impl Block {
+impl RingBlock {
     fn new(rings: &[&Ring], first: usize, nodes: usize, history: usize) -> Self {
         let lanes: [&Ring; WIDTH] = std::array::from_fn(|l| rings[l.min(rings.len() - 1)]);
-        let place = |a: usize| Place::new(rings, lanes.map(|ring| ring.nodes[a]), nodes);
+        let place = |a: usize| SameCorner::new(rings, lanes.map(|ring| ring.nodes[a]), nodes);
         let (constants, modelled) = if lanes[0].nodes.len() == 3 {
             let columns = columns_of::<3, 3>(&lanes);
-            (Kind::Three(Box::new((std::array::from_fn(place), columns.0))), columns.1)
+            (BlockKind::Three(Box::new((std::array::from_fn(place), columns.0))), columns.1)
         } else {
             let columns = columns_of::<4, 2>(&lanes);
-            (Kind::Four(Box::new((std::array::from_fn(place), columns.0))), columns.1)
+            (BlockKind::Four(Box::new((std::array::from_fn(place), columns.0))), columns.1)
         };
         Self {
             elements: first..first + rings.len(),
@@ -199,17 +199,17 @@ impl Block {
 
     #[cfg(test)]
     fn is_row(&self) -> bool {
-        let in_row = |place: &Place| matches!(place, Place::Row(_));
+        let in_row = |place: &SameCorner| matches!(place, SameCorner::Row(_));
         match &self.constants {
-            Kind::Three(own) => own.0.iter().all(in_row),
-            Kind::Four(own) => own.0.iter().all(in_row),
+            BlockKind::Three(own) => own.0.iter().all(in_row),
+            BlockKind::Four(own) => own.0.iter().all(in_row),
         }
     }
 }
 
 /// Constants of rings, and their energies as modelled [J].
-fn columns_of<const N: usize, const W: usize>(lanes: &[&Ring; WIDTH]) -> (Columns<N>, Column) {
-    let mut columns = Columns::default();
+fn columns_of<const N: usize, const W: usize>(lanes: &[&Ring; WIDTH]) -> (BlockConstants<N>, Lanes) {
+    let mut columns = BlockConstants::default();
     let modelled = std::array::from_fn(|l| {
         let constants = lanes[l].constants::<N>();
         columns.put(l, &constants);
@@ -218,7 +218,7 @@ fn columns_of<const N: usize, const W: usize>(lanes: &[&Ring; WIDTH]) -> (Column
     (columns, modelled)
 }
 
-impl Place {
+impl SameCorner {
     /// At these nodes, of which there are `nodes` in all.
     fn new(rings: &[&Ring], own: [usize; WIDTH], nodes: usize) -> Self {
         let row = (0..rings.len()).all(|l| own[l] == own[0] + l);
@@ -231,36 +231,42 @@ impl Place {
     }
 }
 
-impl<const N: usize, const W: usize> Memory<N, W> {
-    fn gather(&mut self, block: &Block, places: &[Place; N], u: &[f64], history: &[f64]) {
-        gather(places, block.nodes, u, &mut self.state.u);
+impl<const N: usize, const W: usize> BlockMemory<N, W> {
+    fn gather(&mut self, block: &RingBlock, places: &[SameCorner; N], u: &[f64], history: &[f64]) {
+        gather(places, block.nodes, u, &mut self.inputs.u);
         let own = history[block.history..].chunks_exact(WIDTHS + W);
         for (l, own) in own.take(block.count()).enumerate() {
-            self.state.broken[l] = own[BROKEN];
-            self.state.most_perimeter[l] = own[PERIMETER];
-            for (most, own) in self.state.most.iter_mut().zip(&own[WIDTHS..]) {
+            self.inputs.broken[l] = own[BROKEN];
+            self.inputs.most_perimeter[l] = own[PERIMETER];
+            for (most, own) in self.inputs.most.iter_mut().zip(&own[WIDTHS..]) {
                 most[l] = *own;
             }
         }
     }
 
-    fn bears(&self, block: &Block) -> bool {
-        let ahead = self.found.ahead.iter().zip(&block.strength).take(block.count());
+    fn bears(&self, block: &RingBlock) -> bool {
+        let ahead = self.answers.ahead.iter().zip(&block.strength).take(block.count());
         !block.breakable || ahead.fold(true, |all, (ahead, strength)| all & (ahead <= strength))
     }
 
-    fn hand_back(&self, block: &Block, places: &[Place; N], force: &mut [f64], history: &mut [f64]) -> f64 {
-        for (place, own) in places.iter().zip(&self.found.force) {
+    fn hand_back(
+        &self,
+        block: &RingBlock,
+        places: &[SameCorner; N],
+        force: &mut [f64],
+        history: &mut [f64],
+    ) -> f64 {
+        for (place, own) in places.iter().zip(&self.answers.force) {
             for (c, own) in own.iter().enumerate() {
                 let to = &mut force[c * block.nodes..][..block.nodes];
                 match place {
-                    Place::Row(first) => {
+                    SameCorner::Row(first) => {
                         let to = &mut to[*first..*first + WIDTH];
                         for l in 0..block.count() {
                             to[l] -= own[l];
                         }
                     }
-                    Place::Each(nodes) => {
+                    SameCorner::Each(nodes) => {
                         for l in 0..block.count() {
                             to[nodes[l] as usize] -= own[l];
                         }
@@ -270,35 +276,37 @@ impl<const N: usize, const W: usize> Memory<N, W> {
         }
         let all = history[block.history..].chunks_exact_mut(WIDTHS + W);
         for (l, to) in all.take(block.count()).enumerate() {
-            to[PERIMETER] = self.found.most_perimeter[l];
-            for (to, most) in to[WIDTHS..].iter_mut().zip(&self.found.most) {
+            to[PERIMETER] = self.answers.most_perimeter[l];
+            for (to, most) in to[WIDTHS..].iter_mut().zip(&self.answers.most) {
                 *to = most[l];
             }
         }
-        self.found.tension[..block.count()].iter().copied().fold(0.0, f64::max)
+        self.answers.tension[..block.count()].iter().copied().fold(0.0, f64::max)
     }
 
-    fn add_energy(&self, block: &Block, sum: &mut Energy) -> bool {
+    fn add_energy(&self, block: &RingBlock, sum: &mut Energy) -> bool {
         let own = 0..block.count();
-        if self.state.broken[own.clone()].iter().any(|broken| *broken > 0.0) {
+        if self.inputs.broken[own.clone()].iter().any(|broken| *broken > 0.0) {
             return false;
         }
         for l in own {
-            sum.stored += self.found.stored[l] - block.modelled[l];
-            sum.dissipated += self.found.dissipated[l];
+            sum.stored += self.answers.stored[l] - block.modelled[l];
+            sum.dissipated += self.answers.dissipated[l];
         }
         true
     }
 }
 
 /// The numbers of `u` at `places`, of `nodes` nodes in all.
-fn gather<const N: usize>(places: &[Place; N], nodes: usize, u: &[f64], to: &mut Vectors<N>) {
+fn gather<const N: usize>(places: &[SameCorner; N], nodes: usize, u: &[f64], to: &mut NodeLanes<N>) {
     for (place, to) in places.iter().zip(to) {
         for (c, to) in to.iter_mut().enumerate() {
             let of = &u[c * nodes..][..nodes];
             match place {
-                Place::Row(first) => to.copy_from_slice(&of[*first..*first + WIDTH]),
-                Place::Each(own) => to.iter_mut().zip(own).for_each(|(to, node)| *to = of[*node as usize]),
+                SameCorner::Row(first) => to.copy_from_slice(&of[*first..*first + WIDTH]),
+                SameCorner::Each(own) => {
+                    to.iter_mut().zip(own).for_each(|(to, node)| *to = of[*node as usize])
+                }
             }
         }
     }

@@ -37,14 +37,14 @@ fn net(count: usize, columns: usize, random: &mut impl FnMut() -> f64) -> (Vec<A
 }
 
 /// Displacements at the start of a step, in its middle, and histories, broken and stretched ones among them.
-struct Case {
+struct Moment {
     start: Vec<f64>,
     middle: Vec<f64>,
     history: Vec<f64>,
     length: usize,
 }
 
-fn case(elements: &[AnyElement], nodes: usize, random: &mut impl FnMut() -> f64) -> Case {
+fn moment(elements: &[AnyElement], nodes: usize, random: &mut impl FnMut() -> f64) -> Moment {
     let length = elements[0].start_history().len();
     let start: Vec<f64> = (0..3 * nodes).map(|_| 0.1 * random()).collect();
     let middle = start.iter().map(|u| u + 0.02 * random()).collect();
@@ -53,7 +53,7 @@ fn case(elements: &[AnyElement], nodes: usize, random: &mut impl FnMut() -> f64)
         own[PERIMETER..].iter_mut().for_each(|most| *most = (0.1 * random()).max(0.0));
         own[BROKEN] = f64::from(u8::from(k % 7 == 3));
     }
-    Case { start, middle, history, length }
+    Moment { start, middle, history, length }
 }
 
 fn local(element: &AnyElement, nodes: usize, u: &[f64]) -> Vec<f64> {
@@ -77,7 +77,7 @@ fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
     for (count, columns) in [(4, 9), (4, 3), (3, 12), (3, 2)] {
         let (elements, nodes) = net(count, columns, &mut noise);
         for _ in 0..40 {
-            let Case { start, middle, history, length } = case(&elements, nodes, &mut noise);
+            let Moment { start, middle, history, length } = moment(&elements, nodes, &mut noise);
             let mut rings = Rings::new(&elements, nodes, |i| length * i);
             let mut next = 0;
             while next < elements.len() {
@@ -123,7 +123,7 @@ fn energies_and_tensions_of_blocks_are_those_of_rings_alone() {
     for (count, columns) in [(4, 9), (3, 12)] {
         let (elements, nodes) = net(count, columns, &mut noise);
         for _ in 0..20 {
-            let Case { middle, history, length, .. } = case(&elements, nodes, &mut noise);
+            let Moment { middle, history, length, .. } = moment(&elements, nodes, &mut noise);
             let mut rings = Rings::new(&elements, nodes, |i| length * i);
             let mut next = 0;
             while next < elements.len() {
