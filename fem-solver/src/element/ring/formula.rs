@@ -3,6 +3,11 @@
 //! Plain arrays, no branches, no fused products, every sum in one fixed order: the compiler works on several rings at a
 //! time, and each comes out to the same bytes as alone.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "iterators over components keep the compiler from wide registers"
+)]
+
 use super::Mechanism;
 
 /// A vector.

@@ -150,8 +150,7 @@ impl Assembly {
             }
             // A block with a ring that will not bear the step: one by one.
             let end = several.map_or(next + 1, |(_, own)| own.end);
-            for number in next..end {
-                let element = &elements[number];
+            for (number, element) in elements.iter().enumerate().take(end).skip(next) {
                 let tension = self.subtract_one(&Stretch { number, element, start, middle }, history, force);
                 // Of cables, ropes, rings and brakes: a post is none of them.
                 if !element.has_moments() {

@@ -1,5 +1,10 @@
 //! The formulas of rings over the columns of a block, in wide registers.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "iterators over components keep the compiler from wide registers"
+)]
+
 use super::{Lanes, WIDTH};
 use crate::element::ring::formula::{RingConstants, RingPull, Stiffnesses, Vector};
 use crate::linear_algebra::lanes::wide;
