@@ -3,7 +3,7 @@
 //! A part says what its elements are; its `cells` say between which nodes. A mesh file or a generator gives
 //! the cells instead, in the group that bears the name of the part.
 
-use super::cable_part::{CableConfig, Stated};
+use super::cable_properties::{CableConfig, Stated};
 use super::{AnyElement, Cable};
 use crate::element::bar::Rupture;
 use crate::read::bounds::{not_negative, positive};
