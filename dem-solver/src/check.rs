@@ -1,12 +1,14 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
 use crate::gate::lengths::height;
+use crate::model::Model;
 use crate::net_contact;
 use crate::settings::{
     BoxSettings, ContactSettings, DemSettings, RockSettings, Settings, Shape, SpheresSettings,
     TerrainSettings,
 };
 use crate::solver::DemSolver;
+use crate::terrain::Terrain;
 use interface_defs::InterfaceMesh;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
@@ -22,7 +24,7 @@ const NEIGHBOURS: f64 = 6.0;
 const SECONDS_PER_PAIR: f64 = 5e-8;
 
 #[derive(Serialize)]
-struct Resolved<'a> {
+struct ResolvedTables<'a> {
     gravity: [f64; 3],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     rock: &'a [RockSettings],
@@ -59,13 +61,42 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
         near = solver.check_net(net).map_err(|fault| InputError::new(fault.message))?;
     }
     let model = solver.model();
-    let steps = &model.steps;
     let mut report = CheckReport {
         warnings: [solver.notices(), solver.cautions(), &near].concat(),
         ..CheckReport::default()
     };
-    let (mut seconds, mut spheres, mut mass) = (0.0, 0, 0.0);
-    let named = model.settings.named();
+    let mut totals = Totals::default();
+    add_spheres(model, &mut report, &mut totals);
+    if !model.planes.is_empty() {
+        report.builds.push(format!("box of {} planes", model.planes.len()));
+    }
+    for at in 0..model.settings.named() {
+        add_rock(model, at, &mut report, &mut totals)?;
+    }
+    if let Some(ground) = &model.ground {
+        add_terrain(model, ground, solver.choices(), &mut report);
+    }
+    add_steps(model, &mut report);
+    report.numbers.extend(
+        [("seconds_per_step", totals.seconds), ("spheres", totals.spheres as f64), ("mass_kg", totals.mass)]
+            .map(|(name, value)| (name.to_owned(), value)),
+    );
+    report.numbers.extend(net_contact::numbers(model));
+    report.resolved = resolved(&model.settings);
+    Ok(report)
+}
+
+/// Sums over all rocks.
+#[derive(Default)]
+struct Totals {
+    /// Of a step [s].
+    seconds: f64,
+    spheres: usize,
+    /// [kg]
+    mass: f64,
+}
+
+fn add_spheres(model: &Model, report: &mut CheckReport, totals: &mut Totals) {
     for group in &model.settings.spheres {
         let [least, most] = group.radii();
         report.builds.push(format!(
@@ -74,52 +105,62 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
             group.total()
         ));
     }
-    for rock in &model.rocks[named..] {
-        seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * NEIGHBOURS;
-        spheres += 1;
-        mass += rock.mass;
+    for rock in &model.rocks[model.settings.named()..] {
+        totals.seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * NEIGHBOURS;
+        totals.spheres += 1;
+        totals.mass += rock.mass;
     }
-    if !model.planes.is_empty() {
-        report.builds.push(format!("box of {} planes", model.planes.len()));
+}
+
+fn add_rock(
+    model: &Model,
+    at: usize,
+    report: &mut CheckReport,
+    totals: &mut Totals,
+) -> Result<(), InputError> {
+    let (rock, settings) = (&model.rocks[at], &model.settings.rocks[at]);
+    report.builds.push(format!(
+        "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
+         radius {:.6} m{}",
+        rock.name,
+        rock.solid.describe(),
+        rock.mass,
+        rock.inertia.x,
+        rock.inertia.y,
+        rock.inertia.z,
+        rock.spheres.len(),
+        rock.origin,
+        rock.smallest_radius,
+        if rock.has_equal_spheres() { "" } else { " and more" },
+    ));
+    if rock.spheres.len() > 1 || !matches!(settings.shape, Shape::Sphere { .. }) {
+        let accuracy = rock.accuracy(settings)?;
+        report.builds.push(format!("rock `{}`: error of the spheres: {accuracy}", rock.name));
+        report.numbers.insert(format!("{}_surface_error_m", rock.name), accuracy.largest());
+        report.numbers.insert(format!("{}_volume_error", rock.name), accuracy.volume);
     }
-    for (rock, settings) in model.rocks.iter().zip(&model.settings.rocks).take(named) {
-        report.builds.push(format!(
-            "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
-             radius {:.6} m{}",
-            rock.name,
-            rock.solid.describe(),
-            rock.mass,
-            rock.inertia.x,
-            rock.inertia.y,
-            rock.inertia.z,
-            rock.spheres.len(),
-            rock.origin,
-            rock.smallest_radius,
-            if rock.has_equal_spheres() { "" } else { " and more" },
-        ));
-        if rock.spheres.len() > 1 || !matches!(settings.shape, Shape::Sphere { .. }) {
-            let accuracy = rock.accuracy(settings)?;
-            report.builds.push(format!("rock `{}`: error of the spheres: {accuracy}", rock.name));
-            report.numbers.insert(format!("{}_surface_error_m", rock.name), accuracy.largest());
-            report.numbers.insert(format!("{}_volume_error", rock.name), accuracy.volume);
+    report.clusters.extend(rock.made.iter().map(|made| (rock.name.clone(), made.clone())));
+    // On a net with cells of a third of the rock, six rows of its spheres touch.
+    totals.seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
+    totals.spheres += rock.spheres.len();
+    totals.mass += rock.mass;
+    Ok(())
+}
+
+fn add_terrain(model: &Model, ground: &Terrain, choices: &[String], report: &mut CheckReport) {
+    report.builds.push(ground.describe());
+    report.builds.extend_from_slice(choices);
+    for (at, rock) in model.rocks.iter().enumerate().take(model.settings.named()) {
+        if let Some(height) = height(ground, &model.settings, at) {
+            let what = format!("rock `{}`: its centre starts {height:.2} m above the terrain", rock.name);
+            report.builds.push(what);
         }
-        report.clusters.extend(rock.made.iter().map(|made| (rock.name.clone(), made.clone())));
-        // On a net with cells of a third of the rock, six rows of its spheres touch.
-        seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
-        spheres += rock.spheres.len();
-        mass += rock.mass;
     }
-    if let Some(ground) = &model.ground {
-        report.builds.push(ground.describe());
-        report.builds.extend_from_slice(solver.choices());
-        for (at, rock) in model.rocks.iter().enumerate().take(named) {
-            if let Some(height) = height(ground, &model.settings, at) {
-                let what = format!("rock `{}`: its centre starts {height:.2} m above the terrain", rock.name);
-                report.builds.push(what);
-            }
-        }
-        report.numbers.insert("triangles".into(), ground.triangles.len() as f64);
-    }
+    report.numbers.insert("triangles".into(), ground.triangles.len() as f64);
+}
+
+fn add_steps(model: &Model, report: &mut CheckReport) {
+    let steps = &model.steps;
     match &model.laws {
         Some(laws) => {
             report.builds.extend(laws.describe());
@@ -144,19 +185,13 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
         ("time_step_s", steps.step),
         ("contact_duration_s", steps.contact),
         ("longest_step_s", steps.longest),
-        ("seconds_per_step", seconds),
-        ("spheres", spheres as f64),
-        ("mass_kg", mass),
     ];
     report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
-    report.numbers.extend(net_contact::numbers(model));
-    report.resolved = resolved(&model.settings);
-    Ok(report)
 }
 
 fn resolved(settings: &Settings) -> toml::Table {
     let dem = if settings.contacts.is_empty() { settings.dem.clone() } else { settings.dem.filled_in() };
-    let tables = Resolved {
+    let tables = ResolvedTables {
         gravity: settings.gravity.into(),
         rock: &settings.rocks[..settings.named()],
         spheres: &settings.spheres,

@@ -93,7 +93,7 @@ pub struct Head {
 }
 
 impl Head {
-    /// Bytes that are looked at.
+    /// Bytes by which it is recognised.
     pub const LENGTH: u64 = 512;
 
     /// Of the first bytes of a file.

@@ -1,25 +1,36 @@
-//! Rocks as rigid sphere clusters: contact with a moving wall, rotation, flight.
+//! The contact solver: rocks as rigid clusters of spheres, on nets, on terrain, in boxes and in flight.
 //!
-//! The solver knows nothing of who moves the wall. It takes the motion of the interface mesh over a
-//! window and gives the force on it, or runs alone on a scene without one.
+//! It takes the motion of an interface mesh over a window and gives the forces on its nodes; it knows nothing of who moves
+//! that mesh, and runs alone on a scene without one. Lengths are in m, masses in kg, times in s, and their products; angles in
+//! radians. Rocks move in the axes of space, counted from the terrain's own origin where there is terrain ([`model::Model::origin`]).
 //!
+//! # Where to begin
+//!
+//! [`solver::DemSolver`] is the solver as the coupler sees it. Its `solve` is one window: [`integrator`] cuts it into steps; in
+//! the middle of each, [`contact`] finds what touches and sums up what [`law`] answers; the rest of the step moves the rocks.
+//! What a window starts from and ends with is a [`model::state::State`]; what never changes in a run is a [`model::Model`].
+//!
+//! # From the ground up
+//!
+//! Each of these uses only what stands above it.
+//!
+//! - [`geometry`]: spheres, triangles, closest points, trees of boxes
+//! - [`input`]: files that users give, their lines and numbers
+//! - [`shape`]: the true solid of a rock as a closed surface, from built-in shapes and files ([`shape::formats`])
+//! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
+//! - [`terrain`]: triangles that never move, from files ([`terrain::formats`]), and what is asked of them
+//! - [`law`]: the law of contact, part by part
 //! - [`settings`]: the tables of a scene, with units and defaults
 //! - [`rock`]: mass, spheres, motion, rotation
-//! - [`shape`]: the true solid of a rock as a closed surface
-//! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
 //! - [`interface_mesh`]: the structure as contact partner: its elements, their motion in a window
-//! - [`terrain`]: triangles that never move, and a static tree over them
-//! - [`gate`]: what is refused and warned of before anything starts
-//! - [`law`]: the law of contact, part by part
 //! - [`contact`]: which spheres touch what, and the forces
 //! - [`model`]: the prepared scene, the largest stable step, the state of all rocks
-//! - [`integrator`]: the steps of a window
-//! - [`granular`]: thousands of separate spheres instead of rocks
+//! - [`gate`]: what is refused and warned of before anything starts
 //! - [`guard`]: what stops a run that would end with a wrong answer
 //! - [`results`]: what is reported
-//! - [`solver`]: the contract
-//! - [`check`](mod@check): what would be built
-//! - [`reference`]: what is read and written, for editors
+//! - [`integrator`]: the steps of a window
+//! - [`solver`]: the contract; [`granular`]: the same for thousands of separate spheres alone
+//! - [`check`](mod@check), [`command`], [`reference`]: what would be built, `rockfall cluster`, what is read and written, for editors
 
 pub mod check;
 pub mod cluster;

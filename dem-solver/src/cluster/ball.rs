@@ -7,10 +7,10 @@
 //! itself in the place of samples, and on flat faces with the plane in the place of the point.
 
 use crate::geometry::sphere::Sphere;
-use crate::shape::tree::{Feature, Nearest, SurfaceTree};
+use crate::shape::tree::{NearestOnSurface, SurfaceFeature, SurfaceTree};
 use nalgebra::Vector3;
 
-/// Shrinkings until a ball is made safe by a last look at the distance and taken as it is.
+/// Shrinkings until a ball is made safe by a last test of the distance and taken as it is.
 const MOST_SHRINKINGS: usize = 20;
 
 /// Share of the size below which a gap is none. 50 000 balls leave 9e-4 in a cube; one leaves up to 1.8e-4 in a sphere
@@ -108,8 +108,8 @@ impl<'a> Balls<'a> {
 
     /// Radius of the ball that touches at `at` and at the plane in which `near` lies, if it touches that
     /// in the surface: on flat faces the limit of all further shrinkings at once.
-    fn tangent(&self, at: &Vector3<f64>, inward: &Vector3<f64>, near: &Nearest) -> Option<f64> {
-        if near.feature != Feature::Face {
+    fn tangent(&self, at: &Vector3<f64>, inward: &Vector3<f64>, near: &NearestOnSurface) -> Option<f64> {
+        if near.feature != SurfaceFeature::Face {
             return None;
         }
         let normal = self.tree.normal(near);

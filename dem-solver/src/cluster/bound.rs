@@ -29,12 +29,12 @@ pub struct Bound {
     /// Largest distance of the two surfaces [m].
     pub largest: f64,
     /// Where it comes from, for messages.
-    pub source: Source,
+    pub source: BoundSource,
 }
 
 /// Where a bound comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum BoundSource {
     /// It was asked for.
     Asked,
     /// [`SHARE`] of the size.
@@ -48,22 +48,24 @@ impl Bound {
     /// radius of the largest ball in the solid.
     pub fn of(surface: &Surface, asked: Option<f64>) -> Self {
         if let Some(largest) = asked {
-            return Self { largest, source: Source::Asked };
+            return Self { largest, source: BoundSource::Asked };
         }
         let (size, thickness) =
             (SHARE * surface.size(), THICKNESS * largest(surface, &SurfaceTree::new(surface)).radius);
         if thickness < size {
-            Self { largest: thickness, source: Source::Thickness }
+            Self { largest: thickness, source: BoundSource::Thickness }
         } else {
-            Self { largest: size, source: Source::Size }
+            Self { largest: size, source: BoundSource::Size }
         }
     }
 
     fn describe(&self) -> String {
         let from = match self.source {
-            Source::Asked => "asked for".to_owned(),
-            Source::Size => format!("{:.0} % of the diagonal of the box around the solid", 100.0 * SHARE),
-            Source::Thickness => {
+            BoundSource::Asked => "asked for".to_owned(),
+            BoundSource::Size => {
+                format!("{:.0} % of the diagonal of the box around the solid", 100.0 * SHARE)
+            }
+            BoundSource::Thickness => {
                 format!("{THICKNESS} times the radius of the largest ball that fits into the solid")
             }
         };
@@ -118,7 +120,7 @@ impl Bound {
     fn cure(&self, surface: &Surface, wish: &Wish, accuracy: &Accuracy, names: [&str; 2]) -> String {
         let [spheres, largest] = names;
         let accept = format!("`{largest} {:.2e}` accepts it", 1.01 * accuracy.largest());
-        let accept = if self.source == Source::Asked || accuracy.largest() > 0.5 * surface.size() {
+        let accept = if self.source == BoundSource::Asked || accuracy.largest() > 0.5 * surface.size() {
             String::new()
         } else {
             format!("; {accept}")

@@ -18,14 +18,14 @@ const MISSED: f64 = 4.0;
 
 /// A sample: place, direction into the solid, depth per length along that.
 #[derive(Clone, Copy)]
-struct Place {
+struct SamplePlace {
     point: Vector3<f64>,
     inward: Vector3<f64>,
     slope: f64,
 }
 
 /// The gap that `ball` leaves at a sample [m].
-fn gap(place: &Place, ball: &Sphere) -> f64 {
+fn gap(place: &SamplePlace, ball: &Sphere) -> f64 {
     let arm = ball.centre - place.point;
     let square = arm.norm_squared();
     let near = square.sqrt() - ball.radius;
@@ -43,11 +43,12 @@ fn gap(place: &Place, ball: &Sphere) -> f64 {
 
 /// The gap that `ball` leaves at sample `at` [m].
 pub fn leaves(samples: &Samples, at: usize, ball: &Sphere) -> f64 {
-    let place = Place { point: samples.points[at], inward: samples.inward[at], slope: samples.slope[at] };
+    let place =
+        SamplePlace { point: samples.points[at], inward: samples.inward[at], slope: samples.slope[at] };
     gap(&place, ball)
 }
 
-struct Node {
+struct GapNode {
     lowest: Vector3<f64>,
     highest: Vector3<f64>,
     first: u32,
@@ -57,11 +58,11 @@ struct Node {
 
 /// The gaps of samples.
 pub struct Gaps {
-    nodes: Vec<Node>,
+    nodes: Vec<GapNode>,
     order: Vec<u32>,
     /// Place of each sample in that order.
     places: Vec<u32>,
-    samples: Vec<Place>,
+    samples: Vec<SamplePlace>,
     gaps: Vec<f64>,
 }
 
@@ -72,7 +73,8 @@ impl Gaps {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         let mut nodes = Vec::new();
         build(&mut nodes, &mut order, 0, points);
-        let place = |i: usize| Place { point: points[i], inward: samples.inward[i], slope: samples.slope[i] };
+        let place =
+            |i: usize| SamplePlace { point: points[i], inward: samples.inward[i], slope: samples.slope[i] };
         let sorted = order.iter().map(|i| place(*i as usize)).collect();
         let mut places = vec![0; points.len()];
         for (place, sample) in order.iter().enumerate() {
@@ -151,14 +153,14 @@ impl Gaps {
     }
 }
 
-fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, points: &[Vector3<f64>]) {
+fn build(nodes: &mut Vec<GapNode>, order: &mut [u32], first: u32, points: &[Vector3<f64>]) {
     let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     for i in order.iter() {
         lowest = lowest.inf(&points[*i as usize]);
         highest = highest.sup(&points[*i as usize]);
     }
     let at = nodes.len();
-    nodes.push(Node { lowest, highest, first, count: order.len() as u32, largest: f64::INFINITY });
+    nodes.push(GapNode { lowest, highest, first, count: order.len() as u32, largest: f64::INFINITY });
     if order.len() <= LEAF {
         return;
     }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 const LEAF: usize = 8;
 
-struct Node {
+struct IndexNode {
     lowest: Vector3<f64>,
     highest: Vector3<f64>,
     first: u32,
@@ -15,7 +15,7 @@ struct Node {
 
 /// A tree over the centres of spheres.
 pub struct SphereIndex {
-    nodes: Vec<Node>,
+    nodes: Vec<IndexNode>,
     /// The spheres, leaf by leaf, and the place of each in the cluster.
     spheres: Vec<Sphere>,
     places: Vec<u32>,
@@ -253,7 +253,7 @@ pub fn entry(sphere: &Sphere, from: &Vector3<f64>, along: &Vector3<f64>) -> Opti
     (middle > 0.0 && square > 0.0).then(|| middle - square.sqrt())
 }
 
-fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, spheres: &[Sphere]) {
+fn build(nodes: &mut Vec<IndexNode>, order: &mut [u32], first: u32, spheres: &[Sphere]) {
     let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
     for i in order.iter() {
@@ -264,7 +264,7 @@ fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, spheres: &[Sphere
         least = least.min(sphere.radius);
     }
     let at = nodes.len();
-    nodes.push(Node { lowest, highest, first, count: order.len() as u32, largest });
+    nodes.push(IndexNode { lowest, highest, first, count: order.len() as u32, largest });
     if order.len() <= LEAF {
         return;
     }

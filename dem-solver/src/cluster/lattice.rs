@@ -187,7 +187,7 @@ mod tests {
         assert_eq!(Lattice::within([2.0, 1.0, 0.2], 200).map(|l| l.total()), Ok(fewest(2.0, 1.0, 0.2)));
     }
 
-    /// The corner is looked at by the distance to every sphere, the faces at points of a grid.
+    /// The corner is judged by the distance to every sphere, the faces at points of a grid.
     #[test]
     fn the_error_of_a_lattice_is_that_of_points_on_its_box() {
         for (size, asked) in [([0.41; 3], 64), ([0.2, 0.4, 0.6], 200), ([2.0, 1.0, 0.2], 200)] {

@@ -8,7 +8,7 @@ use crate::geometry::sphere::{Sphere, around};
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
 
-/// Spheres next to a place that are looked at: pairs of them are some hundreds; and of these the ones whose circles are
+/// Spheres next to a place that are tried: pairs of them are some hundreds; and of these the ones whose circles are
 /// followed to their deepest points.
 const MOST_NEIGHBOURS: usize = 16;
 const FOLLOWED: usize = 8;

@@ -6,7 +6,7 @@ use crate::geometry::sphere::around;
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
 
-/// How much is looked at.
+/// How much is sampled.
 #[derive(Clone, Copy)]
 pub struct Effort {
     /// Most samples of the surface.
@@ -52,7 +52,7 @@ pub struct Largest {
 /// Distances both ways [m], place [m] and direction into the solid of a sample.
 pub type Measured = (f64, f64, Vector3<f64>, Vector3<f64>);
 
-/// A solid's surface, the spheres that approximate it, and how much is looked at.
+/// A solid's surface, the spheres that approximate it, and how much is sampled.
 pub struct Probe<'a> {
     /// The solid's surface.
     pub tree: &'a SurfaceTree,
@@ -60,7 +60,7 @@ pub struct Probe<'a> {
     pub index: SphereIndex,
     /// Size of the solid [m].
     pub size: f64,
-    /// How much is looked at.
+    /// How much is sampled.
     pub effort: Effort,
 }
 

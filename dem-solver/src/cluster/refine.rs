@@ -9,7 +9,7 @@ use super::index::SphereIndex;
 use super::make::{Maker, larger};
 use super::probe::Place;
 use super::samples::Samples;
-use super::seen::View;
+use super::seen::ViewOfSurface;
 use crate::geometry::sphere::Sphere;
 
 /// Share of the spheres that is moved in a round, in so many batches; after a round that is no better, so many times fewer.
@@ -63,7 +63,7 @@ impl Maker<'_> {
         let many = ((share * balls.len() as f64).ceil() as usize).min(balls.len() / 2);
         let mut kept = without(balls, samples, many);
         let all = Balls::new(self.tree, self.surface.size(), FINE * self.middle.radius);
-        let mut view = View::new(self.tree, samples, &larger(&kept, best.grown));
+        let mut view = ViewOfSurface::new(self.tree, samples, &larger(&kept, best.grown));
         // First where it is known to be worst, which between samples none of them sees.
         let mut places = apart(&best.places, if known { KNOWN * many as f64 } else { 0.0 });
         for batch in 0..=BATCHES {

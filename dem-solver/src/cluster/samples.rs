@@ -6,7 +6,7 @@
 
 use super::ball::Balls;
 use crate::shape::Surface;
-use crate::shape::tree::{Feature, SurfaceTree};
+use crate::shape::tree::{SurfaceFeature, SurfaceTree};
 use nalgebra::Vector3;
 use rustc_hash::FxHashSet;
 
@@ -28,19 +28,19 @@ pub struct Sizes<'a> {
     balls: Balls<'a>,
     careful: bool,
     /// First one for each triangle, then the two halves of a part next to each other.
-    parts: Vec<Part>,
+    parts: Vec<SamplePart>,
 }
 
 /// A part of a triangle.
 #[derive(Clone, Copy)]
-struct Part {
+struct SamplePart {
     /// Radii of the ball that touches in its middle ([`Balls::radii`]) [m]; not yet known: no numbers.
     radii: [f64; 2],
     /// Its first half; 0: not yet halved.
     halves: u32,
 }
 
-const UNKNOWN: Part = Part { radii: [f64::NAN; 2], halves: 0 };
+const UNKNOWN: SamplePart = SamplePart { radii: [f64::NAN; 2], halves: 0 };
 
 impl<'a> Sizes<'a> {
     /// Sizes in the solid inside `surface` with the tree `tree`.
@@ -83,7 +83,7 @@ fn key(p: &Vector3<f64>) -> [u64; 3] {
 }
 
 /// A piece of a triangle: corners, and for each the edges of the whole triangle on which it lies (bits).
-struct Piece {
+struct SamplePiece {
     corners: [(Vector3<f64>, u8); 3],
     triangle: usize,
     /// Its number in [`Sizes`].
@@ -100,15 +100,15 @@ const SAME_BALL: f64 = 0.3;
 const GROWS: f64 = 4.0;
 
 /// Where a point with these edges lies on its triangle.
-fn feature(edges: u8) -> Feature {
+fn feature(edges: u8) -> SurfaceFeature {
     match edges {
-        0b001 => Feature::Edge(0),
-        0b010 => Feature::Edge(1),
-        0b100 => Feature::Edge(2),
-        0b101 => Feature::Corner(0),
-        0b011 => Feature::Corner(1),
-        0b110 => Feature::Corner(2),
-        _ => Feature::Face,
+        0b001 => SurfaceFeature::Edge(0),
+        0b010 => SurfaceFeature::Edge(1),
+        0b100 => SurfaceFeature::Edge(2),
+        0b101 => SurfaceFeature::Corner(0),
+        0b011 => SurfaceFeature::Corner(1),
+        0b110 => SurfaceFeature::Corner(2),
+        _ => SurfaceFeature::Face,
     }
 }
 
@@ -125,7 +125,7 @@ fn cut(
     for triangle in 0..surface.triangles.len() {
         let [a, b, c] = surface.corners(triangle);
         let corners = [(a, 0b101), (b, 0b011), (c, 0b110)];
-        stack.push(Piece { corners, triangle, part: triangle as u32, radius: 0.0 });
+        stack.push(SamplePiece { corners, triangle, part: triangle as u32, radius: 0.0 });
         let inward = -surface.normal(triangle);
         while let Some(part) = stack.pop() {
             let p = part.corners.map(|c| c.0);
@@ -150,7 +150,7 @@ fn cut(
                 (part.corners[k], part.corners[(k + 1) % 3], part.corners[(k + 2) % 3]);
             let middle = ((a + b) / 2.0, in_a & in_b);
             let first = sizes.halves(part.part);
-            let half = |part: u32, corners| Piece { corners, triangle, part, radius };
+            let half = |part: u32, corners| SamplePiece { corners, triangle, part, radius };
             stack.push(half(first + 1, [middle, (b, in_b), apex]));
             stack.push(half(first, [(a, in_a), middle, apex]));
         }

@@ -11,7 +11,7 @@ use crate::shape::tree::SurfaceTree;
 const ENOUGH: usize = 100_000;
 
 /// A sample outside of all spheres.
-struct Seen {
+struct SeenPlace {
     place: Place,
     /// Distance to the nearest sphere [m], and along the ray into the solid to the first one that it enters.
     gap: f64,
@@ -19,12 +19,12 @@ struct Seen {
 }
 
 /// The samples outside of all spheres so far.
-pub struct View<'a> {
+pub struct ViewOfSurface<'a> {
     tree: &'a SurfaceTree,
-    seen: Vec<Seen>,
+    seen: Vec<SeenPlace>,
 }
 
-impl<'a> View<'a> {
+impl<'a> ViewOfSurface<'a> {
     /// What `samples` of the surface of `tree` see of `spheres`.
     pub fn new(tree: &'a SurfaceTree, samples: &Samples, spheres: &[Sphere]) -> Self {
         let index = SphereIndex::new(spheres);
@@ -35,7 +35,7 @@ impl<'a> View<'a> {
             if gap > 0.0 {
                 let ray = index.entry(point, inward, f64::INFINITY).unwrap_or(f64::INFINITY);
                 let place = Place { point: *point, inward: *inward, depth: 0.0 };
-                view.seen.push(Seen { place, gap, ray });
+                view.seen.push(SeenPlace { place, gap, ray });
             }
         }
         view.seen.iter_mut().for_each(|s| s.measure(tree));
@@ -66,7 +66,7 @@ impl<'a> View<'a> {
     pub fn worst(&mut self, many: usize) -> Vec<Place> {
         self.seen.sort_by(|a, b| b.place.depth.total_cmp(&a.place.depth));
         let mut chosen: Vec<Place> = Vec::new();
-        for Seen { place, .. } in &self.seen {
+        for SeenPlace { place, .. } in &self.seen {
             if chosen.len() == many {
                 break;
             }
@@ -78,7 +78,7 @@ impl<'a> View<'a> {
     }
 }
 
-impl Seen {
+impl SeenPlace {
     /// The depth: the distance to the nearest sphere, or if it is more that of the ray's end to the surface. A ray that
     /// enters no sphere says nothing.
     fn measure(&mut self, tree: &SurfaceTree) {
@@ -112,10 +112,10 @@ mod tests {
                 Sphere { centre, radius: 0.01 - tree.signed(&centre).0 }
             })
             .collect();
-        let mut added = View::new(&tree, &samples, &spheres[..3]);
+        let mut added = ViewOfSurface::new(&tree, &samples, &spheres[..3]);
         spheres[3..].chunks(2).for_each(|some| added.add(some));
-        let mut all = View::new(&tree, &samples, &spheres);
-        let depths = |view: &mut View| view.worst(20).iter().map(|p| p.depth).collect::<Vec<_>>();
+        let mut all = ViewOfSurface::new(&tree, &samples, &spheres);
+        let depths = |view: &mut ViewOfSurface| view.worst(20).iter().map(|p| p.depth).collect::<Vec<_>>();
         let found = depths(&mut added);
         assert!(found.len() == 20 && found[0] > 0.01);
         assert_eq!(found, depths(&mut all));

@@ -129,7 +129,7 @@ mod tests {
     fn spheres_on_their_own_polyhedron_lack_what_the_polyhedron_lacks() {
         let surface = builtin::ellipsoid(Vector3::repeat(0.5), 5);
         let sphere = Sphere { centre: Vector3::zeros(), radius: 0.5 };
-        let lack = 4.0 / 3.0 * PI * 0.125 / crate::shape::Body::of(&surface).volume - 1.0;
+        let lack = 4.0 / 3.0 * PI * 0.125 / crate::shape::SolidIntegrals::of(&surface).volume - 1.0;
         assert!((excess(&surface, &[sphere], 256) - lack).abs() < 2e-4, "{lack}");
     }
 }

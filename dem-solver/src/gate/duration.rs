@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 const STEPS: f64 = 1e10;
 /// Speed of a free fall that is beyond all falls on Earth [m/s].
 const FALLEN: f64 = 1_000.0;
-/// Pieces in which the flight of a rock is looked at.
+/// Pieces in which the flight of a rock is evaluated.
 const PIECES: usize = 400;
 
 /// What the user should know of `end_time`.

@@ -107,8 +107,8 @@ pub fn worst_whole(rock: &Rock, whole: &Whole, modulus: f64, energy: f64) -> f64
         let down = direction(turn, TURNS);
         let ends: Vec<f64> = rock.spheres.iter().map(|s| s.centre.dot(&down) + s.radius).collect();
         let first = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let stored = |way: f64| {
-            let overlaps = ends.iter().enumerate().map(|(k, end)| (k as u32, way - (first - end)));
+        let stored = |travel: f64| {
+            let overlaps = ends.iter().enumerate().map(|(k, end)| (k as u32, travel - (first - end)));
             let sum = overlaps.filter(|(_, d)| *d > 0.0).map(|(k, d)| whole.part(k, d)).sum();
             whole.pressed(modulus, whole.equivalent(sum)).energy
         };
@@ -166,8 +166,8 @@ fn pressed(rock: &Rock, normal: &Normal, energy: f64, down: &Vector3<f64>) -> f6
         .map(|s| (first - depth(s), s.radius))
         .filter(|(behind, _)| *behind < most)
         .collect();
-    let stored = |way: f64| {
-        let of = |(behind, radius): &(f64, f64)| normal.load(*radius, (way - behind).max(0.0)).energy;
+    let stored = |travel: f64| {
+        let of = |(behind, radius): &(f64, f64)| normal.load(*radius, (travel - behind).max(0.0)).energy;
         near.iter().map(of).sum::<f64>()
     };
     if stored(most) < energy {

@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
-/// Times at which the flight of a rock is looked at.
+/// Times at which the flight of a rock is evaluated.
 const INSTANTS: u32 = 400;
 /// The same where the distance to every element is computed.
 const FEW: u32 = 50;

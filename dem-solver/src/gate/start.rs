@@ -37,13 +37,13 @@ struct Deepest {
 }
 
 /// Rock number `at` in the motion in which it starts, in local coordinates.
-struct Start<'a> {
+struct StartPose<'a> {
     rock: &'a Rock,
     tree: &'a SphereTree,
     motion: Motion,
 }
 
-impl<'a> Start<'a> {
+impl<'a> StartPose<'a> {
     fn of(model: &'a Model, at: usize) -> Self {
         let rock = &model.rocks[at];
         let mut motion = rock.start(&model.settings.rocks[at], model.settings.gravity);
@@ -58,9 +58,9 @@ impl<'a> Start<'a> {
         (TOUCH * radius).max(RESTING * resting)
     }
 
-    /// How far along `way` (a unit vector) the rock must be moved until `overlap` is nothing [m].
-    fn until_free(&self, way: &Vector3<f64>, overlap: impl Fn(&Motion) -> Option<Deepest>) -> f64 {
-        let moved = |by: f64| Motion { position: self.motion.position + way * by, ..self.motion };
+    /// How far along the unit vector `direction` the rock must be moved until `overlap` is nothing [m].
+    fn until_free(&self, direction: &Vector3<f64>, overlap: impl Fn(&Motion) -> Option<Deepest>) -> f64 {
+        let moved = |by: f64| Motion { position: self.motion.position + direction * by, ..self.motion };
         let inside = |by: f64| overlap(&moved(by)).is_some_and(|d| d.overlap > 0.0);
         let mut high = 0.1 * self.rock.smallest_radius;
         while inside(high) && high < 1e9 {
@@ -88,14 +88,14 @@ fn resting(law: &Law, radius: f64, force: f64) -> f64 {
     high
 }
 
-/// `position` moved by `by` along `way`, rounded to whole millimetres the same way.
-fn freed(settings: &Settings, at: usize, way: &Vector3<f64>, by: f64) -> String {
+/// `position` moved by `by` along `direction`, rounded to whole millimetres away from where it is.
+fn freed(settings: &Settings, at: usize, direction: &Vector3<f64>, by: f64) -> String {
     let position = settings.rocks[at].position;
     let places: Vec<String> = (0..3)
         .map(|axis| {
-            let to = position[axis] + way[axis] * by;
+            let to = position[axis] + direction[axis] * by;
             let millimetres = 1e3 * to;
-            match way[axis] {
+            match direction[axis] {
                 w if w > 1e-9 => format!("{:?}", millimetres.ceil() / 1e3),
                 w if w < -1e-9 => format!("{:?}", millimetres.floor() / 1e3),
                 _ => format!("{:?}", position[axis]),
@@ -109,7 +109,7 @@ fn freed(settings: &Settings, at: usize, way: &Vector3<f64>, by: f64) -> String 
 
 /// Refuse rock number `at` if it starts beside all of the terrain, below it, or with its surface in it.
 pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> Result<(), InputError> {
-    let (settings, start) = (&model.settings, Start::of(model, at));
+    let (settings, start) = (&model.settings, StartPose::of(model, at));
     let table = &settings.rocks[at];
     let down = settings.down();
     let name = &start.rock.name;
@@ -165,7 +165,7 @@ pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> 
 /// Refuse rocks that start with their surface beyond a side of the box.
 pub fn in_box(model: &Model, scene: &Scene) -> Result<(), InputError> {
     for at in 0..model.rocks.len() {
-        let start = Start::of(model, at);
+        let start = StartPose::of(model, at);
         let Some(row) = model.side_rows.get(at) else { return Ok(()) };
         let laws: Vec<&Law> =
             model.laws.iter().flat_map(|laws| row.iter().map(|n| &laws.walls[usize::from(*n)])).collect();
@@ -175,8 +175,8 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), InputError> {
             let Some(deepest) = deepest.filter(|d| d.overlap > start.touches(d.sphere, &laws, weight)) else {
                 continue;
             };
-            let way = -plane.normal;
-            let by = start.until_free(&way, |motion| beyond(&start, plane, motion));
+            let direction = -plane.normal;
+            let by = start.until_free(&direction, |motion| beyond(&start, plane, motion));
             let axis = plane.normal.iamax();
             let side =
                 format!("{}{}", if plane.normal[axis] > 0.0 { "+" } else { "-" }, ["x", "y", "z"][axis]);
@@ -190,7 +190,7 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), InputError> {
             return Err(scene.invalid(&model.settings.place_key(at), what).try_instead(freed(
                 &model.settings,
                 at,
-                &way,
+                &direction,
                 by,
             )));
         }
@@ -199,7 +199,7 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), InputError> {
 }
 
 /// The sphere of a rock that reaches furthest beyond a plane, if any does.
-fn beyond(start: &Start, plane: &Plane, motion: &Motion) -> Option<Deepest> {
+fn beyond(start: &StartPose, plane: &Plane, motion: &Motion) -> Option<Deepest> {
     let overlap = |sphere: &Sphere| {
         let centre = motion.position + motion.orientation * sphere.centre;
         sphere.radius + plane.normal.dot(&centre) - plane.offset
@@ -217,7 +217,7 @@ fn beside(point: &Vector3<f64>, low: &Vector3<f64>, high: &Vector3<f64>, down: &
 }
 
 /// The sphere that reaches deepest into the terrain, if any does.
-fn in_terrain(start: &Start, ground: &Terrain, motion: &Motion, down: &Vector3<f64>) -> Option<Deepest> {
+fn in_terrain(start: &StartPose, ground: &Terrain, motion: &Motion, down: &Vector3<f64>) -> Option<Deepest> {
     let below = |point: &Vector3<f64>| ground.height(point, down).filter(|h| *h < 0.0);
     if below(&motion.position).is_none() && !ground.is_near(&motion.position, start.rock.reach) {
         return None;
@@ -244,7 +244,7 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
     let settings = &model.settings;
     let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
     for at in 0..model.rocks.len() {
-        let start = Start::of(model, at);
+        let start = StartPose::of(model, at);
         let Some(deepest) = in_elements(&start, wall, &start.motion) else { continue };
         let weight = start.rock.mass * settings.gravity.norm();
         let all: Vec<&Law> = laws.iter().collect();
@@ -252,8 +252,8 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
             continue;
         }
         // Back where it comes from; a rock at rest comes from above.
-        let way = -start.motion.velocity.try_normalize(1e-9).unwrap_or_else(|| settings.down());
-        let by = start.until_free(&way, |motion| in_elements(&start, wall, motion));
+        let direction = -start.motion.velocity.try_normalize(1e-9).unwrap_or_else(|| settings.down());
+        let by = start.until_free(&direction, |motion| in_elements(&start, wall, motion));
         let element = &wall.elements[deepest.element as usize];
         let [a, b, c] = element.nodes;
         let what = match element.kind {
@@ -274,7 +274,7 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
                     short(deepest.overlap)
                 ),
             )
-            .try_instead(freed(settings, at, &way, by)));
+            .try_instead(freed(settings, at, &direction, by)));
     }
     let mut warnings = reach::check(model, wall);
     warnings.extend((0..settings.named()).filter_map(|at| too_soft(model, at)));
@@ -303,7 +303,7 @@ fn too_soft(model: &Model, at: usize) -> Option<String> {
 }
 
 /// The deepest overlap of a rock's spheres with the elements of a net, if there is any.
-fn in_elements(start: &Start, wall: &Wall, motion: &Motion) -> Option<Deepest> {
+fn in_elements(start: &StartPose, wall: &Wall, motion: &Motion) -> Option<Deepest> {
     let mut deepest: Option<Deepest> = None;
     for (number, element) in (0..).zip(&wall.elements) {
         let nodes = element.nodes.map(|n| wall.nodes[n as usize]);

@@ -37,6 +37,17 @@ const FASTEST: f64 = 1_000.0;
 /// Spin of which something is said [rad/s]: no rock was seen to turn as fast.
 const SPIN: f64 = 60.0;
 
+/// A rock of a scene, with its edges.
+struct RockOfScene<'a> {
+    at: usize,
+    rock: &'a Rock,
+    table: &'a RockSettings,
+    /// Edges of the box around it, in words.
+    edges: String,
+    /// The longest of them [m].
+    longest: f64,
+}
+
 /// Of rock number `at`: refuse what no one can mean; else what the user should know.
 pub fn of_rock(
     at: usize,
@@ -44,63 +55,13 @@ pub fn of_rock(
     table: &RockSettings,
     scene: &Scene,
 ) -> Result<Vec<String>, InputError> {
-    let mut warnings = Vec::new();
-    let refuse = |key: &str, what: String, cure: String| {
-        Err(scene
-            .invalid(&format!("rock.{at}.{key}"), format!("rock `{}`: {what}", rock.name))
-            .try_instead(cure))
-    };
     let (points, _) = rock.solid.surface();
     let size = extent(points.iter().map(|p| (*p, 0.0)));
     let longest = size.iter().copied().fold(0.0, f64::max);
-    let in_metres = in_metres(longest, &table.shape);
     let edges = format!("{} m x {} m x {} m", short(size[0]), short(size[1]), short(size[2]));
-    if longest > LARGEST {
-        return refuse("shape", format!("it is {edges} large"), in_metres);
-    }
-    if !(SMALL..=LARGE).contains(&longest) {
-        warnings.push(format!("rock.{at}.shape: rock `{}` is {edges} large; {in_metres}", rock.name));
-    }
-    if let Shape::NormRock { volume, .. } = table.shape
-        && volume > LARGEST_NORM
-    {
-        warnings.push(format!(
-            "rock.{at}.shape.volume: rock `{}` has {} m3, and norm rocks have up to 2; were it in litres, it would be {} m3",
-            rock.name,
-            short(volume),
-            short(1e-3 * volume)
-        ));
-    }
-    let volume = rock.solid.volume();
-    let density = rock.mass / volume;
-    if let Some((what, cure)) = table.density.and_then(of_no_solid) {
-        return refuse("density", what, cure);
-    }
-    if density < ANY_SOLID[0] && (DENSITY[0]..=DENSITY[1]).contains(&(1e3 * density)) {
-        let what = format!(
-            "a mass of {} kg in {} m3 ({edges}), a density of {} kg/m3, as in tonnes",
-            short(rock.mass),
-            short(volume),
-            short(density)
-        );
-        return refuse("mass", what, format!("in kg that is mass = {:?}", 1e3 * rock.mass));
-    }
-    if !(DENSITY[0]..=DENSITY[1]).contains(&density) {
-        let key = if table.density.is_some() { "density" } else { "mass" };
-        let pounds = POUNDS * density;
-        let pounds = if (OF_STONE[0]..=OF_STONE[1]).contains(&pounds) {
-            format!("; were it in lb/ft3, it would be {} kg/m3", short(pounds))
-        } else {
-            String::new()
-        };
-        warnings.push(format!(
-            "rock.{at}.{key}: rock `{}` has a density of {} kg/m3: {} kg in {} m3 ({edges}); {OF_ROCK}{pounds}",
-            rock.name,
-            short(density),
-            short(rock.mass),
-            short(volume)
-        ));
-    }
+    let it = RockOfScene { at, rock, table, edges, longest };
+    let mut warnings = it.size(scene)?;
+    warnings.extend(it.density(scene)?);
     if let Some(bound) = table.cluster.as_ref().and_then(|c| c.largest_error).filter(|bound| *bound > longest)
     {
         warnings.push(format!(
@@ -109,22 +70,96 @@ pub fn of_rock(
             rock.name
         ));
     }
-    let speed = norm(&table.velocity);
-    if speed > FASTEST {
-        let what = format!("a speed of {} m/s", short(speed));
-        return refuse("velocity", what, "it is written in m/s; 25 m/s are 90 km/h".into());
-    }
-    if speed > FAST {
-        warnings.push(format!(
-            "rock.{at}.velocity: rock `{}` starts with {} m/s, {} km/h; were it in km/h, it would be {} m/s",
-            rock.name,
-            short(speed),
-            short(3.6 * speed),
-            short(speed / 3.6)
-        ));
-    }
+    warnings.extend(it.speed(scene)?);
     warnings.extend(of_turning(at, rock, table));
     Ok(warnings)
+}
+
+impl RockOfScene<'_> {
+    fn refuse(&self, scene: &Scene, key: &str, what: &str, cure: String) -> InputError {
+        let key = format!("rock.{}.{key}", self.at);
+        scene.invalid(&key, format!("rock `{}`: {what}", self.rock.name)).try_instead(cure)
+    }
+
+    fn size(&self, scene: &Scene) -> Result<Vec<String>, InputError> {
+        let (at, name, edges) = (self.at, &self.rock.name, &self.edges);
+        let in_metres = in_metres(self.longest, &self.table.shape);
+        if self.longest > LARGEST {
+            return Err(self.refuse(scene, "shape", &format!("it is {edges} large"), in_metres));
+        }
+        let mut warnings = Vec::new();
+        if !(SMALL..=LARGE).contains(&self.longest) {
+            warnings.push(format!("rock.{at}.shape: rock `{name}` is {edges} large; {in_metres}"));
+        }
+        if let Shape::NormRock { volume, .. } = self.table.shape
+            && volume > LARGEST_NORM
+        {
+            warnings.push(format!(
+                "rock.{at}.shape.volume: rock `{name}` has {} m3, and norm rocks have up to 2; were it in litres, it would be {} m3",
+                short(volume),
+                short(1e-3 * volume)
+            ));
+        }
+        Ok(warnings)
+    }
+
+    fn density(&self, scene: &Scene) -> Result<Option<String>, InputError> {
+        let (mass, volume, edges) = (self.rock.mass, self.rock.solid.volume(), &self.edges);
+        let density = mass / volume;
+        if let Some((what, cure)) = self.table.density.and_then(of_no_solid) {
+            return Err(self.refuse(scene, "density", &what, cure));
+        }
+        if density < ANY_SOLID[0] && (DENSITY[0]..=DENSITY[1]).contains(&(1e3 * density)) {
+            let what = format!(
+                "a mass of {} kg in {} m3 ({edges}), a density of {} kg/m3, as in tonnes",
+                short(mass),
+                short(volume),
+                short(density)
+            );
+            return Err(self.refuse(scene, "mass", &what, format!("in kg that is mass = {:?}", 1e3 * mass)));
+        }
+        if (DENSITY[0]..=DENSITY[1]).contains(&density) {
+            return Ok(None);
+        }
+        let key = if self.table.density.is_some() { "density" } else { "mass" };
+        let pounds = POUNDS * density;
+        let pounds = if (OF_STONE[0]..=OF_STONE[1]).contains(&pounds) {
+            format!("; were it in lb/ft3, it would be {} kg/m3", short(pounds))
+        } else {
+            String::new()
+        };
+        Ok(Some(format!(
+            "rock.{}.{key}: rock `{}` has a density of {} kg/m3: {} kg in {} m3 ({edges}); {OF_ROCK}{pounds}",
+            self.at,
+            self.rock.name,
+            short(density),
+            short(mass),
+            short(volume)
+        )))
+    }
+
+    fn speed(&self, scene: &Scene) -> Result<Option<String>, InputError> {
+        let speed = norm(&self.table.velocity);
+        if speed > FASTEST {
+            let what = format!("a speed of {} m/s", short(speed));
+            return Err(self.refuse(
+                scene,
+                "velocity",
+                &what,
+                "it is written in m/s; 25 m/s are 90 km/h".into(),
+            ));
+        }
+        Ok((speed > FAST).then(|| {
+            format!(
+                "rock.{}.velocity: rock `{}` starts with {} m/s, {} km/h; were it in km/h, it would be {} m/s",
+                self.at,
+                self.rock.name,
+                short(speed),
+                short(3.6 * speed),
+                short(speed / 3.6)
+            )
+        }))
+    }
 }
 
 /// Of `[[spheres]]` number `at`: refuse a density that no solid has; else what the user should know.

@@ -3,7 +3,7 @@
 //! The items stand in Morton order (bits of x, y, z interleaved, one scale for all axes). The lowest
 //! level has a box around each four of them, each further level a box around four of the level below:
 //! no pointers, 8 bytes per item, built by one sort. Boxes are kept in single precision, rounded
-//! outwards: they only leave out, and what is left is looked at in full precision.
+//! outwards: they only leave out, and what is left is tested in full precision.
 
 use nalgebra::Vector3;
 

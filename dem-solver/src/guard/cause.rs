@@ -28,8 +28,8 @@ pub struct Case<'a> {
     pub against: Against,
     /// Number of the law, if there is one.
     pub law: Option<usize>,
-    /// Of two rocks: smallest radius of their spheres [m], that of one contact by the law [m], and the mass that meets
-    /// in it [kg].
+    /// Of two rocks: smallest radius of their spheres [m], that of one contact by the law [m], and the effective
+    /// mass in it [kg].
     pub pair: Option<[f64; 3]>,
     /// Its first touch of the net.
     pub impact: Option<Impact>,

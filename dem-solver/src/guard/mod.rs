@@ -11,7 +11,7 @@ use crate::terrain::Terrain;
 use cause::Case;
 use interface_defs::Fault;
 
-/// Overlap over radius from which on it is looked whether the surface is behind a centre: two spheres
+/// Overlap over radius from which on it is tested whether the surface is behind a centre: two spheres
 /// 1.25 radii apart cover the line between their centres with 0.375 each.
 const PASSING: f64 = 0.2;
 
@@ -20,7 +20,7 @@ const PASSING: f64 = 0.2;
 /// spheres in the drop test): that is reported as a warning. This much further no layer holds it.
 const DEEPEST: f64 = 0.5;
 
-/// The same of a rock that touches as a whole, in its radius: centres are looked for twice as deep inside.
+/// The same of a rock that touches as a whole, in its radius: centres are tested twice as deep inside.
 pub const STRIDE_OF_WHOLE: f64 = 0.25;
 
 /// Largest travel of the surface past a rock in one step, as a share of its spheres' radius.
@@ -105,7 +105,7 @@ pub fn watch_whole(
 }
 
 /// Fail the window if, in the step of `h` [s] that began at `time` [s], rock number `rock` moves so far past a terrain that is
-/// near and that it does not touch at `now` that it might be through it the next time anybody looks.
+/// near and that it does not touch at `now` that it might be through it when contacts are found next.
 pub fn watch_gap(
     model: &Model,
     ground: &Terrain,

@@ -11,7 +11,7 @@ use crate::integrator::sub_stepping::{self, Stretch};
 use crate::law::table::WallLaws;
 use crate::model::Model;
 use crate::model::critical::DEEP;
-use crate::model::runout::{LOOK, jump_height};
+use crate::model::runout::{LOOK, StepOnTerrain, jump_height};
 use crate::model::state::{Against, Body, State};
 use crate::results::trajectory::Row;
 use crate::rock::{Motion, Rock};
@@ -164,7 +164,8 @@ impl OnTerrain {
         let Some(terrain) = &model.settings.terrain else { return };
         let shortest = model.steps.contact;
         let (touching, touched) = (contacts > 0, body.path.contact_since.is_some());
-        body.path.step(&model.rocks[rock], terrain, &body.motion, end, h, touching, shortest);
+        let step = StepOnTerrain { after: &body.motion, end, length: h, touching, shortest };
+        body.path.step(&model.rocks[rock], terrain, &step);
         let height =
             |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
         if look && !touching {

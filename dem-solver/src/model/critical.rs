@@ -3,7 +3,7 @@
 //! What is assumed of the impact: the rock may fall freely until `end_time` and then lands on a fixed,
 //! rigid wall, flat (every sphere of its largest face touches, each with its share of the mass) or on
 //! one sphere. The overlap is that of such an impact, at most half a radius, where the watch on
-//! penetration warns. A yielding net is softer; with the masses of its nodes, which the contact meets
+//! penetration warns. A yielding net is softer; with the masses of its nodes, which act at the contact
 //! once rock and net are computed together, the limit is another one, `2 sqrt(m_node / k)`. Two rocks
 //! meet as fast as both can fall, flat or on one sphere each.
 //!
@@ -40,7 +40,7 @@ pub const TURN: f64 = 0.02;
 /// The same of a rock that touches as a whole, in its radius; at 0.25 a run is stopped.
 const STRIDE_OF_WHOLE: f64 = 0.2;
 
-/// Largest way of a surface point in one step that the scene leaves open, in radii of the smallest sphere; at 0.5 a run
+/// Largest travel of a surface point in one step that the scene leaves open, in radii of the smallest sphere; at 0.5 a run
 /// is stopped lest thin parts pass unseen.
 const STRIDE: f64 = 0.4;
 
@@ -57,7 +57,7 @@ pub struct Steps {
     pub stiffness: f64,
     /// Speed of the landing that is assumed [m/s].
     pub speed: f64,
-    /// Longest step that resolves the contact, the rocks' turning and their way, whatever the scene names [s].
+    /// Longest step that resolves the contact, the rocks' turning and their travel, whatever the scene names [s].
     pub longest: f64,
 }
 
@@ -148,7 +148,7 @@ impl Steps {
         let flat = stiffness(rock.mass / face);
         let single = stiffness(rock.mass);
         let inertia = rock.inertia.min();
-        // A force with a lever turns the rock too, and so meets less than its mass.
+        // A force with a lever turns the rock too, and so less than its mass resists.
         let mobility = |lever: f64| 1.0 / rock.mass + lever * lever / inertia;
         let mut fastest = (face * flat / rock.mass).max(single * mobility(rock.arm));
         if let Some(tangential) = &law.tangential {
@@ -200,7 +200,7 @@ impl Steps {
             for &a in &examples[..k + own] {
                 let [one, other] = [a, b].map(|r| &settings.rocks[r].material);
                 let Some(number) = laws.number(one, other) else { continue };
-                // Two that are as fast as they can be may meet head on.
+                // Two that are as fast as they can be may collide head on.
                 let speed = speeds[a] + speeds[b];
                 let speed = if speed > 0.0 { speed } else { 1.0 };
                 between = between.and(self.meet([&rocks[a], &rocks[b]], &laws.rocks[number], speed));
@@ -214,7 +214,7 @@ impl Steps {
         }
     }
 
-    /// Two rocks meet flat, each sphere of the smaller face between up to four of the other's, or on one
+    /// Two rocks touch flat, each sphere of the smaller face between up to four of the other's, or on one
     /// sphere each.
     fn meet(&mut self, [a, b]: [&Rock; 2], law: &Law, speed: f64) -> Mode {
         let radius = 1.0 / (1.0 / a.smallest_radius + 1.0 / b.smallest_radius);

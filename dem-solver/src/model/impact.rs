@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 /// How a rock got past the net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
+pub enum Passing {
     /// Through it, by a hole or a cell.
     Through,
     /// Above it.
@@ -25,7 +25,7 @@ pub enum Way {
     Beside,
 }
 
-impl Way {
+impl Passing {
     /// In words, after "went" or "passed".
     pub fn words(self) -> &'static str {
         match self {
@@ -94,14 +94,14 @@ pub struct Track {
     pub elongation: Option<(f64, f64)>,
     /// First moment without speed along that direction [s].
     pub stopped: Option<f64>,
-    /// Speed and time when the last contact was lost on the way back [m/s, s].
+    /// Speed and time when the last contact was lost on the rebound [m/s, s].
     pub rebound: Option<(f64, f64)>,
     /// When the net first lay behind the centres of the outer spheres [s].
     pub behind: Option<f64>,
     /// Where contact was lost, unless it touches.
     pub lost: Option<Lost>,
     /// How it got past the net after that.
-    pub passed: Option<Way>,
+    pub passed: Option<Passing>,
     /// In flight without a touch so far: when it was beside the middle of the net, nearest to it, and its motion [s].
     pub beside: Option<(f64, Motion)>,
     /// Whether it touches.

@@ -1,8 +1,8 @@
-//! The way of a rock over terrain: what is followed of it step by step, and what it amounts to.
+//! The trajectory of a rock over terrain, as far as it is followed step by step: impacts, largest values, how it ended.
 //!
 //! An impact is a touch after a flight that lasted longer than the shortest contact. Jump height is that
-//! of the rock's lowest point above the ground under its centre, along gravity, looked at twenty times in a
-//! second of flight (what an apex between two looks has more is 3 mm). A rock has come to rest when its fastest point stayed slower than
+//! of the rock's lowest point above the ground under its centre, along gravity, evaluated twenty times in a
+//! second of flight (an apex between two of them is up to 3 mm higher). A rock has come to rest when its fastest point stayed slower than
 //! `rest_speed` for `rest_time` while it touched the ground; it is out when its centre has left the
 //! terrain sideways, or has fallen below all of it.
 
@@ -11,10 +11,10 @@ use crate::settings::{Settings, TerrainSettings};
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
-/// Time between two looks at the height of a flying rock [s].
+/// Time between two evaluations of the height of a flying rock [s].
 pub const LOOK: f64 = 0.05;
 
-/// How a way ended.
+/// How a trajectory ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
     /// At rest on the ground.
@@ -23,14 +23,14 @@ pub enum Ending {
     Out,
 }
 
-/// What has been seen of a rock's way so far.
+/// What is known of a rock's trajectory so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Path {
     /// Since when it has been slow and touching [s].
     pub slow_since: Option<f64>,
     /// When it last touched [s]; the start of the run before that.
     pub touched: f64,
-    /// When the touch under way began [s].
+    /// When the present touch began [s].
     pub contact_since: Option<f64>,
     /// Number of impacts.
     pub impacts: u64,
@@ -42,7 +42,7 @@ pub struct Path {
     pub highest: (f64, f64),
     /// Largest kinetic energy, and when [J, s].
     pub most_energy: (f64, f64),
-    /// When the last row of its way was written [s].
+    /// When the last row of it was written [s].
     pub row: f64,
     /// Until when it has been judged whether it has ended [s].
     pub judged: f64,
@@ -50,7 +50,7 @@ pub struct Path {
     pub ending: Option<End>,
 }
 
-/// The end of a way.
+/// The end of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct End {
     /// How.
@@ -61,6 +61,21 @@ pub struct End {
     pub position: Vector3<f64>,
     /// Its velocity [m/s].
     pub velocity: Vector3<f64>,
+}
+
+/// A step of a rock over terrain.
+#[derive(Debug, Clone, Copy)]
+pub struct StepOnTerrain<'a> {
+    /// Motion at its end.
+    pub after: &'a Motion,
+    /// When it ends [s].
+    pub end: f64,
+    /// Its length [s].
+    pub length: f64,
+    /// Whether there were contacts in its middle.
+    pub touching: bool,
+    /// Duration of the shortest contact [s]: a touch after a longer flight is an impact.
+    pub shortest: f64,
 }
 
 impl Path {
@@ -75,18 +90,9 @@ impl Path {
         self.ending.is_some_and(|end| end.how == Ending::Out)
     }
 
-    /// Take in a step of `h` [s] that ends at `end` [s] with the motion `after`; `touching`: there were
-    /// contacts in its middle.
-    pub fn step(
-        &mut self,
-        rock: &Rock,
-        terrain: &TerrainSettings,
-        after: &Motion,
-        end: f64,
-        h: f64,
-        touching: bool,
-        shortest: f64,
-    ) {
+    /// Take in a step of a rock over terrain.
+    pub fn step(&mut self, rock: &Rock, terrain: &TerrainSettings, step: &StepOnTerrain) {
+        let StepOnTerrain { after, end, length, touching, shortest } = *step;
         let speed = after.velocity.norm();
         self.see(rock, after, end);
         if !touching {
@@ -98,7 +104,7 @@ impl Path {
             self.impacts += u64::from(self.impacts == 0 || end - self.touched > shortest);
         }
         self.touched = end;
-        self.in_contact += h;
+        self.in_contact += length;
         let fastest =
             speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
         if fastest > terrain.rest_speed {

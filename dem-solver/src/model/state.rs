@@ -49,7 +49,7 @@ pub struct Body {
     pub met: usize,
     /// What the measures are made of.
     pub track: Track,
-    /// What is known of its way over terrain.
+    /// What is known of its trajectory over terrain.
     pub path: Path,
     /// How deep its spheres were pressed in.
     pub deepest: Depths,

@@ -1,5 +1,5 @@
 //! Field files: the spheres as points with radius, and the surface of the true solids; where there is terrain,
-//! its triangles and, at the end, the ways over it.
+//! its triangles and, at the end, the trajectories over it.
 
 use crate::model::Model;
 use crate::model::state::State;
@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 
 /// The terrain, which never moves.
 const TERRAIN: &str = "terrain.vtu";
-/// The ways of all rocks.
-pub const WAYS: &str = "trajectory.vtu";
+/// The trajectories of all rocks.
+pub const TRAJECTORIES: &str = "trajectory.vtu";
 
 /// The series `rocks` and `rock_surface`, written whenever an interval has passed.
-pub struct Fields {
+pub struct FieldFiles {
     dir: PathBuf,
     interval: f64,
     written: u64,
@@ -27,7 +27,7 @@ pub struct Fields {
     triangles: Vec<[u32; 3]>,
 }
 
-impl Fields {
+impl FieldFiles {
     /// New series in `dir`, a step each `interval` [s] from t = 0 on; the terrain is written at once.
     pub fn create(dir: &Path, interval: f64, model: &Model) -> Result<Self, Fault> {
         let mut fields = Self {
@@ -57,14 +57,14 @@ impl Fields {
         Ok(fields)
     }
 
-    /// Write the ways of all rocks, rows by rock, as lines.
-    pub fn write_ways(&self, ways: &[Vec<Row>]) -> io::Result<()> {
+    /// Write the trajectories of all rocks, rows by rock, as lines.
+    pub fn write_trajectories(&self, trajectories: &[Vec<Row>]) -> io::Result<()> {
         let (mut points, mut lines) = (Vec::new(), Vec::new());
         let mut data = [(); 4].map(|()| Vec::new());
-        for (rock, way) in ways.iter().enumerate() {
+        for (rock, line) in trajectories.iter().enumerate() {
             let first = (points.len() / 3) as u32;
-            lines.extend((1..way.len() as u32).map(|k| [first + k - 1, first + k]));
-            for row in way {
+            lines.extend((1..line.len() as u32).map(|k| [first + k - 1, first + k]));
+            for row in line {
                 points.extend(row.position());
                 // Outside of the terrain there is no height over it.
                 let values = [row.time(), row.speed(), row.height().unwrap_or(0.0), rock as f64];
@@ -75,7 +75,7 @@ impl Fields {
         let point_data =
             vec![("time", 1, &time[..]), ("speed", 1, speed), ("jump_height", 1, height), ("rock", 1, rock)];
         let vtu = Vtu { points: &points, cells: Cells::Lines(&lines), point_data, cell_data: vec![] };
-        std::fs::write(self.dir.join(WAYS), vtu.to_bytes())
+        std::fs::write(self.dir.join(TRAJECTORIES), vtu.to_bytes())
     }
 
     /// Write `state` if its time has reached the next multiple of the interval.

@@ -31,7 +31,7 @@ pub struct Gauges {
     origin: Vector3<f64>,
     origins: Vec<Vector3<f64>>,
     down: Vector3<f64>,
-    /// Energy of all springs in the middle of the step under way [J].
+    /// Energy of all springs in the middle of the present step [J].
     springs: f64,
     values: Vec<f64>,
 }

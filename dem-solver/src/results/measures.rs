@@ -15,13 +15,13 @@ const STEEP: f64 = 30.0;
 pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, warnings: &mut Vec<String>) {
     for (number, rock) in model.rocks.iter().enumerate().take(model.settings.named()) {
         let (body, prefix) = (&state.bodies[number], prefix(model, number));
-        let mut tell = Tell { prefix: &prefix, rock: &rock.name, out, warnings };
+        let mut report = Reporter { prefix: &prefix, rock: &rock.name, out, warnings };
         if net {
             // With nothing to hit an impact is not missed.
-            one_impact(&body.track, &model.settings, &mut tell);
+            one_impact(&body.track, &model.settings, &mut report);
         }
         if let Some((depth, time)) = body.deepest.largest() {
-            tell.value("max_penetration", depth, "1", Some(time));
+            report.value("max_penetration", depth, "1", Some(time));
         }
         for (partner, depth, time) in body.deepest.each().filter(|(_, depth, _)| *depth > DEEP) {
             let cure = match partner {
@@ -31,7 +31,7 @@ pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, 
                 Against::Rocks => "of the smaller sphere; raise contact.young",
                 Against::Sides => "raise contact.young",
             };
-            tell.warnings.push(format!(
+            report.warnings.push(format!(
                 "rock `{}`: overlap of {depth:.2} radii with {} at {time:.4} s, beyond {DEEP} the contact law does not \
                  hold: {cure}",
                 rock.name,
@@ -75,14 +75,14 @@ fn of_group(
 }
 
 /// Where measures of one rock go.
-struct Tell<'a> {
+struct Reporter<'a> {
     prefix: &'a str,
     rock: &'a str,
     out: &'a mut Vec<Measure>,
     warnings: &'a mut Vec<String>,
 }
 
-impl Tell<'_> {
+impl Reporter<'_> {
     fn value(&mut self, name: &str, value: f64, unit: &str, time: Option<f64>) {
         self.out.push(Measure { name: format!("{}{name}", self.prefix), value, unit: unit.into(), time });
     }
@@ -101,70 +101,70 @@ impl Tell<'_> {
 const ALL: &str = "impact_speed, impact_velocity, impact_time, impact_energy, max_deflection, max_travel, \
                    max_elongation, braking_time, rebound_speed";
 
-fn one_impact(track: &Track, settings: &Settings, tell: &mut Tell) {
+fn one_impact(track: &Track, settings: &Settings, report: &mut Reporter) {
     let Some(impact) = track.touch else {
-        return tell.absent(ALL, "it has not touched the net");
+        return report.absent(ALL, "it has not touched the net");
     };
     let at = Some(impact.time);
-    tell.value("impact_speed", impact.velocity.norm(), "m/s", at);
+    report.value("impact_speed", impact.velocity.norm(), "m/s", at);
     for name in ["impact_time", "time_of_impact"] {
-        tell.value(name, impact.time, "s", at);
+        report.value(name, impact.time, "s", at);
     }
-    tell.vector("impact_velocity", &impact.velocity, "m/s", at);
-    tell.vector("impact_direction", &impact.direction, "1", at);
-    tell.value("impact_energy", impact.energy, "J", at);
+    report.vector("impact_velocity", &impact.velocity, "m/s", at);
+    report.vector("impact_direction", &impact.direction, "1", at);
+    report.value("impact_energy", impact.energy, "J", at);
     match track.passed {
-        Some(way) => tell.absent(
+        Some(passing) => report.absent(
             "max_deflection, max_travel",
-            &format!("the net did not stop it, it went {} it", way.words()),
+            &format!("the net did not stop it, it went {} it", passing.words()),
         ),
-        None => distances(track, settings, tell),
+        None => distances(track, settings, report),
     }
     if let Some((elongation, time)) = track.elongation {
-        tell.value("max_elongation", elongation, "m", Some(time));
+        report.value("max_elongation", elongation, "m", Some(time));
     }
     match (track.stopped, track.passed) {
-        (Some(time), _) => tell.value("braking_time", time - impact.time, "s", Some(time)),
-        (None, Some(_)) => tell.absent("braking_time", "the net did not stop it"),
-        (None, None) => tell.absent(
+        (Some(time), _) => report.value("braking_time", time - impact.time, "s", Some(time)),
+        (None, Some(_)) => report.absent("braking_time", "the net did not stop it"),
+        (None, None) => report.absent(
             "braking_time",
             "it still moved along the impact direction at the end; max_deflection and max_travel are those reached by \
              then; raise end_time",
         ),
     }
     match track.rebound {
-        Some((speed, time)) => tell.value("rebound_speed", speed, "m/s", Some(time)),
-        None => tell.absent("rebound_speed", "no contact ended on the rebound"),
+        Some((speed, time)) => report.value("rebound_speed", speed, "m/s", Some(time)),
+        None => report.absent("rebound_speed", "no contact ended on the rebound"),
     }
     if let Some(time) = track.behind {
-        tell.warnings.push(format!(
+        report.warnings.push(format!(
             "rock `{}`: from {time:.4} s on the net lay behind the centres of its outer spheres, in gaps between \
              them, where the contact is weaker than its law; forces are less sure than deflections; raise \
              contact.young",
-            tell.rock
+            report.rock
         ));
     }
 }
 
 /// How far it went.
-fn distances(track: &Track, settings: &Settings, tell: &mut Tell) {
+fn distances(track: &Track, settings: &Settings, report: &mut Reporter) {
     match (track.steepness(settings), track.deepest) {
         (Some(angle), Some((depth, time))) if angle <= STEEP && depth > 0.0 => {
-            tell.value("max_deflection", depth, "m", Some(time));
+            report.value("max_deflection", depth, "m", Some(time));
         }
         (Some(angle), _) if angle <= STEEP => {
-            tell.absent("max_deflection", "its lowest point never lay below the lowest node of the net at rest");
+            report.absent("max_deflection", "its lowest point never lay below the lowest node of the net at rest");
         }
-        (Some(angle), _) => tell.absent(
+        (Some(angle), _) => report.absent(
             "max_deflection",
             &format!(
                 "the impact direction is {angle:.1} degrees from gravity, a depth measures impacts within {STEEP}; \
                  max_travel is counted along the impact direction"
             ),
         ),
-        (None, _) => tell.absent("max_deflection", "there is no gravity; max_travel is counted along the impact direction"),
+        (None, _) => report.absent("max_deflection", "there is no gravity; max_travel is counted along the impact direction"),
     }
     if let Some((travel, time)) = track.travel {
-        tell.value("max_travel", travel.max(0.0), "m", Some(time));
+        report.value("max_travel", travel.max(0.0), "m", Some(time));
     }
 }

@@ -9,12 +9,12 @@
 
 use crate::geometry::closest::{on_face, on_line};
 use crate::interface_mesh::{Kind, Wall};
-use crate::model::impact::Way;
+use crate::model::impact::Passing;
 use crate::rock::{Motion, Rock};
 use crate::terrain::queries::Parabola;
 use nalgebra::Vector3;
 
-/// Rays that look for the net around a point.
+/// Rays by which the net is found around a point.
 const RAYS: usize = 16;
 
 /// The net at one moment.
@@ -27,7 +27,7 @@ pub struct Outline<'a, F: Fn(u32) -> Vector3<f64>> {
 
 /// The point of a net that is closest to another point.
 #[derive(Debug, Clone, Copy)]
-pub struct Near {
+pub struct NearestOfNet {
     /// From the other point to it [m].
     pub to_point: Vector3<f64>,
     /// Radius of the line that it is on [m].
@@ -36,8 +36,8 @@ pub struct Near {
 
 impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
     /// The closest point to `centre`, of lines by their axes; `None` without any element.
-    pub fn closest(&self, centre: &Vector3<f64>) -> Option<Near> {
-        let mut best: Option<(f64, Near)> = None;
+    pub fn closest(&self, centre: &Vector3<f64>) -> Option<NearestOfNet> {
+        let mut best: Option<(f64, NearestOfNet)> = None;
         for element in &self.wall.elements {
             let [a, b, c] = element.nodes.map(&self.at);
             let edge = b - a;
@@ -51,7 +51,7 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
             };
             let distance = to_point.norm() - element.radius;
             if best.is_none_or(|(least, _)| distance < least) {
-                best = Some((distance, Near { to_point, radius: element.radius }));
+                best = Some((distance, NearestOfNet { to_point, radius: element.radius }));
             }
         }
         best.map(|(_, near)| near)
@@ -82,11 +82,16 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
         rays.mean()
     }
 
-    /// Has a rock whose centre is at `centre`, on its way along `direction`, the net behind it, and how did it get there?
+    /// Has a rock whose centre is at `centre`, moving along `direction`, the net behind it, and how did it get there?
     /// `None`: the net is before it.
-    pub fn passed(&self, centre: &Vector3<f64>, direction: &Vector3<f64>, up: &Vector3<f64>) -> Option<Way> {
+    pub fn passed(
+        &self,
+        centre: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        up: &Vector3<f64>,
+    ) -> Option<Passing> {
         if let Some(before) = self.before(centre, direction) {
-            return (before < 0.0).then_some(Way::Through);
+            return (before < 0.0).then_some(Passing::Through);
         }
         let near = self.closest(centre)?;
         let before = near.to_point.dot(direction);
@@ -94,14 +99,14 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
     }
 
     /// The closest that a rock in flight comes to the net: when [s] and where, within `horizon` [s] to either side.
-    pub fn approach(&self, flight: &Parabola, horizon: f64) -> Option<(f64, Vector3<f64>, Near)> {
+    pub fn approach(&self, flight: &Parabola, horizon: f64) -> Option<(f64, Vector3<f64>, NearestOfNet)> {
         let at = |t: f64| flight.position + (flight.velocity + flight.gravity * (0.5 * t)) * t;
         let (mut middle, mut half, mut best) = (0.0, horizon, None);
-        // Thirty-two looks at the flight, then ever closer around the best of them.
+        // Thirty-two points of the flight, then ever closer around the best of them.
         for _ in 0..12 {
             let looks = (0..=32).map(|k| middle + half * (f64::from(k) / 16.0 - 1.0));
             let seen = looks.filter_map(|t| Some((t, self.closest(&at(t))?)));
-            let distance = |near: &Near| near.to_point.norm() - near.radius;
+            let distance = |near: &NearestOfNet| near.to_point.norm() - near.radius;
             let (t, near) = seen.min_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)))?;
             (middle, half, best) = (t, half / 12.0, Some((t, at(t), near)));
         }
@@ -110,17 +115,17 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
 }
 
 /// On which side of the net a rock is that lies `away` from its edge.
-pub fn side(away: &Vector3<f64>, up: &Vector3<f64>) -> Way {
+pub fn side(away: &Vector3<f64>, up: &Vector3<f64>) -> Passing {
     let (length, above) = (away.norm(), away.dot(up));
     match above {
-        _ if above > length * std::f64::consts::FRAC_1_SQRT_2 => Way::Over,
-        _ if above < -length * std::f64::consts::FRAC_1_SQRT_2 => Way::Under,
-        _ => Way::Beside,
+        _ if above > length * std::f64::consts::FRAC_1_SQRT_2 => Passing::Over,
+        _ if above < -length * std::f64::consts::FRAC_1_SQRT_2 => Passing::Under,
+        _ => Passing::Beside,
     }
 }
 
 /// Free space between a rock and the closest point of the net [m].
-pub fn clearance(rock: &Rock, motion: &Motion, near: &Near) -> f64 {
+pub fn clearance(rock: &Rock, motion: &Motion, near: &NearestOfNet) -> f64 {
     let Some(direction) = near.to_point.try_normalize(0.0) else { return 0.0 };
     let extent = rock.depth(motion, &direction) - motion.position.dot(&direction);
     near.to_point.norm() - near.radius - extent
@@ -145,7 +150,7 @@ fn within(corners: &[[f64; 3]; 3]) -> Option<f64> {
 
 /// What rays from the origin cross: for each the nearest crossing, its distance and depth.
 struct Rays {
-    ways: [[f64; 2]; RAYS],
+    directions: [[f64; 2]; RAYS],
     nearest: [Option<(f64, f64)>; RAYS],
 }
 
@@ -153,19 +158,19 @@ impl Rays {
     fn new() -> Self {
         // Not along the axes, which lines of nets like to follow.
         let angle = |k: usize| (k as f64 + 0.37) * std::f64::consts::TAU / RAYS as f64;
-        let ways = std::array::from_fn(|k| [angle(k).cos(), angle(k).sin()]);
-        Self { ways, nearest: [None; RAYS] }
+        let directions = std::array::from_fn(|k| [angle(k).cos(), angle(k).sin()]);
+        Self { directions, nearest: [None; RAYS] }
     }
 
     fn cross(&mut self, a: &[f64; 3], b: &[f64; 3]) {
-        for (way, nearest) in self.ways.iter().zip(&mut self.nearest) {
-            let off = |p: &[f64; 3]| way[0] * p[1] - way[1] * p[0];
+        for (direction, nearest) in self.directions.iter().zip(&mut self.nearest) {
+            let off = |p: &[f64; 3]| direction[0] * p[1] - direction[1] * p[0];
             let (left, right) = (off(a), off(b));
             if (left >= 0.0) == (right >= 0.0) {
                 continue;
             }
             let share = left / (left - right);
-            let along = |p: &[f64; 3]| way[0] * p[0] + way[1] * p[1];
+            let along = |p: &[f64; 3]| direction[0] * p[0] + direction[1] * p[1];
             let distance = along(a) + share * (along(b) - along(a));
             if distance >= 0.0 && nearest.is_none_or(|(least, _)| distance < least) {
                 *nearest = Some((distance, a[2] + share * (b[2] - a[2])));
@@ -244,10 +249,10 @@ mod tests {
         let (along, up) = (Vector3::x(), Vector3::z());
         let passed = |x: f64, y: f64, z: f64| outline.passed(&Vector3::new(x, y, z), &along, &up);
         assert_eq!(passed(0.5, 1.0, 0.6), None);
-        assert_eq!(passed(1.5, 1.0, 0.6), Some(Way::Through));
-        assert_eq!(passed(1.5, 1.0, 1.6), Some(Way::Over));
-        assert_eq!(passed(1.5, 1.0, -0.6), Some(Way::Under));
-        assert_eq!(passed(1.5, 2.6, 0.6), Some(Way::Beside));
+        assert_eq!(passed(1.5, 1.0, 0.6), Some(Passing::Through));
+        assert_eq!(passed(1.5, 1.0, 1.6), Some(Passing::Over));
+        assert_eq!(passed(1.5, 1.0, -0.6), Some(Passing::Under));
+        assert_eq!(passed(1.5, 2.6, 0.6), Some(Passing::Beside));
         assert_eq!(passed(0.5, 2.6, 0.6), None);
     }
 

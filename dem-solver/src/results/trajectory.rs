@@ -1,4 +1,4 @@
-//! `trajectory.csv`: the way of each rock over the terrain, finer than `history.csv` while it touches.
+//! `trajectory.csv`: the trajectory of each rock over the terrain, finer than `history.csv` while it touches.
 //!
 //! A row stands at each window's end, where a contact begins and ends, ten times in the shortest contact
 //! after it began, and five times per row of `history.csv` in one that lasts.
@@ -145,21 +145,21 @@ impl Row {
 /// Chords of a flight that is drawn lie this close to its arc [m].
 const CHORD: f64 = 0.01;
 
-/// The way of each rock: its rows, with more of them in its flights, so that lines between them look as the rock flew.
-pub fn ways(model: &Model, ground: &Terrain, rows: &[Row]) -> Vec<Vec<Row>> {
+/// The trajectory of each rock: its rows, with more of them in its flights, so that lines between them look as the rock flew.
+pub fn trajectories(model: &Model, ground: &Terrain, rows: &[Row]) -> Vec<Vec<Row>> {
     let down = model.settings.down();
     let centre = |row: &Row| ground.height(&(Vector3::from(row.position()) - model.origin), &down);
     // Of an arc over a time t the chord is g t^2 / 8 away.
     let per_second = (model.settings.gravity.norm() / (8.0 * CHORD)).sqrt();
-    let way = |rock: usize| {
-        let mut way: Vec<Row> = Vec::new();
+    let line = |rock: usize| {
+        let mut line: Vec<Row> = Vec::new();
         for row in rows.iter().filter(|row| row.rock() == rock) {
-            if let Some(from) = way.last().copied().filter(|from| !from.touches()) {
+            if let Some(from) = line.last().copied().filter(|from| !from.touches()) {
                 let parts = (per_second * (row.time() - from.time())).ceil().max(1.0) as usize;
                 // How far the lowest point of the rock lies below its centre.
                 let below = |row: &Row| centre(row).zip(row.height()).map_or(0.0, |(c, h)| c - h);
                 let ends = [below(&from), below(row)];
-                way.extend((1..parts).map(|k| {
+                line.extend((1..parts).map(|k| {
                     let share = k as f64 / parts as f64;
                     let mut between = from.towards(row, share);
                     let height = centre(&between).map(|c| c - ends[0] - share * (ends[1] - ends[0]));
@@ -167,11 +167,11 @@ pub fn ways(model: &Model, ground: &Terrain, rows: &[Row]) -> Vec<Vec<Row>> {
                     between
                 }));
             }
-            way.push(*row);
+            line.push(*row);
         }
-        way
+        line
     };
-    (0..model.settings.named()).map(way).collect()
+    (0..model.settings.named()).map(line).collect()
 }
 
 /// Writes the rows, and keeps them for the picture.

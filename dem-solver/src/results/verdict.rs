@@ -3,7 +3,7 @@
 //! With a net, by what was seen last of the rock:
 //! - *was stopped*: it touched, came to no speed along its impact direction, and was in contact at the end, or had lost
 //!   contact so late that it had not moved on by its own size.
-//! - *rebounded*: it was stopped, then lost contact on its way back.
+//! - *rebounded*: it was stopped, then lost contact on the rebound.
 //! - *went through*, *passed over*, *beside*, *under*: contact was lost, and one rock's size further the net lay behind it,
 //!   seen along the impact direction ([`crate::results::outline`]), the net as it was deformed then. A rock that never touched is judged
 //!   on its flight at its closest approach to the net at rest, seen along its velocity there.
@@ -13,7 +13,7 @@
 
 use crate::interface_mesh::{AtRest, Wall};
 use crate::model::Model;
-use crate::model::impact::{Impact, Track, Way};
+use crate::model::impact::{Impact, Passing, Track};
 use crate::model::runout::{End, Ending};
 use crate::model::state::{Body, State};
 use crate::results::outline::{Outline, clearance, side};
@@ -54,11 +54,11 @@ fn sentence(model: &Model, rock: &Rock, body: &Body, time: f64, net: Option<(&Wa
 fn after_touch(model: &Model, body: &Body, impact: &Impact, time: f64) -> String {
     let track = &body.track;
     let travel = track.travel.map_or(0.0, |(travel, _)| travel.max(0.0));
-    if let (Some(way), Some(lost)) = (track.passed, track.lost) {
-        let verb = if way == Way::Through { "went" } else { "passed" };
+    if let (Some(passing), Some(lost)) = (track.passed, track.lost) {
+        let verb = if passing == Passing::Through { "went" } else { "passed" };
         return format!(
             "{verb} {} the net: it touched at {:.4} s with {:.2} m/s and lost contact at {:.4} s near {} with {:.2} m/s",
-            way.words(),
+            passing.words(),
             impact.time,
             impact.velocity.norm(),
             lost.time,

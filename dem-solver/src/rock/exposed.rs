@@ -19,7 +19,7 @@ pub fn areas(spheres: &[Sphere]) -> Vec<f64> {
             (sphere.centre.add_scalar(-sphere.radius), sphere.centre.add_scalar(sphere.radius));
         near.clear();
         tree.near(&lowest, &highest, |k| near.push(k as usize));
-        // Those that cover most first: most points are then covered at the first look.
+        // Those that cover most first: most points are then covered by the first of them.
         let gap = |k: &usize| (spheres[*k].centre - sphere.centre).norm() - spheres[*k].radius;
         // Of equal spheres at one place the first shows the surface of all.
         if near.iter().any(|k| *k < number && spheres[*k] == *sphere) {

@@ -29,7 +29,7 @@ pub fn check_smallest(
     }
 }
 
-/// The spheres of a rock in its shape's own axes, and what is known of them by the way they were made.
+/// The spheres of a rock in its shape's own axes, and what is known of them from how they were made.
 pub struct PlacedSpheres {
     pub spheres: Vec<Sphere>,
     pub origin: String,

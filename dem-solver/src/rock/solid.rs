@@ -1,6 +1,6 @@
 //! The true solid: volume, inertia, surface. The spheres of a cluster overlap and stand only for contact.
 
-use crate::shape::{Body, Shape, Surface};
+use crate::shape::{Shape, SolidIntegrals, Surface};
 use interface_defs::toolkit::input_error::InputError;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::PI;
@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
     shape: Shape,
-    body: Body,
+    body: SolidIntegrals,
     /// For pictures.
     drawn: Surface,
 }
@@ -19,7 +19,7 @@ impl Solid {
     /// The solid of a shape, and what was mended in its file.
     pub fn new(shape: &Shape) -> Result<(Self, Vec<String>), InputError> {
         let (mut drawn, notes) = shape.surface(true)?;
-        let body = Body::of(&drawn);
+        let body = SolidIntegrals::of(&drawn);
         let mut solid =
             Self { shape: shape.clone(), body, drawn: Surface { points: vec![], triangles: vec![] } };
         if solid.is_symmetric() {
@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn surfaces_are_closed_and_face_outwards() {
-        let enclosed = |s: &Solid| Body::of(&s.drawn).volume;
+        let enclosed = |s: &Solid| SolidIntegrals::of(&s.drawn).volume;
         let cuboid = solid(Shape::Box { size: [0.2, 0.4, 0.6] });
         assert!((enclosed(&cuboid) - cuboid.volume()).abs() < 1e-15);
         let sphere = solid(Shape::Sphere { radius: 0.5 });
@@ -126,7 +126,7 @@ mod tests {
     fn closed_forms_agree_with_the_integrals_over_the_surface() {
         for shape in [Shape::Ellipsoid { semi_axes: [0.2, 0.3, 0.5] }, Shape::Box { size: [0.2, 0.3, 0.5] }] {
             let solid = solid(shape.clone());
-            let body = Body::of(&shape.surface(false).expect("built in").0);
+            let body = SolidIntegrals::of(&shape.surface(false).expect("built in").0);
             assert!((solid.volume() / body.volume - 1.0).abs() < 6e-4);
             for (a, b) in solid.inertia(1.0).iter().zip(body.gyration.iter()) {
                 assert!((a / b - 1.0).abs() < 6e-4);
@@ -138,7 +138,7 @@ mod tests {
     fn a_solid_without_symmetry_is_told_in_its_principal_axes() {
         let shape = Shape::RandomConvex { size: [0.3, 0.5, 0.9], seed: 5, points: 40 };
         let solid = solid(shape);
-        let drawn = Body::of(&solid.drawn);
+        let drawn = SolidIntegrals::of(&solid.drawn);
         assert!(drawn.centre.norm() < 1e-15);
         let tensor = solid.inertia(1.0);
         for (a, b) in tensor.iter().zip(drawn.gyration.iter()) {

@@ -142,7 +142,7 @@ pub fn random_convex(size: Vector3<f64>, count: u32, seed: u64) -> Result<Surfac
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::Body;
+    use crate::shape::SolidIntegrals;
     use std::f64::consts::PI;
 
     fn is_sound(surface: &Surface) {
@@ -158,7 +158,7 @@ mod tests {
         let random = random_convex(size, 40, 7).expect("a hull");
         for surface in [cuboid(size), cut_cube(size), ellipsoid(size, 3)] {
             is_sound(&surface);
-            assert!(Body::of(&surface).centre.norm() < 1e-15);
+            assert!(SolidIntegrals::of(&surface).centre.norm() < 1e-15);
         }
         is_sound(&random);
         let (lowest, highest) = random.bounds();
@@ -171,7 +171,7 @@ mod tests {
         for (ratio, published) in [([1.0, 1.0, 1.0], [1.122, 1.122]), ([2.0, 2.0, 1.0], [1.4136, 0.7068])] {
             let unit = cut_cube(ratio.into());
             assert_eq!((unit.points.len(), unit.triangles.len()), (24, 44));
-            let volume = Body::of(&unit).volume;
+            let volume = SolidIntegrals::of(&unit).volume;
             assert!((volume / ratio.iter().product::<f64>() - 17.0 / 24.0).abs() < 1e-15);
             let scale = (1.0 / volume).cbrt();
             // They were made from 1.122 m, which is 0.02 % above the exact 1.1218 m.
@@ -186,7 +186,7 @@ mod tests {
     fn an_ellipsoid_comes_nearer_to_its_volume_with_the_second_order() {
         let axes = Vector3::new(0.5, 0.3, 0.2);
         let exact = 4.0 / 3.0 * PI * axes.iter().product::<f64>();
-        let lack = |levels| 1.0 - Body::of(&ellipsoid(axes, levels)).volume / exact;
+        let lack = |levels| 1.0 - SolidIntegrals::of(&ellipsoid(axes, levels)).volume / exact;
         assert!((lack(3) / lack(4) - 4.0).abs() < 0.1, "{} {}", lack(3), lack(4));
     }
 

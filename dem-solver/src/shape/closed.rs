@@ -4,7 +4,7 @@
 use super::crossing;
 use super::flaw::{Flaw, MOST_TRIANGLES};
 use super::holes;
-use super::integrals::Body;
+use super::integrals::SolidIntegrals;
 use super::pieces::{PieceChoice, describe, name_at, of_triangles};
 use super::surface::{Surface, joined};
 use nalgebra::Vector3;
@@ -92,7 +92,7 @@ impl Surface {
             notes.push(format!("{turned} triangles were turned to face as their neighbours do"));
         }
         loose.drop_unused();
-        let volume = Body::of(&loose).volume;
+        let volume = SolidIntegrals::of(&loose).volume;
         if volume <= 0.0 {
             return Err(Flaw::Inverted(volume));
         }

@@ -1,6 +1,6 @@
 //! Whether a surface runs through itself.
 //!
-//! Every pair of triangles whose boxes meet is looked at: an edge of one must not meet the other.
+//! Every pair of triangles whose boxes overlap is tested: an edge of one must not pass through the other.
 //! Signs of volumes are exact (adaptive precision), so that neighbours that lie in one plane, which
 //! rocks have many of, are not taken for crossing ones, and a touch is one.
 //! Source of the predicate: Shewchuk (1997), Discrete Comput. Geom. 18, 305.
@@ -31,7 +31,7 @@ fn cross(surface: &Surface, a: usize, b: usize) -> bool {
     let (pa, pb) = (surface.corners(a), surface.corners(b));
     let shared: Vec<u32> = ta.iter().copied().filter(|v| tb.contains(v)).collect();
     match shared.len() {
-        // Neighbours at an edge meet elsewhere only if one is folded onto the other.
+        // Neighbours at an edge touch elsewhere only if one is folded onto the other.
         2 => {
             let apex = |t: [u32; 3], p: [Vector3<f64>; 3]| {
                 let k = (0..3).find(|k| !shared.contains(&t[*k])).unwrap_or(0);
@@ -44,7 +44,7 @@ fn cross(surface: &Surface, a: usize, b: usize) -> bool {
                 along.cross(&(first - from)).dot(&along.cross(&(second - from))) > 0.0
             }
         }
-        // Neighbours at a corner: the edge opposite to it must not meet the other triangle.
+        // Neighbours at a corner: the edge opposite to it must not pass through the other triangle.
         1 => {
             let opposite = |t: [u32; 3], p: [Vector3<f64>; 3]| {
                 let k = (0..3).find(|k| t[*k] == shared[0]).unwrap_or(0);
@@ -64,7 +64,7 @@ fn volume([a, b, c]: &[Vector3<f64>; 3], d: &Vector3<f64>) -> f64 {
     orient3d(coord(a), coord(b), coord(c), coord(d))
 }
 
-/// Whether the segment from `p` to `q` meets the triangle.
+/// Whether the segment from `p` to `q` touches the triangle.
 fn pierces(p: &Vector3<f64>, q: &Vector3<f64>, t: &[Vector3<f64>; 3]) -> bool {
     let (above, below) = (volume(t, p), volume(t, q));
     if above == 0.0 && below == 0.0 {

@@ -23,7 +23,7 @@ pub enum Flaw {
     Flat(usize, Vector3<f64>),
     /// An edge with a triangle on one side only.
     Open(usize, [Vector3<f64>; 2], usize),
-    /// An edge at which this many triangles meet.
+    /// An edge of this many triangles.
     Branched(usize, [Vector3<f64>; 2], usize),
     /// Triangles that cannot be turned the same way.
     OneSided(usize),

@@ -112,7 +112,7 @@ fn fill(corners: &[Vector3<f64>]) -> Vec<[usize; 3]> {
 mod tests {
     use super::*;
     use crate::shape::closed::Mend;
-    use crate::shape::{Body, builtin};
+    use crate::shape::{SolidIntegrals, builtin};
 
     fn without(few: &[usize]) -> Surface {
         let mut ball = builtin::ellipsoid(Vector3::repeat(0.5), 3);
@@ -144,7 +144,9 @@ mod tests {
         let flaw = Surface::from_indexed(holed.points.clone(), holed.triangles.clone()).expect_err("open");
         assert!(flaw.to_string().contains("--close-holes"), "{flaw}");
         let (surface, notes) = closed(holed).expect("closed");
-        assert!((Body::of(&surface).volume / Body::of(&whole).volume - 1.0).abs() < 1e-12);
+        assert!(
+            (SolidIntegrals::of(&surface).volume / SolidIntegrals::of(&whole).volume - 1.0).abs() < 1e-12
+        );
         let area: f64 = gone.iter().map(|t| heron(*t)).sum();
         assert_eq!(notes[0], format!("3 holes were closed, {area:.3e} m2 together"));
     }
@@ -158,7 +160,7 @@ mod tests {
         let (surface, notes) = closed(without(&around)).expect("closed");
         assert_eq!(surface.triangles.len(), whole.triangles.len() - 2);
         assert!(notes[0].starts_with("1 hole was closed"), "{notes:?}");
-        let lost = 1.0 - Body::of(&surface).volume / Body::of(&whole).volume;
+        let lost = 1.0 - SolidIntegrals::of(&surface).volume / SolidIntegrals::of(&whole).volume;
         assert!(lost > 0.0 && lost < 2e-3, "{lost}");
     }
 

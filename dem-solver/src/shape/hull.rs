@@ -43,7 +43,7 @@ pub fn convex(points: &[Vector3<f64>]) -> Result<Surface, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::Body;
+    use crate::shape::SolidIntegrals;
 
     #[test]
     fn the_hull_of_a_filled_box_is_the_box() {
@@ -53,7 +53,7 @@ mod tests {
         }
         points.push(points[17]);
         let hull = convex(&points).expect("a box");
-        assert!((Body::of(&hull).volume - 64.0).abs() < 1e-12);
+        assert!((SolidIntegrals::of(&hull).volume - 64.0).abs() < 1e-12);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 
 /// What a solid of density 1 kg/m3 weighs and how it resists rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
+pub struct SolidIntegrals {
     /// Volume [m3]; negative if the triangles face inwards.
     pub volume: f64,
     /// Centre of mass [m].
@@ -26,7 +26,7 @@ pub struct Body {
 /// principal axes: what is left is rounding, and would turn a symmetric solid by any angle.
 const DIAGONAL: f64 = 1e-10;
 
-impl Body {
+impl SolidIntegrals {
     /// Of the solid inside `surface`.
     pub fn of(surface: &Surface) -> Self {
         let (lowest, highest) = surface.bounds();
@@ -85,7 +85,7 @@ mod tests {
             for p in &mut surface.points {
                 *p = turn * *p + shift;
             }
-            let body = Body::of(&surface);
+            let body = SolidIntegrals::of(&surface);
             assert!((body.volume / (0.4 * 0.7 * 1.1) - 1.0).abs() < exact);
             assert!((body.centre - shift).norm() < 1e-9);
             let square = size.component_mul(&size) / 12.0;
@@ -104,7 +104,7 @@ mod tests {
     /// V-D10: the cube of 180 kg.
     #[test]
     fn the_cube_of_the_drop_test_keeps_its_axes() {
-        let body = Body::of(&builtin::cuboid(Vector3::repeat(0.41)));
+        let body = SolidIntegrals::of(&builtin::cuboid(Vector3::repeat(0.41)));
         assert_eq!(body.axes, Rotation3::identity());
         assert!((180.0 / body.volume - 2_611.685_84).abs() < 1e-5);
         for moment in body.gyration.iter() {

@@ -24,6 +24,6 @@ pub mod surface;
 pub mod tree;
 
 pub use flaw::Flaw;
-pub use integrals::Body;
+pub use integrals::SolidIntegrals;
 pub use spec::Shape;
 pub use surface::Surface;

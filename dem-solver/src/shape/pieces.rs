@@ -1,6 +1,6 @@
 //! The separate closed surfaces among triangles: which they are, and one of them alone.
 
-use super::integrals::Body;
+use super::integrals::SolidIntegrals;
 use super::surface::Surface;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -132,7 +132,7 @@ pub fn describe(surface: &Surface, numbers: &[usize]) -> Pieces {
             name: None,
             first: numbers[own[0]],
             triangles: own.len(),
-            volume: Body::of(&alone).volume,
+            volume: SolidIntegrals::of(&alone).volume,
             middle: (low + high) / 2.0,
         });
     }

@@ -234,7 +234,7 @@ impl NormRock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::Body;
+    use crate::shape::SolidIntegrals;
 
     #[test]
     fn a_command_line_names_every_shape() {
@@ -246,7 +246,7 @@ mod tests {
             ("norm_rock_221:0.3", 0.3),
         ] {
             let (surface, _) = Shape::parse(text, 1.0).expect(text).surface(false).expect(text);
-            assert!((Body::of(&surface).volume / volume - 1.0).abs() < 1e-14, "{text}");
+            assert!((SolidIntegrals::of(&surface).volume / volume - 1.0).abs() < 1e-14, "{text}");
         }
         for text in ["sphere:0.3", "ellipsoid:0.1,0.2,0.3", "random_convex:1,2,3", "random_convex:1,2,3,7,50"]
         {

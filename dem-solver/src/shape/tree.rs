@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// Part of a triangle: its inside, the edge from a corner to the next, or a corner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Feature {
+pub enum SurfaceFeature {
     /// The inside.
     Face,
     /// The edge from this corner to the next.
@@ -26,7 +26,7 @@ pub enum Feature {
 
 /// The nearest point of a surface.
 #[derive(Debug, Clone, Copy)]
-pub struct Nearest {
+pub struct NearestOnSurface {
     /// The point [m].
     pub point: Vector3<f64>,
     /// Square of its distance [m2].
@@ -34,10 +34,10 @@ pub struct Nearest {
     /// Triangle on which it lies.
     pub triangle: u32,
     /// Where on the triangle.
-    pub feature: Feature,
+    pub feature: SurfaceFeature,
 }
 
-struct Node {
+struct SurfaceNode {
     lowest: Vector3<f64>,
     highest: Vector3<f64>,
     /// Mean normal of its triangles, and between which heights along it their corners lie: of a patch of
@@ -52,7 +52,7 @@ struct Node {
 
 /// A tree over the triangles of a closed surface.
 pub struct SurfaceTree {
-    nodes: Vec<Node>,
+    nodes: Vec<SurfaceNode>,
     /// Numbers of the triangles, leaf by leaf, and their corners in that order.
     order: Vec<u32>,
     corners: Vec<[Vector3<f64>; 3]>,
@@ -90,14 +90,14 @@ impl SurfaceTree {
     }
 
     /// The nearest point to `from` that is nearer than `within` [m].
-    pub fn nearest(&self, from: &Vector3<f64>, within: f64) -> Option<Nearest> {
+    pub fn nearest(&self, from: &Vector3<f64>, within: f64) -> Option<NearestOnSurface> {
         self.nearly_nearest(from, within, 0.0)
     }
 
     /// A point that is nearer to `from` than `within`, and no more than `slack` [m] further than the
     /// nearest: from the middle of a round solid all points are nearly the nearest.
-    pub fn nearly_nearest(&self, from: &Vector3<f64>, within: f64, slack: f64) -> Option<Nearest> {
-        let mut best: Option<Nearest> = None;
+    pub fn nearly_nearest(&self, from: &Vector3<f64>, within: f64, slack: f64) -> Option<NearestOnSurface> {
+        let mut best: Option<NearestOnSurface> = None;
         // A point counts below `square`, a box is looked into below `limit`.
         let (mut square, mut limit) = (within * within, within * within);
         let mut stack = [0_u32; 64];
@@ -117,7 +117,7 @@ impl SurfaceTree {
                         square = distance;
                         limit =
                             if slack > 0.0 { (distance.sqrt() - slack).max(0.0).powi(2) } else { distance };
-                        best = Some(Nearest { point, square, triangle: self.order[k], feature });
+                        best = Some(NearestOnSurface { point, square, triangle: self.order[k], feature });
                     }
                 }
                 continue;
@@ -133,7 +133,7 @@ impl SurfaceTree {
     }
 
     /// Distance of `from` to the surface, negative inside [m], and the nearest point.
-    pub fn signed(&self, from: &Vector3<f64>) -> (f64, Nearest) {
+    pub fn signed(&self, from: &Vector3<f64>) -> (f64, NearestOnSurface) {
         let nearest = self.nearest(from, f64::INFINITY).expect("a surface has triangles");
         let outwards = (from - nearest.point).dot(&self.normal(&nearest)) >= 0.0;
         let distance = nearest.square.sqrt();
@@ -141,20 +141,20 @@ impl SurfaceTree {
     }
 
     /// Outward normal at a nearest point, not of length 1 at edges and corners.
-    pub fn normal(&self, at: &Nearest) -> Vector3<f64> {
+    pub fn normal(&self, at: &NearestOnSurface) -> Vector3<f64> {
         self.normal_at(at.triangle as usize, at.feature)
     }
 
     /// Outward normal at a part of a triangle, not of length 1 at edges and corners.
-    pub fn normal_at(&self, triangle: usize, feature: Feature) -> Vector3<f64> {
+    pub fn normal_at(&self, triangle: usize, feature: SurfaceFeature) -> Vector3<f64> {
         match feature {
-            Feature::Face => self.faces[triangle],
-            Feature::Edge(k) => self.edges[triangle][k],
-            Feature::Corner(k) => self.vertices[self.triangles[triangle][k] as usize],
+            SurfaceFeature::Face => self.faces[triangle],
+            SurfaceFeature::Edge(k) => self.edges[triangle][k],
+            SurfaceFeature::Corner(k) => self.vertices[self.triangles[triangle][k] as usize],
         }
     }
 
-    /// Call `found` with every pair of triangles whose boxes meet, each pair once, until it says `false`.
+    /// Call `found` with every pair of triangles whose boxes overlap, each pair once, until it says `false`.
     pub fn pairs(&self, mut found: impl FnMut(u32, u32) -> bool) {
         let mut stack = vec![(0_u32, 0_u32)];
         while let Some((a, b)) = stack.pop() {
@@ -187,7 +187,13 @@ fn key(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, surface: &Surface, middles: &[Vector3<f64>]) {
+fn build(
+    nodes: &mut Vec<SurfaceNode>,
+    order: &mut [u32],
+    first: u32,
+    surface: &Surface,
+    middles: &[Vector3<f64>],
+) {
     let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     let (mut low, mut high) = (lowest, highest);
     for t in order.iter() {
@@ -200,7 +206,7 @@ fn build(nodes: &mut Vec<Node>, order: &mut [u32], first: u32, surface: &Surface
     }
     let at = nodes.len();
     let (normal, heights) = slab(order, surface);
-    nodes.push(Node { lowest, highest, normal, heights, first, count: order.len() as u32 });
+    nodes.push(SurfaceNode { lowest, highest, normal, heights, first, count: order.len() as u32 });
     if order.len() <= LEAF {
         return;
     }
@@ -234,7 +240,7 @@ fn slab(order: &[u32], surface: &Surface) -> (Vector3<f64>, [f64; 2]) {
 }
 
 /// Square of the distance of a point to the slab of a node, rounded down.
-fn above(node: &Node, from: &Vector3<f64>) -> f64 {
+fn above(node: &SurfaceNode, from: &Vector3<f64>) -> f64 {
     let height = node.normal.dot(from);
     let distance =
         (node.heights[0] - height).max(height - node.heights[1]).max(0.0) - ROUNDING * height.abs();
@@ -242,7 +248,7 @@ fn above(node: &Node, from: &Vector3<f64>) -> f64 {
 }
 
 /// Square of the distance of a point to a box.
-fn gap(node: &Node, from: &Vector3<f64>) -> f64 {
+fn gap(node: &SurfaceNode, from: &Vector3<f64>) -> f64 {
     let mut square = 0.0;
     for axis in 0..3 {
         let d = (node.lowest[axis] - from[axis]).max(from[axis] - node.highest[axis]).max(0.0);
@@ -251,41 +257,41 @@ fn gap(node: &Node, from: &Vector3<f64>) -> f64 {
     square
 }
 
-fn meet(a: &Node, b: &Node) -> bool {
+fn meet(a: &SurfaceNode, b: &SurfaceNode) -> bool {
     (0..3).all(|axis| a.lowest[axis] <= b.highest[axis] && b.lowest[axis] <= a.highest[axis])
 }
 
 /// The nearest point of a triangle. Source: Ericson (2005), Real-Time Collision Detection, 5.1.5.
-fn closest(p: &Vector3<f64>, [a, b, c]: &[Vector3<f64>; 3]) -> (Vector3<f64>, Feature) {
+fn closest(p: &Vector3<f64>, [a, b, c]: &[Vector3<f64>; 3]) -> (Vector3<f64>, SurfaceFeature) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
     if d1 <= 0.0 && d2 <= 0.0 {
-        return (*a, Feature::Corner(0));
+        return (*a, SurfaceFeature::Corner(0));
     }
     let bp = p - b;
     let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
     if d3 >= 0.0 && d4 <= d3 {
-        return (*b, Feature::Corner(1));
+        return (*b, SurfaceFeature::Corner(1));
     }
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return (a + ab * (d1 / (d1 - d3)), Feature::Edge(0));
+        return (a + ab * (d1 / (d1 - d3)), SurfaceFeature::Edge(0));
     }
     let cp = p - c;
     let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
     if d6 >= 0.0 && d5 <= d6 {
-        return (*c, Feature::Corner(2));
+        return (*c, SurfaceFeature::Corner(2));
     }
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return (a + ac * (d2 / (d2 - d6)), Feature::Edge(2));
+        return (a + ac * (d2 / (d2 - d6)), SurfaceFeature::Edge(2));
     }
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), Feature::Edge(1));
+        return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), SurfaceFeature::Edge(1));
     }
     let scale = 1.0 / (va + vb + vc);
-    (a + ab * (vb * scale) + ac * (vc * scale), Feature::Face)
+    (a + ab * (vb * scale) + ac * (vc * scale), SurfaceFeature::Face)
 }
 
 #[cfg(test)]

@@ -14,8 +14,8 @@ use crate::law::table::Laws;
 use crate::model::between::{Between, rows, whole_rocks};
 use crate::model::critical::Steps;
 use crate::model::state::{self, State};
-use crate::model::{Model, impact, name_of, prefix, runout};
-use crate::results::fields::{self, Fields};
+use crate::model::{Model, impact, name_of, runout};
+use crate::results::fields::{self, FieldFiles};
 use crate::results::gauges::Gauges;
 use crate::results::trajectory::{self, Trajectory};
 use crate::results::{self, map, measures, verdict};
@@ -62,7 +62,7 @@ pub struct DemSolver {
     run: Option<Run>,
     committed: State,
     trial: State,
-    fields: Option<Fields>,
+    fields: Option<FieldFiles>,
     trajectory: Option<Trajectory>,
 }
 
@@ -338,7 +338,7 @@ impl Solver for DemSolver {
         self.run = Some(run);
         self.fields = None;
         if let (Some(interval), Some(out)) = (self.model.settings.fields, &self.options.out) {
-            self.fields = Some(Fields::create(&out.join("fields"), interval, &self.model)?);
+            self.fields = Some(FieldFiles::create(&out.join("fields"), interval, &self.model)?);
             self.write_fields()?;
         }
         if let (Some(_), Some(out)) = (&self.model.ground, &self.options.out)
@@ -374,34 +374,26 @@ impl Solver for DemSolver {
         let mut warnings = verdict::verdicts(&self.model, &self.committed, net);
         let mut measures = Vec::new();
         measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);
-        self.ways(&mut measures, &mut warnings);
+        self.trajectories(&mut measures, &mut warnings);
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }
 
 impl DemSolver {
-    /// Measures of the ways over the terrain, and their picture.
-    fn ways(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
+    /// Measures of the trajectories over the terrain, and their picture.
+    fn trajectories(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
         let Some(ground) = &self.model.ground else { return };
-        let settings = &self.model.settings;
-        let named = self.model.settings.named();
-        for (number, (rock, body)) in
-            self.model.rocks.iter().zip(&self.committed.bodies).enumerate().take(named)
-        {
-            let prefix = prefix(&self.model, number);
-            let start = Vector3::from(settings.rocks[number].position) - self.model.origin;
-            let (motion, time) = (&body.motion, self.committed.time);
-            results::runout::results(
-                rock, settings, ground, &start, motion, &body.path, time, &prefix, measures, warnings,
-            );
+        for at in 0..self.model.settings.named() {
+            results::runout::results(&self.model, ground, at, &self.committed, measures, warnings);
         }
         let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out) else { return };
-        let ways = trajectory::ways(&self.model, ground, &trajectory.rows);
-        let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_ways(&ways));
+        let trajectories = trajectory::trajectories(&self.model, ground, &trajectory.rows);
+        let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_trajectories(&trajectories));
         let (path, bodies) = (out.join(map::PICTURE), &self.committed.bodies);
-        for (name, written) in
-            [(map::PICTURE, map::write(&path, &self.model, ground, &ways, bodies)), (fields::WAYS, fields)]
-        {
+        for (name, written) in [
+            (map::PICTURE, map::write(&path, &self.model, ground, &trajectories, bodies)),
+            (fields::TRAJECTORIES, fields),
+        ] {
             if let Err(e) = written {
                 warnings.push(format!("{name} cannot be written: {e}"));
             }

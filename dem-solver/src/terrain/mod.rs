@@ -181,7 +181,7 @@ fn by_first_use(
 
 /// Height of a triangle over its longest edge, in such edges, up to which it counts as without area. The normal of a
 /// thinner one is a matter of rounding (nodes of 1e3 m, rounded to 1e-13 m, tilt it by 1e-6 rad and more), and the
-/// edges that its neighbours leave are so close that a sphere meets them as one.
+/// edges that its neighbours leave are so close that a sphere touches them as one.
 const THINNEST: f64 = 1e-7;
 
 /// The triangles that have an area, and how many have none: their edges are those of their neighbours.

@@ -5,9 +5,9 @@ use crate::geometry::box_tree::Bounds;
 use crate::geometry::closest::on_face;
 use nalgebra::Vector3;
 
-/// Length of the pieces in which a flight is looked at, in radii of what flies.
+/// Length of the pieces in which a flight is tested, in radii of what flies.
 const PIECE: f64 = 3.0;
-/// A piece is looked at again if at least one in so many of its steps were free.
+/// Another piece follows if at least one in so many of its steps were free.
 const FEWEST: usize = 8;
 
 /// A flight in closed form.
@@ -71,11 +71,11 @@ impl Terrain {
         near.get()
     }
 
-    /// Whole steps of `h` [s], at most `most`, for which a sphere of `radius` [m] on this flight meets
+    /// Whole steps of `h` [s], at most `most`, for which a sphere of `radius` [m] on this flight touches
     /// no triangle for certain.
     ///
     /// A triangle is convex: the sphere cannot touch it before it has reached the triangle's own plane, nor before
-    /// it has reached the one through its closest point. The shortest such time is flown, and looked at again from
+    /// it has reached the one through its closest point. The shortest such time is flown, and the test repeated from
     /// there while it is worth it.
     pub fn free_steps(&self, flight: &Parabola, radius: f64, h: f64, most: usize) -> usize {
         let mut done = 0;
@@ -83,7 +83,7 @@ impl Terrain {
             let from = h * done as f64;
             let (position, velocity) = (flight.at(from), flight.velocity + flight.gravity * from);
             let (speed, bow) = (velocity.norm(), flight.gravity.norm());
-            // No further ahead than what is worth a look: boxes around long ways are wide.
+            // No further ahead than is worth it: boxes around long flights are wide.
             let left = most - done;
             let piece = ((arrival(PIECE * radius, speed, bow) / h) as usize).clamp(1, left);
             let whole = h * piece as f64;
@@ -149,11 +149,11 @@ impl Terrain {
         self.tree.visit(
             |bounds| bounds.meets(&query) && (upright || line_meets(bounds, &from, &to)),
             |t| {
-                if let Some(way) = crossing(&self.corners(t as u32), point, down) {
-                    if way >= 0.0 {
-                        below = below.min(way);
+                if let Some(distance) = crossing(&self.corners(t as u32), point, down) {
+                    if distance >= 0.0 {
+                        below = below.min(distance);
                     } else {
-                        above = above.max(way);
+                        above = above.max(distance);
                     }
                 }
                 true
@@ -170,18 +170,18 @@ pub fn arrival(gap: f64, speed: f64, bow: f64) -> f64 {
     if speed >= 0.0 { 2.0 * gap / (speed + root) } else { (root - speed) / bow }
 }
 
-/// True if the straight line between the points meets the box, or nearly.
+/// True if the straight line between the points has a point in the box, or nearly.
 fn line_meets(bounds: &Bounds, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
     let (middle, half) = bounds.middle_and_half();
-    let way = (to - from) * 0.5;
+    let half_line = (to - from) * 0.5;
     let off = (from + to) * 0.5 - middle;
-    let reach = half.add_scalar(1e-9 * (1.0 + half.max())) + way.abs();
+    let reach = half.add_scalar(1e-9 * (1.0 + half.max())) + half_line.abs();
     if (0..3).any(|axis| off[axis].abs() > reach[axis]) {
         return false;
     }
     // Separated along a direction across the line and an axis.
-    let across = way.cross(&off).abs();
-    let size = way.abs();
+    let across = half_line.cross(&off).abs();
+    let size = half_line.abs();
     let wide = half.add_scalar(1e-9 * (1.0 + half.max()));
     across.x <= wide.y * size.z + wide.z * size.y
         && across.y <= wide.x * size.z + wide.z * size.x

@@ -25,7 +25,7 @@ pub struct Slope {
 }
 
 impl Slope {
-    /// Height [m] at the share `s` of the way along x, 0 to 1, without roughness.
+    /// Height [m] at the fraction `s` of its length along x, 0 to 1, without roughness.
     ///
     /// The last quarter is flat. Before it, the smooth profile `(1 - s)^1.5` carries benches: a wave that
     /// takes away up to nine tenths of the slope, as often as there are benches.

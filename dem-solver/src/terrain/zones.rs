@@ -85,7 +85,7 @@ impl Zones {
     }
 }
 
-/// True if the polygon holds the point: borders crossed on the way to the east are odd.
+/// True if the polygon holds the point: the number of borders to the east of it is odd.
 fn contains(corners: &[[f64; 2]], x: f64, y: f64) -> bool {
     let mut inside = false;
     let mut from = corners[corners.len() - 1];

@@ -467,7 +467,7 @@ fn files_with_several_bodies_and_with_holes_are_refused_with_a_cure_that_works()
         code == 2 && text.contains("`large`") && text.contains("Piece 2 `small`: 320 triangles"),
         "{text}"
     );
-    let volume = dem_solver::shape::Body::of(&block).volume / 8.0;
+    let volume = dem_solver::shape::SolidIntegrals::of(&block).volume / 8.0;
     for piece in ["2", "small"] {
         let (code, text) = run(&[&two, "-n", "20", "--piece", piece, "-o", &out]);
         assert!(code == 0 && text.contains(&format!("volume {volume:.6e}")[..14]), "{text}");
@@ -507,6 +507,6 @@ fn three_holes_are_closed_and_measured(file: &str, out: &str, block: &Surface) {
     let area: f64 = holes.iter().map(|t| block.area(*t)).sum();
     let stated = format!("note: 3 holes were closed, {area:.3e} m2 together");
     assert!(code == 0 && text.contains(&stated), "{stated}: {text}");
-    let volume = dem_solver::shape::Body::of(block).volume;
+    let volume = dem_solver::shape::SolidIntegrals::of(block).volume;
     assert!(text.contains(&format!("volume {volume:.9e} m3")[..18]), "{volume}: {text}");
 }

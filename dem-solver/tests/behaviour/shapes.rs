@@ -6,7 +6,7 @@ use dem_solver::check::check;
 use dem_solver::cluster::{Accuracy, Fit, Wish, files, make};
 use dem_solver::geometry::sphere::Sphere;
 use dem_solver::shape::formats::{Facets, obj, stl};
-use dem_solver::shape::{Body, Shape, Surface};
+use dem_solver::shape::{Shape, SolidIntegrals, Surface};
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -200,7 +200,7 @@ const ROCK: &str = "[[rock]]\nposition = [0.0, 0.0, 1.0]\ndensity = 2600.0\n";
 #[test]
 fn mass_and_inertia_of_any_shape_do_not_depend_on_the_spheres() {
     let shape = "shape = { type = \"random_convex\", size = [0.5, 0.4, 0.3], seed = 7 }\n";
-    let body = Body::of(&surface("random_convex:0.5,0.4,0.3,7"));
+    let body = SolidIntegrals::of(&surface("random_convex:0.5,0.4,0.3,7"));
     for n in [1, 8, 64, 500] {
         let solver =
             solver(&format!("{ROCK}{shape}cluster.spheres = {n}\n")).unwrap_or_else(|e| panic!("{e}"));

@@ -1,13 +1,13 @@
 //! Lines of equal height through the middles of a grid's cells.
 
-use super::shade::Grid;
+use super::shade::ShadedGrid;
 use std::collections::BTreeMap;
 
 /// An edge between two neighbouring middles: that of the first, and the axis along which the second lies.
-type Edge = (usize, usize, usize);
+type CellEdge = (usize, usize, usize);
 
 /// Polylines at `level` [m], in metres.
-pub fn lines(grid: &Grid, level: f64) -> Vec<Vec<(f64, f64)>> {
+pub fn lines(grid: &ShadedGrid, level: f64) -> Vec<Vec<(f64, f64)>> {
     let mut joined = Joined::default();
     for j in 1..grid.counts[1] {
         for i in 1..grid.counts[0] {
@@ -16,7 +16,7 @@ pub fn lines(grid: &Grid, level: f64) -> Vec<Vec<(f64, f64)>> {
             let [Some(a), Some(b), Some(c), Some(d)] = four else { continue };
             let heights = [a, b, c, d];
             let edges = [(i - 1, j - 1, 0), (i, j - 1, 1), (i - 1, j, 0), (i - 1, j - 1, 1)];
-            let crossed: Vec<Edge> = (0..4)
+            let crossed: Vec<CellEdge> = (0..4)
                 .filter(|k| (heights[*k] < level) != (heights[(*k + 1) % 4] < level))
                 .map(|k| edges[k])
                 .collect();
@@ -25,7 +25,7 @@ pub fn lines(grid: &Grid, level: f64) -> Vec<Vec<(f64, f64)>> {
             }
         }
     }
-    let point = |(i, j, axis): &Edge| {
+    let point = |(i, j, axis): &CellEdge| {
         let from = grid.at(*i, *j).unwrap_or(level);
         let to = grid.at(i + (1 - axis), j + axis).unwrap_or(level);
         let share = if to == from { 0.5 } else { (level - from) / (to - from) };
@@ -41,11 +41,11 @@ pub fn lines(grid: &Grid, level: f64) -> Vec<Vec<(f64, f64)>> {
 /// Pieces that share an edge are one line.
 #[derive(Default)]
 struct Joined {
-    neighbours: BTreeMap<Edge, [Option<Edge>; 2]>,
+    neighbours: BTreeMap<CellEdge, [Option<CellEdge>; 2]>,
 }
 
 impl Joined {
-    fn add(&mut self, a: Edge, b: Edge) {
+    fn add(&mut self, a: CellEdge, b: CellEdge) {
         for (from, to) in [(a, b), (b, a)] {
             let both = self.neighbours.entry(from).or_default();
             if both[0].is_none() {
@@ -57,10 +57,10 @@ impl Joined {
     }
 
     /// Each line once: first those with ends, then closed ones.
-    fn chains(mut self) -> Vec<Vec<Edge>> {
-        let ends: Vec<Edge> =
+    fn chains(mut self) -> Vec<Vec<CellEdge>> {
+        let ends: Vec<CellEdge> =
             self.neighbours.iter().filter(|(_, n)| n[1].is_none()).map(|(edge, _)| *edge).collect();
-        let mut chains: Vec<Vec<Edge>> = ends.into_iter().filter_map(|end| self.take(end)).collect();
+        let mut chains: Vec<Vec<CellEdge>> = ends.into_iter().filter_map(|end| self.take(end)).collect();
         while let Some(start) = self.neighbours.keys().next().copied() {
             let Some(mut ring) = self.take(start) else { break };
             ring.push(start);
@@ -70,7 +70,7 @@ impl Joined {
     }
 
     /// The line from `start` on, which is removed.
-    fn take(&mut self, start: Edge) -> Option<Vec<Edge>> {
+    fn take(&mut self, start: CellEdge) -> Option<Vec<CellEdge>> {
         let mut next = self.neighbours.remove(&start)?;
         let mut chain = vec![start];
         while let Some((edge, beyond)) =
@@ -90,13 +90,13 @@ mod tests {
     #[test]
     fn a_cone_has_one_closed_line_of_its_radius_and_a_plane_a_straight_one() {
         let cone = |x: f64, y: f64| Some(10.0 - x.hypot(y));
-        let grid = Grid::new([[-8.0, -8.0], [8.0, 8.0]], 160, &cone);
+        let grid = ShadedGrid::new([[-8.0, -8.0], [8.0, 8.0]], 160, &cone);
         let found = lines(&grid, 5.0);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].first(), found[0].last());
         assert!(found[0].iter().all(|(x, y)| (x.hypot(*y) - 5.0).abs() < 1e-3));
         let plane = |x: f64, _: f64| Some(x);
-        let found = lines(&Grid::new([[0.0, 0.0], [10.0, 10.0]], 20, &plane), 3.3);
+        let found = lines(&ShadedGrid::new([[0.0, 0.0], [10.0, 10.0]], 20, &plane), 3.3);
         assert_eq!((found.len(), found[0].len()), (1, 20));
         assert!(found[0].iter().all(|(x, _)| (x - 3.3).abs() < 1e-12));
     }

@@ -13,8 +13,8 @@ use crate::results::trajectory::Row;
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
 use page::{
-    Area, Drawn, FEW, FINE, HeightMap, INK, LEFT, LEGEND, Line, NAMES, Peaks, Point, WIDTH, colour, font,
-    number, px,
+    Area, Drawn, FEW, FINE, HeightMap, INK, LEFT, LEGEND, Line, NAMES, Peaks, TrajectoryPoint, WIDTH, colour,
+    font, number, px,
 };
 use plotters::prelude::*;
 use std::io;
@@ -34,7 +34,7 @@ pub fn write(
     let point = |row: &Row| {
         let place = row.position();
         let height = ground.height(&(Vector3::from(place) - model.origin), &down);
-        Point {
+        TrajectoryPoint {
             place,
             ground: height.map(|h| place[2] - h),
             jump: row.height(),
@@ -159,7 +159,7 @@ mod tests {
             let (x, phase) = (k as f64 * 0.1, (k % 50) as f64 / 50.0);
             let jump = 8.0 * phase * (1.0 - phase);
             let ground = 1500.0 - 0.5 * x;
-            Point {
+            TrajectoryPoint {
                 place: [2_600_000.0 + x, 1_200_000.0 + y, ground + jump + 0.4],
                 ground: Some(ground),
                 jump: Some(jump),

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 
 /// One moment of a trajectory.
 #[derive(Debug, Clone, Copy)]
-pub struct Point {
+pub struct TrajectoryPoint {
     /// Place of the centre, in the user's coordinates [m].
     pub place: [f64; 3],
     /// Height of the terrain under it [m].
@@ -25,7 +25,7 @@ pub struct Line {
     /// Name of the rock.
     pub name: String,
     /// In the order of time.
-    pub points: Vec<Point>,
+    pub points: Vec<TrajectoryPoint>,
     /// Horizontal distance along it at each point [m].
     pub along: Vec<f64>,
     /// Largest values at any step; zero where only the points are known.
@@ -45,7 +45,7 @@ pub struct Peaks {
 
 impl Line {
     /// With the distances along `points`.
-    pub fn new(name: String, points: Vec<Point>) -> Self {
+    pub fn new(name: String, points: Vec<TrajectoryPoint>) -> Self {
         let mut far = 0.0;
         let mut before: Option<[f64; 3]> = None;
         let along = points

@@ -1,8 +1,8 @@
 //! Along the trajectories: a section of the terrain, jump height, speed, kinetic energy.
 
 use super::page::{
-    Area, Drawn, EDGE, FEW, FINE, INK, LEFT, Line, Point, RIGHT, SECTIONS, WIDTH, colour, font, number, px,
-    spacing, thinned,
+    Area, Drawn, EDGE, FEW, FINE, INK, LEFT, Line, RIGHT, SECTIONS, TrajectoryPoint, WIDTH, colour, font,
+    number, px, spacing, thinned,
 };
 use plotters::prelude::*;
 
@@ -125,7 +125,7 @@ impl<'a> Panels<'a> {
         (heading, unit): (&str, &str),
         below: i32,
         peak: impl Fn(&Line) -> f64,
-        value: impl Fn(&Point) -> Option<f64>,
+        value: impl Fn(&TrajectoryPoint) -> Option<f64>,
     ) -> Drawn {
         // A peak may lie between two points; the heading gives the number of the summary.
         let points = self.lines.iter().flat_map(|l| &l.points).filter_map(&value);
@@ -154,7 +154,7 @@ impl<'a> Panels<'a> {
         unit: &str,
         levels: [f64; 2],
         below: i32,
-    ) -> Result<Chart<'b, 'c>, DrawingAreaErrorKind<std::io::Error>> {
+    ) -> Result<PanelChart<'b, 'c>, DrawingAreaErrorKind<std::io::Error>> {
         let mut chart = ChartBuilder::on(area)
             .margin_top(ABOVE * FINE)
             .margin_right(RIGHT * FINE)
@@ -188,7 +188,7 @@ fn significant(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-type Chart<'a, 'b> = ChartContext<
+type PanelChart<'a, 'b> = ChartContext<
     'a,
     SVGBackend<'b>,
     Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,

@@ -5,7 +5,7 @@ use super::page::{
     Area, Drawn, EDGE, FEW, FINE, HeightMap, INK, LEFT, Line, RIGHT, WIDTH, colour, font, number, px,
     round_step, spacing, thinned,
 };
-use super::shade::Grid;
+use super::shade::ShadedGrid;
 use plotters::prelude::*;
 
 /// Highest plan [px].
@@ -28,8 +28,8 @@ pub struct Plan {
     highest: [f64; 2],
     /// Of the plot itself [px].
     size: [i32; 2],
-    shading: Grid,
-    coarse: Grid,
+    shading: ShadedGrid,
+    coarse: ShadedGrid,
 }
 
 impl Plan {
@@ -51,7 +51,7 @@ impl Plan {
         let extent = [0, 1].map(|a| (highest[a] - lowest[a]).max(1e-6));
         let scale = (f64::from(WIDTH - LEFT - RIGHT) / extent[0]).min(HIGHEST / extent[1]);
         let size = extent.map(|e| (e * scale).round().max(40.0) as i32);
-        let grid = |cells| Grid::new([lowest, highest], cells, terrain.height);
+        let grid = |cells| ShadedGrid::new([lowest, highest], cells, terrain.height);
         Self { lowest, highest, size, shading: grid(FINE_CELLS), coarse: grid(CONTOUR_CELLS) }
     }
 
@@ -126,7 +126,7 @@ impl Plan {
         self.north(&plot)
     }
 
-    fn marks(&self, chart: &Chart, line: &Line, colour: RGBColor, few: bool) -> Drawn {
+    fn marks(&self, chart: &PlanChart, line: &Line, colour: RGBColor, few: bool) -> Drawn {
         let at = |k: usize| (line.points[k].place[0], line.points[k].place[1]);
         let plot = chart.plotting_area();
         for k in line.landings().filter(|_| few) {
@@ -158,7 +158,7 @@ impl Plan {
         line.first() == line.last() && length < ISLET * self.per_pixel()
     }
 
-    fn contours(&self, chart: &mut Chart) -> Drawn {
+    fn contours(&self, chart: &mut PlanChart) -> Drawn {
         let Some((low, high, step)) = self.levels() else { return Ok(()) };
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
@@ -184,7 +184,7 @@ impl Plan {
     /// The height at a quarter of the line, where there is room.
     fn contour_label(
         &self,
-        chart: &Chart,
+        chart: &PlanChart,
         line: &[(f64, f64)],
         level: f64,
         step: f64,
@@ -249,7 +249,7 @@ fn middle() -> plotters::style::text_anchor::Pos {
     Pos::new(HPos::Center, VPos::Center)
 }
 
-type Chart<'a, 'b> = ChartContext<
+type PlanChart<'a, 'b> = ChartContext<
     'a,
     SVGBackend<'b>,
     Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,

@@ -6,7 +6,7 @@ use base64::Engine as _;
 const LIGHT: [f64; 3] = [-0.5, 0.5, std::f64::consts::FRAC_1_SQRT_2];
 
 /// Heights at the middles of equal cells, row by row from the south.
-pub struct Grid {
+pub struct ShadedGrid {
     /// West and south edge [m].
     pub corner: [f64; 2],
     /// Edge of a cell [m].
@@ -17,7 +17,7 @@ pub struct Grid {
     pub heights: Vec<Option<f64>>,
 }
 
-impl Grid {
+impl ShadedGrid {
     /// Of `height`, from `lowest` to `highest` x and y, `most` cells along the longer side.
     pub fn new(
         [lowest, highest]: [[f64; 2]; 2],

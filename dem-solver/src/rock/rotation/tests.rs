@@ -11,7 +11,7 @@ fn energy(w: &Vector3<f64>) -> f64 {
 }
 
 /// One turn: orientation, angular momentum, moments of inertia, time.
-type Turn = fn(&UnitQuaternion<f64>, &Vector3<f64>, &Vector3<f64>, f64) -> UnitQuaternion<f64>;
+type FreeTurn = fn(&UnitQuaternion<f64>, &Vector3<f64>, &Vector3<f64>, f64) -> UnitQuaternion<f64>;
 
 /// Angular velocity in the body's own axes [rad/s].
 fn spin(q: &UnitQuaternion<f64>, angular_momentum: &Vector3<f64>, inertia: &Vector3<f64>) -> Vector3<f64> {
@@ -19,7 +19,7 @@ fn spin(q: &UnitQuaternion<f64>, angular_momentum: &Vector3<f64>, inertia: &Vect
 }
 
 /// Angular velocity in body axes and orientation after `time`, and the largest relative error of energy.
-fn tumble(one: Turn, step: f64, time: f64) -> (Vector3<f64>, UnitQuaternion<f64>, f64) {
+fn tumble(one: FreeTurn, step: f64, time: f64) -> (Vector3<f64>, UnitQuaternion<f64>, f64) {
     let momentum = INERTIA.component_mul(&START);
     let mut q = UnitQuaternion::identity();
     let mut worst = 0.0_f64;
@@ -84,7 +84,7 @@ fn small_turns_are_as_exact_as_the_series() {
                 UnitQuaternion::from_euler_angles(6.0 * part(0.618), 3.0 * part(0.414), 6.0 * part(0.732));
             let momentum = Vector3::new(part(0.236), part(0.303), part(0.172));
             let h = 0.999e-3 * inertia.min() / momentum.norm();
-            let [one, other] = [turn as Turn, series].map(|turn| turn(&q, &momentum, &inertia, h));
+            let [one, other] = [turn as FreeTurn, series].map(|turn| turn(&q, &momentum, &inertia, h));
             let apart = (one.coords - other.coords).norm();
             assert!(apart < 4.0 * f64::EPSILON, "{apart:.1e}");
         }

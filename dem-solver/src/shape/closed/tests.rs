@@ -14,7 +14,7 @@ fn loose_triangles_become_one_surface_and_keep_their_corners() {
     let (surface, notes) = Surface::from_soup(&cube()).expect("closed");
     assert_eq!((surface.points.len(), surface.triangles.len()), (8, 12));
     assert!(notes.is_empty());
-    assert!((Body::of(&surface).volume - 1.0).abs() < 1e-15);
+    assert!((SolidIntegrals::of(&surface).volume - 1.0).abs() < 1e-15);
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn single_triangles_that_face_the_other_way_are_turned_and_told() {
         mixed[t].swap(0, 1);
     }
     let (surface, notes) = Surface::from_soup(&mixed).expect("turned");
-    assert!((Body::of(&surface).volume - 1.0).abs() < 1e-15);
+    assert!((SolidIntegrals::of(&surface).volume - 1.0).abs() < 1e-15);
     assert_eq!(notes, ["3 triangles were turned to face as their neighbours do"]);
 }
 
@@ -76,7 +76,7 @@ fn each_flaw_is_refused_with_its_reason_and_place() {
         let mend = Mend { piece: piece.map(PieceChoice::Number), ..Mend::default() };
         Surface::mended(points.clone(), triangles.clone(), &mend)
     };
-    let volumes = [1, 2].map(|k| Body::of(&one(Some(k)).expect("one").0).volume);
+    let volumes = [1, 2].map(|k| SolidIntegrals::of(&one(Some(k)).expect("one").0).volume);
     assert!((volumes[0] - 1.0).abs() < 1e-12 && (volumes[1] - 8.0).abs() < 1e-12, "{volumes:?}");
     assert_eq!(one(Some(3)), Err(Flaw::NoPiece(3, 2)));
     assert!(refused(&[]).contains("0 triangles"));

@@ -116,7 +116,7 @@ fn corner(word: &str, so_far: usize, line: usize) -> Result<i64, ReadError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::{Body, Surface};
+    use crate::shape::{SolidIntegrals, Surface};
 
     const CUBE: &str = "# a cube\nmtllib none.mtl\no cube\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\n\
                         v 1 1 1\nv 0 1 1\nvn 0 0 1\nf 4//1 3//1 2//1 1//1\nf 5 6 7 8\nf 1/1/1 2/2/1 6/3/1 5/4/1\n\
@@ -127,7 +127,7 @@ mod tests {
         let (points, triangles) = read(CUBE.as_bytes(), 12).expect("OBJ");
         let (surface, notes) = Surface::from_indexed(points, triangles).expect("closed");
         assert!(notes.is_empty());
-        assert!((Body::of(&surface).volume - 1.0).abs() < 1e-15);
+        assert!((SolidIntegrals::of(&surface).volume - 1.0).abs() < 1e-15);
     }
 
     #[test]

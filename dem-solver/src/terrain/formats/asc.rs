@@ -54,7 +54,7 @@ fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
         return Err(InputError::in_file(file, format!("{count} heights: up to {MOST_CELLS} are read")));
     }
     let mut heights = Vec::with_capacity(count);
-    // Heights in the first line, and the lines that hold heights: they tell whether columns and rows are exchanged.
+    // Heights in the first line, and the lines that hold heights: they show whether columns and rows are exchanged.
     let (mut first_line, mut in_first, mut last_line) = (None, 0, 0);
     while heights.len() < count {
         let Some(word) = words.next() else {

@@ -71,7 +71,7 @@ pub fn geo_keys(directory: &[u16], text: &str) -> Result<(), Wrong> {
             return Err(unit(what, name, *metres));
         }
     }
-    // A code alone does not tell its unit; its name mostly does.
+    // A code alone does not say its unit; its name mostly does.
     if of(LINEAR_UNITS).is_none()
         && of(PROJECTED_TYPE).is_some()
         && let Some((_, name, metres)) = feet_in(text)
@@ -151,15 +151,15 @@ mod tests {
             |entries: &[(u16, u16)], text: &str| geo_keys(&keys(entries), text).map_err(|(what, _)| what);
         assert_eq!(of(&[(1024, 1), (3072, 2056), (3076, 9001), (4099, 9001)], "CH1903+ / LV95"), Ok(()));
         assert_eq!(of(&[], ""), Ok(()));
-        let told = |entries: &[(u16, u16)], text: &str, words: &str| {
+        let found = |entries: &[(u16, u16)], text: &str, words: &str| {
             let what = of(entries, text).expect_err(words);
             assert!(what.contains(words), "{what}");
         };
-        told(&[(1024, 2), (2048, 4326)], "WGS 84", "degrees (geographic, EPSG:4326)");
-        told(&[(1024, 3)], "", "geocentric");
-        told(&[(1024, 1), (3076, 9003)], "", "coordinates are in US survey feet of 0.3048006 m");
-        told(&[(1024, 1), (3076, 9001), (4099, 9002)], "", "heights are in feet of 0.3048000 m");
-        told(&[(1024, 1), (3072, 2227)], "NAD83 / California zone 3 (ftUS)|", "US survey feet");
+        found(&[(1024, 2), (2048, 4326)], "WGS 84", "degrees (geographic, EPSG:4326)");
+        found(&[(1024, 3)], "", "geocentric");
+        found(&[(1024, 1), (3076, 9003)], "", "coordinates are in US survey feet of 0.3048006 m");
+        found(&[(1024, 1), (3076, 9001), (4099, 9002)], "", "heights are in feet of 0.3048000 m");
+        found(&[(1024, 1), (3072, 2227)], "NAD83 / California zone 3 (ftUS)|", "US survey feet");
     }
 
     #[test]

@@ -152,11 +152,11 @@ mod tests {
         let rest = [1500.0, 1510.5, 1520.0, 1530.0];
         let with = |mark: f64| [&rest[..], &[mark, mark]].concat();
         for mark in [0.0, -9999.0, -32_768.0, 65_535.0, f64::from(f32::MIN), f64::from(f32::MAX)] {
-            let told = judged(&with(mark), 25.0).expect_err("a mark");
-            assert!(told.starts_with("t.asc: 2 of 6 cells have the height"), "{told}");
+            let refused = judged(&with(mark), 25.0).expect_err("a mark");
+            assert!(refused.starts_with("t.asc: 2 of 6 cells have the height"), "{refused}");
             assert!(
-                told.contains(&format!("write nodata_value = {mark:?} under"))
-                    && told.contains("1500 to 1530 m")
+                refused.contains(&format!("write nodata_value = {mark:?} under"))
+                    && refused.contains("1500 to 1530 m")
             );
         }
         assert_eq!(judged(&with(1400.0), 25.0), Ok(()));
@@ -170,8 +170,8 @@ mod tests {
     #[test]
     fn degrees_are_known_by_the_slope_that_they_would_make() {
         let heights = [1500.0, 1510.5, 1520.0, 1530.0, 1600.0, 1550.0];
-        let told = judged(&heights, 2.0 / 3600.0).expect_err("two arc seconds");
-        assert!(told.contains("these are degrees") && told.contains("7.5"), "{told}");
+        let refused = judged(&heights, 2.0 / 3600.0).expect_err("two arc seconds");
+        assert!(refused.contains("these are degrees") && refused.contains("7.5"), "{refused}");
         assert_eq!(judged(&heights, 10.0), Ok(()));
         let points: Vec<[f64; 3]> =
             heights.iter().zip(0..).map(|(z, i)| [7.5 + 1e-3 * f64::from(i), 46.0, *z]).collect();

@@ -123,7 +123,7 @@ fn check(bytes: &[u8], file: &str) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Records that tell the coordinates: geo keys with their text, and well-known text.
+/// Records that state the coordinates: geo keys with their text, and well-known text.
 const GEO_KEYS: u64 = 34_735;
 const GEO_TEXT: u64 = 34_737;
 const WELL_KNOWN_TEXT: u64 = 2112;
@@ -156,7 +156,7 @@ fn coordinates(bytes: &[u8]) -> Result<(), (String, String)> {
     crs::geo_keys(&keys, &text)
 }
 
-/// Walk over the records behind the points: each tells the length of its data.
+/// Walk over the records behind the points: each states the length of its data.
 fn extended_records(bytes: &[u8], start: u64, count: u64) -> Result<(), String> {
     let mut at = start;
     for record in 1..=count {

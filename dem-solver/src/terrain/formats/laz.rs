@@ -44,7 +44,7 @@ pub(super) fn check(
         return Err(format!("compressed points of {size} bytes, and points of {each}"));
     }
     let table = whole(bytes, offset, 8);
-    // A table at the file's end is told by -1 there and by its place in the last eight bytes.
+    // A table at the file's end is marked by -1 there and by its place in the last eight bytes.
     let table = if table == u64::MAX { whole(bytes, bytes.len() - 8, 8) } else { table };
     let fits = usize::try_from(table).ok().filter(|t| *t < bytes.len());
     let chunks = fits.map_or(u64::MAX, |t| whole(bytes, t + 4, 4));

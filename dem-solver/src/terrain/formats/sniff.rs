@@ -8,7 +8,7 @@ use std::io::Read;
 use std::path::Path;
 
 /// A kind of file.
-struct Kind {
+struct FileKind {
     /// What it is called.
     name: &'static str,
     /// Extensions under which it is read.
@@ -35,17 +35,17 @@ const FOREIGN: [(&[u8], &str, &str); 9] = [
 ];
 
 /// The kind of a file that begins with `head`, if it shows.
-fn of(head: &Head, formats: &[&Format]) -> Option<Kind> {
+fn of(head: &Head, formats: &[&Format]) -> Option<FileKind> {
     if let Some((_, name, cure)) = FOREIGN.into_iter().find(|(mark, ..)| head.begins(&[mark])) {
-        return Some(Kind { name, extensions: Vec::new(), cure });
+        return Some(FileKind { name, extensions: Vec::new(), cure });
     }
     let own = formats.iter().find(|format| (format.begins)(head)).map(|format| {
         let extensions = [format.extensions, format.also].concat();
-        Kind { name: format.name, extensions, cure: "" }
+        FileKind { name: format.name, extensions, cure: "" }
     });
     own.or_else(|| {
         let surface = shape::formats::FORMATS.iter().find(|format| (format.begins)(head))?;
-        Some(Kind { name: surface.name, extensions: vec![surface.extension], cure: "" })
+        Some(FileKind { name: surface.name, extensions: vec![surface.extension], cure: "" })
     })
 }
 

@@ -61,7 +61,7 @@ fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     let half = if parts.point { 0.0 } else { 0.5 };
     let [dx, dy] = spacing;
     let corner = [place[0] + half * dx, place[1] - half * dy - dy * (rows - 1) as f64];
-    // The mark is text: a height of single precision meets it in single precision.
+    // The mark is text: a height of single precision equals it in single precision.
     let missing = |v: f64| !v.is_finite() || parts.nodata.is_some_and(|n| v == n || v as f32 == n as f32);
     let (times, plus) = parts.heights().map_err(fault)?;
     let heights = values.into_iter().map(|v| if missing(v) { f64::NAN } else { v * times + plus }).collect();

@@ -1,5 +1,5 @@
 //! XYZ text: three numbers per line, separated by blanks, commas or semicolons; further columns are not
-//! looked at. Lines that are empty or begin with `#` are passed over, and so is one line of column names.
+//! read. Lines that are empty or begin with `#` are passed over, and so is one line of column names.
 
 use super::format::{Content, Format, Holds};
 use super::text::{comma, has_comma, number, shown};
