@@ -13,7 +13,7 @@ use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::fmt::Debug;
 
-/// What all parts state; [`part!`] writes it.
+/// What all parts state; `part!` writes it.
 pub trait PartHead: Debug {
     /// Its name.
     fn name(&self) -> &str;
