@@ -222,8 +222,8 @@ impl DemSolver {
             elastic: 0.0,
             contacts: 0,
             met: 0,
-            track: impact::Track::default(),
-            path: runout::Path::default(),
+            track: impact::ImpactRecord::default(),
+            path: runout::RunOut::default(),
             deepest: state::Depths::default(),
         };
         body.part();
