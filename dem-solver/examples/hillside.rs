@@ -87,7 +87,7 @@ fn fall(solver: &mut DemSolver, output: &mut [f64], k: usize) -> Result<Fall, St
         let body = &state.bodies[0];
         let kinetic = rock.kinetic_energy(&body.motion);
         let height = body.motion.position.dot(&solver.model().settings.gravity) * rock.mass;
-        let energy = kinetic - height + body.elastic + body.sheared + state.dissipated;
+        let energy = kinetic - height + body.elastic + body.tangential_energy + state.dissipated;
         fastest = fastest.max(kinetic);
         spin = spin.max(rock.spin(&body.motion).norm());
         imbalance = imbalance.max((energy - *first.get_or_insert(energy)).abs());

@@ -111,7 +111,7 @@ fn trajectories(dir: &Path, name: &str, shape: &str, contact: &str, steps: f64, 
         simulated += runner.time;
         ends.push(body.motion.position);
     }
-    let wall = cpu_seconds() - clock;
+    let contact_mesh = cpu_seconds() - clock;
     let count = ends.len() as f64;
     let after = runner.solver.finish().expect("counts").counts;
     let of = |name: &str| {
@@ -122,7 +122,7 @@ fn trajectories(dir: &Path, name: &str, shape: &str, contact: &str, steps: f64, 
     println!(
         "{name}, {steps} steps per contact: {:.1} trajectories/s (target {target}); {} runs, {rested} at rest, {:.1} impacts on average, {most} at \
          most, {:.1} s each, {:.2} of it in contact",
-        count / wall,
+        count / contact_mesh,
         ends.len(),
         impacts as f64 / count,
         simulated / count,
@@ -132,7 +132,7 @@ fn trajectories(dir: &Path, name: &str, shape: &str, contact: &str, steps: f64, 
         "    step {step:.2e} s (critical {critical:.2e}), {:.0} contact steps of {:.0} ns, {:.1} touching pairs each, \
          {:.0} steps flown",
         of("sub_steps") / count,
-        1e9 * wall / of("sub_steps"),
+        1e9 * contact_mesh / of("sub_steps"),
         of("contact_evaluations") / of("sub_steps"),
         of("flight_steps") / count
     );

@@ -1,14 +1,13 @@
 //! The stiffest contact that a rock may come into with the structure, in numbers for `rockfall check`.
 
 use crate::law::Law;
-use crate::law::normal::Normal;
 use crate::model::Model;
 use crate::model::critical::DEEP;
 use crate::settings::{EffectiveMass, STRUCTURE};
 use std::collections::BTreeMap;
 
 /// A flat landing on a rigid, fixed structure: an upper bound of each contact's stiffness.
-struct Landing {
+struct NetLanding {
     /// Stiffness of each contact [N/m].
     stiffness: f64,
     /// Force in it [N].
@@ -32,7 +31,7 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
     let Some(laws) = &model.laws else { return numbers };
     let speed = model.steps.speed.max(f64::MIN_POSITIVE);
     let landings = model.rocks.iter().zip(&model.settings.rocks).filter_map(|(rock, table)| {
-        let law = &laws.walls[laws.number(&table.material, STRUCTURE)?];
+        let law = &laws.surfaces[laws.number(&table.material, STRUCTURE)?];
         let (radius, contacts) = (rock.smallest_radius, rock.facing);
         let overlap = law.normal.deepest(radius, rock.mass / contacts, speed).min(DEEP * radius);
         // The largest sphere is the stiffest at an overlap, and it counts for as many of the smallest. What limits a linear
@@ -44,7 +43,7 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
         let energy = 0.5 * rock.mass * speed * speed;
         let mut extents: [f64; 3] = (rock.highest_corner - rock.lowest_corner).into();
         extents.sort_by(f64::total_cmp);
-        let landing = Landing {
+        let landing = NetLanding {
             stiffness: load.stiffness,
             force: load.force,
             stored: load.energy,
@@ -83,8 +82,5 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
 
 /// The power of the force with which the stiffness of a contact grows.
 fn exponent(law: &Law) -> f64 {
-    match law.normal {
-        Normal::Hertz(_) => 1.0 / 3.0,
-        Normal::Linear(_) | Normal::LinearPerRadius(_) => 0.0,
-    }
+    law.normal.stiffening() / (law.normal.powers().overlap - 1.0)
 }

@@ -1,47 +1,33 @@
-//! What a contact with friction remembers from step to step, and who inherits it.
+//! What a contact with friction remembers from step to step, and which contact takes it over.
 //!
-//! Keyed by (sphere, wall element). Where a contact has passed on to another element (a sphere that
-//! rolls over a border), the new contact takes over the memory of one that has ended: of an element
+//! Keyed by (sphere, element of the surface). Where a contact has passed on to another element (a sphere that
+//! rolls over a border), the new contact takes over the history of one that has ended: of an element
 //! that shares a node, or of a point that lies as near as the sphere can have slipped. Without it
 //! every border would kick.
 //!
 //! Source: handbook 1.9.
 
-use crate::law::contact_point::Past;
+use crate::law::contact_point::History;
 use nalgebra::Vector3;
 
-/// What a contact remembers.
+/// History of a contact of a rock with a surface, at the state's instant, along the axes of space.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Memory {
+pub struct SurfaceHistory {
     /// Number of the sphere in its rock.
     pub sphere: u32,
-    /// Number of the element in the wall.
+    /// Number of the element of the surface, or one beyond all elements for an edge or a node.
     pub element: u32,
-    /// Force of the tangential spring at the state's instant [N], along the axes of space.
-    pub spring: Vector3<f64>,
-    /// Moment of the rolling spring at the state's instant [N m], along the axes of space.
-    pub moment: Vector3<f64>,
-    /// Normal in the middle of the last step, from the sphere to the wall, along the axes of space.
+    /// Normal in the middle of the last step, from the sphere into the surface.
     pub normal: Vector3<f64>,
-    /// Overlap in the middle of the last step [m].
-    pub overlap: f64,
-    /// Energy of the tangential and rolling springs [J].
-    pub energy: f64,
+    /// What the law keeps.
+    pub history: History,
 }
 
-impl Memory {
-    /// What a contact has from it, along the axes of space.
-    #[inline]
-    pub fn past(&self) -> Past {
-        Past { spring: self.spring, moment: self.moment, overlap: self.overlap, ..Past::default() }
-    }
-}
-
-/// A contact that looks for its memory.
-pub trait Heir {
+/// A contact that looks for its history.
+pub trait Successor {
     /// Number of the sphere.
     fn sphere(&self) -> u32;
-    /// Number of the element in the wall.
+    /// Number of the element of the surface, as in [`SurfaceHistory`].
     fn element(&self) -> u32;
     /// Normal along the axes of space.
     fn normal(&self) -> Vector3<f64>;
@@ -49,15 +35,64 @@ pub trait Heir {
     fn turn(&self) -> f64;
 }
 
-/// Marks a contact without a past.
-pub const NONE: u32 = u32::MAX;
+/// Marks a contact without a history.
+const NONE: u32 = u32::MAX;
 
-/// For each of `count` contacts the place of its memory in `memories`, or [`NONE`]. Both are ordered
+/// Which history each contact takes over; a buffer that is used again and again.
+#[derive(Debug, Clone, Default)]
+pub struct Transfer {
+    places: Vec<u32>,
+}
+
+impl Transfer {
+    /// Room for so many contacts.
+    pub fn reserve(&mut self, contacts: usize) {
+        self.places.reserve(contacts);
+    }
+
+    /// Find for each of `contacts`, which `view` shows, its history in `before`; both are ordered by sphere. `neighbours` says
+    /// whether two elements share a node; `beside`: what sets in beside a contact that stays takes over that one's.
+    pub fn find<'c, C, S: Successor>(
+        &mut self,
+        contacts: &'c [C],
+        view: impl Fn(&'c C) -> S,
+        before: &[SurfaceHistory],
+        neighbours: impl Fn(u32, u32) -> bool,
+        beside: bool,
+    ) {
+        let stays = |(contact, old): (&'c C, &SurfaceHistory)| {
+            let contact = view(contact);
+            (contact.sphere(), contact.element()) == (old.sphere, old.element)
+        };
+        self.places.clear();
+        if before.is_empty() {
+            self.places.resize(contacts.len(), NONE);
+        } else if before.len() == contacts.len() && contacts.iter().zip(before).all(stays) {
+            // As in most steps, each keeps its own.
+            self.places.extend(0..before.len() as u32);
+        } else {
+            let of = |number: usize| view(&contacts[number]);
+            inherit(contacts.len(), of, before, neighbours, &mut self.places);
+            if beside {
+                inherit_beside(of, before, &mut self.places);
+            }
+        }
+    }
+
+    /// What contact number `number` takes over.
+    #[inline]
+    pub fn of(&self, number: usize, before: &[SurfaceHistory]) -> Option<History> {
+        let place = self.places[number];
+        (place != NONE).then(|| before[place as usize].history)
+    }
+}
+
+/// For each of `count` contacts the place of its history in `histories`, or [`NONE`]. Both are ordered
 /// by sphere; `neighbours` says whether two elements share a node.
-pub fn inherit<H: Heir>(
+fn inherit<H: Successor>(
     count: usize,
     contact: impl Fn(usize) -> H,
-    memories: &[Memory],
+    histories: &[SurfaceHistory],
     neighbours: impl Fn(u32, u32) -> bool,
     found: &mut Vec<u32>,
 ) {
@@ -68,13 +103,13 @@ pub fn inherit<H: Heir>(
     while first < count {
         let sphere = contact(first).sphere();
         let last = first + (first..count).take_while(|i| contact(*i).sphere() == sphere).count();
-        while old < memories.len() && memories[old].sphere < sphere {
+        while old < histories.len() && histories[old].sphere < sphere {
             old += 1;
         }
-        let end = old + memories[old..].iter().take_while(|m| m.sphere == sphere).count();
+        let end = old + histories[old..].iter().take_while(|m| m.sphere == sphere).count();
         if end > old {
             let of_sphere = |i| contact(first + i);
-            one_sphere(of_sphere, &memories[old..end], old, &neighbours, &mut found[first..last]);
+            one_sphere(of_sphere, &histories[old..end], old, &neighbours, &mut found[first..last]);
         }
         (first, old) = (last, end);
     }
@@ -85,27 +120,31 @@ const BESIDE: f64 = 0.3;
 
 /// What sets in beside a contact that stays begins with that one's spring: a part beyond a kink and the node or edge
 /// that is subtracted then cancel. For those of which `found` has [`NONE`], after [`inherit`].
-pub fn inherit_beside<H: Heir>(contact: impl Fn(usize) -> H, memories: &[Memory], found: &mut [u32]) {
-    for (i, heir) in found.iter_mut().enumerate().filter(|(_, h)| **h == NONE) {
+fn inherit_beside<H: Successor>(
+    contact: impl Fn(usize) -> H,
+    histories: &[SurfaceHistory],
+    found: &mut [u32],
+) {
+    for (i, successor) in found.iter_mut().enumerate().filter(|(_, h)| **h == NONE) {
         let contact = contact(i);
         let normal = contact.normal();
-        let own = memories.iter().enumerate().filter(|(_, m)| m.sphere == contact.sphere());
+        let own = histories.iter().enumerate().filter(|(_, m)| m.sphere == contact.sphere());
         let apart = own.map(|(k, m)| ((m.normal - normal).norm_squared(), k as u32));
         let nearest = apart.filter(|(a, _)| *a < BESIDE * BESIDE).min_by(|a, b| a.0.total_cmp(&b.0));
-        *heir = nearest.map_or(NONE, |(_, k)| k);
+        *successor = nearest.map_or(NONE, |(_, k)| k);
     }
 }
 
-fn one_sphere<H: Heir>(
+fn one_sphere<H: Successor>(
     contact: impl Fn(usize) -> H,
-    memories: &[Memory],
+    histories: &[SurfaceHistory],
     offset: usize,
     neighbours: &impl Fn(u32, u32) -> bool,
     found: &mut [u32],
 ) {
     for (i, place) in found.iter_mut().enumerate() {
         let element = contact(i).element();
-        if let Some(same) = memories.iter().position(|m| m.element == element) {
+        if let Some(same) = histories.iter().position(|m| m.element == element) {
             *place = (offset + same) as u32;
         }
     }
@@ -117,10 +156,10 @@ fn one_sphere<H: Heir>(
         let normal = contact.normal();
         // Of those that nobody has taken, the one whose normal is closest; the first of equals.
         let mut best: Option<(usize, f64)> = None;
-        for (k, memory) in memories.iter().enumerate() {
+        for (k, history) in histories.iter().enumerate() {
             let place = (offset + k) as u32;
-            let apart = (memory.normal - normal).norm();
-            let eligible = apart <= contact.turn() || neighbours(contact.element(), memory.element);
+            let apart = (history.normal - normal).norm();
+            let eligible = apart <= contact.turn() || neighbours(contact.element(), history.element);
             if !found.contains(&place) && eligible && best.is_none_or(|(_, least)| apart < least) {
                 best = Some((k, apart));
             }
@@ -138,7 +177,7 @@ mod tests {
     #[derive(Clone, Copy)]
     struct New(u32, u32, Vector3<f64>);
 
-    impl Heir for New {
+    impl Successor for New {
         fn sphere(&self) -> u32 {
             self.0
         }
@@ -153,41 +192,44 @@ mod tests {
         }
     }
 
-    fn memory(sphere: u32, element: u32, normal: Vector3<f64>) -> Memory {
-        let zero = Vector3::zeros();
-        Memory { sphere, element, normal, spring: zero, moment: zero, overlap: 1.0, energy: 0.0 }
+    fn history(sphere: u32, element: u32, normal: Vector3<f64>) -> SurfaceHistory {
+        SurfaceHistory { sphere, element, normal, history: History { overlap: 1.0, ..History::default() } }
     }
 
-    fn heirs(contacts: &[New], memories: &[Memory], neighbours: impl Fn(u32, u32) -> bool) -> Vec<u32> {
+    fn successors(
+        contacts: &[New],
+        histories: &[SurfaceHistory],
+        neighbours: impl Fn(u32, u32) -> bool,
+    ) -> Vec<u32> {
         let mut found = Vec::new();
-        inherit(contacts.len(), |i| contacts[i], memories, neighbours, &mut found);
+        inherit(contacts.len(), |i| contacts[i], histories, neighbours, &mut found);
         found
     }
 
     #[test]
-    fn a_contact_finds_its_own_memory_among_those_of_many_spheres() {
+    fn a_contact_finds_its_own_history_among_those_of_many_spheres() {
         let z = Vector3::z();
-        let memories = [memory(1, 7, z), memory(3, 4, z), memory(3, 5, z), memory(9, 1, z)];
+        let histories = [history(1, 7, z), history(3, 4, z), history(3, 5, z), history(9, 1, z)];
         let contacts = [New(0, 7, z), New(3, 5, z), New(3, 4, z), New(9, 1, z), New(12, 1, z)];
-        assert_eq!(heirs(&contacts, &memories, |_, _| false), [NONE, 2, 1, 3, NONE]);
+        assert_eq!(successors(&contacts, &histories, |_, _| false), [NONE, 2, 1, 3, NONE]);
     }
 
     #[test]
     fn a_new_element_inherits_from_a_neighbour_or_from_the_same_spot_but_not_from_afar() {
         let (z, near) = (Vector3::z(), Vector3::new(5e-4, 0.0, 1.0).normalize());
-        let memories = [memory(3, 4, z)];
-        assert_eq!(heirs(&[New(3, 8, Vector3::x())], &memories, |a, b| (a, b) == (8, 4)), [0]);
-        assert_eq!(heirs(&[New(3, 8, near)], &memories, |_, _| false), [0]);
-        assert_eq!(heirs(&[New(3, 8, Vector3::x())], &memories, |_, _| false), [NONE]);
-        assert_eq!(heirs(&[New(2, 8, z)], &memories, |_, _| true), [NONE]);
+        let histories = [history(3, 4, z)];
+        assert_eq!(successors(&[New(3, 8, Vector3::x())], &histories, |a, b| (a, b) == (8, 4)), [0]);
+        assert_eq!(successors(&[New(3, 8, near)], &histories, |_, _| false), [0]);
+        assert_eq!(successors(&[New(3, 8, Vector3::x())], &histories, |_, _| false), [NONE]);
+        assert_eq!(successors(&[New(2, 8, z)], &histories, |_, _| true), [NONE]);
     }
 
     #[test]
-    fn one_memory_has_one_heir_and_its_own_contact_comes_first() {
+    fn one_history_has_one_successor_and_its_own_contact_comes_first() {
         let z = Vector3::z();
-        let memories = [memory(3, 4, z)];
+        let histories = [history(3, 4, z)];
         let contacts = [New(3, 2, z), New(3, 4, z), New(3, 6, z)];
-        assert_eq!(heirs(&contacts, &memories, |_, _| true), [NONE, 0, NONE]);
-        assert_eq!(heirs(&[New(3, 2, z), New(3, 6, z)], &memories, |_, _| true), [0, NONE]);
+        assert_eq!(successors(&contacts, &histories, |_, _| true), [NONE, 0, NONE]);
+        assert_eq!(successors(&[New(3, 2, z), New(3, 6, z)], &histories, |_, _| true), [0, NONE]);
     }
 }

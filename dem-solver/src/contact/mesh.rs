@@ -1,35 +1,36 @@
 //! Forces of all contacts of one rock at one instant.
 //!
-//! Signs: the normal points from the sphere into the wall, `v_n > 0` means approaching, the force on
-//! the rock is `-F_n n + f_t`, that on the wall's nodes `-N_a` times it. The contact point, at which
-//! velocities are compared and the force acts on the rock, lies on the wall's surface: `R - d` from
+//! Signs: the normal points from the sphere into the mesh, `v_n > 0` means approaching, the force on
+//! the rock is `-F_n n + f_t`, that on the mesh's nodes `-N_a` times it. The contact point, at which
+//! velocities are compared and the force acts on the rock, lies on the mesh's surface: `R - d` from
 //! the sphere's centre. A wire takes the force at its axis; it has no twist that could take the
 //! moment of a friction force about it.
 //!
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
-use crate::contact::broad_phase::mesh_pairs::{Instant, PairElement, PairList};
-use crate::contact::history::{Heir, Memory, NONE, inherit, inherit_beside};
-use crate::contact::narrow_phase::sphere_mesh::{Contact, Touch};
-use crate::contact::rows::{Rows, Sums};
-use crate::interface_mesh::Wall;
+use super::broad_phase::mesh_pairs::{Instant, MeshPairs, PairElement};
+use super::history::{Successor, SurfaceHistory, Transfer};
+use super::narrow_phase::sphere_mesh::{MeshContact, MeshContacts};
+use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
+use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::motion::NodeMotion;
-use crate::law::contact_point::{Meeting, Past};
-use crate::law::table::WallLaws;
+use crate::law::Law;
+use crate::law::contact_point::History;
+use crate::law::table::SurfaceLaws;
 use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
 
-/// What a rock and its wall are at an instant.
+/// What a rock and its mesh are at an instant.
 #[derive(Clone, Copy)]
-pub struct Scene<'a> {
+pub struct MeshScene<'a> {
     /// The rock.
     pub rock: &'a Rock,
     /// The laws of its contacts.
-    pub laws: WallLaws<'a>,
+    pub laws: SurfaceLaws<'a>,
     /// What it touches.
-    pub wall: &'a Wall,
+    pub contact_mesh: &'a ContactMesh,
     /// Pairs that may touch.
-    pub list: &'a PairList,
+    pub list: &'a MeshPairs,
     /// Motion of the near nodes in the window.
     pub motion: &'a NodeMotion,
     /// In the first step of a window: how its start differs from the end of the window before.
@@ -55,35 +56,35 @@ impl Seam<'_> {
 
 /// What evaluates contacts: buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Evaluation {
+pub struct MeshForces {
     /// The contacts.
-    pub touch: Touch,
+    pub touch: MeshContacts,
     /// Forces on the nodes of the pair list [N], along the axes of space.
     pub node_forces: Vec<Vector3<f64>>,
     node_velocities: Vec<Vector3<f64>>,
-    heirs: Vec<u32>,
+    transfer: Transfer,
     rows: Rows,
-    /// The memories after the step.
-    pub memories: Vec<Memory>,
+    /// The histories after the step.
+    pub histories: Vec<SurfaceHistory>,
 }
 
-impl Evaluation {
+impl MeshForces {
     /// Room for the contacts of a rock.
     pub fn reserve(&mut self, nodes: usize, elements: usize, contacts: usize) {
         self.touch.reserve(nodes, elements, contacts);
         self.node_forces.reserve(nodes);
         self.node_velocities.reserve(nodes);
-        self.heirs.reserve(contacts);
+        self.transfer.reserve(contacts);
         self.rows.reserve(contacts);
-        self.memories.reserve(contacts);
+        self.histories.reserve(contacts);
     }
 
     /// Find the contacts at `now` and their elastic energy; no forces.
-    pub fn energy(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.wall.crossings.as_ref());
+    pub fn energy(&mut self, scene: MeshScene, now: &Motion, at: Instant) -> f64 {
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.contact_mesh.crossings.as_ref());
         let spheres = &scene.rock.spheres;
         let elements = &scene.list.elements;
-        let of = |c: &Contact| {
+        let of = |c: &MeshContact| {
             let law = scene.laws.of(elements[c.element as usize].number);
             c.share * law.normal.load(spheres[c.sphere as usize].radius, c.overlap).energy
         };
@@ -93,96 +94,49 @@ impl Evaluation {
     /// Find the contacts at `now`, whose velocities are those of that instant, and their forces.
     ///
     /// `h` [s] is the step in whose middle this is, 0 at an instant that no step surrounds; the
-    /// memories after it go to [`Evaluation::memories`], forces on the wall to
-    /// [`Evaluation::node_forces`].
-    pub fn forces(&mut self, scene: Scene, now: &Motion, at: Instant, h: f64, before: &[Memory]) -> Sums {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.wall.crossings.as_ref());
-        self.memories.clear();
+    /// histories after it go to [`MeshForces::histories`], forces on the mesh to
+    /// [`MeshForces::node_forces`].
+    pub fn forces(
+        &mut self,
+        scene: MeshScene,
+        now: &Motion,
+        at: Instant,
+        h: f64,
+        before: &[SurfaceHistory],
+    ) -> Sums {
+        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.contact_mesh.crossings.as_ref());
+        self.histories.clear();
         self.node_forces.clear();
         self.node_velocities.clear();
-        let mut sums = Sums { fastest: self.node_motion(scene, now, at), ..Sums::default() };
+        let fastest = self.node_motion(scene, now, at);
         if self.touch.contacts.is_empty() {
-            return sums;
+            return Sums { fastest, ..Sums::default() };
         }
         self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
-        let motion = self.own_motion(scene.rock, now);
-        let remembers = scene.laws.any(|law| law.remembers());
-        if remembers {
-            self.find_heirs(scene, sums.fastest * h, before);
+        if scene.laws.any(|law| law.remembers()) {
+            self.transfer_histories(scene, fastest * h, before);
         }
-        let needs_rates = scene.laws.any(|law| law.needs_rates());
-        let rolls = scene.laws.any(|law| law.rolling.is_some());
-        let contacts = self.touch.count();
-        let inertia = if rolls { scene.rock.inertia.min() / contacts as f64 } else { 0.0 };
-        self.rows.clear();
-        for (i, contact) in self.touch.contacts.iter().enumerate() {
-            let sphere = &scene.rock.spheres[contact.sphere as usize];
-            let element = &scene.list.elements[contact.element as usize];
-            let number = scene.laws.number(element.number);
-            let law = &scene.laws.laws[number as usize];
-            let relative = if needs_rates {
-                self.relative_velocity(&motion, contact, element, &arm(scene, contact))
-            } else {
-                Vector3::zeros()
-            };
-            let dashpot = law.damping.as_ref().map_or(0.0, |damping| {
-                let wall = inverse_mass(scene, element, contact.weights);
-                damping.coefficient(scene.rock.mass, contacts, wall)
-            });
-            let meeting = Meeting {
-                normal: contact.normal,
-                overlap: contact.overlap,
-                radius: sphere.radius,
-                velocity: relative,
-                spin: motion[1],
-                inertia,
-                dashpot,
-            };
-            let mut past = if remembers { self.past(self.heirs[i], before) } else { Past::default() };
-            if let Some(seam) = &scene.seam
-                && past.overlap > 0.0
-            {
-                past.jump = self.touch.rotation.tr_mul(&jump(seam, scene, element, contact.weights));
-            }
-            self.rows.push(meeting, past, number, scene.laws.laws);
-        }
-        self.rows.answer(scene.laws.laws, h);
-        for (contact, answer) in self.touch.contacts.iter().zip(self.rows.answers()) {
-            let sphere = &scene.rock.spheres[contact.sphere as usize];
-            let element = &scene.list.elements[contact.element as usize];
-            if scene.laws.of(element.number).remembers() {
-                self.memories.push(Memory {
-                    sphere: contact.sphere,
-                    element: contact.key(element.number),
-                    spring: self.touch.rotation * answer.spring,
-                    moment: self.touch.rotation * answer.rolled,
-                    normal: self.touch.rotation * contact.normal,
-                    overlap: contact.overlap,
-                    energy: answer.sheared,
-                });
-            }
-            let arm = arm(scene, contact);
-            let force = sums.add(&answer, contact.share, &arm, contact.overlap / sphere.radius);
-            let [a, b, c] = element.nodes.map(|n| n as usize);
-            let [na, nb, nc] = contact.weights;
-            let f = &mut self.node_forces;
-            f[a] -= force * na;
-            f[b] -= force * nb;
-            f[c] -= force * nc;
-        }
-        sums.force = self.touch.rotation * sums.force;
-        sums.torque = self.touch.rotation * sums.torque;
-        for force in &mut self.node_forces {
-            *force = self.touch.rotation * *force;
+        let [velocity, spin] = self.own_motion(scene.rock, now);
+        let count = self.touch.count();
+        let inertia = scene.rock.inertia.min() / count as f64;
+        let mover = Mover { velocity, spin, relative_spin: spin, inertia };
+        let Self { touch, node_forces, node_velocities, transfer, rows, histories } = self;
+        let mut partner =
+            OnMesh { scene, touch, count, node_velocities, node_forces, transfer, before, histories };
+        let mut sums = forces(&mut partner, &touch.contacts, &mover, scene.laws.laws, rows, h);
+        sums.turn(&touch.rotation);
+        sums.fastest = fastest;
+        for force in node_forces {
+            *force = touch.rotation * *force;
         }
         sums
     }
 
-    /// The first contact whose wall has been pushed past the centres of the outer spheres: of a lattice further than
+    /// The first contact whose mesh has been pushed past the centres of the outer spheres: of a lattice further than
     /// `depth` radii into the box that they span, else through the centre of its own sphere within the last `h` [s].
-    pub fn passed_centre(&self, scene: Scene, now: &Motion, h: f64, depth: f64) -> Option<&Contact> {
+    pub fn passed_centre(&self, scene: MeshScene, now: &Motion, h: f64, depth: f64) -> Option<&MeshContact> {
         let rock = scene.rock;
-        let inside = |contact: &Contact| {
+        let inside = |contact: &MeshContact| {
             let centre = &rock.spheres[contact.sphere as usize].centre;
             rock.holds(&(centre + contact.normal * contact.distance), depth)
         };
@@ -201,7 +155,7 @@ impl Evaluation {
 
     /// How long before the middle of this step of `h` [s] the first of the contacts touched, by overlaps, their rates
     /// and the rock's acceleration [s].
-    pub fn touched_ago(&self, scene: Scene, now: &Motion, h: f64) -> f64 {
+    pub fn touched_ago(&self, scene: MeshScene, now: &Motion, h: f64) -> f64 {
         let motion = self.own_motion(scene.rock, now);
         let acceleration = self.touch.rotation.tr_mul(&now.acceleration);
         let ago = self.touch.contacts.iter().map(|contact| {
@@ -218,44 +172,25 @@ impl Evaluation {
         ago.fold(0.0, f64::max)
     }
 
-    /// What a contact has from before, in the rock's own frame.
-    #[inline]
-    fn past(&self, heir: u32, before: &[Memory]) -> Past {
-        if heir == NONE {
-            return Past::default();
-        }
-        let memory = &before[heir as usize];
-        let own = |v: &Vector3<f64>| self.touch.rotation.tr_mul(v);
-        Past {
-            spring: own(&memory.spring),
-            moment: own(&memory.moment),
-            overlap: memory.overlap,
-            ..Past::default()
-        }
-    }
-
     /// Velocity [m/s] and angular velocity [rad/s] of the rock in its own frame.
     fn own_motion(&self, rock: &Rock, now: &Motion) -> [Vector3<f64>; 2] {
         let spin = self.touch.rotation.tr_mul(&now.angular_momentum).component_div(&rock.inertia);
         [self.touch.rotation.tr_mul(&now.velocity), spin]
     }
 
-    /// Velocity of the rock at `arm` past the wall's point, in the rock's own frame [m/s].
-    #[inline]
+    /// Velocity of the rock at `arm` past the mesh's point, in the rock's own frame [m/s].
     fn relative_velocity(
         &self,
         [velocity, spin]: &[Vector3<f64>; 2],
-        contact: &Contact,
+        contact: &MeshContact,
         element: &PairElement,
         arm: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let [a, b, c] = element.nodes.map(|n| &self.node_velocities[n as usize]);
-        let [na, nb, nc] = contact.weights;
-        velocity + spin.cross(arm) - (a * na + b * nb + c * nc)
+        velocity + spin.cross(arm) - point_velocity(&self.node_velocities, contact, element)
     }
 
     /// Velocities of the listed nodes, in the rock's own frame; their largest speed past its centre.
-    fn node_motion(&mut self, scene: Scene, now: &Motion, at: Instant) -> f64 {
+    fn node_motion(&mut self, scene: MeshScene, now: &Motion, at: Instant) -> f64 {
         let to_own = self.touch.rotation.transpose();
         let mut fastest = 0.0_f64;
         for &a in &scene.list.nodes {
@@ -266,52 +201,142 @@ impl Evaluation {
         fastest.sqrt()
     }
 
-    /// Find the memories of the contacts; a node slips past the rock by at most `way` [m] in the step.
-    fn find_heirs(&mut self, scene: Scene, way: f64, before: &[Memory]) {
-        if before.is_empty() {
-            self.heirs.clear();
-            self.heirs.resize(self.touch.contacts.len(), NONE);
-            return;
-        }
+    /// Find the histories of the contacts; a node slips past the rock by at most `slip` [m] in the step.
+    fn transfer_histories(&mut self, scene: MeshScene, slip: f64, before: &[SurfaceHistory]) {
         let touch = &self.touch;
         // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
-        let neighbours = |a: u32, b: u32| scene.wall.share_a_node(a, b);
-        let view = |contact| View { contact, touch, list: scene.list, way };
-        inherit(touch.contacts.len(), |i| view(&touch.contacts[i]), before, neighbours, &mut self.heirs);
-        if scene.wall.crossings.as_ref().is_some() {
-            inherit_beside(|i| view(&touch.contacts[i]), before, &mut self.heirs);
+        let neighbours = |a: u32, b: u32| scene.contact_mesh.share_a_node(a, b);
+        let view = |contact| MeshSuccessor { contact, touch, list: scene.list, slip };
+        let beside = scene.contact_mesh.crossings.is_some();
+        self.transfer.find(&touch.contacts, view, before, neighbours, beside);
+    }
+}
+
+/// The interface mesh as partner, in the rock's own frame.
+struct OnMesh<'a> {
+    scene: MeshScene<'a>,
+    touch: &'a MeshContacts,
+    /// Contacts among which the rock is shared.
+    count: usize,
+    node_velocities: &'a [Vector3<f64>],
+    node_forces: &'a mut [Vector3<f64>],
+    transfer: &'a Transfer,
+    before: &'a [SurfaceHistory],
+    histories: &'a mut Vec<SurfaceHistory>,
+}
+
+impl OnMesh<'_> {
+    #[inline]
+    fn element(&self, contact: &MeshContact) -> &PairElement {
+        &self.scene.list.elements[contact.element as usize]
+    }
+}
+
+impl Partner for OnMesh<'_> {
+    type Contact = MeshContact;
+
+    #[inline]
+    fn law(&self, contact: &MeshContact) -> u16 {
+        self.scene.laws.number(self.element(contact).number)
+    }
+
+    #[inline]
+    fn site(&self, contact: &MeshContact) -> Site {
+        let radius = self.scene.rock.spheres[contact.sphere as usize].radius;
+        Site {
+            normal: contact.normal,
+            overlap: contact.overlap,
+            radius,
+            smaller: radius,
+            arm: arm(self.scene, contact),
+            weight: contact.share,
+        }
+    }
+
+    #[inline]
+    fn velocity(&self, contact: &MeshContact, _: &Site) -> Vector3<f64> {
+        point_velocity(self.node_velocities, contact, self.element(contact))
+    }
+
+    #[inline]
+    fn dashpot(&mut self, contact: &MeshContact, law: &Law) -> f64 {
+        let mass = self.scene.rock.mass;
+        law.damping.as_ref().map_or(0.0, |damping| {
+            let inverse = inverse_mass(self.scene, self.element(contact), contact.weights);
+            damping.coefficient(mass, self.count, inverse)
+        })
+    }
+
+    #[inline]
+    fn history(&mut self, number: usize, _: &MeshContact) -> History {
+        let rotation = &self.touch.rotation;
+        let own = |history: History| history.turned(|v| rotation.tr_mul(v));
+        self.transfer.of(number, self.before).map_or(History::default(), own)
+    }
+
+    #[inline]
+    fn jump(&self, contact: &MeshContact) -> Vector3<f64> {
+        let Some(seam) = &self.scene.seam else { return Vector3::zeros() };
+        self.touch.rotation.tr_mul(&jump(seam, self.scene, self.element(contact), contact.weights))
+    }
+
+    #[inline]
+    fn keep(&mut self, contact: &MeshContact, site: &Site, history: History) {
+        let rotation = &self.touch.rotation;
+        self.histories.push(SurfaceHistory {
+            sphere: contact.sphere,
+            element: contact.key(self.element(contact).number),
+            normal: rotation * site.normal,
+            history: history.turned(|v| rotation * v),
+        });
+    }
+
+    #[inline]
+    fn react(&mut self, contact: &MeshContact, _: &Site, force: &Vector3<f64>, _: &Vector3<f64>) {
+        // A wire has no twist that could take a moment.
+        let nodes = self.element(contact).nodes;
+        for (node, weight) in nodes.into_iter().zip(contact.weights) {
+            self.node_forces[node as usize] -= force * weight;
         }
     }
 }
 
+/// Velocity of the mesh's point, of the nodes' velocities [m/s].
+#[inline]
+fn point_velocity(nodes: &[Vector3<f64>], contact: &MeshContact, element: &PairElement) -> Vector3<f64> {
+    let [a, b, c] = element.nodes.map(|n| &nodes[n as usize]);
+    let [na, nb, nc] = contact.weights;
+    a * na + b * nb + c * nc
+}
+
 /// The point of a contact on the surface, from the rock's centre of mass [m].
 #[inline]
-fn arm(scene: Scene, contact: &Contact) -> Vector3<f64> {
+fn arm(scene: MeshScene, contact: &MeshContact) -> Vector3<f64> {
     let element = &scene.list.elements[contact.element as usize];
     let sphere = &scene.rock.spheres[contact.sphere as usize];
     sphere.centre + contact.normal * (contact.distance - element.radius)
 }
 
-/// `sum N_a^2 / m_a` of the wall's point [1/kg]; 0 where the wall does not tell its masses.
+/// `sum N_a^2 / m_a` of the mesh's point [1/kg]; 0 where the mesh does not tell its masses.
 #[inline]
-fn inverse_mass(scene: Scene, element: &PairElement, weights: [f64; 3]) -> f64 {
-    scene.wall.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
+fn inverse_mass(scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> f64 {
+    scene.contact_mesh.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
 }
 
-/// What the wall's point has moved between two windows [m].
-fn jump(seam: &Seam, scene: Scene, element: &PairElement, weights: [f64; 3]) -> Vector3<f64> {
+/// What the mesh's point has moved between two windows [m].
+fn jump(seam: &Seam, scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> Vector3<f64> {
     let [a, b, c] = element.nodes.map(|n| seam.of_node(scene.list.numbers[n as usize]));
     a * weights[0] + b * weights[1] + c * weights[2]
 }
 
-struct View<'a> {
-    contact: &'a Contact,
-    touch: &'a Touch,
-    list: &'a PairList,
-    way: f64,
+struct MeshSuccessor<'a> {
+    contact: &'a MeshContact,
+    touch: &'a MeshContacts,
+    list: &'a MeshPairs,
+    slip: f64,
 }
 
-impl Heir for View<'_> {
+impl Successor for MeshSuccessor<'_> {
     fn sphere(&self) -> u32 {
         self.contact.sphere
     }
@@ -322,7 +347,7 @@ impl Heir for View<'_> {
         self.touch.rotation * self.contact.normal
     }
     fn turn(&self) -> f64 {
-        // Twice the way, for the spin that the nodes do not show; and rounding.
-        2.0 * self.way / self.contact.distance + 1e-9
+        // Twice the slip, for the spin that the nodes do not show; and rounding.
+        2.0 * self.slip / self.contact.distance + 1e-9
     }
 }

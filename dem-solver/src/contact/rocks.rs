@@ -9,31 +9,27 @@
 //!
 //! Source: handbook 1.1 to 1.3, 1.8.
 
-use super::rows::{Rows, Sums};
-use crate::contact::broad_phase::rock_pairs::Pose;
+use super::broad_phase::rock_pairs::Pose;
+use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
 use crate::law::Law;
-use crate::law::contact_point::{Meeting, Past};
+use crate::law::contact_point::History;
 use crate::rock::{Motion, Rock};
 use nalgebra::{Matrix3, Vector3};
 
-/// What a contact between rocks remembers from step to step.
+/// History of a contact between rocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Held {
+pub struct RockHistory {
     /// Numbers of the second and of the first rock, in which order pairs are gone through.
     pub rocks: [u32; 2],
     /// Numbers of the spheres of the first and of the second rock.
     pub spheres: [u32; 2],
-    /// Force of the tangential spring on the first rock at the state's instant [N], along the axes of space.
-    pub spring: Vector3<f64>,
-    /// Moment of the rolling spring likewise [N m].
-    pub moment: Vector3<f64>,
-    /// Overlap in the middle of the last step [m].
-    pub overlap: f64,
+    /// What the law keeps: what acts on the first rock, at the state's instant, along the axes of space.
+    pub history: History,
 }
 
 /// Two rocks at an instant.
 #[derive(Clone, Copy)]
-pub struct Two<'a> {
+pub struct RockPair<'a> {
     /// Numbers of the second and of the first.
     pub numbers: [u32; 2],
     /// The rocks.
@@ -48,7 +44,7 @@ pub struct Two<'a> {
 
 /// Sums over the contacts of two rocks.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Both {
+pub struct RockPairSums {
     /// Those of the first; the second takes the opposite force. Penetration is over the smaller radius.
     pub first: Sums,
     /// Torque on the second about its own centre of mass [N m].
@@ -59,7 +55,7 @@ pub struct Both {
 
 /// A contact of two spheres, in the first rock's own frame.
 #[derive(Debug, Clone, Copy)]
-struct Contact {
+struct RockContact {
     spheres: [u32; 2],
     /// Unit vector from the first centre to the second.
     normal: Vector3<f64>,
@@ -70,19 +66,19 @@ struct Contact {
 
 /// What evaluates contacts: a buffer that is used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Evaluation {
-    contacts: Vec<Contact>,
+pub struct RockForces {
+    contacts: Vec<RockContact>,
     rows: Rows,
 }
 
-impl Evaluation {
+impl RockForces {
     /// Room for so many contacts.
     pub fn reserve(&mut self, contacts: usize) {
         self.contacts.reserve(contacts);
         self.rows.reserve(contacts);
     }
 
-    fn find(&mut self, two: &Two, pose: &Pose, turn: &Matrix3<f64>) {
+    fn find(&mut self, two: &RockPair, pose: &Pose, turn: &Matrix3<f64>) {
         self.contacts.clear();
         let [a, b] = two.rocks;
         for &spheres in two.pairs {
@@ -95,13 +91,13 @@ impl Evaluation {
                 let normal = if distance > 0.0 { apart / distance } else { Vector3::z() };
                 let overlap = reach - distance;
                 let point = first.centre + normal * (first.radius - 0.5 * overlap);
-                self.contacts.push(Contact { spheres, normal, overlap, point });
+                self.contacts.push(RockContact { spheres, normal, overlap, point });
             }
         }
     }
 
     /// Elastic energy of the contacts [J], their number, and the largest overlap over the smaller radius; no forces.
-    pub fn energy(&mut self, two: &Two, pose: &Pose) -> (f64, usize, f64) {
+    pub fn energy(&mut self, two: &RockPair, pose: &Pose) -> (f64, usize, f64) {
         self.find(two, pose, &pose.rotation());
         let (mut energy, mut deepest) = (0.0, 0.0_f64);
         for contact in &self.contacts {
@@ -112,89 +108,113 @@ impl Evaluation {
         (energy, self.contacts.len(), deepest)
     }
 
-    /// The forces in the middle of a step of `h` [s]. `before` are the memories of these two rocks,
+    /// The forces in the middle of a step of `h` [s]. `before` are the histories of these two rocks,
     /// ascending; those after the step are added to `after`.
-    pub fn forces(&mut self, two: &Two, pose: &Pose, h: f64, before: &[Held], after: &mut Vec<Held>) -> Both {
+    pub fn forces(
+        &mut self,
+        two: &RockPair,
+        pose: &Pose,
+        h: f64,
+        before: &[RockHistory],
+        after: &mut Vec<RockHistory>,
+    ) -> RockPairSums {
         let turn = pose.rotation();
         self.find(two, pose, &turn);
-        let ([a, b], [first, second], law) = (two.rocks, two.motions, two.law);
+        let ([a, b], [first, second]) = (two.rocks, two.motions);
         let to_space = first.rotation();
         let velocity = to_space.tr_mul(&(first.velocity - second.velocity));
-        let spin = [
-            to_space.tr_mul(&first.angular_momentum).component_div(&a.inertia),
-            turn * second
-                .orientation
-                .inverse_transform_vector(&second.angular_momentum)
-                .component_div(&b.inertia),
-        ];
-        let mut both = Both { contacts: self.contacts.len(), ..Both::default() };
-        both.first.fastest = velocity.norm() + spin[0].norm() * a.arm + spin[1].norm() * b.arm;
-        if self.contacts.is_empty() {
-            return both;
+        let spin = to_space.tr_mul(&first.angular_momentum).component_div(&a.inertia);
+        let others = second.orientation.inverse_transform_vector(&second.angular_momentum);
+        let other_spin = turn * others.component_div(&b.inertia);
+        let fastest = velocity.norm() + spin.norm() * a.arm + other_spin.norm() * b.arm;
+        let count = self.contacts.len();
+        let first = Sums { fastest, ..Sums::default() };
+        if count == 0 {
+            return RockPairSums { first, ..RockPairSums::default() };
         }
-        let many = self.contacts.len() as f64;
         let reduced = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
-        let dashpot = law.damping.as_ref().map_or(0.0, |d| d.coefficient(reduced, self.contacts.len(), 0.0));
-        let inertia = 1.0 / (1.0 / a.inertia.min() + 1.0 / b.inertia.min()) / many;
-        let mut old = before;
-        self.rows.clear();
-        for contact in &self.contacts {
-            let arms = [contact.point, contact.point - pose.position];
-            let meeting = Meeting {
-                normal: contact.normal,
-                overlap: contact.overlap,
-                radius: radii(two, contact)[0],
-                velocity: velocity + spin[0].cross(&arms[0]) - spin[1].cross(&arms[1]),
-                spin: spin[0] - spin[1],
-                inertia,
-                dashpot,
-            };
-            self.rows.push(meeting, past(&mut old, contact, &to_space), 0, std::slice::from_ref(law));
-        }
-        self.rows.answer(std::slice::from_ref(law), h);
-        for (contact, answer) in self.contacts.iter().zip(self.rows.answers()) {
-            if law.remembers() {
-                after.push(Held {
-                    rocks: two.numbers,
-                    spheres: contact.spheres,
-                    spring: to_space * answer.spring,
-                    moment: to_space * answer.rolled,
-                    overlap: contact.overlap,
-                });
+        let dashpot = two.law.damping.as_ref().map_or(0.0, |d| d.coefficient(reduced, count, 0.0));
+        let inertia = 1.0 / (1.0 / a.inertia.min() + 1.0 / b.inertia.min()) / count as f64;
+        let mover = Mover { velocity, spin, relative_spin: spin - other_spin, inertia };
+        let torque = Vector3::zeros();
+        let mut partner = OtherRock { two, pose, to_space, other_spin, dashpot, before, after, torque };
+        let laws = std::slice::from_ref(two.law);
+        let mut first = forces(&mut partner, &self.contacts, &mover, laws, &mut self.rows, h);
+        first.fastest = fastest;
+        let torque = to_space * partner.torque;
+        first.turn(&to_space);
+        RockPairSums { first, torque, contacts: count }
+    }
+}
+
+/// Another rock as partner, in the first rock's own frame.
+struct OtherRock<'a> {
+    two: &'a RockPair<'a>,
+    pose: &'a Pose,
+    to_space: Matrix3<f64>,
+    /// Angular velocity of the other [rad/s].
+    other_spin: Vector3<f64>,
+    dashpot: f64,
+    /// Histories that are not passed yet.
+    before: &'a [RockHistory],
+    after: &'a mut Vec<RockHistory>,
+    /// Torque on the other about its own centre of mass [N m].
+    torque: Vector3<f64>,
+}
+
+impl Partner for OtherRock<'_> {
+    type Contact = RockContact;
+
+    #[inline]
+    fn law(&self, _: &RockContact) -> u16 {
+        0
+    }
+
+    #[inline]
+    fn site(&self, contact: &RockContact) -> Site {
+        let [radius, smaller] = radii(self.two, contact);
+        let (normal, overlap, arm) = (contact.normal, contact.overlap, contact.point);
+        Site { normal, overlap, radius, smaller, arm, weight: 1.0 }
+    }
+
+    #[inline]
+    fn velocity(&self, _: &RockContact, site: &Site) -> Vector3<f64> {
+        self.other_spin.cross(&(site.arm - self.pose.position))
+    }
+
+    #[inline]
+    fn dashpot(&mut self, _: &RockContact, _: &Law) -> f64 {
+        self.dashpot
+    }
+
+    /// Both contacts and histories are gone through in ascending order.
+    fn history(&mut self, _: usize, contact: &RockContact) -> History {
+        while let Some((old, rest)) = self.before.split_first()
+            && old.spheres <= contact.spheres
+        {
+            self.before = rest;
+            if old.spheres == contact.spheres {
+                return old.history.turned(|v| self.to_space.tr_mul(v));
             }
-            let force =
-                both.first.add(&answer, 1.0, &contact.point, contact.overlap / radii(two, contact)[1]);
-            both.torque -= (contact.point - pose.position).cross(&force) + answer.moment;
         }
-        both.first.force = to_space * both.first.force;
-        both.first.torque = to_space * both.first.torque;
-        both.torque = to_space * both.torque;
-        both
+        History::default()
+    }
+
+    fn keep(&mut self, contact: &RockContact, _: &Site, history: History) {
+        let (rocks, spheres) = (self.two.numbers, contact.spheres);
+        let history = history.turned(|v| self.to_space * v);
+        self.after.push(RockHistory { rocks, spheres, history });
+    }
+
+    #[inline]
+    fn react(&mut self, _: &RockContact, site: &Site, force: &Vector3<f64>, moment: &Vector3<f64>) {
+        self.torque -= (site.arm - self.pose.position).cross(force) + moment;
     }
 }
 
 /// Effective radius of two spheres, and the smaller of their radii [m].
-fn radii(two: &Two, contact: &Contact) -> [f64; 2] {
+fn radii(two: &RockPair, contact: &RockContact) -> [f64; 2] {
     let radius = |side: usize| two.rocks[side].spheres[contact.spheres[side] as usize].radius;
     let (r, s) = (radius(0), radius(1));
     [r * s / (r + s), r.min(s)]
-}
-
-/// What a contact has from before; both it and the memories are looked through in ascending order.
-fn past(old: &mut &[Held], contact: &Contact, to_space: &Matrix3<f64>) -> Past {
-    while let Some((memory, rest)) = old.split_first()
-        && memory.spheres <= contact.spheres
-    {
-        *old = rest;
-        if memory.spheres == contact.spheres {
-            let own = |v: &Vector3<f64>| to_space.tr_mul(v);
-            return Past {
-                spring: own(&memory.spring),
-                moment: own(&memory.moment),
-                overlap: memory.overlap,
-                ..Past::default()
-            };
-        }
-    }
-    Past::default()
 }

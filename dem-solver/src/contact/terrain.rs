@@ -5,23 +5,23 @@
 //!
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
-use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::broad_phase::terrain_pairs::Surroundings;
-use crate::contact::history::{Heir, Memory, NONE, inherit, inherit_beside};
-use crate::contact::narrow_phase::faces::{Faces, Met, Part};
-use crate::contact::narrow_phase::selection::{Candidate, keep_contacts};
-use crate::contact::rows::{Rows, Sums};
+use super::broad_phase::cell_grid::Plane;
+use super::broad_phase::terrain_pairs::TerrainPairs;
+use super::history::{Successor, SurfaceHistory, Transfer};
+use super::narrow_phase::faces::{FacePart, Faces, TouchedFace};
+use super::narrow_phase::selection::{Candidate, keep_contacts};
+use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
 use crate::geometry::closest::{Feature, on_face};
 use crate::law::Law;
-use crate::law::contact_point::{Meeting, Past};
-use crate::law::table::WallLaws;
+use crate::law::contact_point::History;
+use crate::law::table::SurfaceLaws;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
 use nalgebra::{Matrix3, Vector3};
 
 /// A contact of a sphere with a triangle, along the axes of space.
 #[derive(Debug, Clone, Copy)]
-pub struct Contact {
+pub struct SurfaceContact {
     /// Unit vector from the sphere's centre to the triangle's point.
     pub normal: Vector3<f64>,
     /// Distance of the two [m].
@@ -43,7 +43,7 @@ pub struct Contact {
     feature: Feature,
 }
 
-impl Contact {
+impl SurfaceContact {
     /// Its point, from the rock's centre of mass [m].
     #[inline]
     fn arm(&self) -> Vector3<f64> {
@@ -51,7 +51,7 @@ impl Contact {
     }
 }
 
-impl Candidate for Contact {
+impl Candidate for SurfaceContact {
     fn distance(&self) -> f64 {
         self.distance
     }
@@ -68,34 +68,33 @@ impl Candidate for Contact {
 
 /// The contacts, and buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Standing {
+pub struct SurfaceContacts {
     /// The contacts, by sphere, in the order of the hierarchy.
-    pub contacts: Vec<Contact>,
-    heirs: Vec<u32>,
+    pub contacts: Vec<SurfaceContact>,
+    transfer: Transfer,
     rows: Rows,
-    spare: Vec<Contact>,
-    met: Vec<Met>,
+    spare: Vec<SurfaceContact>,
+    rock_contacts: Vec<TouchedFace>,
     faces: Faces,
-    /// The memories after the step.
-    pub memories: Vec<Memory>,
+    /// The histories after the step.
+    pub histories: Vec<SurfaceHistory>,
 }
 
-impl Standing {
+impl SurfaceContacts {
     /// Room for so many contacts.
     pub fn new(contacts: usize) -> Self {
-        let mut rows = Rows::default();
-        rows.reserve(contacts);
-        Self {
-            rows,
+        let mut it = Self {
             contacts: Vec::with_capacity(contacts),
-            heirs: Vec::with_capacity(contacts),
-            memories: Vec::with_capacity(contacts),
+            histories: Vec::with_capacity(contacts),
             ..Self::default()
-        }
+        };
+        it.transfer.reserve(contacts);
+        it.rows.reserve(contacts);
+        it
     }
 
     /// Find the contacts at `now`; `around` must be good there. Where the ground says so they are continuous over kinks.
-    pub fn find(&mut self, rock: &Rock, ground: &Terrain, around: &Surroundings, now: &Motion) {
+    pub fn find(&mut self, rock: &Rock, ground: &Terrain, around: &TerrainPairs, now: &Motion) {
         self.contacts.clear();
         let moved = around.moved;
         let rotation = Turned::new(rock, now);
@@ -123,7 +122,7 @@ impl Standing {
                 let square = to_point.norm_squared();
                 if square < sphere.radius * sphere.radius {
                     let distance = square.sqrt();
-                    self.contacts.push(Contact {
+                    self.contacts.push(SurfaceContact {
                         normal: to_point / distance,
                         distance,
                         overlap: sphere.radius - distance,
@@ -156,7 +155,7 @@ impl Standing {
             for (number, plane) in (0..).zip(planes) {
                 let distance = plane.offset - plane.normal.dot(&place);
                 if distance < it.radius {
-                    self.contacts.push(Contact {
+                    self.contacts.push(SurfaceContact {
                         normal: plane.normal,
                         distance,
                         overlap: it.radius - distance,
@@ -184,25 +183,30 @@ impl Standing {
         self.spare.clear();
         self.spare.extend(self.contacts.drain(first..));
         let centre = position + self.spare[0].centre;
-        self.met.clear();
-        self.met.extend(self.spare.iter().map(|contact| {
+        self.rock_contacts.clear();
+        self.rock_contacts.extend(self.spare.iter().map(|contact| {
             let corners = ground.corners(contact.triangle);
             let closest = on_face(&centre, corners.each_ref());
             let nodes = ground.triangles[contact.triangle as usize];
-            Met { nodes, number: contact.triangle, weights: closest.weights, feature: closest.feature }
+            TouchedFace {
+                nodes,
+                number: contact.triangle,
+                weights: closest.weights,
+                feature: closest.feature,
+            }
         }));
         let at = |node: u32| ground.nodes[node as usize] - centre;
         let (contacts, spare) = (&mut self.contacts, &self.spare);
-        self.faces.share_out(&self.met, at, |shared| {
+        self.faces.share_out(&self.rock_contacts, at, |shared| {
             let face = spare[shared.face];
             let (beyond, feature) = match shared.part {
-                Part::Face => return contacts.push(face),
-                Part::Edge(number) => (number, Feature::Edge),
-                Part::Node(number) => (number, Feature::Node),
+                FacePart::Face => return contacts.push(face),
+                FacePart::Edge(number) => (number, Feature::Edge),
+                FacePart::Node(number) => (number, Feature::Node),
             };
             let distance = shared.to_point.norm();
             if distance < face.radius {
-                contacts.push(Contact {
+                contacts.push(SurfaceContact {
                     normal: shared.to_point / distance,
                     distance,
                     overlap: face.radius - distance,
@@ -222,99 +226,114 @@ impl Standing {
     }
 
     /// Elastic energy of the contacts that were found [J].
-    pub fn energy(&self, laws: WallLaws) -> f64 {
-        let of = |c: &Contact| c.share * laws.of(c.triangle).normal.load(c.radius, c.overlap).energy;
+    pub fn energy(&self, laws: SurfaceLaws) -> f64 {
+        let of = |c: &SurfaceContact| c.share * laws.of(c.triangle).normal.load(c.radius, c.overlap).energy;
         self.contacts.iter().map(of).sum()
     }
 
-    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the memories after
-    /// it go to [`Standing::memories`]. Without `ground` the contacts are those with planes.
+    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the histories after
+    /// it go to [`SurfaceContacts::histories`]. Without `ground` the contacts are those with planes.
     pub fn forces(
         &mut self,
         rock: &Rock,
-        laws: WallLaws,
+        laws: SurfaceLaws,
         ground: Option<&Terrain>,
         now: &Motion,
         h: f64,
-        before: &[Memory],
+        before: &[SurfaceHistory],
     ) -> Sums {
-        self.memories.clear();
-        let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
+        self.histories.clear();
+        let fastest = now.velocity.norm();
         if self.contacts.is_empty() {
-            return sums;
+            return Sums { fastest, ..Sums::default() };
         }
-        let remembers = laws.any(|law| law.remembers());
-        let stays = |(c, m): (&Contact, &Memory)| (c.sphere, c.key) == (m.sphere, m.element);
-        if before.len() == self.contacts.len() && self.contacts.iter().zip(before).all(stays) {
-            // As in most steps, each is its own heir.
-            self.heirs.clear();
-            self.heirs.extend(0..before.len() as u32);
-        } else if remembers {
+        if laws.any(|law| law.remembers()) {
             let neighbours = |a: u32, b: u32| ground.is_some_and(|ground| ground.share_a_node(a, b));
-            let view = |contact| View { contact, way: sums.fastest * h };
-            inherit(self.contacts.len(), |i| view(&self.contacts[i]), before, neighbours, &mut self.heirs);
-            if ground.is_some_and(|ground| ground.continuous) {
-                inherit_beside(|i| view(&self.contacts[i]), before, &mut self.heirs);
-            }
+            let view = |contact| SurfaceSuccessor { contact, slip: fastest * h };
+            let beside = ground.is_some_and(|ground| ground.continuous);
+            self.transfer.find(&self.contacts, view, before, neighbours, beside);
         }
-        let spin = rock.spin(now);
-        let contacts = self.count();
-        let inertia = rock.inertia.min() / contacts as f64;
-        let dashpot =
-            |law: &Law| law.damping.as_ref().map_or(0.0, |d| d.coefficient(rock.mass, contacts, 0.0));
-        let mut known = laws.of(self.contacts[0].triangle);
-        let mut coefficient = dashpot(known);
-        self.rows.clear();
-        for (i, contact) in self.contacts.iter().enumerate() {
-            let number = laws.number(contact.triangle);
-            let law = &laws.laws[number as usize];
-            if !std::ptr::eq(law, known) {
-                (known, coefficient) = (law, dashpot(law));
-            }
-            let past = match self.heirs.get(i) {
-                Some(&heir) if remembers && heir != NONE => before[heir as usize].past(),
-                _ => Past::default(),
-            };
-            let meeting = Meeting {
-                normal: contact.normal,
-                overlap: contact.overlap,
-                radius: contact.radius,
-                velocity: now.velocity + spin.cross(&contact.arm()),
-                spin,
-                inertia,
-                dashpot: coefficient,
-            };
-            self.rows.push(meeting, past, number, laws.laws);
-        }
-        self.rows.answer(laws.laws, h);
-        for (contact, answer) in self.contacts.iter().zip(self.rows.answers()) {
-            if laws.of(contact.triangle).remembers() {
-                self.memories.push(Memory {
-                    sphere: contact.sphere,
-                    element: contact.key,
-                    spring: answer.spring,
-                    moment: answer.rolled,
-                    normal: contact.normal,
-                    overlap: contact.overlap,
-                    energy: answer.sheared,
-                });
-            }
-            sums.add(&answer, contact.share, &contact.arm(), contact.overlap / contact.radius);
-        }
-        sums
+        let (spin, count) = (rock.spin(now), self.count());
+        let inertia = rock.inertia.min() / count as f64;
+        let mover = Mover { velocity: now.velocity, spin, relative_spin: spin, inertia };
+        let Self { contacts, transfer, rows, histories, .. } = self;
+        let first = &laws.laws[usize::from(laws.number(contacts[0].triangle))];
+        let known = (first, dashpot(first, rock.mass, count));
+        let mut partner = OnSurface { laws, mass: rock.mass, count, known, transfer, before, histories };
+        let sums = forces(&mut partner, contacts, &mover, laws.laws, rows, h);
+        Sums { fastest, ..sums }
     }
 
     /// Sphere of the first contact that has been pushed past the centres of the outer spheres, as
-    /// [`crate::contact::mesh::Evaluation::passed_centre`] has it.
+    /// [`crate::contact::mesh::MeshForces::passed_centre`] has it.
     pub fn passed_centre(&self, rock: &Rock, now: &Motion, h: f64, depth: f64) -> Option<u32> {
         let spin = rock.spin(now);
-        let passed = |contact: &&Contact| {
+        let passed = |contact: &&SurfaceContact| {
             let point = contact.centre + contact.normal * contact.distance;
             let relative = now.velocity + spin.cross(&contact.centre);
             rock.holds(&now.orientation.inverse_transform_vector(&point), depth)
                 || contact.distance + h * relative.dot(&contact.normal) < 0.0
         };
         self.contacts.iter().find(passed).map(|c| c.sphere)
+    }
+}
+
+/// A surface that stands still as partner, along the axes of space.
+struct OnSurface<'a> {
+    laws: SurfaceLaws<'a>,
+    /// Mass of the rock [kg].
+    mass: f64,
+    /// Contacts among which it is shared.
+    count: usize,
+    /// The law that was asked last, and its dashpot: mostly all have one.
+    known: (&'a Law, f64),
+    transfer: &'a Transfer,
+    before: &'a [SurfaceHistory],
+    histories: &'a mut Vec<SurfaceHistory>,
+}
+
+/// Dashpot of a contact of a rock of `mass` [kg] that `count` share, with a surface that is fixed [kg^(1/2)].
+fn dashpot(law: &Law, mass: f64, count: usize) -> f64 {
+    law.damping.as_ref().map_or(0.0, |d| d.coefficient(mass, count, 0.0))
+}
+
+impl<'a> Partner for OnSurface<'a> {
+    type Contact = SurfaceContact;
+
+    #[inline]
+    fn law(&self, contact: &SurfaceContact) -> u16 {
+        self.laws.number(contact.triangle)
+    }
+
+    #[inline]
+    fn site(&self, contact: &SurfaceContact) -> Site {
+        Site {
+            normal: contact.normal,
+            overlap: contact.overlap,
+            radius: contact.radius,
+            smaller: contact.radius,
+            arm: contact.arm(),
+            weight: contact.share,
+        }
+    }
+
+    #[inline]
+    fn dashpot(&mut self, contact: &SurfaceContact, law: &Law) -> f64 {
+        if !std::ptr::eq(law, self.known.0) {
+            self.known = (self.laws.of(contact.triangle), dashpot(law, self.mass, self.count));
+        }
+        self.known.1
+    }
+
+    #[inline]
+    fn history(&mut self, number: usize, _: &SurfaceContact) -> History {
+        self.transfer.of(number, self.before).unwrap_or_default()
+    }
+
+    #[inline]
+    fn keep(&mut self, contact: &SurfaceContact, site: &Site, history: History) {
+        let (sphere, element) = (contact.sphere, contact.key);
+        self.histories.push(SurfaceHistory { sphere, element, normal: site.normal, history });
     }
 }
 
@@ -339,12 +358,12 @@ impl Turned {
     }
 }
 
-struct View<'a> {
-    contact: &'a Contact,
-    way: f64,
+struct SurfaceSuccessor<'a> {
+    contact: &'a SurfaceContact,
+    slip: f64,
 }
 
-impl Heir for View<'_> {
+impl Successor for SurfaceSuccessor<'_> {
     fn sphere(&self) -> u32 {
         self.contact.sphere
     }
@@ -355,7 +374,7 @@ impl Heir for View<'_> {
         self.contact.normal
     }
     fn turn(&self) -> f64 {
-        // Twice the way, for the spin that it does not show; and rounding.
-        2.0 * self.way / self.contact.distance.abs() + 1e-9
+        // Twice the slip, for the spin that it does not show; and rounding.
+        2.0 * self.slip / self.contact.distance.abs() + 1e-9
     }
 }

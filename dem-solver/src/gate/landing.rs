@@ -7,10 +7,9 @@ use super::lengths::height as height_at_start;
 use super::units::short;
 use crate::contact::whole_rock::Whole;
 use crate::geometry::sphere::direction;
-use crate::law::normal::Normal;
+use crate::law::normal::{LawName, Normal};
 use crate::model::Model;
 use crate::rock::Rock;
-use crate::settings::LawName;
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
@@ -25,7 +24,7 @@ const HALVINGS: usize = 40;
 
 /// What the user should know of the first landing of each rock.
 pub fn check(model: &Model, ground: &Terrain) -> Vec<String> {
-    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
+    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
     let mut warnings = Vec::new();
     let settings = &model.settings;
     for at in settings.examples() {
@@ -49,12 +48,12 @@ pub fn check(model: &Model, ground: &Terrain) -> Vec<String> {
             continue;
         }
         let times = stiffer(rock, normal, energy);
-        let stiffness = match settings.contacts[*law as usize].young.map(|young| young * times) {
-            Some(young) if young > STIFFEST => None,
-            Some(young) => Some(format!("young = {} Pa", short(young))),
-            None => settings.contacts[*law as usize]
-                .stiffness
-                .map(|k| format!("stiffness = {} N/m", short(k * times))),
+        let stiffness = match settings.contacts[*law as usize].strength() {
+            Some(("young", young)) if young * times > STIFFEST => None,
+            Some(("young", young)) => Some(format!("young = {} Pa", short(young * times))),
+            Some(("stiffness", k)) => Some(format!("stiffness = {} N/m", short(k * times))),
+            Some((key, value)) => Some(format!("{key} = {}", short(value * times))),
+            None => None,
         };
         let law = (settings.contacts[*law as usize].law == LawName::HertzMindlin)
             .then(|| format!("contact.{law}.law = \"hertz_rock\""));
@@ -184,6 +183,7 @@ fn pressed(rock: &Rock, normal: &Normal, energy: f64, down: &Vector3<f64>) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::law::normal::{Hertz, Linear};
     use crate::settings::{Cluster, RockSettings, Shape};
     use interface_defs::toolkit::scene::Scene;
 
@@ -205,7 +205,10 @@ mod tests {
     #[test]
     fn a_single_sphere_overlaps_as_the_closed_form_says() {
         let ball = rock(Shape::Sphere { radius: 0.2 }, 1, 80.0);
-        for law in [Normal::Hertz(2e8), Normal::Linear(3e6)] {
+        for law in [
+            Normal::HertzMindlin(Hertz { modulus: 2e8 }),
+            Normal::Linear(Linear { stiffness: 3e6, per_radius: false }),
+        ] {
             let exact = law.deepest(0.2, 80.0, 5.0) / 0.2;
             assert!((worst(&ball, &law, 0.5 * 80.0 * 25.0) / exact - 1.0).abs() < 1e-9);
         }
@@ -215,7 +218,7 @@ mod tests {
     #[test]
     fn a_rock_as_a_whole_goes_in_as_deep_as_the_closed_form_says() {
         let ball = rock(Shape::Sphere { radius: 0.2 }, 1, 80.0);
-        let exact = Normal::Hertz(2e8).deepest(0.2, 80.0, 5.0) / 0.2;
+        let exact = Normal::HertzMindlin(Hertz { modulus: 2e8 }).deepest(0.2, 80.0, 5.0) / 0.2;
         let found = worst_whole(&ball, &Whole::new(&ball), 2e8, 0.5 * 80.0 * 25.0);
         assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
         let cube = rock(Shape::Box { size: [0.8; 3] }, 512, 1382.4);
@@ -232,7 +235,7 @@ mod tests {
     #[test]
     fn the_smallest_radius_that_is_proposed_keeps_the_overlap_below_the_limit() {
         let shape = Shape::RandomConvex { size: [1.5, 1.1, 0.9], seed: 3, points: 40 };
-        let law = Normal::Hertz(2e10);
+        let law = Normal::HertzMindlin(Hertz { modulus: 2e10 });
         let energy = 0.5 * 1900.0 * 16.7_f64.powi(2);
         let fine = rock(shape.clone(), 300, 1900.0);
         let before = worst(&fine, &law, energy);
@@ -250,7 +253,7 @@ mod tests {
     #[test]
     fn a_cube_overlaps_less_on_its_face_than_at_worst_and_never_more_than_one_sphere_alone() {
         let cube = rock(Shape::Box { size: [0.4; 3] }, 64, 170.0);
-        let law = Normal::Hertz(2e8);
+        let law = Normal::HertzMindlin(Hertz { modulus: 2e8 });
         let energy = 0.5 * 170.0 * 9.0;
         let face = pressed(&cube, &law, energy, &Vector3::z());
         let radius = cube.smallest_radius;
@@ -260,8 +263,8 @@ mod tests {
         let most = worst(&cube, &law, energy);
         assert!(most > 1.5 * face && most <= alone * (1.0 + 1e-9), "{face} {most} {alone}");
         let times = stiffer(&cube, &law, energy);
-        let Normal::Hertz(modulus) = law else { unreachable!() };
-        let kept = worst(&cube, &Normal::Hertz(modulus * times), energy);
+        let modulus = law.modulus().expect("Hertz");
+        let kept = worst(&cube, &Normal::HertzMindlin(Hertz { modulus: modulus * times }), energy);
         assert!(kept <= LIMIT && (most <= LIMIT || kept > 0.9 * LIMIT), "{kept}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::lengths::distance;
 use super::units::short;
-use crate::interface_mesh::Wall;
+use crate::interface_mesh::ContactMesh;
 use crate::model::Model;
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
@@ -37,10 +37,10 @@ struct Net {
 }
 
 impl Net {
-    fn of(wall: &Wall) -> Self {
+    fn of(contact_mesh: &ContactMesh) -> Self {
         Self {
-            low: wall.nodes.iter().fold(Vector3::repeat(f64::INFINITY), |l, n| l.inf(n)),
-            high: wall.nodes.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, n| h.sup(n)),
+            low: contact_mesh.nodes.iter().fold(Vector3::repeat(f64::INFINITY), |l, n| l.inf(n)),
+            high: contact_mesh.nodes.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, n| h.sup(n)),
         }
     }
 
@@ -55,14 +55,14 @@ impl Net {
 }
 
 /// What the user should know of rocks that never reach the net.
-pub fn check(model: &Model, wall: &Wall) -> Vec<String> {
-    if wall.nodes.is_empty() {
+pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<String> {
+    if contact_mesh.nodes.is_empty() {
         return Vec::new();
     }
-    let net = Net::of(wall);
+    let net = Net::of(contact_mesh);
     let of_rock = |at| match &model.ground {
         Some(ground) => on_terrain(model, ground, &net, at),
-        None => in_flight(model, wall, &net, at),
+        None => in_flight(model, contact_mesh, &net, at),
     };
     (0..model.settings.named()).filter_map(of_rock).collect()
 }
@@ -78,7 +78,7 @@ fn throw(model: &Model, at: usize) -> Throw {
 }
 
 /// Without terrain nothing but another rock can turn a rock.
-fn in_flight(model: &Model, wall: &Wall, net: &Net, at: usize) -> Option<String> {
+fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) -> Option<String> {
     let (rock, end) = (&model.rocks[at], model.settings.end_time);
     let throw = throw(model, at);
     if touches_another(model, &throw, at)
@@ -94,7 +94,7 @@ fn in_flight(model: &Model, wall: &Wall, net: &Net, at: usize) -> Option<String>
     // Between two instants a fast rock is at neither.
     let speed = throw.velocity.norm() + throw.gravity.norm() * end;
     let passes = nearest > speed * end / f64::from(INSTANTS);
-    if !passes && !leaves(wall, &throw, end) {
+    if !passes && !leaves(contact_mesh, &throw, end) {
         return None;
     }
     let how = match (passes, time >= end) {
@@ -119,13 +119,13 @@ fn in_flight(model: &Model, wall: &Wall, net: &Net, at: usize) -> Option<String>
 }
 
 /// Whether it never comes nearer to any element than it is at the start.
-fn leaves(wall: &Wall, throw: &Throw, end: f64) -> bool {
+fn leaves(contact_mesh: &ContactMesh, throw: &Throw, end: f64) -> bool {
     let nearest = |time: f64| {
         let place = throw.at(time);
         let to = |e: &crate::interface_mesh::Element| {
-            distance(e, &place, &e.nodes.map(|n| wall.nodes[n as usize]))
+            distance(e, &place, &e.nodes.map(|n| contact_mesh.nodes[n as usize]))
         };
-        wall.elements.iter().map(to).fold(f64::INFINITY, f64::min)
+        contact_mesh.elements.iter().map(to).fold(f64::INFINITY, f64::min)
     };
     let first = nearest(0.0);
     // The first moments count most: a rock may be through in one of the instants.

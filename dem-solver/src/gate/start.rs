@@ -8,7 +8,7 @@ use crate::contact::broad_phase::cell_grid::Plane;
 use crate::geometry::closest::on_face;
 use crate::geometry::sphere::Sphere;
 use crate::geometry::sphere_tree::SphereTree;
-use crate::interface_mesh::{Kind, Wall};
+use crate::interface_mesh::{ContactMesh, Kind};
 use crate::law::Law;
 use crate::model::Model;
 use crate::rock::{Motion, Rock};
@@ -143,7 +143,7 @@ pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> 
         _ => {}
     }
     let Some(deepest) = in_terrain(&start, ground, &start.motion, &down) else { return Ok(()) };
-    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
+    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
     let row: Vec<&Law> =
         model.ground_rows.get(at).into_iter().flatten().map(|n| &laws[*n as usize]).collect();
     let weight = start.rock.mass * settings.gravity.norm();
@@ -168,7 +168,7 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), InputError> {
         let start = StartPose::of(model, at);
         let Some(row) = model.side_rows.get(at) else { return Ok(()) };
         let laws: Vec<&Law> =
-            model.laws.iter().flat_map(|laws| row.iter().map(|n| &laws.walls[usize::from(*n)])).collect();
+            model.laws.iter().flat_map(|laws| row.iter().map(|n| &laws.surfaces[usize::from(*n)])).collect();
         let weight = start.rock.mass * model.settings.gravity.norm();
         for plane in &model.planes {
             let deepest = beyond(&start, plane, &start.motion);
@@ -240,12 +240,12 @@ fn in_terrain(start: &StartPose, ground: &Terrain, motion: &Motion, down: &Vecto
 }
 
 /// Refuse rocks that start with their surface in the net, which is `wall`; what the user should know of others.
-pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, InputError> {
+pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Result<Vec<String>, InputError> {
     let settings = &model.settings;
-    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.walls);
+    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
     for at in 0..model.rocks.len() {
         let start = StartPose::of(model, at);
-        let Some(deepest) = in_elements(&start, wall, &start.motion) else { continue };
+        let Some(deepest) = in_elements(&start, contact_mesh, &start.motion) else { continue };
         let weight = start.rock.mass * settings.gravity.norm();
         let all: Vec<&Law> = laws.iter().collect();
         if deepest.overlap <= start.touches(deepest.sphere, &all, weight) {
@@ -253,15 +253,15 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
         }
         // Back where it comes from; a rock at rest comes from above.
         let direction = -start.motion.velocity.try_normalize(1e-9).unwrap_or_else(|| settings.down());
-        let by = start.until_free(&direction, |motion| in_elements(&start, wall, motion));
-        let element = &wall.elements[deepest.element as usize];
+        let by = start.until_free(&direction, |motion| in_elements(&start, contact_mesh, motion));
+        let element = &contact_mesh.elements[deepest.element as usize];
         let [a, b, c] = element.nodes;
         let what = match element.kind {
             Kind::Line => format!("the line between nodes {a} and {b}"),
             Kind::Face => format!("the face of nodes {a}, {b} and {c}"),
             Kind::Point => format!("node {a}"),
         };
-        let [x, y, z] = (wall.nodes[a as usize] + model.origin).into();
+        let [x, y, z] = (contact_mesh.nodes[a as usize] + model.origin).into();
         return Err(scene
             .invalid(
                 &settings.place_key(at),
@@ -276,7 +276,7 @@ pub fn in_net(model: &Model, wall: &Wall, scene: &Scene) -> Result<Vec<String>, 
             )
             .try_instead(freed(settings, at, &direction, by)));
     }
-    let mut warnings = reach::check(model, wall);
+    let mut warnings = reach::check(model, contact_mesh);
     warnings.extend((0..settings.named()).filter_map(|at| too_soft(model, at)));
     Ok(warnings)
 }
@@ -288,9 +288,9 @@ fn too_soft(model: &Model, at: usize) -> Option<String> {
     let laws = model.laws.as_ref()?;
     let number = laws.number(&settings.rocks[at].material, STRUCTURE)?;
     let (radius, weight) = (rock.smallest_radius, rock.mass * settings.gravity.norm());
-    let share = resting(&laws.walls[number], radius, weight / rock.facing) / radius;
+    let share = resting(&laws.surfaces[number], radius, weight / rock.facing) / radius;
     let contact = settings.contacts.get(number)?;
-    let key = if contact.stiffness.is_some() { "stiffness" } else { "young" };
+    let key = contact.strength().map_or("young", |(key, _)| key);
     (share > LIMIT).then(|| {
         format!(
             "contact.{number}.{key}: rock `{}` at rest on the net overlaps it by more than {} of the radius of its spheres \
@@ -303,10 +303,10 @@ fn too_soft(model: &Model, at: usize) -> Option<String> {
 }
 
 /// The deepest overlap of a rock's spheres with the elements of a net, if there is any.
-fn in_elements(start: &StartPose, wall: &Wall, motion: &Motion) -> Option<Deepest> {
+fn in_elements(start: &StartPose, contact_mesh: &ContactMesh, motion: &Motion) -> Option<Deepest> {
     let mut deepest: Option<Deepest> = None;
-    for (number, element) in (0..).zip(&wall.elements) {
-        let nodes = element.nodes.map(|n| wall.nodes[n as usize]);
+    for (number, element) in (0..).zip(&contact_mesh.elements) {
+        let nodes = element.nodes.map(|n| contact_mesh.nodes[n as usize]);
         let reach = start.rock.reach + element.radius;
         if distance(element, &motion.position, &nodes) > reach {
             continue;

@@ -190,8 +190,8 @@ pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<O
 
 /// What is said of a [box] in which all spheres together are next to nothing.
 pub fn of_region(settings: &GranularSettings) -> Option<String> {
-    let walls = settings.walls.as_ref()?;
-    let edges = [0, 1, 2].map(|axis| walls.highest[axis] - walls.lowest[axis]);
+    let sides = settings.sides.as_ref()?;
+    let edges = [0, 1, 2].map(|axis| sides.highest[axis] - sides.lowest[axis]);
     let largest = settings.spheres.iter().map(|group| group.radii()[1]).fold(0.0, f64::max);
     let ball = |group: &SpheresSettings| group.total() as f64 * 4.2 * group.radii()[1].powi(3);
     let share = settings.spheres.iter().map(ball).sum::<f64>() / edges.iter().product::<f64>();

@@ -1,4 +1,4 @@
-//! The closest point of one wall element to a sphere's centre: first stage of the double hierarchy.
+//! The closest point of one mesh element to a sphere's centre: first stage of the double hierarchy.
 //!
 //! An element is convex, so that its closest point is one: inside a face, else on one of its edges,
 //! else at one of its nodes. The point comes with the weights that interpolate the element's nodes

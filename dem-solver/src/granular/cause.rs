@@ -1,15 +1,14 @@
 //! Why a step of many spheres went wrong, with the numbers.
 
-use super::Model;
-use super::state::State;
+use super::GranularModel;
+use super::state::GranularState;
 use crate::gate::landing::LIMIT;
-use crate::guard::cause::power;
 
 /// How much faster than start and gravity make a sphere shows that contact forces gain energy.
 const GAINED: f64 = 1.05;
 
 /// Why spheres overlap too deep, or are nowhere any more, in a step of `h` [s].
-pub fn of(model: &Model, state: &State, h: f64) -> String {
+pub fn of(model: &GranularModel, state: &GranularState, h: f64) -> String {
     let steps = &model.steps;
     if h > steps.critical * (1.0 + 1e-9) {
         return format!(
@@ -33,7 +32,7 @@ pub fn of(model: &Model, state: &State, h: f64) -> String {
     let at = model.radius.iter().position(|r| *r == radius).unwrap_or(0);
     let deepest = |law: &crate::law::Law| {
         let overlap = law.normal.deepest(0.5 * radius, 0.5 * model.mass[at], speed) / radius;
-        (overlap / LIMIT).powf(power(&law.normal))
+        (overlap / LIMIT).powf(law.normal.powers().overlap)
     };
     let times = model.laws.iter().map(deepest).fold(0.0, f64::max);
     let seen = format!("fastest sphere {fastest:.4} m/s, smallest radius {radius:.3e} m");

@@ -18,7 +18,7 @@ struct Resolved<'a> {
     gravity: [f64; 3],
     spheres: &'a [SpheresSettings],
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    walls: Option<&'a BoxSettings>,
+    sides: Option<&'a BoxSettings>,
     contact: &'a [ContactSettings],
     dem: &'a DemSettings,
 }
@@ -67,7 +67,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let tables = Resolved {
         gravity: settings.gravity.into(),
         spheres: &settings.spheres,
-        walls: settings.walls.as_ref(),
+        sides: settings.sides.as_ref(),
         contact: &settings.contacts,
         dem: &settings.dem,
     };

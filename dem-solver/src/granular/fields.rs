@@ -1,30 +1,30 @@
 //! Field files: the spheres as points with radius, velocity and spin.
 
-use super::Model;
-use super::state::State;
+use super::GranularModel;
+use super::state::GranularState;
 use interface_defs::Fault;
 use interface_defs::toolkit::vtu::{Cells, Series, Vtu};
 use std::io;
 use std::path::Path;
 
 /// The series `spheres`, written whenever an interval has passed.
-pub struct Fields {
+pub struct GranularFields {
     interval: f64,
     written: u64,
     series: Series,
     group: Vec<f64>,
 }
 
-impl Fields {
+impl GranularFields {
     /// A new series in `dir`, a step each `interval` [s] from t = 0 on.
-    pub fn create(dir: &Path, interval: f64, model: &Model) -> Result<Self, Fault> {
+    pub fn create(dir: &Path, interval: f64, model: &GranularModel) -> Result<Self, Fault> {
         let series = Series::create(dir, "spheres").map_err(unwritable)?;
         let group = model.group.iter().map(|g| f64::from(*g)).collect();
         Ok(Self { interval, written: 0, series, group })
     }
 
     /// Write `state` if its time has reached the next multiple of the interval.
-    pub fn write_if_due(&mut self, model: &Model, state: &State) -> Result<(), Fault> {
+    pub fn write_if_due(&mut self, model: &GranularModel, state: &GranularState) -> Result<(), Fault> {
         // A time that is a multiple but for rounding counts as that multiple.
         if state.time < self.written as f64 * self.interval - 1e-9 * self.interval {
             return Ok(());

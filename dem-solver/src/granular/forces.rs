@@ -5,11 +5,10 @@
 //! share out blocks of spheres; who computes a block does not change a bit of it, and energies are
 //! summed up in the order of the blocks.
 
-use super::state::Held;
-use crate::contact::broad_phase::cell_grid::{Pair, PairList, Plane};
+use crate::contact::broad_phase::cell_grid::{Plane, SpherePair, SpherePairs};
 use crate::law::Law;
 use crate::law::block::{Block, WIDTH};
-use crate::law::contact_point::{Meeting, Past};
+use crate::law::contact_point::{ContactPoint, History};
 use nalgebra::Vector3;
 
 /// Spheres of a block.
@@ -39,13 +38,13 @@ pub struct Push {
 
 /// Sums over the pairs of a block.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Sums {
+pub struct BlockSums {
     /// Power of the dashpots [W].
-    pub damped: f64,
+    pub damping_power: f64,
     /// Power of friction and rolling resistance [W].
-    pub rubbed: f64,
+    pub friction_power: f64,
     /// Energy of the tangential and rolling springs after the step [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy of the normal springs [J].
     pub elastic: f64,
     /// Contacts.
@@ -54,21 +53,21 @@ pub struct Sums {
     pub deepest: f64,
 }
 
-impl Sums {
+impl BlockSums {
     /// Add those of the next block.
     pub fn add(&mut self, next: &Self) {
-        self.damped += next.damped;
-        self.rubbed += next.rubbed;
-        self.sheared += next.sheared;
+        self.damping_power += next.damping_power;
+        self.friction_power += next.friction_power;
+        self.tangential_energy += next.tangential_energy;
         self.elastic += next.elastic;
         self.contacts += next.contacts;
         self.deepest = self.deepest.max(next.deepest);
     }
 }
 
-/// A contact that waits for its answer.
+/// A contact that waits for its response.
 #[derive(Debug, Clone, Copy, Default)]
-struct Touch {
+struct WaitingContact {
     /// Its pair, from the first of those that are answered.
     pair: usize,
     normal: Vector3<f64>,
@@ -79,20 +78,20 @@ struct Touch {
 
 /// Where answers go.
 struct Out<'a> {
-    sums: Sums,
-    held: &'a mut [Held],
+    sums: BlockSums,
+    held: &'a mut [History],
     pushes: &'a mut [Push],
     moments: &'a mut [Vector3<f64>],
 }
 
 /// What does not change in a step.
 #[derive(Clone, Copy)]
-pub struct Scene<'a> {
-    /// The laws: of spheres with each other, then with walls.
+pub struct PairScene<'a> {
+    /// The laws: of spheres with each other, then with surfaces.
     pub laws: &'a [Law],
     /// The pairs.
-    pub list: &'a PairList,
-    /// The walls.
+    pub list: &'a SpherePairs,
+    /// The surfaces.
     pub planes: &'a [Plane],
     /// The spheres.
     pub seen: &'a [Seen],
@@ -105,9 +104,9 @@ pub struct Scene<'a> {
 /// Most spheres that touch one of equal size.
 const MOST_NEIGHBOURS: f64 = 12.0;
 
-impl Scene<'_> {
+impl PairScene<'_> {
     /// Where the pair touches: normal from the first, overlap, lever arms of both (the second's is 0 for a
-    /// wall).
+    /// mesh).
     #[inline]
     fn touch(&self, first: &Seen, second: u32) -> Option<(Vector3<f64>, f64, [f64; 2])> {
         let count = self.seen.len();
@@ -133,13 +132,13 @@ impl Scene<'_> {
         &self,
         from: usize,
         to: usize,
-        held: &mut [Held],
+        held: &mut [History],
         pushes: &mut [Push],
         moments: &mut [Vector3<f64>],
-    ) -> Sums {
-        let mut out = Out { sums: Sums::default(), held, pushes, moments };
+    ) -> BlockSums {
+        let mut out = Out { sums: BlockSums::default(), held, pushes, moments };
         let mut block = Block::default();
-        let mut waiting = [Touch::default(); WIDTH];
+        let mut waiting = [WaitingContact::default(); WIDTH];
         let origin = self.list.start[from] as usize;
         for i in from..to {
             let first = &self.seen[i];
@@ -161,10 +160,11 @@ impl Scene<'_> {
                     Some(other) => first.radius.min(other.radius),
                     None => first.radius,
                 };
-                waiting[block.count] = Touch { pair: p - origin, normal, overlap, depth: overlap / smaller };
+                waiting[block.count] =
+                    WaitingContact { pair: p - origin, normal, overlap, depth: overlap / smaller };
                 let held = &out.held[p - origin];
-                let past = if held.overlap > 0.0 { held.past() } else { Past::default() };
-                block.push(&self.meeting(law, i, pair, normal, overlap, arms), &past);
+                let history = if held.overlap > 0.0 { *held } else { History::default() };
+                block.push(&self.point(law, i, pair, normal, overlap, arms), &history);
             }
         }
         self.finish(&mut block, &waiting, &mut out);
@@ -172,27 +172,26 @@ impl Scene<'_> {
     }
 
     /// Answer the contacts of a block, which is empty then.
-    fn finish(&self, block: &mut Block, waiting: &[Touch; WIDTH], out: &mut Out) {
+    fn finish(&self, block: &mut Block, waiting: &[WaitingContact; WIDTH], out: &mut Out) {
         if block.count == 0 {
             return;
         }
         let law = &self.laws[block.law as usize];
         block.compute(law, self.h);
         for (l, touch) in waiting.iter().enumerate().take(block.count) {
-            let answer = block.answer(l);
-            out.held[touch.pair] =
-                Held { overlap: touch.overlap, spring: answer.spring, moment: answer.rolled };
+            let response = block.response(l);
+            out.held[touch.pair] = response.history(touch.overlap);
             let couple =
-                if law.tangential.is_some() { touch.normal.cross(&answer.force) } else { Vector3::zeros() };
-            out.pushes[touch.pair] = Push { force: answer.force, couple };
+                if law.tangential.is_some() { touch.normal.cross(&response.force) } else { Vector3::zeros() };
+            out.pushes[touch.pair] = Push { force: response.force, couple };
             if law.rolling.is_some() {
-                out.moments[touch.pair] = answer.moment;
+                out.moments[touch.pair] = response.moment;
             }
             let sums = &mut out.sums;
-            sums.damped += answer.damped;
-            sums.rubbed += answer.rubbed;
-            sums.sheared += answer.sheared;
-            sums.elastic += answer.load.energy;
+            sums.damping_power += response.damping_power;
+            sums.friction_power += response.friction_power;
+            sums.tangential_energy += response.tangential_energy;
+            sums.elastic += response.load.energy;
             sums.contacts += 1;
             sums.deepest = sums.deepest.max(touch.depth);
         }
@@ -200,15 +199,15 @@ impl Scene<'_> {
     }
 
     #[inline]
-    fn meeting(
+    fn point(
         &self,
         law: &Law,
         i: usize,
-        pair: &Pair,
+        pair: &SpherePair,
         normal: Vector3<f64>,
         overlap: f64,
         arms: [f64; 2],
-    ) -> Meeting {
+    ) -> ContactPoint {
         let first = &self.seen[i];
         let mut velocity = first.velocity;
         let mut spin = first.spin;
@@ -227,7 +226,8 @@ impl Scene<'_> {
             velocity += turning.cross(&normal);
         }
         let dashpot = law.damping.as_ref().map_or(0.0, |d| 2.0 * d.ratio * pair.root_mass);
-        Meeting { normal, overlap, radius: pair.radius, velocity, spin, inertia, dashpot }
+        let jump = Vector3::zeros();
+        ContactPoint { normal, overlap, radius: pair.radius, velocity, spin, inertia, dashpot, jump }
     }
 
     /// Energy of the normal springs and number of contacts of the spheres from `from` to `to`.
@@ -250,7 +250,7 @@ impl Scene<'_> {
     pub fn gather(
         &self,
         i: usize,
-        held: &[Held],
+        held: &[History],
         pushes: &[Push],
         moments: &[Vector3<f64>],
     ) -> [Vector3<f64>; 2] {

@@ -1,4 +1,4 @@
-//! Thousands of separate spheres that meet each other and the walls of a box.
+//! Thousands of separate spheres that meet each other and the surfaces of a box.
 //!
 //! - [`forces`]: what the pairs do, in an order that does not depend on threads
 //! - [`run`]: the steps of a window
@@ -14,13 +14,13 @@ pub mod run;
 pub mod state;
 pub mod steps;
 
-use crate::contact::broad_phase::cell_grid::{Pair, Plane};
+use crate::contact::broad_phase::cell_grid::{Plane, SpherePair};
 use crate::gate;
 use crate::law::Law;
 use crate::law::table::Laws;
 use crate::settings::placement::Start;
 use crate::settings::{BoxSettings, GranularSettings, RollingName, limits};
-use fields::Fields;
+use fields::GranularFields;
 use interface_defs::message::{Gauge, Hello, Measure, Role, capability};
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
@@ -29,9 +29,9 @@ use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Fault, Plan, Ready, Solver, Statistics, Window};
 use nalgebra::Vector3;
 use rayon::ThreadPool;
-use run::Run;
-use state::State;
-use steps::Steps;
+use run::GranularIntegrator;
+use state::GranularState;
+use steps::GranularSteps;
 
 /// Whether there are separate spheres in `scene` and nothing else that they could touch but a box: else each is a rock.
 pub fn are_alone(scene: &Scene) -> bool {
@@ -42,7 +42,7 @@ pub fn are_alone(scene: &Scene) -> bool {
 }
 
 /// What does not change in a run.
-pub struct Model {
+pub struct GranularModel {
     /// What the scene says.
     pub settings: GranularSettings,
     /// Radius of each sphere [m].
@@ -55,11 +55,11 @@ pub struct Model {
     pub group: Vec<u16>,
     /// Smallest radius [m].
     pub smallest: f64,
-    /// The walls.
+    /// The surfaces.
     pub planes: Vec<Plane>,
-    /// The laws between spheres, then those with walls.
+    /// The laws between spheres, then those with surfaces.
     pub laws: Vec<Law>,
-    /// Law numbers, a row for each group: with each group, then with the walls.
+    /// Law numbers, a row for each group: with each group, then with the surfaces.
     table: Vec<u16>,
     /// Whether a law has a rolling part.
     pub rolls: bool,
@@ -68,13 +68,13 @@ pub struct Model {
     /// The step [s].
     pub step: f64,
     /// What limits it.
-    pub steps: Steps,
+    pub steps: GranularSteps,
     /// `gravity` [m/s2].
     pub gravity: Vector3<f64>,
     pool: Option<ThreadPool>,
 }
 
-impl Model {
+impl GranularModel {
     /// Of a scene, and where its spheres start.
     pub fn new(scene: &Scene) -> Result<(Self, Start), InputError> {
         let settings = GranularSettings::of(scene)?;
@@ -85,11 +85,12 @@ impl Model {
                 format!("add one with between = [\"{a}\", \"{b}\"], or one without `between` for all others"),
             )
         })?;
-        let all: Vec<Law> = laws.rocks.iter().chain(&laws.walls).cloned().collect();
+        let all: Vec<Law> = laws.rocks.iter().chain(&laws.surfaces).cloned().collect();
         let used = || table.iter().map(|n| &all[*n as usize]);
         let (rolls, remembers) = (used().any(|l| l.rolling.is_some()), used().any(Law::remembers));
         let springs = used().any(|l| l.rolling.is_some_and(|r| r.kind == RollingName::Spring));
-        let steps = Steps::new(&settings, &start, &used().cloned().collect::<Vec<_>>(), springs, scene)?;
+        let steps =
+            GranularSteps::new(&settings, &start, &used().cloned().collect::<Vec<_>>(), springs, scene)?;
         let threads = settings.dem.threads.unwrap_or(1);
         let pool = (threads > 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
         let pool = pool
@@ -103,7 +104,7 @@ impl Model {
             inertia,
             group: start.group.clone(),
             smallest,
-            planes: settings.walls.iter().flat_map(BoxSettings::planes).map(Plane::from).collect(),
+            planes: settings.sides.iter().flat_map(BoxSettings::planes).map(Plane::from).collect(),
             laws: all,
             table,
             rolls,
@@ -117,8 +118,8 @@ impl Model {
         Ok((model, start))
     }
 
-    /// What the pair of sphere `i` and `second` (a sphere, or a wall) needs.
-    fn pair(&self, i: usize, second: u32) -> Pair {
+    /// What the pair of sphere `i` and `second` (a sphere, or a mesh) needs.
+    fn pair(&self, i: usize, second: u32) -> SpherePair {
         let groups = self.settings.spheres.len();
         let row = self.group[i] as usize * (groups + 1);
         match self.radius.get(second as usize) {
@@ -127,11 +128,11 @@ impl Model {
                 let radius = self.radius[i] * other / (self.radius[i] + other);
                 let mass = self.mass[i] * self.mass[j] / (self.mass[i] + self.mass[j]);
                 let law = self.table[row + self.group[j] as usize];
-                Pair { second, law, radius, root_mass: mass.sqrt() }
+                SpherePair { second, law, radius, root_mass: mass.sqrt() }
             }
             None => {
                 let law = self.table[row + groups];
-                Pair { second, law, radius: self.radius[i], root_mass: self.mass[i].sqrt() }
+                SpherePair { second, law, radius: self.radius[i], root_mass: self.mass[i].sqrt() }
             }
         }
     }
@@ -148,7 +149,7 @@ impl Model {
     }
 }
 
-/// Law numbers of all pairs of groups and of groups with walls. Errs with the pair that has none.
+/// Law numbers of all pairs of groups and of groups with surfaces. Errs with the pair that has none.
 fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>, (&'a str, &'a str)> {
     let mut table = Vec::new();
     for a in &settings.spheres {
@@ -156,8 +157,8 @@ fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>
             let number = laws.number(&a.material, &b.material).ok_or((&*a.material, &*b.material))?;
             table.push(number as u16);
         }
-        // Without walls the entry is never read.
-        let with_walls = match &settings.walls {
+        // Without surfaces the entry is never read.
+        let with_walls = match &settings.sides {
             Some(w) => laws.number(&a.material, &w.material).ok_or((&*a.material, &*w.material))?,
             None => 0,
         };
@@ -168,13 +169,13 @@ fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>
 
 /// Many separate spheres, alone on a scene.
 pub struct GranularSolver {
-    model: Model,
+    model: GranularModel,
     cautions: Vec<String>,
     options: Options,
-    run: Run,
-    committed: State,
-    trial: State,
-    fields: Option<Fields>,
+    run: GranularIntegrator,
+    committed: GranularState,
+    trial: GranularState,
+    fields: Option<GranularFields>,
 }
 
 /// How far spheres of a file may overlap at the start, in smaller radii: as in a packing at rest.
@@ -182,7 +183,7 @@ const RESTING: f64 = 0.1;
 
 /// What is said of `contacts` that there are at the start: of spheres of a file, little. Others are placed apart.
 fn overlapping(
-    model: &Model,
+    model: &GranularModel,
     start: &Start,
     contacts: usize,
     scene: &Scene,
@@ -219,10 +220,10 @@ fn overlapping(
 impl GranularSolver {
     /// The solver of a scene.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
-        let (model, start) = Model::new(scene)?;
+        let (model, start) = GranularModel::new(scene)?;
         let mut cautions = gate::of_spheres(&model.settings, scene)?;
-        let mut committed = State::new(&start, model.gravity);
-        let mut run = Run::new(committed.position.len());
+        let mut committed = GranularState::new(&start, model.gravity);
+        let mut run = GranularIntegrator::new(committed.position.len());
         run.at_end(&model, &mut committed);
         if committed.contacts > 0 {
             cautions.extend(overlapping(&model, &start, committed.contacts, scene)?);
@@ -232,12 +233,12 @@ impl GranularSolver {
     }
 
     /// What does not change in a run.
-    pub fn model(&self) -> &Model {
+    pub fn model(&self) -> &GranularModel {
         &self.model
     }
 
     /// The committed state.
-    pub fn state(&self) -> &State {
+    pub fn state(&self) -> &GranularState {
         &self.committed
     }
 
@@ -260,7 +261,7 @@ impl GranularSolver {
     }
 
     /// Their values.
-    fn values(&self, state: &State) -> [f64; 9] {
+    fn values(&self, state: &GranularState) -> [f64; 9] {
         let model = &self.model;
         let (mut kinetic, mut potential, mut fastest) = (0.0, 0.0, 0.0_f64);
         let (mut mass, mut centre) = (0.0, Vector3::zeros());
@@ -272,13 +273,13 @@ impl GranularSolver {
             mass += model.mass[i];
             centre += state.position[i] * model.mass[i];
         }
-        let stored = state.elastic + state.sheared;
+        let stored = state.elastic + state.tangential_energy;
         centre /= mass;
         let contacts = state.contacts as f64;
         [kinetic, potential, stored, state.dissipated, contacts, fastest.sqrt(), centre.x, centre.y, centre.z]
     }
 
-    fn tell(&self, state: &State, output: &mut [f64]) {
+    fn tell(&self, state: &GranularState, output: &mut [f64]) {
         for (out, value) in output.chunks_exact_mut(3).zip(self.values(state)) {
             out.fill(value);
         }
@@ -308,7 +309,7 @@ impl Solver for GranularSolver {
             return Err(Fault::input("[[spheres]] run alone: they have no interface with a structure"));
         }
         if let (Some(interval), Some(out)) = (self.model.settings.fields, &self.options.out) {
-            self.fields = Some(Fields::create(&out.join("fields"), interval, &self.model)?);
+            self.fields = Some(GranularFields::create(&out.join("fields"), interval, &self.model)?);
             self.write_fields()?;
         }
         let gauges = Self::gauges();

@@ -1,10 +1,11 @@
 //! The steps of a window of many spheres: position Verlet, as for the rocks (`solver::window`).
 
-use super::Model;
+use super::GranularModel;
 use super::cause;
-use super::forces::{BLOCK, Push, Scene, Seen, Sums};
-use super::state::{Held, State};
-use crate::contact::broad_phase::cell_grid::{Pair, PairList};
+use super::forces::{BLOCK, BlockSums, PairScene, Push, Seen};
+use super::state::GranularState;
+use crate::contact::broad_phase::cell_grid::{SpherePair, SpherePairs};
+use crate::law::contact_point::History;
 use interface_defs::{Fault, Window};
 use nalgebra::Vector3;
 
@@ -17,16 +18,16 @@ const DEEPEST: f64 = 1.0;
 
 /// Buffers of a run. None of it is state: it can be thrown away without changing a result.
 #[derive(Default)]
-pub struct Run {
-    list: PairList,
+pub struct GranularIntegrator {
+    list: SpherePairs,
     seen: Vec<Seen>,
-    held: Vec<Held>,
+    held: Vec<History>,
     /// The list before, while histories are handed over.
-    old: (Vec<u32>, Vec<Pair>, Vec<Held>),
+    old: (Vec<u32>, Vec<SpherePair>, Vec<History>),
     centres: Vec<Vector3<f64>>,
     pushes: Vec<Push>,
     moments: Vec<Vector3<f64>>,
-    sums: Vec<Sums>,
+    sums: Vec<BlockSums>,
     moved: Vec<f64>,
     /// Steps so far.
     pub steps: u64,
@@ -34,12 +35,12 @@ pub struct Run {
     pub evaluations: u64,
 }
 
-impl Run {
+impl GranularIntegrator {
     /// With room for what usually touches.
     pub fn new(count: usize) -> Self {
         let blocks = count.div_ceil(BLOCK);
         let mut run =
-            Self { sums: vec![Sums::default(); blocks], moved: vec![0.0; blocks], ..Self::default() };
+            Self { sums: vec![BlockSums::default(); blocks], moved: vec![0.0; blocks], ..Self::default() };
         run.list.pairs.reserve(8 * count);
         run.held.reserve(8 * count);
         run.old.1.reserve(8 * count);
@@ -54,7 +55,12 @@ impl Run {
     }
 
     /// Advance `state` over `window`.
-    pub fn solve(&mut self, model: &Model, state: &mut State, window: &Window) -> Result<(), Fault> {
+    pub fn solve(
+        &mut self,
+        model: &GranularModel,
+        state: &mut GranularState,
+        window: &Window,
+    ) -> Result<(), Fault> {
         let steps = window.steps(model.step);
         let h = window.length / steps as f64;
         self.recall(model, state);
@@ -71,7 +77,7 @@ impl Run {
     }
 
     /// Contacts and stored energy of the state.
-    pub fn at_end(&mut self, model: &Model, state: &mut State) {
+    pub fn at_end(&mut self, model: &GranularModel, state: &mut GranularState) {
         self.see(model, state, 0.0);
         self.make_sure(model);
         let scene = self.scene(model, 0.0);
@@ -83,13 +89,13 @@ impl Run {
         (state.elastic, state.contacts) = (energy, contacts);
     }
 
-    fn scene<'a>(&'a self, model: &'a Model, h: f64) -> Scene<'a> {
+    fn scene<'a>(&'a self, model: &'a GranularModel, h: f64) -> PairScene<'a> {
         let (laws, planes, inertia) = (&model.laws, &model.planes, &model.inertia);
-        Scene { laws, list: &self.list, planes, seen: &self.seen, inertia, h }
+        PairScene { laws, list: &self.list, planes, seen: &self.seen, inertia, h }
     }
 
     /// The spheres after `half` a step of drift, their velocities half a step further; `half` 0: as they are.
-    fn see(&mut self, model: &Model, state: &State, half: f64) {
+    fn see(&mut self, model: &GranularModel, state: &GranularState, half: f64) {
         if self.seen.len() != state.position.len() {
             let zero = Vector3::zeros();
             let seen = |radius: &f64| Seen { centre: zero, radius: *radius, velocity: zero, spin: zero };
@@ -118,7 +124,7 @@ impl Run {
     }
 
     /// Make sure that every pair of touching spheres is listed, histories in their places.
-    fn make_sure(&mut self, model: &Model) {
+    fn make_sure(&mut self, model: &GranularModel) {
         let furthest = self.moved.iter().copied().fold(0.0, f64::max).sqrt();
         let skin = SKIN * model.smallest;
         if 2.0 * furthest <= skin {
@@ -133,7 +139,7 @@ impl Run {
         self.list.build(&self.centres, &model.radius, &model.planes, skin, |i, second| model.pair(i, second));
         let count = self.list.pairs.len();
         self.held.clear();
-        self.held.resize(count, Held::default());
+        self.held.resize(count, History::default());
         self.pushes.resize(count, Push::default());
         if model.rolls {
             self.moments.resize(count, Vector3::zeros());
@@ -146,11 +152,17 @@ impl Run {
     }
 
     /// One step, that begins at `time` [s]; errs with what has gone wrong.
-    fn step(&mut self, model: &Model, state: &mut State, h: f64, time: f64) -> Result<(), String> {
+    fn step(
+        &mut self,
+        model: &GranularModel,
+        state: &mut GranularState,
+        h: f64,
+        time: f64,
+    ) -> Result<(), String> {
         self.see(model, state, 0.5 * h);
         self.make_sure(model);
         self.answer(model, h);
-        let mut sums = Sums::default();
+        let mut sums = BlockSums::default();
         for block in &self.sums {
             sums.add(block);
         }
@@ -164,8 +176,9 @@ impl Run {
         if sums.deepest > state.deepest.0 {
             state.deepest = (sums.deepest, time + 0.5 * h);
         }
-        state.dissipated += (sums.damped + sums.rubbed) * h - (sums.sheared - state.sheared);
-        state.sheared = sums.sheared;
+        state.dissipated += (sums.damping_power + sums.friction_power) * h
+            - (sums.tangential_energy - state.tangential_energy);
+        state.tangential_energy = sums.tangential_energy;
         self.evaluations += sums.contacts as u64;
         self.kick(model, state, h);
         if self.moved.iter().any(|m| !m.is_finite()) {
@@ -174,10 +187,10 @@ impl Run {
         Ok(())
     }
 
-    fn answer(&mut self, model: &Model, h: f64) {
+    fn answer(&mut self, model: &GranularModel, h: f64) {
         let count = self.seen.len();
         let (laws, planes, inertia) = (&model.laws, &model.planes, &model.inertia);
-        let scene = Scene { laws, list: &self.list, planes, seen: &self.seen, inertia, h };
+        let scene = PairScene { laws, list: &self.list, planes, seen: &self.seen, inertia, h };
         let (mut held, mut pushes, mut moments) =
             (&mut self.held[..], &mut self.pushes[..], &mut self.moments[..]);
         let list = &self.list;
@@ -193,11 +206,11 @@ impl Run {
         });
     }
 
-    fn kick(&mut self, model: &Model, state: &mut State, h: f64) {
+    fn kick(&mut self, model: &GranularModel, state: &mut GranularState, h: f64) {
         let (laws, planes, inertia) = (&model.laws, &model.planes, &model.inertia);
-        let scene = Scene { laws, list: &self.list, planes, seen: &self.seen, inertia, h };
+        let scene = PairScene { laws, list: &self.list, planes, seen: &self.seen, inertia, h };
         let (held, pushes, moments) = (&self.held, &self.pushes, &self.moments);
-        let State { position, velocity, spin, acceleration, turning, .. } = state;
+        let GranularState { position, velocity, spin, acceleration, turning, .. } = state;
         let linear =
             position.chunks_mut(BLOCK).zip(velocity.chunks_mut(BLOCK)).zip(acceleration.chunks_mut(BLOCK));
         let angular = spin.chunks_mut(BLOCK).zip(turning.chunks_mut(BLOCK));
@@ -219,11 +232,11 @@ impl Run {
     }
 
     /// Put what the state remembers into the list.
-    fn recall(&mut self, model: &Model, state: &State) {
+    fn recall(&mut self, model: &GranularModel, state: &GranularState) {
         self.see(model, state, 0.0);
-        self.held.fill(Held::default());
+        self.held.fill(History::default());
         self.make_sure(model);
-        for (first, second, held) in &state.memories {
+        for (first, second, held) in &state.histories {
             let range =
                 self.list.start[*first as usize] as usize..self.list.start[*first as usize + 1] as usize;
             let at = self.list.pairs[range.clone()].binary_search_by_key(second, |p| p.second);
@@ -234,15 +247,15 @@ impl Run {
         }
     }
 
-    fn remember(&self, state: &mut State, model: &Model) {
-        state.memories.clear();
+    fn remember(&self, state: &mut GranularState, model: &GranularModel) {
+        state.histories.clear();
         if !model.remembers {
             return;
         }
         for i in 0..self.seen.len() {
             for p in self.list.start[i] as usize..self.list.start[i + 1] as usize {
                 if self.held[p].overlap > 0.0 {
-                    state.memories.push((i as u32, self.list.pairs[p].second, self.held[p]));
+                    state.histories.push((i as u32, self.list.pairs[p].second, self.held[p]));
                 }
             }
         }
@@ -257,7 +270,7 @@ fn split<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
 }
 
 /// Hand the histories of sphere `i` from its old pairs to its new ones; both ascend.
-fn hand_over(pairs: &[Pair], old: &[Held], list: &PairList, i: usize, held: &mut [Held]) {
+fn hand_over(pairs: &[SpherePair], old: &[History], list: &SpherePairs, i: usize, held: &mut [History]) {
     let mut new = list.start[i] as usize;
     let end = list.start[i + 1] as usize;
     for (pair, old) in pairs.iter().zip(old).filter(|(_, old)| old.overlap > 0.0) {

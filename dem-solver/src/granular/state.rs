@@ -1,32 +1,13 @@
 //! What a window of many spheres starts from and ends with, all at one instant. One array for each
 //! quantity; a sphere's number is its place.
 
-use crate::law::contact_point::Past;
+use crate::law::contact_point::History;
 use crate::settings::placement::Start;
 use nalgebra::Vector3;
 
-/// What a pair that touches remembers.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Held {
-    /// Overlap in the middle of the last step [m]; 0: the pair did not touch.
-    pub overlap: f64,
-    /// Force of the tangential spring on the first [N].
-    pub spring: Vector3<f64>,
-    /// Moment of the rolling spring on the first [N m].
-    pub moment: Vector3<f64>,
-}
-
-impl Held {
-    /// What the contact has from it.
-    #[inline]
-    pub fn past(&self) -> Past {
-        Past { spring: self.spring, moment: self.moment, overlap: self.overlap, ..Past::default() }
-    }
-}
-
 /// State of all spheres.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct State {
+pub struct GranularState {
     /// Time [s].
     pub time: f64,
     /// Centre [m].
@@ -39,10 +20,10 @@ pub struct State {
     pub acceleration: Vec<Vector3<f64>>,
     /// Angular acceleration in the middle of the last step [rad/s2].
     pub turning: Vec<Vector3<f64>>,
-    /// Pairs that touch and remember, by first and second.
-    pub memories: Vec<(u32, u32, Held)>,
+    /// Histories of pairs that touch, by first and second; what acts on the first.
+    pub histories: Vec<(u32, u32, History)>,
     /// Energy of the tangential and rolling springs [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy of the normal springs [J].
     pub elastic: f64,
     /// Energy dissipated since t = 0 [J].
@@ -53,7 +34,7 @@ pub struct State {
     pub deepest: (f64, f64),
 }
 
-impl State {
+impl GranularState {
     /// At t = 0.
     pub fn new(start: &Start, gravity: Vector3<f64>) -> Self {
         let count = start.position.len();
@@ -67,15 +48,16 @@ impl State {
         }
     }
 
-    /// Become `other`, without allocating while its memories fit.
+    /// Become `other`, without allocating while its histories fit.
     pub fn copy(&mut self, other: &Self) {
         self.position.clone_from(&other.position);
         self.velocity.clone_from(&other.velocity);
         self.spin.clone_from(&other.spin);
         self.acceleration.clone_from(&other.acceleration);
         self.turning.clone_from(&other.turning);
-        self.memories.clone_from(&other.memories);
-        (self.time, self.sheared, self.elastic) = (other.time, other.sheared, other.elastic);
+        self.histories.clone_from(&other.histories);
+        (self.time, self.tangential_energy, self.elastic) =
+            (other.time, other.tangential_energy, other.elastic);
         (self.dissipated, self.contacts, self.deepest) = (other.dissipated, other.contacts, other.deepest);
     }
 }

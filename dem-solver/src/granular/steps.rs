@@ -21,7 +21,7 @@ const NEIGHBOURS: f64 = 12.0;
 
 /// What limits and what sets the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Steps {
+pub struct GranularSteps {
     /// The step that is taken [s].
     pub step: f64,
     /// Largest stable step [s].
@@ -34,7 +34,7 @@ pub struct Steps {
     pub speed: f64,
 }
 
-impl Steps {
+impl GranularSteps {
     /// For the spheres of `start` under `laws`; a step above the critical one is refused unless allowed.
     pub fn new(
         settings: &GranularSettings,
@@ -57,7 +57,7 @@ impl Steps {
         let heaviest = start.mass.iter().copied().fold(0.0, f64::max);
         let widest = start.radius.iter().copied().fold(0.0, f64::max);
         for law in laws {
-            // Two of the smallest; a wall or a large partner makes a contact up to sqrt(2) as stiff.
+            // Two of the smallest; a mesh or a large partner makes a contact up to sqrt(2) as stiff.
             let stiffest = |overlap: f64| law.normal.load(radius, overlap.min(DEEP * radius)).stiffness;
             let impact = stiffest(law.normal.deepest(0.5 * radius, 0.5 * mass, speed));
             let column = heaviest * gravity * (height / (2.0 * widest)).max(1.0);
@@ -69,7 +69,7 @@ impl Steps {
             let squares = (2.0 * impact / mass).max(2.0 * NEIGHBOURS * pressed / mass) * share;
             let ratio = law.damping.map_or(0.0, |d| d.ratio);
             steps.critical = steps.critical.min(critical(squares.sqrt(), ratio));
-            steps.contact = steps.contact.min(law.normal.duration(0.5 * radius, 0.5 * mass, speed));
+            steps.contact = steps.contact.min(law.normal.impact(0.5 * radius, 0.5 * mass, speed).1);
             steps.stiffness = steps.stiffness.max(impact.max(pressed));
         }
         let dem = &settings.dem;
@@ -96,7 +96,7 @@ fn height(settings: &GranularSettings, start: &Start) -> f64 {
     let free = 0.5 * settings.gravity.norm() * settings.end_time * settings.end_time;
     let fastest = start.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
     let fall = free + fastest * settings.end_time;
-    settings.walls.as_ref().map_or(fall, |walls| fall.min(walls.height(&down)))
+    settings.sides.as_ref().map_or(fall, |sides| fall.min(sides.height(&down)))
 }
 
 /// Overlap at which `law` carries `force` [N] at effective radius `radius`.

@@ -161,9 +161,9 @@ impl Case<'_> {
         let (normal, mass, expected, times) = if let Some([smallest, effective, mass]) = self.pair {
             let normal = &laws.rocks[law].normal;
             let expected = normal.deepest(effective, mass, speed) / smallest;
-            (normal, mass, expected, (expected / AIM).powf(power(normal)))
+            (normal, mass, expected, (expected / AIM).powf(normal.powers().overlap))
         } else {
-            let (normal, energy) = (&laws.walls[law].normal, 0.5 * rock.mass * speed * speed);
+            let (normal, energy) = (&laws.surfaces[law].normal, 0.5 * rock.mass * speed * speed);
             (normal, rock.mass, worst(rock, normal, energy), stiffer(rock, normal, energy))
         };
         if expected <= AIM {
@@ -175,9 +175,12 @@ impl Case<'_> {
                  energy does it, shorten coupling.time_window, or raise contact.young"
             );
         }
-        let stiffness = match self.young() {
-            Some(young) => format!("raise contact.young from {young:.3e} to {:.2e} Pa", young * times),
-            None => format!("make it {times:.1} times as stiff (contact.stiffness)"),
+        let stiffness = match laws.settings[law].strength() {
+            Some(("young", young)) => {
+                format!("raise contact.young from {young:.3e} to {:.2e} Pa", young * times)
+            }
+            Some((key, value)) => format!("raise contact.{key} from {value:.3e} to {:.2e}", value * times),
+            None => format!("make it {times:.1} times as stiff"),
         };
         format!(
             "for {speed:.4} m/s and {:.4} kg the contact is too soft, {stiffness}, or make the spheres as large as {:.2e} m \
@@ -188,18 +191,8 @@ impl Case<'_> {
     }
 }
 
-/// The power of the overlap with which the energy of a contact grows.
-pub fn power(normal: &Normal) -> f64 {
-    match normal {
-        Normal::Hertz(_) => 2.5,
-        Normal::Linear(_) | Normal::LinearPerRadius(_) => 2.0,
-    }
-}
-
 /// How many times as large a radius does as much as `times` the stiffness, at equal overlap over radius.
 fn larger(normal: &Normal, times: f64) -> f64 {
-    match normal {
-        Normal::Hertz(_) | Normal::LinearPerRadius(_) => times.cbrt(),
-        Normal::Linear(_) => times.sqrt(),
-    }
+    let powers = normal.powers();
+    times.powf(1.0 / (powers.overlap + powers.radius))
 }

@@ -2,7 +2,7 @@
 
 pub mod cause;
 
-use crate::contact::rows::Sums;
+use crate::contact::pipeline::Sums;
 use crate::contact::whole_rock::Whole;
 use crate::model::Model;
 use crate::model::state::Against;

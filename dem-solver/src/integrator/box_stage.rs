@@ -1,11 +1,12 @@
 //! The contacts of rocks with the sides of a box in a step, and free time between.
 
 use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::rows::Sums;
-use crate::contact::terrain::Standing;
+use crate::contact::pipeline::Sums;
+use crate::contact::terrain::SurfaceContacts;
 use crate::guard::cause::Case;
 use crate::guard::watch;
-use crate::law::table::WallLaws;
+use crate::integrator::schedule::Span;
+use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::model::state::{Against, Body, State};
 use crate::rock::Motion;
@@ -17,14 +18,14 @@ const ROUNDING: f64 = 1e-9;
 
 /// The contacts of all rocks with the sides of a box, one rock after the other.
 #[derive(Debug, Clone, Default)]
-pub struct Sides {
-    standing: Standing,
+pub struct BoxStage {
+    standing: SurfaceContacts,
 }
 
 /// The law of a rock with the sides.
-fn laws_with(model: &Model, rock: usize) -> Option<WallLaws<'_>> {
-    let laws = &model.laws.as_ref()?.walls;
-    Some(WallLaws { laws, row: model.side_rows.get(rock)?, materials: &[] })
+fn laws_with(model: &Model, rock: usize) -> Option<SurfaceLaws<'_>> {
+    let laws = &model.laws.as_ref()?.surfaces;
+    Some(SurfaceLaws { laws, row: model.side_rows.get(rock)?, materials: &[] })
 }
 
 /// Distance of the bounding sphere of rock number `rock` from a plane [m].
@@ -59,11 +60,11 @@ pub fn free_time(model: &Model, state: &State) -> f64 {
     least
 }
 
-impl Sides {
+impl BoxStage {
     /// With room for the contacts of any one rock.
     pub fn new(model: &Model) -> Self {
         let most = model.rocks.iter().map(|rock| rock.spheres.len()).max().unwrap_or(0);
-        Self { standing: Standing::new(3 * most) }
+        Self { standing: SurfaceContacts::new(3 * most) }
     }
 
     /// Contacts of a rock for which there is room.
@@ -71,30 +72,29 @@ impl Sides {
         self.standing.contacts.capacity()
     }
 
-    /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`; their number. The
-    /// memories after the step are `body`'s.
+    /// Forces on rock number `rock` at `now`, in the middle of a step; their number. The
+    /// histories after the step are `body`'s.
     pub fn forces(
         &mut self,
         model: &Model,
         rock: usize,
         body: &mut Body,
         now: &Motion,
-        h: f64,
-        time: f64,
+        Span { start: time, h }: Span,
     ) -> Result<(Sums, usize), Fault> {
         let Some(laws) = laws_with(model, rock).filter(|_| is_near(model, rock, now, 0.0)) else {
-            body.side_memories.clear();
+            body.box_histories.clear();
             return Ok((Sums::default(), 0));
         };
         let (it, standing) = (&model.rocks[rock], &mut self.standing);
         standing.find_on_planes(it, &model.planes, now);
-        let sums = standing.forces(it, laws, None, now, h, &body.side_memories);
+        let sums = standing.forces(it, laws, None, now, h, &body.box_histories);
         let law = laws.row.first().map(|law| usize::from(*law));
         let case = Case { model, rock, against: Against::Sides, law, pair: None, impact: None, h, time };
         watch(&case, now, &sums, |depth| {
             Some((standing.passed_centre(it, now, h, depth)?, "a side of the box".into()))
         })?;
-        std::mem::swap(&mut body.side_memories, &mut standing.memories);
+        std::mem::swap(&mut body.box_histories, &mut standing.histories);
         Ok((sums, standing.contacts.len()))
     }
 

@@ -1,4 +1,4 @@
-//! Flight in closed form, for windows in which no rock can meet the wall.
+//! Flight in closed form, for windows in which no rock can meet the mesh.
 //!
 //! Position, velocity and orientation are exact at any time, as those of the steps are. Switching this off changes no more than rounding.
 

@@ -3,7 +3,7 @@
 //! First the triangles around it are asked when it may meet them; where there are none, the sphere around the whole
 //! rock is swept along its parabola. The answer follows from the state alone, so that equal input gives equal bytes.
 
-use crate::contact::broad_phase::terrain_pairs::Surroundings;
+use crate::contact::broad_phase::terrain_pairs::TerrainPairs;
 use crate::model::Model;
 use crate::model::state::State;
 use crate::rock::Motion;
@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-9;
 fn clear_steps(
     model: &Model,
     ground: &Terrain,
-    around: &mut Surroundings,
+    around: &mut TerrainPairs,
     rock: usize,
     now: &Motion,
     h: f64,
@@ -30,7 +30,7 @@ fn clear_steps(
     let (it, tree) = (&model.rocks[rock], &model.trees[rock]);
     let gravity = model.settings.gravity;
     let horizon = h * most as f64;
-    let (time, far) = around.free_time(it, tree, ground, now, &gravity, FAR * tree.reach, horizon);
+    let (time, far) = around.free_time(it, tree, ground, (now, &gravity), [FAR * tree.reach, horizon]);
     if time >= horizon {
         return most;
     }
@@ -44,7 +44,7 @@ fn clear_steps(
 
 /// Steps, at most `most`, that all rocks fly freely over the terrain; 0 while one touches. `around` holds what
 /// surrounds each.
-pub fn clear_of_all(model: &Model, around: &mut [Surroundings], state: &State, h: f64, most: usize) -> usize {
+pub fn clear_of_all(model: &Model, around: &mut [TerrainPairs], state: &State, h: f64, most: usize) -> usize {
     let Some(ground) = &model.ground else { return 0 };
     if state.bodies.iter().any(|body| body.contacts > 0) {
         return 0;

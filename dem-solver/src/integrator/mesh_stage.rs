@@ -3,26 +3,26 @@
 //! Nothing here is state: it can be thrown away at any time without changing a result.
 
 use crate::contact::broad_phase::mesh_elements::{NearList, NodeBox, Sweep};
-use crate::contact::broad_phase::mesh_pairs::{Instant, PairList};
-use crate::contact::mesh::{Evaluation, Scene, Seam};
-use crate::interface_mesh::Wall;
+use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPairs};
+use crate::contact::mesh::{MeshForces, MeshScene, Seam};
+use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::motion::{MotionFields, NodeMotion, largest_difference};
-use crate::law::table::WallLaws;
+use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::rock::Motion;
 use interface_defs::Fault;
 
 /// Skin of the near list, as a share of the rock's reach: for the rock of the drop test
-/// at 6 m/s a pass over the wall each 9 ms.
+/// at 6 m/s a pass over the mesh each 9 ms.
 const NEAR_SKIN: f64 = 0.15;
 
 /// A window as the zone sees it.
 #[derive(Clone, Copy)]
-pub struct View<'a> {
+pub struct MeshWindow<'a> {
     /// What does not change.
     pub model: &'a Model,
-    /// The wall.
-    pub wall: &'a Wall,
+    /// The mesh.
+    pub contact_mesh: &'a ContactMesh,
     /// Where its motion lies in the input.
     pub fields: &'a MotionFields,
     /// The input.
@@ -35,14 +35,14 @@ pub struct View<'a> {
 
 /// The surroundings of one rock.
 #[derive(Debug, Clone)]
-pub struct Zone {
+pub struct MeshStage {
     rock: usize,
     near: NearList,
     motion: NodeMotion,
     /// Pairs that may touch.
-    pub pairs: PairList,
+    pub pairs: MeshPairs,
     /// Contacts and forces.
-    pub evaluation: Evaluation,
+    pub evaluation: MeshForces,
     /// Displacement of every node when the near list was made [m].
     reference: Vec<f64>,
     /// Furthest that a node is from there in this window [m].
@@ -53,26 +53,26 @@ pub struct Zone {
     pub refreshes: u64,
 }
 
-impl Zone {
+impl MeshStage {
     /// Of rock number `rock`.
-    pub fn new(model: &Model, rock: usize, wall: &Wall, fields: &MotionFields) -> Self {
+    pub fn new(model: &Model, rock: usize, contact_mesh: &ContactMesh, fields: &MotionFields) -> Self {
         let segments = fields.segments();
-        let mut zone = Self {
+        let mut stage = Self {
             rock,
-            near: NearList::new(wall),
+            near: NearList::new(contact_mesh),
             motion: NodeMotion::default(),
-            pairs: PairList::new(&model.rocks[rock], wall, segments),
-            evaluation: Evaluation::default(),
-            reference: vec![0.0; 3 * wall.nodes.len()],
+            pairs: MeshPairs::new(&model.rocks[rock], contact_mesh, segments),
+            evaluation: MeshForces::default(),
+            reference: vec![0.0; 3 * contact_mesh.nodes.len()],
             moved: 0.0,
             sweep: None,
-            boxes: Vec::with_capacity(wall.nodes.len()),
+            boxes: Vec::with_capacity(contact_mesh.nodes.len()),
             refreshes: 0,
         };
-        let nodes = wall.nodes.len();
-        zone.motion.reserve(nodes, segments);
-        zone.evaluation.reserve(nodes, wall.elements.len(), Self::most_contacts(model, rock));
-        zone
+        let nodes = contact_mesh.nodes.len();
+        stage.motion.reserve(nodes, segments);
+        stage.evaluation.reserve(nodes, contact_mesh.elements.len(), Self::most_contacts(model, rock));
+        stage
     }
 
     /// Contacts for which there is room from the start.
@@ -81,14 +81,14 @@ impl Zone {
     }
 
     /// A window begins with the rock at `start`, which something may throw `kick` [m] off its flight.
-    pub fn begin(&mut self, view: View, start: &Motion, kick: f64) -> Result<(), Fault> {
+    pub fn begin(&mut self, view: MeshWindow, start: &Motion, kick: f64) -> Result<(), Fault> {
         let model = view.model;
         let rock = &model.rocks[self.rock];
         let segments = view.fields.segments();
         let sweep = Sweep::new(rock, start, &model.settings.gravity, view.length, segments).kicked(kick);
         self.sweep = Some(sweep);
         self.moved = self.furthest(view);
-        let need = sweep.need(rock, view.wall).max(self.need_of_pairs(view));
+        let need = sweep.need(rock, view.contact_mesh).max(self.need_of_pairs(view));
         if !self.near.covers(&start.position, 3.0 * self.moved, need) {
             self.rebuild(view, start, 0, need);
         }
@@ -97,38 +97,44 @@ impl Zone {
         Ok(())
     }
 
-    /// Nothing that was listed counts any more: the wall has other elements.
+    /// Nothing that was listed counts any more: the mesh has other elements.
     pub fn forget(&mut self) {
         self.near.invalidate();
     }
 
-    fn need_of_pairs(&self, view: View) -> f64 {
-        view.model.rocks[self.rock].reach + view.wall.largest_radius + self.pairs.skin()
+    fn need_of_pairs(&self, view: MeshWindow) -> f64 {
+        view.model.rocks[self.rock].reach + view.contact_mesh.largest_radius + self.pairs.skin()
     }
 
     /// Bound on the way of any node since the near list was made.
-    fn furthest(&self, view: View) -> f64 {
+    fn furthest(&self, view: MeshWindow) -> f64 {
         let largest = view.fields.displacements(view.input).map(|u| largest_difference(u, &self.reference));
         3.0_f64.sqrt() * largest.fold(0.0, f64::max)
     }
 
-    /// List what is near `now`, the wall as at sample `sample`, good for `need` and a skin.
-    fn rebuild(&mut self, view: View, now: &Motion, sample: usize, need: f64) {
+    /// List what is near `now`, the mesh as at sample `sample`, good for `need` and a skin.
+    fn rebuild(&mut self, view: MeshWindow, now: &Motion, sample: usize, need: f64) {
         let rock = &view.model.rocks[self.rock];
         if let Some(displacement) = view.fields.displacements(view.input).nth(sample) {
             self.reference.copy_from_slice(displacement);
         }
         self.moved = self.furthest(view);
         let coverage = need + 3.0 * self.moved + NEAR_SKIN * rock.reach;
-        let nodes = &view.wall.nodes;
+        let nodes = &view.contact_mesh.nodes;
         let at = |n: u32| nodes[n as usize] + view.fields.displacement(view.input, sample, n);
-        self.near.build(view.wall, at, now.position, coverage);
+        self.near.build(view.contact_mesh, at, now.position, coverage);
         self.pairs.invalidate();
         self.refreshes += 1;
     }
 
-    fn read(&mut self, view: View) -> Result<(), Fault> {
-        let read = self.motion.read(view.fields, view.input, &view.wall.nodes, &self.near.nodes, view.length);
+    fn read(&mut self, view: MeshWindow) -> Result<(), Fault> {
+        let read = self.motion.read(
+            view.fields,
+            view.input,
+            &view.contact_mesh.nodes,
+            &self.near.nodes,
+            view.length,
+        );
         read.map_err(|node| {
             // The list may have been made of such numbers.
             self.near.invalidate();
@@ -139,7 +145,7 @@ impl Zone {
     }
 
     /// Make sure that every pair that touches at `now` is listed.
-    pub fn update(&mut self, view: View, now: &Motion, at: Instant) -> Result<(), Fault> {
+    pub fn update(&mut self, view: MeshWindow, now: &Motion, at: Instant) -> Result<(), Fault> {
         let rock = &view.model.rocks[self.rock];
         if self.pairs.is_good(rock, now, at) {
             return Ok(());
@@ -150,20 +156,27 @@ impl Zone {
             self.read(view)?;
         }
         let tree = &view.model.trees[self.rock];
-        self.pairs.search(rock, tree, view.wall, &self.near, &self.motion, now, at);
+        self.pairs.search(rock, tree, view.contact_mesh, (&self.near, &self.motion), now, at);
         Ok(())
     }
 
     /// Contacts and forces, and what they are evaluated with. The pairs must be good.
-    pub fn parts<'a>(&'a mut self, view: View<'a>) -> (&'a mut Evaluation, Scene<'a>) {
-        let laws = &view.model.laws.as_ref().expect("prepared: a wall has laws").walls;
-        let laws = WallLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
+    pub fn parts<'a>(&'a mut self, view: MeshWindow<'a>) -> (&'a mut MeshForces, MeshScene<'a>) {
+        let laws = &view.model.laws.as_ref().expect("prepared: a mesh has laws").surfaces;
+        let laws = SurfaceLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
         let rock = &view.model.rocks[self.rock];
         let seam = view.predicted.and_then(|predicted| {
             let actual = view.fields.displacements(view.input).next()?;
             Some(Seam { predicted, actual })
         });
-        let scene = Scene { rock, laws, wall: view.wall, list: &self.pairs, motion: &self.motion, seam };
+        let scene = MeshScene {
+            rock,
+            laws,
+            contact_mesh: view.contact_mesh,
+            list: &self.pairs,
+            motion: &self.motion,
+            seam,
+        };
         (&mut self.evaluation, scene)
     }
 
@@ -173,7 +186,7 @@ impl Zone {
     }
 
     /// True if the rock may reach an element in the window that began at `start`.
-    pub fn in_reach(&mut self, view: View, start: &Motion) -> bool {
+    pub fn in_reach(&mut self, view: MeshWindow, start: &Motion) -> bool {
         let mut any = false;
         self.reached(view, start, |_| {
             any = true;
@@ -183,8 +196,8 @@ impl Zone {
     }
 
     /// Mark the nodes of every element that the rock may reach in the window that began at `start`.
-    pub fn mark_reach(&mut self, view: View, start: &Motion, marks: &mut [f64]) {
-        let elements = &view.wall.elements;
+    pub fn mark_reach(&mut self, view: MeshWindow, start: &Motion, marks: &mut [f64]) {
+        let elements = &view.contact_mesh.elements;
         self.reached(view, start, |number| {
             for &node in elements[number as usize].own_nodes() {
                 marks[node as usize] = 1.0;
@@ -194,26 +207,26 @@ impl Zone {
     }
 
     /// Mark the nodes of every element that touches: where a bound was too narrow, what happened is told all the same.
-    pub fn mark_touched(&self, view: View, marks: &mut [f64]) {
+    pub fn mark_touched(&self, view: MeshWindow, marks: &mut [f64]) {
         for contact in &self.evaluation.touch.contacts {
             let number = self.pairs.elements[contact.element as usize].number;
-            for &node in view.wall.elements[number as usize].own_nodes() {
+            for &node in view.contact_mesh.elements[number as usize].own_nodes() {
                 marks[node as usize] = 1.0;
             }
         }
     }
 
-    fn reached(&mut self, view: View, start: &Motion, mut found: impl FnMut(u32) -> bool) {
+    fn reached(&mut self, view: MeshWindow, start: &Motion, mut found: impl FnMut(u32) -> bool) {
         let rock = &view.model.rocks[self.rock];
         let sweep = self.sweep.expect("begun");
         let (near, nodes, boxes) = (&self.near, &self.motion, &mut self.boxes);
-        sweep.reached(rock, start, view.wall, near, nodes, boxes, |element| found(element.number));
+        sweep.reached(rock, start, view.contact_mesh, (near, nodes), boxes, |element| found(element.number));
     }
 }
 
-/// Add the forces on the wall's nodes, times `share`, to the field that begins at `field`.
-pub fn add_forces(zone: &Zone, output: &mut [f64], field: usize, share: f64) {
-    for (number, force) in zone.pairs.numbers.iter().zip(&zone.evaluation.node_forces) {
+/// Add the forces on the mesh's nodes, times `share`, to the field that begins at `field`.
+pub fn add_forces(stage: &MeshStage, output: &mut [f64], field: usize, share: f64) {
+    for (number, force) in stage.pairs.numbers.iter().zip(&stage.evaluation.node_forces) {
         let at = field + 3 * *number as usize;
         for (o, f) in output[at..at + 3].iter_mut().zip(force.iter()) {
             *o += f * share;

@@ -5,10 +5,11 @@
 //! result shows.
 
 use crate::contact::broad_phase::rock_pairs::{NearRocks, Pose, RockPairs, free_time};
-use crate::contact::rocks::{Both, Evaluation, Held, Two};
+use crate::contact::rocks::{RockForces, RockHistory, RockPair, RockPairSums};
 use crate::guard::cause::Case;
+use crate::integrator::schedule::Span;
 use crate::model::between::Between;
-use crate::model::state::{Against, Encounters, State};
+use crate::model::state::{Against, BetweenRocks, State};
 use crate::model::{Model, name_of};
 use crate::rock::{Motion, Rock};
 use interface_defs::Fault;
@@ -31,7 +32,7 @@ const NEIGHBOURS: usize = 8;
 
 /// What a rock feels of all others in the middle of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Felt {
+pub struct RockLoad {
     /// Force [N].
     pub force: Vector3<f64>,
     /// Torque about its centre of mass [N m].
@@ -44,7 +45,7 @@ pub struct Felt {
 
 /// Two rocks and what is near between them.
 #[derive(Debug, Clone)]
-struct Pair {
+struct NearRocksPair {
     rocks: [usize; 2],
     /// Number of their law.
     law: usize,
@@ -53,24 +54,24 @@ struct Pair {
 
 /// The pairs of rocks; none without a law between rocks.
 #[derive(Debug, Clone, Default)]
-pub struct Meetings {
-    pairs: Vec<Pair>,
+pub struct RockStage {
+    pairs: Vec<NearRocksPair>,
     /// Number of rocks that have a law between them.
     rocks: usize,
     /// Which pairs are looked at, of many rocks.
     near: Option<NearRocks>,
     /// Searches of pairs that are no more near.
     ended: u64,
-    evaluation: Evaluation,
-    after: Vec<Held>,
+    evaluation: RockForces,
+    after: Vec<RockHistory>,
     /// What each rock feels, by its number.
-    pub felt: Vec<Felt>,
+    pub felt: Vec<RockLoad>,
 }
 
-impl Meetings {
+impl RockStage {
     /// For the rocks of a model.
     pub fn new(model: &Model) -> Self {
-        let felt = vec![Felt::default(); model.rocks.len()];
+        let felt = vec![RockLoad::default(); model.rocks.len()];
         let Some(between) = &model.between else { return Self { felt, ..Self::default() } };
         let rocks = model.rocks.len();
         let mut it = Self { rocks, felt, ..Self::default() };
@@ -78,7 +79,7 @@ impl Meetings {
             it.near = Some(NearRocks::new(model.trees.iter().map(|tree| tree.reach).collect()));
             it.after.reserve(NEIGHBOURS * rocks);
         } else {
-            it.pairs = every_two(rocks).map(|rocks| Pair::new(model, between, rocks)).collect();
+            it.pairs = every_two(rocks).map(|rocks| NearRocksPair::new(model, between, rocks)).collect();
             it.after.reserve(Self::room(&it.pairs));
         }
         let most = it.pairs.iter().map(|p| p.near.pairs.capacity()).max().unwrap_or(0);
@@ -99,12 +100,12 @@ impl Meetings {
                 self.ended += ended.near.searches;
             }
             let known = old.next_if(|pair| pair.rocks == rocks);
-            self.pairs.push(known.unwrap_or_else(|| Pair::new(model, between, rocks)));
+            self.pairs.push(known.unwrap_or_else(|| NearRocksPair::new(model, between, rocks)));
         }
         self.ended += old.map(|ended| ended.near.searches).sum::<u64>();
     }
 
-    fn room(pairs: &[Pair]) -> usize {
+    fn room(pairs: &[NearRocksPair]) -> usize {
         // A rock has no more neighbours than spheres of one size have: most pairs never touch at once.
         let mut room: Vec<usize> = pairs.iter().map(|p| p.near.pairs.capacity()).collect();
         room.sort_unstable_by(|a, b| b.cmp(a));
@@ -146,22 +147,21 @@ impl Meetings {
         every_two(self.rocks)
     }
 
-    /// Forces of all pairs in the middle of the step of `h` [s] that began at `time`, where the rocks
-    /// move as `middles`; what each feels goes to [`Meetings::felt`], memories to `encounters`. The
+    /// Forces of all pairs in the middle of a step, where the rocks
+    /// move as `middles`; what each feels goes to [`RockStage::felt`], histories to `between_rocks`. The
     /// sums are those of all pairs together.
     pub fn forces(
         &mut self,
         model: &Model,
         middles: &[Motion],
-        encounters: &mut Encounters,
-        h: f64,
-        time: f64,
-    ) -> Result<Both, Fault> {
+        between_rocks: &mut BetweenRocks,
+        span @ Span { h, .. }: Span,
+    ) -> Result<RockPairSums, Fault> {
         self.update(model, middles.iter().map(|motion| motion.position));
-        self.felt.fill(Felt::default());
+        self.felt.fill(RockLoad::default());
         self.after.clear();
-        let mut all = Both::default();
-        let mut before = &encounters.memories[..];
+        let mut all = RockPairSums::default();
+        let mut before = &between_rocks.histories[..];
         for pair in &mut self.pairs {
             let numbers = pair.numbers();
             let ended = before.iter().take_while(|held| held.rocks < numbers).count();
@@ -174,7 +174,7 @@ impl Meetings {
             let seen = pair.see(model, [&middles[a], &middles[b]]);
             let Some((two, pose)) = seen else { continue };
             let sums = self.evaluation.forces(&two, &pose, h, mine, &mut self.after);
-            watch(model, &two, rocks, law, &sums, h, time)?;
+            watch(model, &two, rocks, law, &sums, span)?;
             if sums.contacts == 0 {
                 continue;
             }
@@ -187,12 +187,12 @@ impl Meetings {
                 felt.penetration = felt.penetration.max(own.penetration);
             }
             all.first.elastic += own.elastic;
-            all.first.damped += own.damped;
-            all.first.rubbed += own.rubbed;
-            all.first.sheared += own.sheared;
+            all.first.damping_power += own.damping_power;
+            all.first.friction_power += own.friction_power;
+            all.first.tangential_energy += own.tangential_energy;
             all.contacts += sums.contacts;
         }
-        std::mem::swap(&mut encounters.memories, &mut self.after);
+        std::mem::swap(&mut between_rocks.histories, &mut self.after);
         Ok(all)
     }
 
@@ -201,7 +201,7 @@ impl Meetings {
     pub fn energy(&mut self, model: &Model, state: &mut State) -> Option<([usize; 2], f64)> {
         self.update(model, state.bodies.iter().map(|body| body.motion.position));
         let (mut elastic, mut contacts, mut worst) = (0.0, 0, None);
-        state.bodies.iter_mut().for_each(|body| body.met = 0);
+        state.bodies.iter_mut().for_each(|body| body.rock_contacts = 0);
         for pair in &mut self.pairs {
             let [a, b] = pair.rocks;
             let motions = [state.bodies[a].motion, state.bodies[b].motion];
@@ -209,13 +209,13 @@ impl Meetings {
             let (energy, count, deepest) = self.evaluation.energy(&two, &pose);
             elastic += energy;
             contacts += count;
-            state.bodies[a].met += count;
-            state.bodies[b].met += count;
+            state.bodies[a].rock_contacts += count;
+            state.bodies[b].rock_contacts += count;
             if count > 0 && worst.is_none_or(|(_, most)| deepest > most) {
                 worst = Some((pair.rocks, deepest));
             }
         }
-        (state.encounters.elastic, state.encounters.contacts) = (elastic, contacts);
+        (state.between_rocks.elastic, state.between_rocks.contacts) = (elastic, contacts);
         worst
     }
 }
@@ -225,20 +225,20 @@ fn every_two(rocks: usize) -> impl Iterator<Item = [usize; 2]> {
     (1..rocks).flat_map(|b| (0..b).map(move |a| [a, b]))
 }
 
-impl Pair {
+impl NearRocksPair {
     fn new(model: &Model, between: &Between, rocks @ [a, b]: [usize; 2]) -> Self {
         let near = RockPairs::new(&model.rocks[a], &model.rocks[b]);
         Self { rocks, law: between.law(a, b), near }
     }
 
-    /// What its memories are kept under.
+    /// What its histories are kept under.
     fn numbers(&self) -> [u32; 2] {
         let [a, b] = self.rocks;
         [b as u32, a as u32]
     }
 
     /// The two as they stand, their candidates up to date; `None` if none are near.
-    fn see<'a>(&'a mut self, model: &'a Model, motions: [&'a Motion; 2]) -> Option<(Two<'a>, Pose)> {
+    fn see<'a>(&'a mut self, model: &'a Model, motions: [&'a Motion; 2]) -> Option<(RockPair<'a>, Pose)> {
         let [a, b] = self.rocks;
         let pose = Pose::new(motions[0], motions[1]);
         let side = |r: usize| (&model.rocks[r], &model.trees[r]);
@@ -249,19 +249,18 @@ impl Pair {
         let law = &model.laws.as_ref()?.rocks[self.law];
         let rocks: [&Rock; 2] = [&model.rocks[a], &model.rocks[b]];
         let numbers = self.numbers();
-        Some((Two { numbers, rocks, motions, law, pairs: &self.near.pairs }, pose))
+        Some((RockPair { numbers, rocks, motions, law, pairs: &self.near.pairs }, pose))
     }
 }
 
 /// Fail the window if two rocks have passed each other too fast to be met, or too deep.
 fn watch(
     model: &Model,
-    two: &Two,
+    two: &RockPair,
     [a, b]: [usize; 2],
     law: usize,
-    sums: &Both,
-    h: f64,
-    time: f64,
+    sums: &RockPairSums,
+    Span { start: time, h }: Span,
 ) -> Result<(), Fault> {
     let radius = two.rocks[0].smallest_radius.min(two.rocks[1].smallest_radius);
     let [one, other] = two.motions;

@@ -1,4 +1,4 @@
-//! How a window is cut into steps, and where in the wall's motion they lie.
+//! How a window is cut into steps, and where in the mesh's motion they lie.
 
 use crate::contact::broad_phase::mesh_pairs::Instant;
 use interface_defs::Window;
@@ -10,7 +10,7 @@ pub struct Cut {
     pub steps: usize,
     /// Their length [s].
     pub h: f64,
-    /// Parts of the window between the samples of the wall's motion.
+    /// Parts of the window between the samples of the mesh's motion.
     pub segments: usize,
 }
 
@@ -42,9 +42,42 @@ impl Cut {
     }
 }
 
+/// A window as it is cut, and the motion of the mesh in it.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    /// The window.
+    pub window: &'a Window,
+    /// How it is cut.
+    pub cut: Cut,
+    /// The request: motion of the mesh and what else was agreed.
+    pub input: &'a [f64],
+}
+
+/// A step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// When it begins [s].
+    pub start: f64,
+    /// Its length [s].
+    pub h: f64,
+}
+
+/// A step that has been taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// When it ended [s].
+    pub end: f64,
+    /// Its length [s].
+    pub h: f64,
+    /// Whether there were contacts in its middle.
+    pub touching: bool,
+    /// Whether the height over the terrain is to be looked at.
+    pub look: bool,
+}
+
 /// Part number `part` of `parts` equal ones of the stretch of `steps` steps that begins with number `step`.
 #[derive(Debug, Clone, Copy)]
-pub struct Part {
+pub struct SubStep {
     /// First step of the stretch.
     pub step: usize,
     /// Steps in the stretch.
@@ -55,10 +88,15 @@ pub struct Part {
     pub parts: usize,
 }
 
-impl Part {
+impl SubStep {
     /// Its length [s].
     pub fn length(&self, cut: Cut) -> f64 {
         if self.parts == self.steps { cut.h } else { cut.h * self.steps as f64 / self.parts as f64 }
+    }
+
+    /// It as a step of the window.
+    pub fn span(&self, task: Task) -> Span {
+        Span { start: task.window.start + self.start(task.cut), h: self.length(task.cut) }
     }
 
     /// Its start, from the window's [s].

@@ -1,33 +1,33 @@
 //! How far another rock, the terrain or a box may throw a rock off its flight within a window: what a flight alone does not
-//! reach of the wall may then be reached all the same.
+//! reach of the mesh may then be reached all the same.
 
 use crate::integrator::box_stage::is_near;
-use crate::integrator::rock_stage::Meetings;
+use crate::integrator::rock_stage::RockStage;
 use crate::model::Model;
 use crate::model::state::State;
 
 /// Bounds for all rocks, by their numbers; buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Kicks {
+pub struct SecondaryImpacts {
     /// Furthest that any point of the rock may get off its flight [m]; 0 where nothing is near enough.
     pub ways: Vec<f64>,
     earlier: Vec<f64>,
 }
 
-impl Kicks {
+impl SecondaryImpacts {
     /// For a window of `length` [s] that begins with `state`; it follows from these alone.
     ///
     /// A kick reverses the speed v of two surfaces past each other at most: an impulse of `2 m* v`, with
     /// `1/m* = 1/M_1 + 1/M_2` (the ground's is 0), whose lever makes spin of it as well. Who is kicked may come upon others: pairs are
     /// asked again until no more are near. That a second kick may be harder for the first is not reckoned with.
-    pub fn find(&mut self, model: &Model, meetings: &Meetings, state: &State, length: f64) {
+    pub fn find(&mut self, model: &Model, rock_stage: &RockStage, state: &State, length: f64) {
         let (ways, earlier) = (&mut self.ways, &mut self.earlier);
         for buffer in [&mut *ways, &mut *earlier] {
             buffer.clear();
             buffer.resize(model.rocks.len(), 0.0);
         }
         let stands = model.ground.is_some() || !model.planes.is_empty();
-        if meetings.is_empty() && !stands {
+        if rock_stage.is_empty() && !stands {
             return;
         }
         // Speed of a rock's surface past its centre, and way of its surface by an impulse of 1 N s.
@@ -45,7 +45,7 @@ impl Kicks {
             earlier.copy_from_slice(ways);
             ways.fill(0.0);
             let mut now = 0;
-            for [a, b] in meetings.pairs() {
+            for [a, b] in rock_stage.pairs() {
                 let [first, second] = [a, b].map(|r| &state.bodies[r].motion);
                 let past = (second.velocity - first.velocity).norm();
                 let reach = model.trees[a].reach + model.trees[b].reach + earlier[a] + earlier[b];
@@ -103,12 +103,12 @@ mod tests {
         let ready = solver.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));
         let mut output = ready.initial;
         let (length, start) = (0.02, solver.state().clone());
-        let mut kicks = Kicks::default();
-        kicks.find(solver.model(), &Meetings::new(solver.model()), &start, length);
+        let mut secondary_impacts = SecondaryImpacts::default();
+        secondary_impacts.find(solver.model(), &RockStage::new(solver.model()), &start, length);
         let window = Window { number: 1, iteration: 1, start: 0.0, length };
         solver.solve(&window, &[], &mut output).unwrap_or_else(|f| panic!("{f}"));
         solver.commit().expect("committed");
-        let bodies = solver.state().bodies.iter().zip(&start.bodies).zip(&kicks.ways);
+        let bodies = solver.state().bodies.iter().zip(&start.bodies).zip(&secondary_impacts.ways);
         let off =
             |((after, before), way): ((&crate::model::state::Body, &crate::model::state::Body), &f64)| {
                 let flight = before.motion.position + before.motion.velocity * length;

@@ -8,115 +8,114 @@
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.
 
-use crate::contact::rows::Sums;
+use crate::contact::pipeline::Sums;
 use crate::guard::cause::Case;
 use crate::guard::watch;
-use crate::integrator::mesh_stage::{View, add_forces};
-use crate::integrator::schedule::{Cut, Part};
+use crate::integrator::mesh_stage::{MeshWindow, add_forces};
+use crate::integrator::schedule::{Passed, Span, SubStep, Task};
 use crate::integrator::terrain_stage::steps_per_look;
-use crate::integrator::window::Run;
+use crate::integrator::window::RockIntegrator;
 use crate::model::Model;
 use crate::model::impact::Passage;
 use crate::model::state::{Against, State};
 use crate::rock::{Motion, Rock, rotation};
-use interface_defs::{Fault, Window};
+use interface_defs::Fault;
 use nalgebra::Vector3;
 
 /// What acts on a rock in the middle of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Load {
+pub struct StepLoad {
     /// Force of all contacts [N].
     force: Vector3<f64>,
     /// Torque about the centre of mass [N m].
     torque: Vector3<f64>,
-    /// Energy of the normal springs on wall and terrain [J].
+    /// Energy of the normal springs on mesh and terrain [J].
     elastic: f64,
     /// Energy of the tangential springs there after the step [J].
-    sheared: f64,
-    /// Energy that those on the wall have taken up between the window before and this one [J].
-    jumped: f64,
+    tangential_energy: f64,
+    /// Energy that those on the mesh have taken up between the window before and this one [J].
+    jump_energy: f64,
     /// Energy that dashpots and friction take there in the step [J].
     lost: f64,
     /// Contacts with terrain and other rocks, not with the sides of a box.
     touching: usize,
-    /// With contacts on the wall: how long the first has lasted [s].
+    /// With contacts on the mesh: how long the first has lasted [s].
     touched: Option<f64>,
-    /// Whether the wall lies behind the centres of the outer spheres.
+    /// Whether the mesh lies behind the centres of the outer spheres.
     behind: bool,
 }
 
-impl Load {
+impl StepLoad {
     /// Take in the contacts with something that stands still, in a step of `h` [s].
     fn add(&mut self, sums: &Sums, h: f64) {
         self.force += sums.force;
         self.torque += sums.torque;
         self.elastic += sums.elastic;
-        self.sheared += sums.sheared;
-        self.lost += (sums.damped + sums.rubbed) * h;
+        self.tangential_energy += sums.tangential_energy;
+        self.lost += (sums.damping_power + sums.friction_power) * h;
     }
 }
 
-impl Run {
+impl RockIntegrator {
     /// One part of a stretch of the window's steps; mostly a step.
     pub(super) fn step(
         &mut self,
         model: &Model,
         state: &mut State,
-        window: &Window,
-        cut: Cut,
-        part: Part,
-        input: &[f64],
+        task: Task,
+        part: SubStep,
         output: &mut [f64],
     ) -> Result<(), Fault> {
-        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let span = part.span(task);
+        let h = span.h;
         self.middles.clear();
         self.loads.clear();
         for (rock, body) in model.rocks.iter().zip(&state.bodies) {
             self.middles.push(middle(rock, &body.motion, h));
-            self.loads.push(Load::default());
+            self.loads.push(StepLoad::default());
         }
         for rock in 0..model.rocks.len() {
-            self.on_wall(model, state, rock, window, cut, part, input, output)?;
-            self.on_ground(model, state, rock, h, start)?;
-            self.on_sides(model, state, rock, h, start)?;
+            self.on_mesh(model, state, rock, task, part, output)?;
+            self.on_terrain(model, state, rock, span)?;
+            self.on_box(model, state, rock, span)?;
         }
         for rock in 0..model.rocks.len() {
             let (load, body) = (&self.loads[rock], &mut state.bodies[rock]);
-            state.dissipated += load.lost - (load.sheared - body.sheared - load.jumped);
-            body.sheared = load.sheared;
-            self.gauges.spring(rock, load.elastic + body.sheared);
+            state.dissipated +=
+                load.lost - (load.tangential_energy - body.tangential_energy - load.jump_energy);
+            body.tangential_energy = load.tangential_energy;
+            self.gauges.spring(rock, load.elastic + body.tangential_energy);
         }
-        self.on_each_other(model, state, h, start)?;
+        self.on_other_rocks(model, state, span)?;
         for rock in 0..model.rocks.len() {
-            self.kick(model, state, rock, window, cut, part)?;
+            self.kick(model, state, rock, task, part)?;
         }
-        self.judge_partings(model, state, cut.middle(part.step).segment, input);
+        self.judge_partings(model, state, task.cut.middle(part.step).segment, task.input);
         Ok(())
     }
 
-    /// Forces of the wall.
-    fn on_wall(
+    /// Forces of the mesh.
+    fn on_mesh(
         &mut self,
         model: &Model,
         state: &mut State,
         rock: usize,
-        window: &Window,
-        cut: Cut,
-        part: Part,
-        input: &[f64],
+        task: Task,
+        part: SubStep,
         output: &mut [f64],
     ) -> Result<(), Fault> {
-        let Some(wall) = &self.wall else { return Ok(()) };
-        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
+        let (Task { window, cut, input }, Span { start, h }) = (task, part.span(task));
         let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
         let first = part.step == 0 && part.part == 0 && !state.predicted.is_empty();
         let predicted = first.then_some(state.predicted.as_slice());
-        let view = View { model, wall, fields: &self.fields, input, length: window.length, predicted };
+        let view =
+            MeshWindow { model, contact_mesh, fields: &self.fields, input, length: window.length, predicted };
         let at = cut.middle(part.step);
-        let zone = &mut self.zones[rock];
-        zone.update(view, now, at)?;
-        let (evaluation, scene) = zone.parts(view);
-        let sums = evaluation.forces(scene, now, at, h, &body.memories);
+        let stage = &mut self.mesh_stages[rock];
+        stage.update(view, now, at)?;
+        let (evaluation, scene) = stage.parts(view);
+        let sums = evaluation.forces(scene, now, at, h, &body.histories);
         if !scene.list.pairs.is_empty() {
             let law = model.rows[rock].first().map(|law| *law as usize);
             let impact = body.track.touch;
@@ -127,10 +126,10 @@ impl Run {
                 Some((contact.sphere, format!("element {number} of the interface mesh")))
             })?;
         }
-        (load.force, load.torque, load.elastic, load.sheared) =
-            (sums.force, sums.torque, sums.elastic, sums.sheared);
-        load.jumped = sums.jumped;
-        load.lost = (sums.damped + sums.rubbed) * h;
+        (load.force, load.torque, load.elastic, load.tangential_energy) =
+            (sums.force, sums.torque, sums.elastic, sums.tangential_energy);
+        load.jump_energy = sums.jump_energy;
+        load.lost = (sums.damping_power + sums.friction_power) * h;
         let contacts = evaluation.touch.contacts.len();
         if contacts > 0 {
             // Its date is asked for once.
@@ -138,36 +137,35 @@ impl Run {
             load.touched = Some(if first { evaluation.touched_ago(scene, now, h) } else { 0.0 });
             body.deepest.take(Against::Net, sums.penetration, start + 0.5 * h);
         }
-        std::mem::swap(&mut body.memories, &mut evaluation.memories);
+        std::mem::swap(&mut body.histories, &mut evaluation.histories);
         self.counts.contact_evaluations += contacts as u64;
         if contacts > 0 {
             let share = cut.segments as f64 / cut.steps as f64;
-            let pairs = zone.evaluation.node_forces.iter().zip(zone.increments(at.segment));
+            let pairs = stage.evaluation.node_forces.iter().zip(stage.increments(at.segment));
             state.received -= pairs.map(|(f, du)| f.dot(du)).sum::<f64>() * share;
             let samples = self.answer.means.len();
             if samples > 0 {
                 let field = self.answer.means[part.step * samples / cut.steps];
-                add_forces(zone, output, field, samples as f64 / cut.steps as f64);
+                add_forces(stage, output, field, samples as f64 / cut.steps as f64);
             }
             if let Some(reach) = &self.answer.reach {
-                zone.mark_touched(view, &mut output[reach.clone()]);
+                stage.mark_touched(view, &mut output[reach.clone()]);
             }
         }
         Ok(())
     }
 
-    /// Forces of the terrain, in the step of `h` [s] that began at `start` [s].
-    fn on_ground(
+    /// Forces of the terrain.
+    fn on_terrain(
         &mut self,
         model: &Model,
         state: &mut State,
         rock: usize,
-        h: f64,
-        start: f64,
+        span @ Span { start, h }: Span,
     ) -> Result<(), Fault> {
         let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) else { return Ok(()) };
         let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
-        let (sums, contacts) = terrain.forces(model, ground, rock, body, now, h, start)?;
+        let (sums, contacts) = terrain.forces(model, ground, rock, body, now, span)?;
         self.loads[rock].add(&sums, h);
         self.loads[rock].touching = contacts;
         body.contacts = contacts;
@@ -177,17 +175,16 @@ impl Run {
     }
 
     /// Forces of the sides of a box, likewise.
-    fn on_sides(
+    fn on_box(
         &mut self,
         model: &Model,
         state: &mut State,
         rock: usize,
-        h: f64,
-        start: f64,
+        span @ Span { start, h }: Span,
     ) -> Result<(), Fault> {
         let Some(sides) = &mut self.sides else { return Ok(()) };
         let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
-        let (sums, contacts) = sides.forces(model, rock, body, now, h, start)?;
+        let (sums, contacts) = sides.forces(model, rock, body, now, span)?;
         let others = if model.ground.is_some() { body.contacts } else { 0 };
         body.contacts = others + contacts;
         body.deepest.take(Against::Sides, sums.penetration, start + 0.5 * h);
@@ -197,23 +194,29 @@ impl Run {
     }
 
     /// Forces of the rocks on each other, likewise.
-    fn on_each_other(&mut self, model: &Model, state: &mut State, h: f64, start: f64) -> Result<(), Fault> {
-        if self.meetings.is_empty() {
+    fn on_other_rocks(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        span @ Span { start, h }: Span,
+    ) -> Result<(), Fault> {
+        if self.rock_stage.is_empty() {
             return Ok(());
         }
-        let encounters = &mut state.encounters;
-        let sums = self.meetings.forces(model, &self.middles, encounters, h, start)?;
-        for ((load, felt), body) in self.loads.iter_mut().zip(&self.meetings.felt).zip(&mut state.bodies) {
+        let between_rocks = &mut state.between_rocks;
+        let sums = self.rock_stage.forces(model, &self.middles, between_rocks, span)?;
+        for ((load, felt), body) in self.loads.iter_mut().zip(&self.rock_stage.felt).zip(&mut state.bodies) {
             load.force += felt.force;
             load.torque += felt.torque;
             load.touching += felt.contacts;
-            body.met = felt.contacts;
+            body.rock_contacts = felt.contacts;
             body.deepest.take(Against::Rocks, felt.penetration, start + 0.5 * h);
         }
         let (all, contacts) = (sums.first, sums.contacts);
-        state.dissipated += (all.damped + all.rubbed) * h - (all.sheared - encounters.sheared);
-        (encounters.sheared, encounters.contacts) = (all.sheared, contacts);
-        self.gauges.spring(model.rocks.len(), all.elastic + all.sheared);
+        state.dissipated += (all.damping_power + all.friction_power) * h
+            - (all.tangential_energy - between_rocks.tangential_energy);
+        (between_rocks.tangential_energy, between_rocks.contacts) = (all.tangential_energy, contacts);
+        self.gauges.spring(model.rocks.len(), all.elastic + all.tangential_energy);
         self.counts.contact_evaluations += contacts as u64;
         Ok(())
     }
@@ -224,12 +227,11 @@ impl Run {
         model: &Model,
         state: &mut State,
         rock: usize,
-        window: &Window,
-        cut: Cut,
-        part: Part,
+        task: Task,
+        part: SubStep,
     ) -> Result<(), Fault> {
         let (it, load) = (&model.rocks[rock], &self.loads[rock]);
-        let (h, start) = (part.length(cut), window.start + part.start(cut));
+        let Span { start, h } = part.span(task);
         let body = &mut state.bodies[rock];
         let before = body.motion;
         let after = &mut body.motion;
@@ -264,9 +266,10 @@ impl Run {
         };
         body.track.follow(it, &model.settings, self.rest.as_ref(), &passage);
         if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-            let (end, last) = part.end(window, cut);
-            let look = last.is_some_and(|s| s.is_multiple_of(steps_per_look(cut.h)) || s == cut.steps);
-            terrain.stepped(model, ground, rock, body, end, h, load.touching, look);
+            let (end, last) = part.end(task.window, task.cut);
+            let every = steps_per_look(task.cut.h);
+            let look = last.is_some_and(|s| s.is_multiple_of(every) || s == task.cut.steps);
+            terrain.stepped(model, ground, rock, body, Passed { end, h, touching: load.touching > 0, look });
         }
         Ok(())
     }

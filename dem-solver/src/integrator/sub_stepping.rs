@@ -7,12 +7,12 @@
 //! change while an impact turns speed into overlap and back). Everything follows from the state at the stretch's start,
 //! and no sphere that was not counted can be reached within it.
 
-use crate::contact::broad_phase::terrain_pairs::Surroundings;
+use crate::contact::broad_phase::terrain_pairs::TerrainPairs;
 use crate::contact::whole_rock::Whole;
-use crate::contact::whole_rock::terrain::Landed;
+use crate::contact::whole_rock::terrain::WholeRockContacts;
 use crate::law::Law;
 use crate::law::rolling::STIFFNESS;
-use crate::law::table::WallLaws;
+use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::model::critical::{DEEP, TURN, critical};
 use crate::model::state::Body;
@@ -32,21 +32,21 @@ const SLOWEST: f64 = 0.1;
 
 /// Steps of the scene, and the equal parts in which they are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stretch {
+pub struct SubSteps {
     /// Steps of the scene's length.
     pub steps: usize,
     /// Steps that are taken.
     pub parts: usize,
 }
 
-impl Stretch {
+impl SubSteps {
     /// One step as the scene has it.
     pub const ONE: Self = Self { steps: 1, parts: 1 };
 }
 
 /// What is near a rock.
 #[derive(Debug, Default)]
-struct Near {
+struct NearSpheres {
     /// Spheres, and the largest overlap among them [m].
     count: f64,
     deepest: f64,
@@ -58,22 +58,20 @@ struct Near {
     energy: f64,
 }
 
-/// The stretch that rock number `rock` with the state `body` takes next, of at most `most` steps of `h` [s].
+/// The stretch that the only rock, with the state `body`, takes next, of at most `most` steps of `h` [s].
 pub fn next(
     model: &Model,
     ground: &Terrain,
-    laws: WallLaws,
-    around: &mut Surroundings,
-    landed: &mut Landed,
-    rock: usize,
+    laws: SurfaceLaws,
+    (around, landed): (&mut TerrainPairs, &mut WholeRockContacts),
     body: &Body,
     h: f64,
     most: usize,
-) -> Stretch {
-    let (it, now) = (&model.rocks[rock], &body.motion);
-    let whole = model.wholes[rock].as_ref();
+) -> SubSteps {
+    let (it, now) = (&model.rocks[0], &body.motion);
+    let whole = model.wholes[0].as_ref();
     let reach = whole.map_or(NEAR * it.smallest_radius, |whole| NEAR_WHOLE * whole.radius);
-    around.update(it, &model.trees[rock], ground, now, h, reach);
+    around.update(it, &model.trees[0], ground, now, h, reach);
     let turn = now.angular_momentum.norm() / it.inertia.min();
     let fastest = now.velocity.norm() + turn * it.arm + model.settings.gravity.norm() * h;
     let steps = ((reach / (fastest * h)) as usize).clamp(1, most.min(MOST));
@@ -81,15 +79,15 @@ pub fn next(
     if let Some(whole) = whole {
         landed.find(it, whole, ground, around, now, reach);
         if landed.contacts.is_empty() {
-            return Stretch { steps, parts: steps };
+            return SubSteps { steps, parts: steps };
         }
         let longest = of_whole(it, whole, landed, laws, now, SLOWEST * fastest, per_contact).min(TURN / turn);
         let parts = ((h * steps as f64 / longest).ceil() as usize).clamp(1, steps);
-        return Stretch { steps, parts };
+        return SubSteps { steps, parts };
     }
     let near = near(it, laws, around, body, reach);
     if near.count == 0.0 || steps == 1 {
-        return Stretch { steps, parts: steps };
+        return SubSteps { steps, parts: steps };
     }
     let stored = 2.0 * near.energy * near.across / near.count;
     let speed = (near.approach * near.approach + stored).sqrt().max(SLOWEST * fastest);
@@ -99,15 +97,15 @@ pub fn next(
     }
     // Never finer than the scene says.
     let parts = ((h * steps as f64 / longest).ceil() as usize).clamp(1, steps);
-    Stretch { steps, parts }
+    SubSteps { steps, parts }
 }
 
 /// The step [s] that a rock asks for which touches as a whole; `landed` holds the spheres that do, or are about to.
 fn of_whole(
     rock: &Rock,
     whole: &Whole,
-    landed: &Landed,
-    laws: WallLaws,
+    landed: &WholeRockContacts,
+    laws: SurfaceLaws,
     now: &Motion,
     slowest: f64,
     per_contact: f64,
@@ -130,7 +128,7 @@ fn of_whole(
 }
 
 /// The step [s] that a law asks for.
-fn step(law: &Law, rock: &Rock, near: &Near, speed: f64, per_contact: f64) -> f64 {
+fn step(law: &Law, rock: &Rock, near: &NearSpheres, speed: f64, per_contact: f64) -> f64 {
     let (radius, mass) = (rock.smallest_radius, 1.0 / near.across);
     let (deepest, duration) = law.normal.impact(radius, mass, speed);
     let overlap = deepest.min(DEEP * radius).max(near.deepest);
@@ -150,14 +148,14 @@ fn step(law: &Law, rock: &Rock, near: &Near, speed: f64, per_contact: f64) -> f6
 }
 
 /// What is within `reach` [m] of a rock's surface.
-fn near(rock: &Rock, laws: WallLaws, around: &Surroundings, body: &Body, reach: f64) -> Near {
+fn near(rock: &Rock, laws: SurfaceLaws, around: &TerrainPairs, body: &Body, reach: f64) -> NearSpheres {
     let now = &body.motion;
     let rotation = now.rotation();
     let to_own = rotation.transpose();
     let velocity = to_own * now.velocity;
     let spin = (to_own * now.angular_momentum).component_div(&rock.inertia);
     let least = rock.inertia.min();
-    let mut sum = Near::default();
+    let mut sum = NearSpheres::default();
     let mut rest = &around.pairs[..];
     while let Some(first) = rest.first() {
         let many = rest.iter().take_while(|p| p.sphere == first.sphere).count();

@@ -1,14 +1,15 @@
 //! The contacts of rocks with the terrain in a step, and the rows of their way.
 
-use crate::contact::broad_phase::terrain_pairs::Surroundings;
-use crate::contact::rows::Sums;
-use crate::contact::terrain::Standing;
+use crate::contact::broad_phase::terrain_pairs::TerrainPairs;
+use crate::contact::pipeline::Sums;
+use crate::contact::terrain::SurfaceContacts;
 use crate::contact::whole_rock::Whole;
-use crate::contact::whole_rock::terrain::Landed;
+use crate::contact::whole_rock::terrain::WholeRockContacts;
 use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
-use crate::integrator::sub_stepping::{self, Stretch};
-use crate::law::table::WallLaws;
+use crate::integrator::schedule::{Passed, Span};
+use crate::integrator::sub_stepping::{self, SubSteps};
+use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::model::critical::DEEP;
 use crate::model::runout::{LOOK, StepOnTerrain, jump_height};
@@ -24,34 +25,34 @@ const ROWS_PER_CONTACT: f64 = 10.0;
 const ROWS_PER_INTERVAL: f64 = 5.0;
 
 /// The laws of a rock with the terrain.
-fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<WallLaws<'a>> {
-    let laws = &model.laws.as_ref()?.walls;
-    Some(WallLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
+fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<SurfaceLaws<'a>> {
+    let laws = &model.laws.as_ref()?.surfaces;
+    Some(SurfaceLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
 }
 
 /// What surrounds the rocks, and what is to be told of their ways.
 #[derive(Debug, Clone)]
-pub struct OnTerrain {
+pub struct TerrainStage {
     /// What is near each rock.
-    pub around: Vec<Surroundings>,
-    standing: Vec<Standing>,
-    landed: Vec<Landed>,
+    pub around: Vec<TerrainPairs>,
+    standing: Vec<SurfaceContacts>,
+    landed: Vec<WholeRockContacts>,
     /// Rows of the window under way; none are kept where nobody writes them.
     pub rows: Option<Vec<Row>>,
 }
 
-impl OnTerrain {
+impl TerrainStage {
     /// For the rocks of a model.
     pub fn new(model: &Model, rows: bool) -> Self {
         let deep = |whole: &Option<Whole>| whole.as_ref().map_or(0.0, |whole| DEEP * whole.radius);
         let rocks = model.rocks.iter().zip(&model.wholes);
-        let around = rocks.clone().map(|(rock, whole)| Surroundings::new(rock, deep(whole))).collect();
+        let around = rocks.clone().map(|(rock, whole)| TerrainPairs::new(rock, deep(whole))).collect();
         let of_spheres = |(rock, whole): (&Rock, &Option<Whole>)| match whole {
-            None => Standing::new(4 * rock.spheres.len() + 64),
-            Some(_) => Standing::default(),
+            None => SurfaceContacts::new(4 * rock.spheres.len() + 64),
+            Some(_) => SurfaceContacts::default(),
         };
         let of_rock = |(rock, whole): (&Rock, &Option<Whole>)| {
-            Landed::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
+            WholeRockContacts::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
         };
         Self {
             standing: rocks.clone().map(of_spheres).collect(),
@@ -63,7 +64,7 @@ impl OnTerrain {
 
     /// Times that pairs were searched, and that triangles were looked for.
     pub fn searches(&self) -> [u64; 2] {
-        let sum = |of: fn(&Surroundings) -> u64| self.around.iter().map(of).sum();
+        let sum = |of: fn(&TerrainPairs) -> u64| self.around.iter().map(of).sum();
         [sum(|a| a.searches), sum(|a| a.refreshes)]
     }
 
@@ -76,16 +77,17 @@ impl OnTerrain {
         bodies: &[Body],
         h: f64,
         most: usize,
-    ) -> Stretch {
-        let ([body], Some(laws)) = (bodies, laws_on(model, ground, 0)) else { return Stretch::ONE };
+    ) -> SubSteps {
+        let ([body], Some(laws)) = (bodies, laws_on(model, ground, 0)) else { return SubSteps::ONE };
         if body.contacts == 0 || model.settings.dem.time_step.is_some() {
-            return Stretch::ONE;
+            return SubSteps::ONE;
         }
-        sub_stepping::next(model, ground, laws, &mut self.around[0], &mut self.landed[0], 0, body, h, most)
+        let near = (&mut self.around[0], &mut self.landed[0]);
+        sub_stepping::next(model, ground, laws, near, body, h, most)
     }
 
-    /// Forces on rock number `rock` at `now`, in the middle of the step of `h` [s] that began at `time`;
-    /// their number. The memories after the step are `body`'s.
+    /// Forces on rock number `rock` at `now`, in the middle of a step;
+    /// their number. The histories after the step are `body`'s.
     pub fn forces(
         &mut self,
         model: &Model,
@@ -93,8 +95,7 @@ impl OnTerrain {
         rock: usize,
         body: &mut Body,
         now: &Motion,
-        h: f64,
-        time: f64,
+        Span { start: time, h }: Span,
     ) -> Result<(Sums, usize), Fault> {
         let Some(laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
         let it = &model.rocks[rock];
@@ -102,19 +103,19 @@ impl OnTerrain {
         around.update(it, &model.trees[rock], ground, now, h, 0.0);
         if around.pairs.is_empty() {
             watch_gap(model, ground, rock, now, h, time)?;
-            body.ground_memories.clear();
+            body.terrain_histories.clear();
             return Ok((Sums::default(), 0));
         }
         if let Some(whole) = &model.wholes[rock] {
             let landed = &mut self.landed[rock];
             landed.find(it, whole, ground, around, now, 0.0);
-            let sums = landed.forces(it, whole, laws, now, h, &body.ground_memories);
+            let sums = landed.forces(it, whole, laws, now, h, &body.terrain_histories);
             watch_whole(model, rock, whole, now, &sums, h, time)?;
-            std::mem::swap(&mut body.ground_memories, &mut landed.memories);
+            std::mem::swap(&mut body.terrain_histories, &mut landed.histories);
             return Ok((sums, landed.contacts.len()));
         }
         standing.find(it, ground, around, now);
-        let sums = standing.forces(it, laws, Some(ground), now, h, &body.ground_memories);
+        let sums = standing.forces(it, laws, Some(ground), now, h, &body.terrain_histories);
         let law = model.ground_rows[rock].first().map(|law| *law as usize);
         let case = Case { model, rock, against: Against::Terrain, law, pair: None, impact: None, h, time };
         watch(&case, now, &sums, |depth| {
@@ -122,7 +123,7 @@ impl OnTerrain {
             let [x, y, z] = (now.position + ground.origin).into();
             Some((sphere, format!("near ({x:.2}, {y:.2}, {z:.2}) the terrain")))
         })?;
-        std::mem::swap(&mut body.ground_memories, &mut standing.memories);
+        std::mem::swap(&mut body.terrain_histories, &mut standing.histories);
         Ok((sums, standing.contacts.len()))
     }
 
@@ -148,22 +149,12 @@ impl OnTerrain {
         }
     }
 
-    /// Follow a rock's way over a step of `h` [s] that ends at `end` [s] with the motion in `body`;
-    /// `contacts` were in its middle. `look`: whether its height is due.
-    pub fn stepped(
-        &mut self,
-        model: &Model,
-        ground: &Terrain,
-        rock: usize,
-        body: &mut Body,
-        end: f64,
-        h: f64,
-        contacts: usize,
-        look: bool,
-    ) {
+    /// Follow a rock's trajectory over a step that ends with the motion in `body`.
+    pub fn stepped(&mut self, model: &Model, ground: &Terrain, rock: usize, body: &mut Body, passed: Passed) {
         let Some(terrain) = &model.settings.terrain else { return };
         let shortest = model.steps.contact;
-        let (touching, touched) = (contacts > 0, body.path.contact_since.is_some());
+        let Passed { end, h, touching, look } = passed;
+        let touched = body.path.contact_since.is_some();
         let step = StepOnTerrain { after: &body.motion, end, length: h, touching, shortest };
         body.path.step(&model.rocks[rock], terrain, &step);
         let height =

@@ -1,18 +1,18 @@
 //! A window: cut into steps, which are taken one by one ([`crate::integrator::step`]) or flown through in closed form.
 
 use crate::contact::broad_phase::mesh_pairs::Instant;
-use crate::integrator::box_stage::{self, Sides};
+use crate::integrator::box_stage::{self, BoxStage};
 use crate::integrator::closed_form;
 use crate::integrator::free_flight::clear_of_all;
-use crate::integrator::mesh_stage::{View, Zone, add_forces};
-use crate::integrator::rock_stage::Meetings;
-use crate::integrator::schedule::{Cut, Part};
-use crate::integrator::secondary_impacts::Kicks;
-use crate::integrator::step::Load;
-use crate::integrator::sub_stepping::Stretch;
-use crate::integrator::terrain_stage::{OnTerrain, steps_per_look};
+use crate::integrator::mesh_stage::{MeshStage, MeshWindow, add_forces};
+use crate::integrator::rock_stage::RockStage;
+use crate::integrator::schedule::{Cut, SubStep, Task};
+use crate::integrator::secondary_impacts::SecondaryImpacts;
+use crate::integrator::step::StepLoad;
+use crate::integrator::sub_stepping::SubSteps;
+use crate::integrator::terrain_stage::{TerrainStage, steps_per_look};
 use crate::interface_mesh::motion::MotionFields;
-use crate::interface_mesh::{AtRest, Wall};
+use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Model;
 use crate::model::impact::Passage;
 use crate::model::runout::jump_height;
@@ -29,27 +29,27 @@ use std::ops::Range;
 const FEWEST: usize = 4;
 
 /// A prepared run.
-pub struct Run {
-    pub(super) wall: Option<Wall>,
-    pub(super) zones: Vec<Zone>,
+pub struct RockIntegrator {
+    pub(super) contact_mesh: Option<ContactMesh>,
+    pub(super) mesh_stages: Vec<MeshStage>,
     pub(super) fields: MotionFields,
-    /// Where the request says which lines of the wall are broken.
+    /// Where the request says which lines of the mesh are broken.
     broken: Option<Range<usize>>,
     pub(super) answer: Answer,
     /// Numbers of a request and of its answer.
     lengths: (usize, usize),
     pub(super) gauges: Gauges,
     /// What the rocks meet of the terrain.
-    pub(super) terrain: Option<OnTerrain>,
+    pub(super) terrain: Option<TerrainStage>,
     /// Their contacts with each other.
-    pub(super) meetings: Meetings,
+    pub(super) rock_stage: RockStage,
     /// Their contacts with the sides of a box.
-    pub(super) sides: Option<Sides>,
-    kicks: Kicks,
+    pub(super) sides: Option<BoxStage>,
+    secondary_impacts: SecondaryImpacts,
     /// Motions in the middle of the step under way.
     pub(super) middles: Vec<Motion>,
     /// What acts on the rocks there.
-    pub(super) loads: Vec<Load>,
+    pub(super) loads: Vec<StepLoad>,
     pub(super) counts: Counts,
     most_contacts: usize,
     /// The net at rest.
@@ -67,9 +67,9 @@ pub(super) struct Answer {
     gauges: usize,
 }
 
-impl Run {
+impl RockIntegrator {
     /// For a checked plan.
-    pub fn new(model: &Model, wall: Option<Wall>, plan: &Plan, rows: bool) -> Self {
+    pub fn new(model: &Model, contact_mesh: Option<ContactMesh>, plan: &Plan, rows: bool) -> Self {
         let empty = InterfaceMesh::default();
         let mesh = plan.wall.as_ref().unwrap_or(&empty);
         let takes = Layout::new(&plan.takes, mesh, 0);
@@ -86,58 +86,65 @@ impl Run {
             reach: gives.sample(name::REACH, Sampling::Once, 0),
             gauges: gives.gauge(0).start,
         };
-        let zones = match &wall {
-            Some(wall) => (0..model.rocks.len()).map(|r| Zone::new(model, r, wall, &fields)).collect(),
+        let mesh_stages = match &contact_mesh {
+            Some(contact_mesh) => {
+                (0..model.rocks.len()).map(|r| MeshStage::new(model, r, contact_mesh, &fields)).collect()
+            }
             None => Vec::new(),
         };
-        let contacts =
-            |r| if wall.is_some() || model.ground.is_some() { Zone::most_contacts(model, r) } else { 0 };
+        let contacts = |r| {
+            if contact_mesh.is_some() || model.ground.is_some() {
+                MeshStage::most_contacts(model, r)
+            } else {
+                0
+            }
+        };
         Self {
-            zones,
+            mesh_stages,
             fields,
             broken: takes.sample(name::BROKEN, Sampling::Once, 0),
             answer,
             lengths: (takes.len(), gives.len()),
             gauges: Gauges::new(&model.settings, model.origin),
-            terrain: model.ground.as_ref().map(|_| OnTerrain::new(model, rows)),
-            meetings: Meetings::new(model),
-            sides: (!model.planes.is_empty()).then(|| Sides::new(model)),
-            kicks: Kicks::default(),
+            terrain: model.ground.as_ref().map(|_| TerrainStage::new(model, rows)),
+            rock_stage: RockStage::new(model),
+            sides: (!model.planes.is_empty()).then(|| BoxStage::new(model)),
+            secondary_impacts: SecondaryImpacts::default(),
             middles: Vec::with_capacity(model.rocks.len()),
             loads: Vec::with_capacity(model.rocks.len()),
             counts: Counts::default(),
             most_contacts: (0..model.rocks.len()).map(contacts).max().unwrap_or(0),
-            rest: wall.as_ref().map(|w| w.at_rest(&model.settings.down())),
+            rest: contact_mesh.as_ref().map(|w| w.at_rest(&model.settings.down())),
             starts: Vec::with_capacity(model.rocks.len()),
             instants: Vec::with_capacity(16 * model.rocks.len() + 16),
-            wall,
+            contact_mesh,
         }
     }
 
     /// Make room in `state` for what its contacts remember.
     pub fn reserve(&self, state: &mut State) {
-        let sides = self.sides.as_ref().map_or(0, Sides::most_contacts);
+        let sides = self.sides.as_ref().map_or(0, BoxStage::most_contacts);
         for body in &mut state.bodies {
             body.reserve(self.most_contacts, sides);
         }
-        state.encounters.reserve(self.meetings.most_contacts());
-        let numbers = self.wall.as_ref().map_or(0, |wall| 3 * wall.nodes.len());
+        state.between_rocks.reserve(self.rock_stage.most_contacts());
+        let numbers = self.contact_mesh.as_ref().map_or(0, |contact_mesh| 3 * contact_mesh.nodes.len());
         state.predicted.reserve(numbers.saturating_sub(state.predicted.len()));
     }
 
     /// The net, and what it is at rest.
-    pub fn net(&self) -> Option<(&Wall, &AtRest)> {
-        self.wall.as_ref().zip(self.rest.as_ref())
+    pub fn net(&self) -> Option<(&ContactMesh, &AtRest)> {
+        self.contact_mesh.as_ref().zip(self.rest.as_ref())
     }
 
     /// Whether rocks that have lost contact have the net behind them, as it stands at the start of segment `segment`.
     pub(super) fn judge_partings(&self, model: &Model, state: &mut State, segment: usize, input: &[f64]) {
-        let Some(wall) = &self.wall else { return };
+        let Some(contact_mesh) = &self.contact_mesh else { return };
         for (rock, body) in model.rocks.iter().zip(&mut state.bodies) {
             let Some(direction) = body.track.is_parting(rock, &body.motion) else { continue };
-            let at = |n: u32| wall.nodes[n as usize] + self.fields.displacement(input, segment, n);
+            let at = |n: u32| contact_mesh.nodes[n as usize] + self.fields.displacement(input, segment, n);
             let up = -model.settings.down();
-            body.track.passed = Outline { wall, at }.passed(&body.motion.position, &direction, &up);
+            body.track.passed = Outline { contact_mesh, at }.passed(&body.motion.position, &direction, &up);
         }
     }
 
@@ -156,10 +163,11 @@ impl Run {
 
     /// Work done, by name.
     pub fn counts(&self) -> Vec<(String, u64)> {
-        let [found, looked] = self.terrain.as_ref().map(OnTerrain::searches).unwrap_or_default();
-        let searches =
-            self.zones.iter().map(|z| z.pairs.searches).sum::<u64>() + found + self.meetings.searches();
-        let near = self.zones.iter().map(|z| z.refreshes).sum::<u64>() + looked;
+        let [found, looked] = self.terrain.as_ref().map(TerrainStage::searches).unwrap_or_default();
+        let searches = self.mesh_stages.iter().map(|z| z.pairs.searches).sum::<u64>()
+            + found
+            + self.rock_stage.searches();
+        let near = self.mesh_stages.iter().map(|z| z.refreshes).sum::<u64>() + looked;
         [
             ("sub_steps", self.counts.sub_steps),
             ("flight_windows", self.counts.flight_windows),
@@ -174,7 +182,7 @@ impl Run {
         .into()
     }
 
-    /// The answer as it would stand at t = 0, with the wall at rest; also fills in what the state
+    /// The answer as it would stand at t = 0, with the mesh at rest; also fills in what the state
     /// knows of its contacts.
     pub fn initial(&mut self, model: &Model, state: &mut State, plan: &Plan) -> Result<Vec<f64>, Fault> {
         let input = vec![0.0; self.lengths.0];
@@ -213,17 +221,18 @@ impl Run {
         self.elongate(state, window.start, input);
         let flies = self.begin(model, state, window.length, input, output)?;
         if torn {
-            self.let_go(model, state, window.length, input)?;
+            self.end_contacts_with_broken(model, state, window.length, input)?;
         }
         let cut = self.cut(model, window);
+        let task = Task { window, cut, input };
         self.gauges.begin(&mut output[self.answer.gauges..]);
         let flies = flies && (model.ground.is_some() || self.free_time(model, state, 0.0) > window.length);
         if flies && model.ground.is_none() {
             self.counts.flight_windows += 1;
-            self.fly(model, state, window, cut, 0..cut.steps, input, output);
+            self.fly(model, state, task, 0..cut.steps, output);
             self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
         } else {
-            self.step_through(model, state, window, cut, flies, input, output)?;
+            self.step_through(model, state, task, flies, output)?;
         }
         state.time = window.end();
         self.remember_motion(state, window.length, input);
@@ -233,10 +242,10 @@ impl Run {
         Ok(())
     }
 
-    /// Keep where the wall is said to be at the window's end, if a contact remembers its slip.
+    /// Keep where the mesh is said to be at the window's end, if a contact remembers its slip.
     fn remember_motion(&self, state: &mut State, length: f64, input: &[f64]) {
         state.predicted.clear();
-        if state.bodies.iter().any(|b| !b.memories.is_empty()) {
+        if state.bodies.iter().any(|b| !b.histories.is_empty()) {
             self.fields.seen_at_end(input, length, &mut state.predicted);
         }
     }
@@ -262,12 +271,12 @@ impl Run {
         Cut::new(window, model.steps.step, self.fields.segments(), &samples)
     }
 
-    /// Take broken lines out of the wall; true if there are more of them than the state knows.
+    /// Take broken lines out of the mesh; true if there are more of them than the state knows.
     fn tear(&mut self, state: &mut State, input: &[f64]) -> bool {
-        let (Some(at), Some(wall)) = (&self.broken, &mut self.wall) else { return false };
+        let (Some(at), Some(contact_mesh)) = (&self.broken, &mut self.contact_mesh) else { return false };
         let flags = &input[at.clone()];
-        if wall.tear(flags) {
-            self.zones.iter_mut().for_each(Zone::forget);
+        if contact_mesh.tear(flags) {
+            self.mesh_stages.iter_mut().for_each(MeshStage::forget);
         }
         let count = flags.iter().filter(|f| **f != 0.0).count();
         std::mem::replace(&mut state.broken, count) != count
@@ -275,7 +284,13 @@ impl Run {
 
     /// Contacts with lines that are no more end: what their normal springs held is lost. Where something else is touched
     /// in their place and holds more, that is no negative loss.
-    fn let_go(&mut self, model: &Model, state: &mut State, length: f64, input: &[f64]) -> Result<(), Fault> {
+    fn end_contacts_with_broken(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        length: f64,
+        input: &[f64],
+    ) -> Result<(), Fault> {
         let held = |state: &State| state.bodies.iter().map(|b| b.elastic).sum::<f64>();
         let before = held(state);
         let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
@@ -284,7 +299,7 @@ impl Run {
         Ok(())
     }
 
-    /// Look around; true if no rock can meet the wall within the window.
+    /// Look around; true if no rock can meet the mesh within the window.
     fn begin(
         &mut self,
         model: &Model,
@@ -296,31 +311,25 @@ impl Run {
         if let Some(terrain) = &mut self.terrain {
             terrain.begin();
         }
-        let Some(wall) = &self.wall else { return Ok(model.shortcuts) };
-        let view = View { model, wall, fields: &self.fields, input, length, predicted: None };
+        let Some(contact_mesh) = &self.contact_mesh else { return Ok(model.shortcuts) };
+        let view = MeshWindow { model, contact_mesh, fields: &self.fields, input, length, predicted: None };
         let mut flies = model.shortcuts;
-        self.kicks.find(model, &self.meetings, state, length);
-        for ((zone, body), kick) in self.zones.iter_mut().zip(&state.bodies).zip(&self.kicks.ways) {
-            zone.begin(view, &body.motion, *kick)?;
+        self.secondary_impacts.find(model, &self.rock_stage, state, length);
+        for ((stage, body), kick) in
+            self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.ways)
+        {
+            stage.begin(view, &body.motion, *kick)?;
             if let Some(reach) = &self.answer.reach {
-                zone.mark_reach(view, &body.motion, &mut output[reach.clone()]);
+                stage.mark_reach(view, &body.motion, &mut output[reach.clone()]);
             }
-            flies = flies && body.contacts == 0 && !zone.in_reach(view, &body.motion);
+            flies = flies && body.contacts == 0 && !stage.in_reach(view, &body.motion);
         }
         Ok(flies)
     }
 
     /// Fly the steps `range` in closed form.
-    fn fly(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        window: &Window,
-        cut: Cut,
-        range: Range<usize>,
-        input: &[f64],
-        output: &mut [f64],
-    ) {
+    fn fly(&mut self, model: &Model, state: &mut State, task: Task, range: Range<usize>, output: &mut [f64]) {
+        let Task { window, cut, input } = task;
         let gravity = model.settings.gravity;
         self.starts.clear();
         self.starts.extend(state.bodies.iter().map(|b| b.motion));
@@ -335,11 +344,11 @@ impl Run {
             closed_form::instants(&self.starts, &model.rocks, &gravity, cut.steps, cut.h, &mut self.instants);
         }
         for body in &mut state.bodies {
-            state.dissipated += body.sheared;
+            state.dissipated += body.tangential_energy;
             body.part();
         }
-        state.dissipated += state.encounters.sheared;
-        state.encounters.end();
+        state.dissipated += state.between_rocks.tangential_energy;
+        state.between_rocks.end();
         let mut from = range.start;
         for i in 0..self.instants.len() {
             let to = self.instants[i];
@@ -376,19 +385,18 @@ impl Run {
 
     /// Whether somebody asks for the smallest and largest values of all steps.
     fn reads_steps(&self, model: &Model) -> bool {
-        self.wall.is_some() || model.ground.is_none()
+        self.contact_mesh.is_some() || model.ground.is_none()
     }
 
     fn step_through(
         &mut self,
         model: &Model,
         state: &mut State,
-        window: &Window,
-        cut: Cut,
+        task: Task,
         flies: bool,
-        input: &[f64],
         output: &mut [f64],
     ) -> Result<(), Fault> {
+        let Task { window, cut, input } = task;
         let (mut step, mut next_try) = (0, 0);
         while step < cut.steps {
             if flies && step >= next_try {
@@ -398,15 +406,15 @@ impl Run {
                     _ => 0,
                 };
                 if clear >= FEWEST.min(cut.steps - step) {
-                    self.fly(model, state, window, cut, step..step + clear, input, output);
+                    self.fly(model, state, task, step..step + clear, output);
                     step += clear;
                     continue;
                 }
                 next_try = step + FEWEST;
             }
-            let Stretch { steps, parts } = self.stretch(model, state, cut, step);
+            let SubSteps { steps, parts } = self.stretch(model, state, cut, step);
             for part in 0..parts {
-                self.step(model, state, window, cut, Part { step, steps, part, parts }, input, output)?;
+                self.step(model, state, task, SubStep { step, steps, part, parts }, output)?;
             }
             self.counts.sub_steps += (parts * model.rocks.len()) as u64;
             // Longer stretches are taken only where nobody samples.
@@ -427,13 +435,13 @@ impl Run {
         Ok(())
     }
 
-    /// The steps that are taken next, and how they are cut; one where a wall moves.
-    fn stretch(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> Stretch {
-        match (&self.wall, &mut self.terrain, &model.ground) {
+    /// The steps that are taken next, and how they are cut; one where a mesh moves.
+    fn stretch(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> SubSteps {
+        match (&self.contact_mesh, &mut self.terrain, &model.ground) {
             (None, Some(terrain), Some(ground)) if self.sides.is_none() => {
                 terrain.stretch(model, ground, &state.bodies, cut.h, cut.steps - step)
             }
-            _ => Stretch::ONE,
+            _ => SubSteps::ONE,
         }
     }
 
@@ -446,7 +454,7 @@ impl Run {
     /// Time in which no two rocks, and no rock and a side of the box, can touch in flight [s]; of many rocks 0 where it is below
     /// `least` [s].
     fn free_time(&self, model: &Model, state: &State, least: f64) -> f64 {
-        self.meetings.free_time(model, state, least).min(box_stage::free_time(model, state))
+        self.rock_stage.free_time(model, state, least).min(box_stage::free_time(model, state))
     }
 
     /// Contacts and elastic energy at an instant of the state; forces where `field` says.
@@ -464,31 +472,31 @@ impl Run {
                 (Some(terrain), Some(ground)) => terrain.energy(model, ground, rock, &body.motion),
                 _ => (0.0, 0),
             };
-            let on_sides =
+            let on_box =
                 self.sides.as_mut().map_or((0.0, 0), |sides| sides.energy(model, rock, &body.motion));
-            (body.elastic, body.contacts) = (on_terrain.0 + on_sides.0, on_terrain.1 + on_sides.1);
+            (body.elastic, body.contacts) = (on_terrain.0 + on_box.0, on_terrain.1 + on_box.1);
             self.counts.contact_evaluations += body.contacts as u64;
         }
-        if !self.meetings.is_empty() {
-            self.meetings.energy(model, state);
-            self.counts.contact_evaluations += state.encounters.contacts as u64;
+        if !self.rock_stage.is_empty() {
+            self.rock_stage.energy(model, state);
+            self.counts.contact_evaluations += state.between_rocks.contacts as u64;
         }
-        let Some(wall) = &self.wall else { return Ok(()) };
-        let view = View { model, wall, fields: &self.fields, input, length, predicted: None };
-        for (zone, body) in self.zones.iter_mut().zip(&mut state.bodies) {
+        let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
+        let view = MeshWindow { model, contact_mesh, fields: &self.fields, input, length, predicted: None };
+        for (stage, body) in self.mesh_stages.iter_mut().zip(&mut state.bodies) {
             let (on_others, contacts) = (body.elastic, body.contacts);
-            zone.update(view, &body.motion, at)?;
-            let (evaluation, scene) = zone.parts(view);
+            stage.update(view, &body.motion, at)?;
+            let (evaluation, scene) = stage.parts(view);
             if let Some((output, field)) = &mut field {
-                let sums = evaluation.forces(scene, &body.motion, at, 0.0, &body.memories);
+                let sums = evaluation.forces(scene, &body.motion, at, 0.0, &body.histories);
                 body.elastic = on_others + sums.elastic;
-                add_forces(zone, output, *field, 1.0);
+                add_forces(stage, output, *field, 1.0);
             } else {
                 body.elastic = on_others + evaluation.energy(scene, &body.motion, at);
             }
-            let on_wall = zone.evaluation.touch.contacts.len();
-            body.contacts = contacts + on_wall;
-            self.counts.contact_evaluations += on_wall as u64;
+            let on_mesh = stage.evaluation.touch.contacts.len();
+            body.contacts = contacts + on_mesh;
+            self.counts.contact_evaluations += on_mesh as u64;
         }
         Ok(())
     }

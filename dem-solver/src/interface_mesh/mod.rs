@@ -1,4 +1,4 @@
-//! The wall: the structure's interface mesh as a contact partner.
+//! The mesh: the structure's interface mesh as a contact partner.
 //!
 //! - [`closest`]: the closest point of one element (first stage of the double hierarchy)
 //! - [`hierarchy`]: which of several elements' points are contacts (second stage)
@@ -21,7 +21,7 @@ pub enum Kind {
     Point,
 }
 
-/// One element of the wall. Nodes beyond those of its kind repeat the first.
+/// One element of the mesh. Nodes beyond those of its kind repeat the first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Element {
     /// What it is.
@@ -59,9 +59,9 @@ pub struct AtRest {
     pub reach: f64,
 }
 
-/// The wall at t = 0. An element's number is its place in [`Wall::elements`].
+/// The mesh at t = 0. An element's number is its place in [`ContactMesh::elements`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wall {
+pub struct ContactMesh {
     /// Nodes at t = 0 [m].
     pub nodes: Vec<Vector3<f64>>,
     /// Lines, then faces, then points.
@@ -76,8 +76,8 @@ pub struct Wall {
     broken: Vec<bool>,
 }
 
-impl Wall {
-    /// Make the wall of an interface mesh.
+impl ContactMesh {
+    /// Make the mesh of an interface mesh.
     pub fn new(mesh: &InterfaceMesh) -> Result<Self, Fault> {
         mesh.check().map_err(|what| Fault::broken(format!("the interface mesh cannot be used: {what}")))?;
         let nodes: Vec<_> =
@@ -196,18 +196,18 @@ mod tests {
             masses: vec![1.0, 2.0, 4.0, f64::INFINITY, 1.0, 1.0],
             ..Default::default()
         };
-        let wall = Wall::new(&mesh).expect("valid");
-        assert_eq!(wall.elements[2], Element { kind: Kind::Point, nodes: [4; 3], radius: 0.0 });
-        assert_eq!(wall.elements[3].own_nodes(), [5]);
-        assert_eq!(wall.inverse_mass, Some(vec![1.0, 0.5, 0.25, 0.0, 1.0, 1.0]));
-        assert_eq!(wall.largest_radius, 0.002);
-        assert!(wall.elements[0].shares_a_node(&wall.elements[1]));
-        assert!(!wall.elements[0].shares_a_node(&wall.elements[2]));
+        let contact_mesh = ContactMesh::new(&mesh).expect("valid");
+        assert_eq!(contact_mesh.elements[2], Element { kind: Kind::Point, nodes: [4; 3], radius: 0.0 });
+        assert_eq!(contact_mesh.elements[3].own_nodes(), [5]);
+        assert_eq!(contact_mesh.inverse_mass, Some(vec![1.0, 0.5, 0.25, 0.0, 1.0, 1.0]));
+        assert_eq!(contact_mesh.largest_radius, 0.002);
+        assert!(contact_mesh.elements[0].shares_a_node(&contact_mesh.elements[1]));
+        assert!(!contact_mesh.elements[0].shares_a_node(&contact_mesh.elements[2]));
     }
 
     #[test]
     fn a_mesh_that_names_a_missing_node_is_refused() {
         let mesh = InterfaceMesh { coordinates: vec![0.0; 3], lines: vec![[0, 1]], ..Default::default() };
-        assert!(Wall::new(&mesh).expect_err("node 1 is missing").message.contains("names node 1"));
+        assert!(ContactMesh::new(&mesh).expect_err("node 1 is missing").message.contains("names node 1"));
     }
 }

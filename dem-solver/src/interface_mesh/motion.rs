@@ -1,4 +1,4 @@
-//! Where the wall's nodes are within a window.
+//! Where the mesh's nodes are within a window.
 //!
 //! Position is piecewise linear between the samples of displacement. Velocity is the chord of the
 //! segment, so that force times displacement is exactly the work. A node that all samples leave at
@@ -9,7 +9,7 @@ use interface_defs::{Layout, Sampling, name};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// Where the wall's motion lies in the input of a window.
+/// Where the mesh's motion lies in the input of a window.
 #[derive(Debug, Clone, Default)]
 pub struct MotionFields {
     displacement: Vec<Range<usize>>,
@@ -28,7 +28,7 @@ impl MotionFields {
         self.displacement.len().saturating_sub(1).max(1)
     }
 
-    /// The samples of the displacement of all nodes; none if the wall stands still.
+    /// The samples of the displacement of all nodes; none if the mesh stands still.
     pub fn displacements<'a>(&'a self, input: &'a [f64]) -> impl Iterator<Item = &'a [f64]> {
         self.displacement.iter().map(|range| &input[range.clone()])
     }
@@ -46,7 +46,7 @@ impl MotionFields {
     }
 
     /// Displacement of all nodes at the end of a window of `length` [s] as contacts have seen it: the last sample, and
-    /// for a node that all samples leave at one place what its transmitted velocity makes of it. Nothing if the wall
+    /// for a node that all samples leave at one place what its transmitted velocity makes of it. Nothing if the mesh
     /// stands still.
     pub fn seen_at_end(&self, input: &[f64], length: f64, seen: &mut Vec<f64>) {
         seen.clear();
@@ -92,7 +92,7 @@ fn of_node(field: &[f64], node: u32) -> Vector3<f64> {
     Vector3::new(field[at], field[at + 1], field[at + 2])
 }
 
-/// Motion of some of the wall's nodes within a window, segment by segment.
+/// Motion of some of the mesh's nodes within a window, segment by segment.
 #[derive(Debug, Clone, Default)]
 pub struct NodeMotion {
     count: usize,

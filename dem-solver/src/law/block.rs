@@ -6,8 +6,8 @@
 //! one by one: rolling resistance, a jump between windows, the contacts that are left over.
 
 use crate::law::Law;
-use crate::law::contact_point::{Answer, Meeting, Past};
-use crate::law::normal::{Load, Normal};
+use crate::law::contact_point::{ContactPoint, History, Response};
+use crate::law::normal::Load;
 use crate::law::tangential::Tangential;
 use crate::settings::TangentialName;
 use interface_defs::wide;
@@ -47,14 +47,14 @@ struct Found {
     energy: Column,
     pressed: Column,
     approach: Column,
-    damped: Column,
+    damping_power: Column,
     force: [Column; 3],
     spring: [Column; 3],
     moment: [Column; 3],
     rolled: [Column; 3],
-    rubbed: Column,
-    sheared: Column,
-    jumped: Column,
+    friction_power: Column,
+    tangential_energy: Column,
+    jump_energy: Column,
 }
 
 /// Up to [`WIDTH`] contacts under one law.
@@ -88,41 +88,42 @@ impl Block {
 
     /// Add a contact; there must be room.
     #[inline(always)]
-    pub fn push(&mut self, meeting: &Meeting, past: &Past) {
+    pub fn push(&mut self, point: &ContactPoint, history: &History) {
         let (l, to) = (self.count % WIDTH, &mut self.given);
         for a in 0..3 {
-            to.normal[a][l] = meeting.normal[a];
-            to.velocity[a][l] = meeting.velocity[a];
-            to.spring[a][l] = past.spring[a];
+            to.normal[a][l] = point.normal[a];
+            to.velocity[a][l] = point.velocity[a];
+            to.spring[a][l] = history.spring[a];
         }
-        to.overlap[l] = meeting.overlap;
-        to.radius[l] = meeting.radius;
-        to.dashpot[l] = meeting.dashpot;
-        to.before[l] = past.overlap;
+        to.overlap[l] = point.overlap;
+        to.radius[l] = point.radius;
+        to.dashpot[l] = point.dashpot;
+        to.before[l] = history.overlap;
         self.count += 1;
         if self.rolls {
             for a in 0..3 {
-                to.spin[a][l] = meeting.spin[a];
-                to.moment[a][l] = past.moment[a];
+                to.spin[a][l] = point.spin[a];
+                to.moment[a][l] = history.moment[a];
             }
-            to.inertia[l] = meeting.inertia;
+            to.inertia[l] = point.inertia;
         }
-        if past.jump != Vector3::zeros() {
+        if point.jump != Vector3::zeros() {
             if !self.jumps {
                 (to.jump, self.jumps) = ([ZERO; 3], true);
             }
             for a in 0..3 {
-                to.jump[a][l] = past.jump[a];
+                to.jump[a][l] = point.jump[a];
             }
         }
     }
 
     /// Contact number `l`.
     #[inline(always)]
-    fn contact(&self, l: usize) -> (Meeting, Past) {
+    fn contact(&self, l: usize) -> (ContactPoint, History) {
         let (given, zero) = (&self.given, Vector3::zeros());
         let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
-        let meeting = Meeting {
+        let point = ContactPoint {
+            jump: if self.jumps { vector(&given.jump) } else { zero },
             normal: vector(&given.normal),
             overlap: given.overlap[l],
             radius: given.radius[l],
@@ -131,40 +132,39 @@ impl Block {
             inertia: if self.rolls { given.inertia[l] } else { 0.0 },
             dashpot: given.dashpot[l],
         };
-        let past = Past {
+        let history = History {
             spring: vector(&given.spring),
             moment: if self.rolls { vector(&given.moment) } else { zero },
             overlap: given.before[l],
-            jump: if self.jumps { vector(&given.jump) } else { zero },
         };
-        (meeting, past)
+        (point, history)
     }
 
-    /// The answer to contact number `l`.
+    /// The response of contact number `l`.
     #[inline(always)]
-    pub fn answer(&self, l: usize) -> Answer {
+    pub fn response(&self, l: usize) -> Response {
         let (found, zero) = (&self.found, Vector3::zeros());
         let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
         let load = Load { stiffness: found.stiffness[l], force: found.elastic[l], energy: found.energy[l] };
-        Answer {
+        Response {
             load,
             force: vector(&found.force),
             moment: if self.rolls { vector(&found.moment) } else { zero },
             spring: vector(&found.spring),
             rolled: if self.rolls { vector(&found.rolled) } else { zero },
-            damped: found.damped[l],
-            rubbed: found.rubbed[l],
-            sheared: found.sheared[l],
-            jumped: if self.jumps { found.jumped[l] } else { 0.0 },
+            damping_power: found.damping_power[l],
+            friction_power: found.friction_power[l],
+            tangential_energy: found.tangential_energy[l],
+            jump_energy: if self.jumps { found.jump_energy[l] } else { 0.0 },
         }
     }
 
-    /// Compute the answers in the middle of a step of `h` [s] (0: at an instant).
+    /// Compute the responses in the middle of a step of `h` [s] (0: at an instant).
     pub fn compute(&mut self, law: &Law, h: f64) {
         if self.count < WORTH || self.jumps || self.rolls {
             for l in 0..self.count {
-                let (meeting, past) = self.contact(l);
-                self.take(l, &law.answer(&meeting, &past, h));
+                let (point, history) = self.contact(l);
+                self.take(l, &law.respond(&point, &history, h));
             }
             return;
         }
@@ -175,31 +175,31 @@ impl Block {
                 let [friction, carried] = variants(tangential, given, &found.approach);
                 grip(tangential, given, &friction, &carried, h, found);
             }
-            None => (found.spring, found.rubbed, found.sheared) = ([ZERO; 3], ZERO, ZERO),
+            None => (found.spring, found.friction_power, found.tangential_energy) = ([ZERO; 3], ZERO, ZERO),
         }
     }
 
     /// Keep the answer to contact number `l`.
     #[inline(always)]
-    fn take(&mut self, l: usize, answer: &Answer) {
+    fn take(&mut self, l: usize, response: &Response) {
         let found = &mut self.found;
         for a in 0..3 {
-            found.force[a][l] = answer.force[a];
-            found.spring[a][l] = answer.spring[a];
+            found.force[a][l] = response.force[a];
+            found.spring[a][l] = response.spring[a];
         }
         if self.rolls {
             for a in 0..3 {
-                found.moment[a][l] = answer.moment[a];
-                found.rolled[a][l] = answer.rolled[a];
+                found.moment[a][l] = response.moment[a];
+                found.rolled[a][l] = response.rolled[a];
             }
         }
-        found.stiffness[l] = answer.load.stiffness;
-        found.elastic[l] = answer.load.force;
-        found.energy[l] = answer.load.energy;
-        found.damped[l] = answer.damped;
-        found.rubbed[l] = answer.rubbed;
-        found.sheared[l] = answer.sheared;
-        found.jumped[l] = answer.jumped;
+        found.stiffness[l] = response.load.stiffness;
+        found.elastic[l] = response.load.force;
+        found.energy[l] = response.load.energy;
+        found.damping_power[l] = response.damping_power;
+        found.friction_power[l] = response.friction_power;
+        found.tangential_energy[l] = response.tangential_energy;
+        found.jump_energy[l] = response.jump_energy;
     }
 }
 
@@ -217,22 +217,9 @@ fn choose(first: bool, a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 wide! {
     /// The elastic load, and the normal force with the dashpot.
     fn press(law: &Law, given: &Given, found: &mut Found) {
-        match law.normal {
-            Normal::Hertz(modulus) => for l in 0..WIDTH {
-                let stiffness = 2.0 * modulus * (given.radius[l] * given.overlap[l]).sqrt();
-                let force = 2.0 / 3.0 * stiffness * given.overlap[l];
-                found.stiffness[l] = stiffness;
-                found.elastic[l] = force;
-                found.energy[l] = 0.4 * force * given.overlap[l];
-            },
-            Normal::Linear(_) | Normal::LinearPerRadius(_) => for l in 0..WIDTH {
-                let load = law.normal.load(given.radius[l], given.overlap[l]);
-                found.stiffness[l] = load.stiffness;
-                found.elastic[l] = load.force;
-                found.energy[l] = load.energy;
-            },
-        }
-        let damped = law.damping.is_some();
+        let loads = [&mut found.stiffness, &mut found.elastic, &mut found.energy];
+        law.normal.loads(&given.radius, &given.overlap, loads);
+        let has_dashpot = law.damping.is_some();
         for l in 0..WIDTH {
             let n = [given.normal[0][l], given.normal[1][l], given.normal[2][l]];
             let v = [given.velocity[0][l], given.velocity[1][l], given.velocity[2][l]];
@@ -240,10 +227,10 @@ wide! {
             let viscous = given.dashpot[l] * found.stiffness[l].sqrt() * approach;
             let both = found.elastic[l] + viscous;
             let pushed = if both > 0.0 { both } else { 0.0 };
-            let pressed = if damped { pushed } else { found.elastic[l] };
+            let pressed = if has_dashpot { pushed } else { found.elastic[l] };
             found.approach[l] = approach;
             found.pressed[l] = pressed;
-            found.damped[l] = (pressed - found.elastic[l]) * approach;
+            found.damping_power[l] = (pressed - found.elastic[l]) * approach;
             found.force[0][l] = n[0] * -pressed;
             found.force[1][l] = n[1] * -pressed;
             found.force[2][l] = n[2] * -pressed;
@@ -310,8 +297,8 @@ wide! {
             found.spring[0][l] = end[0];
             found.spring[1][l] = end[1];
             found.spring[2][l] = end[2];
-            found.rubbed[l] = 0.0 - dot(force, slip);
-            found.sheared[l] = 0.5 * dot(end, end) / stiffness;
+            found.friction_power[l] = 0.0 - dot(force, slip);
+            found.tangential_energy[l] = 0.5 * dot(end, end) / stiffness;
         }
     }
 }
@@ -322,14 +309,14 @@ fn variants(tangential: &Tangential, given: &Given, approach: &Column) -> [Colum
     let mut carried = [1.0; WIDTH];
     match tangential.history {
         TangentialName::Incremental => {}
-        TangentialName::UnloadingScaled => {
+        TangentialName::UnloadingScaled if tangential.stiffening <= 1.0 => {
             let overlaps = given.overlap.iter().zip(&given.before);
             for (carried, (overlap, before)) in carried.iter_mut().zip(overlaps) {
                 let less = (overlap / before).sqrt();
                 *carried = if overlap < before { less } else { 1.0 };
             }
         }
-        TangentialName::Secant => {
+        TangentialName::UnloadingScaled | TangentialName::Secant => {
             carried = std::array::from_fn(|l| tangential.carried(given.overlap[l], given.before[l]));
         }
     }
@@ -346,24 +333,42 @@ fn variants(tangential: &Tangential, given: &Given, approach: &Column) -> [Colum
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::Partner;
+    use crate::law::PartnerKind;
     use crate::settings::ContactSettings;
 
     fn law(more: &str) -> Law {
         let text = format!("law = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.2\n{more}");
-        Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), Partner::Wall)
+        Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), PartnerKind::Surface)
     }
 
-    fn bits(answer: &Answer) -> Vec<u64> {
-        let Answer { load, force, moment, spring, rolled, damped, rubbed, sheared, jumped } = answer;
-        let mut all = vec![load.stiffness, load.force, load.energy, *damped, *rubbed, *sheared, *jumped];
+    fn bits(response: &Response) -> Vec<u64> {
+        let Response {
+            load,
+            force,
+            moment,
+            spring,
+            rolled,
+            damping_power,
+            friction_power,
+            tangential_energy,
+            jump_energy,
+        } = response;
+        let mut all = vec![
+            load.stiffness,
+            load.force,
+            load.energy,
+            *damping_power,
+            *friction_power,
+            *tangential_energy,
+            *jump_energy,
+        ];
         for vector in [force, moment, spring, rolled] {
             all.extend(vector.iter());
         }
         all.iter().map(|x| x.to_bits()).collect()
     }
 
-    /// Sticking, sliding, with a dashpot that is cut, loading and unloading, without a past, parting, at rest.
+    /// Sticking, sliding, with a dashpot that is cut, loading and unloading, without a history, parting, at rest.
     #[test]
     fn several_at_once_are_answered_to_the_bit_as_one_alone() {
         let mut x = 3_u64;
@@ -386,18 +391,18 @@ mod tests {
                 "law = \"linear\"\nstiffness = 1e6\npoisson = 0.2\nrestitution = 0.4\nfriction = 0.3\n",
             )
             .expect("a table"),
-            Partner::Wall,
+            PartnerKind::Surface,
         ));
         let (mut slides, mut sticks, mut parts) = (0, 0, 0);
         for law in &all {
             let mut vector = |size: f64| Vector3::new(random(), random(), random()) * size;
-            let mut meetings = Vec::new();
-            let mut pasts = Vec::new();
+            let mut points = Vec::new();
+            let mut histories = Vec::new();
             for k in 0..123 {
                 let normal = vector(1.0).normalize();
                 let overlap = 1e-4 * (1.0 + vector(0.9).x);
                 let speed = [0.0, 1e-3, 0.1, 3.0][k % 4];
-                meetings.push(Meeting {
+                points.push(ContactPoint {
                     normal,
                     overlap,
                     radius: 0.1,
@@ -405,38 +410,38 @@ mod tests {
                     spin: vector(speed),
                     inertia: 0.3,
                     dashpot: law.damping.map_or(0.0, |d| d.coefficient(20.0, 3, 0.0)),
+                    jump: if k % 29 == 3 && k % 7 != 0 { vector(1e-6) } else { Vector3::zeros() },
                 });
-                let past = Past {
+                let history = History {
                     spring: vector([1.0, 30.0, 3000.0][k % 3]),
                     moment: vector(0.1),
                     overlap: overlap * (1.0 + vector(0.3).x),
-                    jump: if k % 29 == 3 { vector(1e-6) } else { Vector3::zeros() },
                 };
-                pasts.push(if k % 7 == 0 { Past::default() } else { past });
+                histories.push(if k % 7 == 0 { History::default() } else { history });
             }
             for h in [0.0, 1e-5] {
-                let mut answers = Vec::new();
+                let mut found = Vec::new();
                 let mut block = Block::default();
-                for (meetings, pasts) in meetings.chunks(WIDTH).zip(pasts.chunks(WIDTH)) {
+                for (points, histories) in points.chunks(WIDTH).zip(histories.chunks(WIDTH)) {
                     block.begin(0, law);
-                    meetings.iter().zip(pasts).for_each(|(meeting, past)| block.push(meeting, past));
+                    points.iter().zip(histories).for_each(|(point, history)| block.push(point, history));
                     block.compute(law, h);
-                    answers.extend((0..meetings.len()).map(|l| block.answer(l)));
+                    found.extend((0..points.len()).map(|l| block.response(l)));
                 }
-                for ((meeting, past), found) in meetings.iter().zip(&pasts).zip(&answers) {
-                    let alone = law.answer(meeting, past, h);
+                for ((point, history), together) in points.iter().zip(&histories).zip(&found) {
+                    let alone = law.respond(point, history, h);
                     assert_eq!(
-                        bits(found),
+                        bits(together),
                         bits(&alone),
-                        "{law:?} {meeting:?} {past:?}\n{found:?}\n{alone:?}"
+                        "{law:?} {point:?} {history:?}\n{together:?}\n{alone:?}"
                     );
-                    let limit = 0.5 * alone.force.dot(&meeting.normal).abs();
-                    let along = (alone.force + meeting.normal * -alone.force.dot(&meeting.normal)).norm();
+                    let limit = 0.5 * alone.force.dot(&point.normal).abs();
+                    let along = (alone.force + point.normal * -alone.force.dot(&point.normal)).norm();
                     slides += usize::from(along > 0.999 * limit && limit > 0.0);
                     sticks += usize::from(along < 0.9 * limit);
                     parts += usize::from(limit == 0.0);
                 }
-                assert_eq!(answers.len(), meetings.len());
+                assert_eq!(found.len(), points.len());
             }
         }
         assert!(slides > 100 && sticks > 100 && parts > 20, "{slides} {sticks} {parts}");

@@ -1,7 +1,7 @@
 //! The dashpot of a contact: `c = 2 g sqrt(m* k)`.
 //!
 //! Local mass: `1/m* = N_c / M + sum N_a^2 / m_a`, the rock's share among its N_c contacts and the
-//! inertia that the wall shows at the contact point. On a wire that is the wire's, on a rigid fixed surface
+//! inertia that the mesh shows at the contact point. On a wire that is the wire's, on a rigid fixed surface
 //! M / N_c, which keeps the damping ratio of the whole rock. With the rock's whole mass N contacts
 //! damp sqrt(N) times as much, and a light wire gets c dt / m_node >> 1.
 //!
@@ -22,9 +22,9 @@ impl Damping {
     /// `2 g sqrt(m*)` [kg^(1/2)]; times `sqrt(k)` it is the dashpot's coefficient. `wall` is
     /// `sum N_a^2 / m_a` [1/kg].
     #[inline]
-    pub fn coefficient(&self, rock_mass: f64, contacts: usize, wall: f64) -> f64 {
+    pub fn coefficient(&self, rock_mass: f64, contacts: usize, contact_mesh: f64) -> f64 {
         let inverse = match self.mass {
-            EffectiveMass::Local => contacts as f64 / rock_mass + wall,
+            EffectiveMass::Local => contacts as f64 / rock_mass + contact_mesh,
             EffectiveMass::Rock => 1.0 / rock_mass,
         };
         2.0 * self.ratio / inverse.sqrt()

@@ -2,7 +2,7 @@
 //!
 //! `1/E* = (1 - nu^2) / E + (1 - nu'^2) / E'`, `1/G* = (2 - nu) / G + (2 - nu') / G'` with
 //! `G = E / (2 (1 + nu))`; a rigid side has no term. The tangential stiffness is `4 G* / E*` times the
-//! normal one: for a rigid wall and for two equal sides `2 (1 - nu) / (2 - nu)`.
+//! normal one: for a rigid mesh and for two equal sides `2 (1 - nu) / (2 - nu)`.
 //!
 //! Source: handbook 1.2, 1.3.
 

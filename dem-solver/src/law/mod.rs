@@ -14,23 +14,24 @@ pub mod contact_point;
 pub mod damping;
 pub mod elastic;
 pub mod normal;
+pub mod own_keys;
 pub mod restitution;
 pub mod rolling;
+pub mod settings;
 pub mod table;
 pub mod tangential;
 
-use crate::settings::{ContactSettings, EffectiveMass, LawName, RollingName};
 use damping::Damping;
-use elastic::Elastic;
-use normal::Normal;
+use normal::{LawName, Normal};
 use rolling::Rolling;
+use settings::{ContactSettings, EffectiveMass, RollingName};
 use tangential::{Sliding, Tangential};
 
-/// What a rock meets.
+/// What a rock touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Partner {
-    /// A wall: rigid where the scene gives it no modulus.
-    Wall,
+pub enum PartnerKind {
+    /// A surface (net, terrain, side of a box): rigid where the scene gives it no modulus.
+    Surface,
     /// Another rock: as the first where the scene gives it no modulus.
     Rock,
 }
@@ -52,13 +53,9 @@ pub struct Law {
 
 impl Law {
     /// From the scene's table, which has been checked.
-    pub fn new(settings: &ContactSettings, partner: Partner) -> Self {
-        let sides = settings.young.map(|young| {
-            let own = (young, settings.poisson.expect("checked: young needs it"));
-            let given = settings.partner_young.zip(settings.partner_poisson);
-            Elastic { own, other: given.or((partner == Partner::Rock).then_some(own)) }
-        });
-        let normal = Normal::new(settings, sides.as_ref());
+    pub fn new(settings: &ContactSettings, partner: PartnerKind) -> Self {
+        let sides = settings.sides(partner);
+        let normal = settings.law.build(&settings.own, sides.as_ref()).expect("the table has been checked");
         let ratio = match settings.restitution {
             Some(e) => normal.damping_ratio(e),
             None => settings.damping_ratio.unwrap_or(0.0),
@@ -71,7 +68,7 @@ impl Law {
                 None => elastic::stiffness_ratio(settings.poisson.expect("checked: friction needs it")),
             }),
             history: settings.tangential,
-            grows: matches!(normal, Normal::Hertz(_)),
+            stiffening: normal.stiffening(),
             sliding: settings.friction_dynamic.map(|friction| Sliding {
                 friction,
                 decay: settings.friction_decay.unwrap_or(ContactSettings::FRICTION_DECAY),
@@ -81,8 +78,9 @@ impl Law {
             kind: settings.rolling.unwrap_or(RollingName::Constant),
             friction: settings.rolling_friction,
             damping: settings.rolling_damping.unwrap_or(0.0),
+            stiffening: normal.stiffening(),
         });
-        let whole = settings.law == LawName::HertzRock && partner == Partner::Wall;
+        let whole = settings.law == LawName::HertzRock && partner == PartnerKind::Surface;
         Self { normal, whole, damping, tangential, rolling }
     }
 

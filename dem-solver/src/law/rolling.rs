@@ -12,9 +12,10 @@
 //!
 //! Source: Ai, Chen, Rotter, Ooi (2011), Powder Technology 206, 269; handbook 1.6.
 
-use crate::law::contact_point::{Meeting, Past};
+use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
-use crate::settings::RollingName;
+use crate::law::settings::RollingName;
+use crate::law::tangential::left_on_unloading;
 use nalgebra::Vector3;
 
 /// `k_r / (k_n (mu_r R*)^2)`.
@@ -29,11 +30,13 @@ pub struct Rolling {
     pub friction: f64,
     /// Damping ratio of the rolling spring.
     pub damping: f64,
+    /// The power of the overlap with which the normal stiffness grows.
+    pub stiffening: f64,
 }
 
 /// Moment of one contact in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turn {
+pub struct RollingMoment {
     /// On the first body in the middle of the step [N m].
     pub moment: Vector3<f64>,
     /// Of the spring alone at the step's end [N m].
@@ -44,36 +47,42 @@ pub struct Turn {
 
 impl Rolling {
     /// Moment in a step of `h` [s] with elastic `load`, pressed with `pressed` [N].
-    pub fn resist(&self, load: &Load, pressed: f64, meeting: &Meeting, past: &Past, h: f64) -> Turn {
-        let arm = self.friction * meeting.radius;
+    pub fn resist(
+        &self,
+        load: &Load,
+        pressed: f64,
+        point: &ContactPoint,
+        history: &History,
+        h: f64,
+    ) -> RollingMoment {
+        let arm = self.friction * point.radius;
         let limit = arm * pressed;
         match self.kind {
             RollingName::Constant => {
-                let rate = meeting.spin.norm();
-                let stop = if h > 0.0 { 0.5 * meeting.inertia * rate / h } else { f64::INFINITY };
+                let rate = point.spin.norm();
+                let stop = if h > 0.0 { 0.5 * point.inertia * rate / h } else { f64::INFINITY };
                 let size = if rate > 0.0 { limit.min(stop) / rate } else { 0.0 };
-                Turn { moment: meeting.spin * -size, spring: Vector3::zeros(), energy: 0.0 }
+                RollingMoment { moment: point.spin * -size, spring: Vector3::zeros(), energy: 0.0 }
             }
             RollingName::Spring => {
                 let stiffness = STIFFNESS * load.stiffness * arm * arm;
-                let unloads = meeting.overlap < past.overlap;
-                let share = if unloads { (meeting.overlap / past.overlap).sqrt() } else { 1.0 };
-                let half = meeting.spin * (0.5 * h * stiffness);
-                let trial = past.moment * share - half;
+                let share = left_on_unloading(point.overlap, history.overlap, self.stiffening);
+                let half = point.spin * (0.5 * h * stiffness);
+                let trial = history.moment * share - half;
                 let size = trial.norm();
                 let (elastic, moment) = if size > limit {
                     let cut = trial * (limit / size);
                     (cut, cut)
                 } else {
-                    let c = 2.0 * self.damping * (meeting.inertia * stiffness).sqrt();
-                    (trial, trial - meeting.spin * c)
+                    let c = 2.0 * self.damping * (point.inertia * stiffness).sqrt();
+                    (trial, trial - point.spin * c)
                 };
                 let mut spring = elastic - half;
                 let size = spring.norm();
                 if size > limit {
                     spring *= limit / size;
                 }
-                Turn { moment, spring, energy: 0.5 * spring.norm_squared() / stiffness }
+                RollingMoment { moment, spring, energy: 0.5 * spring.norm_squared() / stiffness }
             }
         }
     }
@@ -83,8 +92,8 @@ impl Rolling {
 mod tests {
     use super::*;
 
-    fn meeting(spin: Vector3<f64>) -> Meeting {
-        Meeting {
+    fn point(spin: Vector3<f64>) -> ContactPoint {
+        ContactPoint {
             normal: -Vector3::z(),
             overlap: 1e-3,
             radius: 0.1,
@@ -92,6 +101,7 @@ mod tests {
             spin,
             inertia: 2.0,
             dashpot: 0.0,
+            jump: Vector3::zeros(),
         }
     }
 
@@ -99,35 +109,35 @@ mod tests {
 
     #[test]
     fn a_constant_moment_is_the_limit_and_never_turns_the_spin_round() {
-        let law = Rolling { kind: RollingName::Constant, friction: 0.05, damping: 0.0 };
-        let past = Past::default();
-        let fast = law.resist(&LOAD, 100.0, &meeting(Vector3::y() * 3.0), &past, 1e-4);
+        let law = Rolling { kind: RollingName::Constant, friction: 0.05, damping: 0.0, stiffening: 0.5 };
+        let history = History::default();
+        let fast = law.resist(&LOAD, 100.0, &point(Vector3::y() * 3.0), &history, 1e-4);
         assert!((fast.moment + Vector3::y() * 0.5).norm() < 1e-15);
         // 2 kg m2 at 1e-6 rad/s lose half of it in 1e-4 s under 0.01 N m.
-        let slow = law.resist(&LOAD, 100.0, &meeting(Vector3::y() * 1e-6), &past, 1e-4);
+        let slow = law.resist(&LOAD, 100.0, &point(Vector3::y() * 1e-6), &history, 1e-4);
         assert!((slow.moment + Vector3::y() * 0.01).norm() < 1e-15);
         assert_eq!(
-            law.resist(&LOAD, 100.0, &meeting(Vector3::zeros()), &past, 1e-4).moment,
+            law.resist(&LOAD, 100.0, &point(Vector3::zeros()), &history, 1e-4).moment,
             Vector3::zeros()
         );
     }
 
     #[test]
     fn below_its_limit_the_rolling_spring_gives_back_what_it_took() {
-        let law = Rolling { kind: RollingName::Spring, friction: 0.05, damping: 0.0 };
+        let law = Rolling { kind: RollingName::Spring, friction: 0.05, damping: 0.0, stiffening: 0.5 };
         let (spin, h) = (Vector3::new(0.01, -0.02, 0.0), 1e-4);
-        let mut past = Past { overlap: 1e-3, ..Past::default() };
+        let mut history = History { overlap: 1e-3, ..History::default() };
         let mut work = 0.0;
         for _ in 0..10 {
-            let turn = law.resist(&LOAD, 100.0, &meeting(spin), &past, h);
+            let turn = law.resist(&LOAD, 100.0, &point(spin), &history, h);
             work -= turn.moment.dot(&spin) * h;
-            past.moment = turn.spring;
+            history.moment = turn.spring;
             // Ten sums of numbers of the size of the energy.
             assert!((work - turn.energy).abs() < 20.0 * f64::EPSILON * work);
         }
         for size in [0.3, 0.499, 0.501, 5.0] {
-            past.moment = Vector3::x() * size;
-            let turn = law.resist(&LOAD, 100.0, &meeting(spin), &past, h);
+            history.moment = Vector3::x() * size;
+            let turn = law.resist(&LOAD, 100.0, &point(spin), &history, h);
             assert!(turn.moment.norm() <= 0.5 * (1.0 + 1e-15) && turn.spring.norm() <= 0.5 * (1.0 + 1e-15));
         }
     }

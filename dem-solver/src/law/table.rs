@@ -1,17 +1,18 @@
 //! Which law a pair of materials has.
 //!
-//! Names are looked up once: a rock has a row of law numbers, one for each material of the wall, and
+//! Names are looked up once: a rock has a row of law numbers, one for each material of the mesh, and
 //! whoever lists elements keeps the number. A contact then costs one index.
 
-use crate::law::{Law, Partner};
+use crate::law::{Law, PartnerKind};
 use crate::settings::{ContactSettings, EffectiveMass};
 
 /// The laws of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Laws {
-    settings: Vec<ContactSettings>,
-    /// Of a rock with a wall, one for each table of the scene.
-    pub walls: Vec<Law>,
+    /// The tables.
+    pub settings: Vec<ContactSettings>,
+    /// Of a rock with a mesh, one for each table of the scene.
+    pub surfaces: Vec<Law>,
     /// Between two rocks, likewise.
     pub rocks: Vec<Law>,
 }
@@ -22,8 +23,8 @@ impl Laws {
         let laws = |partner| settings.iter().map(|s| Law::new(s, partner)).collect();
         (!settings.is_empty()).then(|| Self {
             settings: settings.to_vec(),
-            walls: laws(Partner::Wall),
-            rocks: laws(Partner::Rock),
+            surfaces: laws(PartnerKind::Surface),
+            rocks: laws(PartnerKind::Rock),
         })
     }
 
@@ -40,23 +41,23 @@ impl Laws {
         walls.iter().map(|w| self.number(rock, w).map(|n| n as u16).ok_or(w.as_str())).collect()
     }
 
-    /// The laws with walls that may apply to something of material `material`.
+    /// The laws with surfaces that may apply to something of material `material`.
     pub fn of<'a>(&'a self, material: &'a str) -> impl Iterator<Item = &'a Law> {
         let may = move |s: &ContactSettings| match &s.between {
             Some(names) => names.iter().any(|n| n == material),
             None => true,
         };
-        self.settings.iter().zip(&self.walls).filter(move |(s, _)| may(s)).map(|(_, law)| law)
+        self.settings.iter().zip(&self.surfaces).filter(move |(s, _)| may(s)).map(|(_, law)| law)
     }
 
     /// Whether any dashpot is scaled with the local mass.
     pub fn use_local_masses(&self) -> bool {
-        self.walls.iter().any(|law| law.damping.is_some_and(|d| d.mass == EffectiveMass::Local))
+        self.surfaces.iter().any(|law| law.damping.is_some_and(|d| d.mass == EffectiveMass::Local))
     }
 
-    /// The same with the rock's whole mass in every dashpot: for a wall whose masses are not told.
+    /// The same with the rock's whole mass in every dashpot: for a mesh whose masses are not told.
     pub fn without_local_masses(mut self) -> Self {
-        for law in &mut self.walls {
+        for law in &mut self.surfaces {
             law.use_rocks_mass();
         }
         self
@@ -68,22 +69,22 @@ impl Laws {
             Some([a, b]) => format!("{a} and {b}: {}", law.describe()),
             None => law.describe(),
         };
-        self.settings.iter().zip(&self.walls).map(line).collect()
+        self.settings.iter().zip(&self.surfaces).map(line).collect()
     }
 }
 
-/// The laws of one rock with a wall, element by element.
+/// The laws of one rock with a mesh, element by element.
 #[derive(Debug, Clone, Copy)]
-pub struct WallLaws<'a> {
-    /// All laws with walls.
+pub struct SurfaceLaws<'a> {
+    /// All laws with surfaces.
     pub laws: &'a [Law],
-    /// Law number of each material of the wall, from [`Laws::row`].
+    /// Law number of each material of the mesh, from [`Laws::row`].
     pub row: &'a [u16],
-    /// Material of each element of the wall, by its number; empty: all are of the first.
+    /// Material of each element of the mesh, by its number; empty: all are of the first.
     pub materials: &'a [u8],
 }
 
-impl<'a> WallLaws<'a> {
+impl<'a> SurfaceLaws<'a> {
     /// The law of element number `element`.
     #[inline]
     pub fn of(&self, element: u32) -> &'a Law {
@@ -135,12 +136,12 @@ mod tests {
         let walls = ["soil", "net"].map(String::from);
         let row = laws.row("granite", &walls).expect("all have a law");
         let materials = [1, 0, 1];
-        let of_rock = WallLaws { laws: &laws.walls, row: &row, materials: &materials };
-        let moduli = [0, 1, 2].map(|e| of_rock.of(e).normal);
-        use crate::law::normal::Normal::Hertz;
-        assert_eq!(moduli, [Hertz(1e9), Hertz(2e9), Hertz(1e9)]);
+        let of_rock = SurfaceLaws { laws: &laws.surfaces, row: &row, materials: &materials };
+        let moduli = [0, 1, 2].map(|e| of_rock.of(e).normal.modulus());
+        let hertz = |modulus| Some(modulus);
+        assert_eq!(moduli, [hertz(1e9), hertz(2e9), hertz(1e9)]);
         // Two rocks are both elastic.
-        assert_eq!(laws.rocks[1].normal, Hertz(1e9));
+        assert_eq!(laws.rocks[1].normal.modulus(), hertz(1e9));
         assert_eq!(laws.of("net").count(), 2);
         assert_eq!(laws.of("soil").count(), 1);
         let only = Laws::new(&tables(&part("between = [\"granite\", \"net\"]", "1e9"))).expect("one");

@@ -1,9 +1,9 @@
 //! Tangential spring with Coulomb slip.
 //!
-//! Over a step h with slip rate v_t in the middle, `k_t = k_n 4 G* / E*` (Mindlin; with a rigid wall
+//! Over a step h with slip rate v_t in the middle, `k_t = k_n 4 G* / E*` (Mindlin; with a rigid mesh
 //! `k_n 2 (1 - nu) / (2 - nu)`) and dashpot `c_t = 2 g sqrt(m* k_t)`:
 //! - `f = b f_n - k_t v_t h/2` in the middle. Incremental: b = 1. Scaled on unloading:
-//!   `b = sqrt(d / d_old)` where the overlap shrinks, else 1: the grip goes with the contact area.
+//!   `b = min(sqrt(d / d_old), sqrt(k / k_old))` where the overlap shrinks, else 1: the grip goes with the contact area.
 //!   Secant: b is the ratio of the stiffnesses, so that the force is `-k_t(d)` times the slip;
 //! - limit `mu F_n`: an elastic part beyond it is scaled to it and has no dashpot; else the dashpot is
 //!   scaled until the sum is at the limit. `mu = mu_d + (mu_s - mu_d) exp(-b |v_t|)` where the scene
@@ -21,7 +21,7 @@
 //! Source: Thornton et al. (2013), Powder Technology 233, 30; handbook 1.3, variants I, U and S and the
 //! reference implementation's limit.
 
-use crate::settings::TangentialName;
+use crate::law::settings::TangentialName;
 use nalgebra::Vector3;
 
 /// Friction of a contact.
@@ -33,8 +33,8 @@ pub struct Tangential {
     pub stiffness_ratio: f64,
     /// How the spring follows the overlap.
     pub history: TangentialName,
-    /// Whether the normal stiffness grows with the root of the overlap.
-    pub grows: bool,
+    /// The power of the overlap with which the normal stiffness grows.
+    pub stiffening: f64,
     /// Coefficient in fast slip, if it is another one.
     pub sliding: Option<Sliding>,
 }
@@ -64,12 +64,12 @@ impl Tangential {
     /// `overlap` [m].
     #[inline]
     pub fn carried(&self, overlap: f64, before: f64) -> f64 {
-        let follows = match self.history {
-            TangentialName::Incremental => false,
-            TangentialName::UnloadingScaled => overlap < before,
-            TangentialName::Secant => self.grows && before > 0.0,
-        };
-        if follows { (overlap / before).sqrt() } else { 1.0 }
+        match self.history {
+            TangentialName::Incremental => 1.0,
+            TangentialName::UnloadingScaled => left_on_unloading(overlap, before, self.stiffening),
+            TangentialName::Secant if before > 0.0 => root_of_power(overlap / before, 2.0 * self.stiffening),
+            TangentialName::Secant => 1.0,
+        }
     }
 
     /// Coulomb coefficient at the slip rate `slip` [m/s].
@@ -115,6 +115,25 @@ impl Tangential {
     }
 }
 
+/// What of a spring's force is left as its contact unloads from `before` to `overlap` [m]: it goes with the contact area, and
+/// where the stiffness falls faster than that (`stiffening` above 1) with the root of the stiffness, so that no energy is made.
+#[inline]
+pub fn left_on_unloading(overlap: f64, before: f64, stiffening: f64) -> f64 {
+    if overlap < before { root_of_power(overlap / before, stiffening.max(1.0)) } else { 1.0 }
+}
+
+/// `ratio^(power / 2)`.
+#[inline]
+fn root_of_power(ratio: f64, power: f64) -> f64 {
+    if power == 1.0 {
+        ratio.sqrt()
+    } else if power == 0.0 {
+        1.0
+    } else {
+        ratio.powf(0.5 * power)
+    }
+}
+
 /// `viscous`, shortened until `elastic + viscous` is not above `limit`; `elastic` alone is not.
 fn within(limit: f64, elastic: &Vector3<f64>, viscous: Vector3<f64>) -> Vector3<f64> {
     let limit2 = limit * limit;
@@ -144,7 +163,7 @@ mod tests {
         friction: 0.5,
         stiffness_ratio: 0.8,
         history: TangentialName::UnloadingScaled,
-        grows: true,
+        stiffening: 0.5,
         sliding: None,
     };
 
@@ -190,22 +209,21 @@ mod tests {
 
     #[test]
     fn the_spring_follows_the_overlap_as_its_variant_says() {
-        let share = |history, grows, d| Tangential { history, grows, ..LAW }.carried(d, 1e-3);
+        let share = |history, stiffening, d| Tangential { history, stiffening, ..LAW }.carried(d, 1e-3);
         let (deeper, less) = (4e-3, 2.5e-4);
         assert_eq!(
-            [
-                share(TangentialName::Incremental, true, deeper),
-                share(TangentialName::Incremental, true, less)
-            ],
+            [share(TangentialName::Incremental, 0.5, deeper), share(TangentialName::Incremental, 0.5, less)],
             [1.0; 2]
         );
         let scaled = TangentialName::UnloadingScaled;
-        assert_eq!([share(scaled, true, deeper), share(scaled, true, less)], [1.0, 0.5]);
+        assert_eq!([share(scaled, 0.5, deeper), share(scaled, 0.5, less)], [1.0, 0.5]);
         let secant = TangentialName::Secant;
         assert_eq!(
-            [share(secant, true, deeper), share(secant, true, less), share(secant, false, less)],
+            [share(secant, 0.5, deeper), share(secant, 0.5, less), share(secant, 0.0, less)],
             [2.0, 0.5, 1.0]
         );
+        // Where the stiffness goes with the overlap squared, its root is less than that of the overlap.
+        assert_eq!([share(scaled, 2.0, less), share(secant, 2.0, less)], [0.25, 0.0625]);
         assert_eq!(Tangential { history: secant, ..LAW }.carried(1e-3, 0.0), 1.0);
     }
 

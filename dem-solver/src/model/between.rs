@@ -31,7 +31,8 @@ pub fn whole_rocks(
     scene: &Scene,
 ) -> Result<Vec<Option<Whole>>, InputError> {
     let of = |(at, rock): (usize, &Rock)| {
-        let mut row = ground_rows.get(at).into_iter().flatten().map(|n| (*n, laws.walls[*n as usize].whole));
+        let mut row =
+            ground_rows.get(at).into_iter().flatten().map(|n| (*n, laws.surfaces[*n as usize].whole));
         let Some((_, whole)) = row.next() else { return Ok(None) };
         match row.find(|(_, other)| *other != whole) {
             Some((other, _)) => Err(scene

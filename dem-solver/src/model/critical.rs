@@ -1,7 +1,7 @@
 //! The largest stable step, and the step that is taken.
 //!
 //! What is assumed of the impact: the rock may fall freely until `end_time` and then lands on a fixed,
-//! rigid wall, flat (every sphere of its largest face touches, each with its share of the mass) or on
+//! rigid mesh, flat (every sphere of its largest face touches, each with its share of the mass) or on
 //! one sphere. The overlap is that of such an impact, at most half a radius, where the watch on
 //! penetration warns. A yielding net is softer; with the masses of its nodes, which act at the contact
 //! once rock and net are computed together, the limit is another one, `2 sqrt(m_node / k)`. Two rocks
@@ -28,7 +28,7 @@ pub const DEEP: f64 = 0.5;
 /// Spheres of one face that a sphere of another may lie between.
 const BETWEEN: f64 = 4.0;
 
-/// Steps in the shortest contact, on a fixed wall, that are enough where a net yields: there the window resolves it.
+/// Steps in the shortest contact, on a fixed mesh, that are enough where a net yields: there the window resolves it.
 const COARSE_STEPS_PER_CONTACT: f64 = 20.0;
 
 /// Step of a scene without contact: no force limits it, and the rows are as fine [s].
@@ -82,8 +82,8 @@ impl Steps {
         let mut stride = f64::INFINITY;
         let examples = settings.examples();
         let speeds = speeds(settings, rocks, ground);
-        // Of the stiffest contact with a wall.
-        let mut on_wall = Mode::default();
+        // Of the stiffest contact with a mesh.
+        let mut on_mesh = Mode::default();
         for &at in &examples {
             let (rock, table) = (&rocks[at], &settings.rocks[at]);
             let speed = if laws.is_some() { kicked(rocks, &examples, &speeds, at) } else { speeds[at] };
@@ -97,18 +97,18 @@ impl Steps {
             let alone = whole.filter(|_| !scene.has("structure"));
             let passing = alone.map_or(STRIDE * rock.smallest_radius, |w| STRIDE_OF_WHOLE * w.radius);
             stride = stride.min(passing / (speed * lever));
-            // A rock that never moves lands nowhere, and may still be touched by a wall.
+            // A rock that never moves lands nowhere, and may still be touched by a mesh.
             for law in laws.iter().flat_map(|laws| laws.of(&table.material)) {
                 let speed = if speed > 0.0 { speed } else { 1.0 };
                 if let Some(whole) = whole.filter(|_| law.whole) {
-                    on_wall = on_wall.and(steps.limit_whole(rock, whole, law, speed));
+                    on_mesh = on_mesh.and(steps.limit_whole(rock, whole, law, speed));
                 }
                 if alone.is_none() || !law.whole {
-                    on_wall = on_wall.and(steps.limit(rock, law, speed));
+                    on_mesh = on_mesh.and(steps.limit(rock, law, speed));
                 }
             }
         }
-        steps.limit_between(settings, rocks, laws, (&examples, &speeds), on_wall);
+        steps.limit_between(settings, rocks, laws, (&examples, &speeds), on_mesh);
         let coarse = steps.contact / COARSE_STEPS_PER_CONTACT;
         steps.longest = coarse.min(DemSettings::TIME_STEP_SCALE * steps.critical).min(steps.step).min(stride);
         let dem = &settings.dem;
@@ -167,7 +167,7 @@ impl Steps {
             EffectiveMass::Rock => d.ratio * face.sqrt(),
         });
         self.critical = self.critical.min(critical(fastest.sqrt(), ratio));
-        self.contact = self.contact.min(law.normal.duration(radius, rock.mass / face, speed));
+        self.contact = self.contact.min(law.normal.impact(radius, rock.mass / face, speed).1);
         self.stiffness = self.stiffness.max(flat);
         Mode { square: fastest, ratio }
     }
@@ -182,7 +182,7 @@ impl Steps {
         mode
     }
 
-    /// Contacts between rocks, each of which may be pressed on a wall, and between two others, at the
+    /// Contacts between rocks, each of which may be pressed on a mesh, and between two others, at the
     /// same time: the squares of frequencies of stiffnesses that act together add up at most.
     fn limit_between(
         &mut self,
@@ -190,7 +190,7 @@ impl Steps {
         rocks: &[Rock],
         laws: Option<&Laws>,
         (examples, speeds): (&[usize], &[f64]),
-        on_wall: Mode,
+        on_mesh: Mode,
     ) {
         let Some(laws) = laws else { return };
         let mut between = Mode::default();
@@ -208,8 +208,8 @@ impl Steps {
         }
         if between.square > 0.0 {
             let times = if rocks.len() > 2 { 2.0 } else { 1.0 };
-            let square = on_wall.square + times * between.square;
-            let limit = critical(square.sqrt(), on_wall.ratio.max(between.ratio));
+            let square = on_mesh.square + times * between.square;
+            let limit = critical(square.sqrt(), on_mesh.ratio.max(between.ratio));
             self.critical = self.critical.min(limit);
         }
     }
@@ -248,7 +248,7 @@ impl Steps {
             EffectiveMass::Rock => d.ratio * face.sqrt(),
         });
         self.critical = self.critical.min(critical(square.sqrt(), ratio));
-        self.contact = self.contact.min(law.normal.duration(radius, mass / face, speed));
+        self.contact = self.contact.min(law.normal.impact(radius, mass / face, speed).1);
         self.stiffness = self.stiffness.max(flat);
         Mode { square, ratio }
     }

@@ -1,7 +1,7 @@
 //! What a window starts from and ends with, all at one instant.
 
-use crate::contact::history::Memory;
-use crate::contact::rocks::Held;
+use crate::contact::history::SurfaceHistory;
+use crate::contact::rocks::RockHistory;
 use crate::model::impact::ImpactRecord;
 use crate::model::runout::RunOut;
 use crate::rock::{Motion, Rock};
@@ -16,12 +16,12 @@ pub struct State {
     /// The rocks.
     pub bodies: Vec<Body>,
     /// What they have with each other.
-    pub encounters: Encounters,
+    pub between_rocks: BetweenRocks,
     /// Energy dissipated since t = 0 by dashpots and friction [J].
     pub dissipated: f64,
-    /// Work received through the wall since t = 0 [J].
+    /// Work received through the mesh since t = 0 [J].
     pub received: f64,
-    /// Number of broken lines of the wall.
+    /// Number of broken lines of the mesh.
     pub broken: usize,
     /// Displacement of all nodes at this instant, as the window that ends here predicted it [m]; empty where no contact
     /// remembers its slip.
@@ -34,19 +34,19 @@ pub struct Body {
     /// Motion.
     pub motion: Motion,
     /// What its contacts remember, by sphere; empty without friction.
-    pub memories: Vec<Memory>,
+    pub histories: Vec<SurfaceHistory>,
     /// What its contacts with the terrain remember, likewise.
-    pub ground_memories: Vec<Memory>,
+    pub terrain_histories: Vec<SurfaceHistory>,
     /// With the sides of the box, likewise.
-    pub side_memories: Vec<Memory>,
+    pub box_histories: Vec<SurfaceHistory>,
     /// Energy of their tangential springs [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy of the normal springs [J].
     pub elastic: f64,
-    /// Number of contacts with wall and terrain.
+    /// Number of contacts with mesh and terrain.
     pub contacts: usize,
     /// Number of contacts with other rocks.
-    pub met: usize,
+    pub rock_contacts: usize,
     /// What the measures are made of.
     pub track: ImpactRecord,
     /// What is known of its trajectory over terrain.
@@ -117,27 +117,27 @@ impl Depths {
 
 /// Contacts of rocks with each other.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Encounters {
+pub struct BetweenRocks {
     /// What they remember, by pair of rocks, then of spheres; empty without friction.
-    pub memories: Vec<Held>,
+    pub histories: Vec<RockHistory>,
     /// Energy of their tangential springs [J].
-    pub sheared: f64,
+    pub tangential_energy: f64,
     /// Energy of their normal springs [J].
     pub elastic: f64,
     /// Their number.
     pub contacts: usize,
 }
 
-impl Encounters {
+impl BetweenRocks {
     /// Nothing touches any more.
     pub fn end(&mut self) {
-        self.memories.clear();
-        (self.sheared, self.elastic, self.contacts) = (0.0, 0.0, 0);
+        self.histories.clear();
+        (self.tangential_energy, self.elastic, self.contacts) = (0.0, 0.0, 0);
     }
 
-    /// Room for the memories of `contacts` contacts.
+    /// Room for the histories of `contacts` contacts.
     pub fn reserve(&mut self, contacts: usize) {
-        self.memories.reserve(contacts.saturating_sub(self.memories.len()));
+        self.histories.reserve(contacts.saturating_sub(self.histories.len()));
     }
 }
 
@@ -150,13 +150,13 @@ impl State {
         };
         let body = |(rock, table): (&Rock, _)| Body {
             motion: at(rock, table),
-            memories: Vec::new(),
-            ground_memories: Vec::new(),
-            side_memories: Vec::new(),
-            sheared: 0.0,
+            histories: Vec::new(),
+            terrain_histories: Vec::new(),
+            box_histories: Vec::new(),
+            tangential_energy: 0.0,
             elastic: 0.0,
             contacts: 0,
-            met: 0,
+            rock_contacts: 0,
             track: ImpactRecord::default(),
             path: RunOut::default(),
             deepest: Depths::default(),
@@ -164,7 +164,7 @@ impl State {
         Self {
             time: 0.0,
             bodies: rocks.iter().zip(&settings.rocks).map(body).collect(),
-            encounters: Encounters::default(),
+            between_rocks: BetweenRocks::default(),
             dissipated: 0.0,
             received: 0.0,
             broken: 0,
@@ -172,23 +172,23 @@ impl State {
         }
     }
 
-    /// Become `other`, without allocating while its memories fit.
+    /// Become `other`, without allocating while its histories fit.
     pub fn copy(&mut self, other: &Self) {
         (self.time, self.dissipated, self.received) = (other.time, other.dissipated, other.received);
         self.broken = other.broken;
         self.predicted.clone_from(&other.predicted);
         for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
             mine.motion = theirs.motion;
-            mine.memories.clone_from(&theirs.memories);
-            mine.ground_memories.clone_from(&theirs.ground_memories);
-            mine.side_memories.clone_from(&theirs.side_memories);
-            (mine.sheared, mine.elastic) = (theirs.sheared, theirs.elastic);
-            (mine.contacts, mine.met) = (theirs.contacts, theirs.met);
+            mine.histories.clone_from(&theirs.histories);
+            mine.terrain_histories.clone_from(&theirs.terrain_histories);
+            mine.box_histories.clone_from(&theirs.box_histories);
+            (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
+            (mine.contacts, mine.rock_contacts) = (theirs.contacts, theirs.rock_contacts);
             (mine.track, mine.path, mine.deepest) = (theirs.track, theirs.path, theirs.deepest);
         }
-        let (mine, theirs) = (&mut self.encounters, &other.encounters);
-        mine.memories.clone_from(&theirs.memories);
-        (mine.sheared, mine.elastic) = (theirs.sheared, theirs.elastic);
+        let (mine, theirs) = (&mut self.between_rocks, &other.between_rocks);
+        mine.histories.clone_from(&theirs.histories);
+        (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
         mine.contacts = theirs.contacts;
     }
 }
@@ -196,16 +196,16 @@ impl State {
 impl Body {
     /// Nothing touches net, terrain and box any more.
     pub fn part(&mut self) {
-        self.memories.clear();
-        self.ground_memories.clear();
-        self.side_memories.clear();
-        (self.sheared, self.elastic, self.contacts, self.met) = (0.0, 0.0, 0, 0);
+        self.histories.clear();
+        self.terrain_histories.clear();
+        self.box_histories.clear();
+        (self.tangential_energy, self.elastic, self.contacts, self.rock_contacts) = (0.0, 0.0, 0, 0);
     }
 
-    /// Room for the memories of so many contacts with the net or with terrain, and with the sides of a box.
+    /// Room for the histories of so many contacts with the net or with terrain, and with the sides of a box.
     pub fn reserve(&mut self, contacts: usize, sides: usize) {
-        self.memories.reserve(contacts.saturating_sub(self.memories.len()));
-        self.ground_memories.reserve(contacts.saturating_sub(self.ground_memories.len()));
-        self.side_memories.reserve(sides.saturating_sub(self.side_memories.len()));
+        self.histories.reserve(contacts.saturating_sub(self.histories.len()));
+        self.terrain_histories.reserve(contacts.saturating_sub(self.terrain_histories.len()));
+        self.box_histories.reserve(sides.saturating_sub(self.box_histories.len()));
     }
 }

@@ -150,12 +150,12 @@ impl Gauges {
             }
             kinetic += rock.kinetic_energy(motion);
             potential -= rock.mass * model.settings.gravity.dot(&(motion.position - origin));
-            stored += body.elastic + body.sheared;
+            stored += body.elastic + body.tangential_energy;
             contacts += body.contacts;
         }
-        let met = &state.encounters;
-        stored += met.elastic + met.sheared;
-        contacts += met.contacts;
+        let rock_contacts = &state.between_rocks;
+        stored += rock_contacts.elastic + rock_contacts.tangential_energy;
+        contacts += rock_contacts.contacts;
         self.values.extend([kinetic, potential, stored, state.dissipated, state.received, contacts as f64]);
         for number in 0..model.settings.spheres.len() {
             self.read_group(model, state, number);

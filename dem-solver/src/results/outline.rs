@@ -8,7 +8,7 @@
 //! Nothing here is asked in a step: a rock that has lost contact is judged once in each stretch of its own size.
 
 use crate::geometry::closest::{on_face, on_line};
-use crate::interface_mesh::{Kind, Wall};
+use crate::interface_mesh::{ContactMesh, Kind};
 use crate::model::impact::Passing;
 use crate::rock::{Motion, Rock};
 use crate::terrain::queries::Parabola;
@@ -20,7 +20,7 @@ const RAYS: usize = 16;
 /// The net at one moment.
 pub struct Outline<'a, F: Fn(u32) -> Vector3<f64>> {
     /// The net.
-    pub wall: &'a Wall,
+    pub contact_mesh: &'a ContactMesh,
     /// Where a node is [m].
     pub at: F,
 }
@@ -38,7 +38,7 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
     /// The closest point to `centre`, of lines by their axes; `None` without any element.
     pub fn closest(&self, centre: &Vector3<f64>) -> Option<NearestOfNet> {
         let mut best: Option<(f64, NearestOfNet)> = None;
-        for element in &self.wall.elements {
+        for element in &self.contact_mesh.elements {
             let [a, b, c] = element.nodes.map(&self.at);
             let edge = b - a;
             let to_point = match element.kind {
@@ -67,7 +67,7 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
             [to.dot(&across), to.dot(&up), to.dot(direction)]
         };
         let mut rays = Rays::new();
-        for element in &self.wall.elements {
+        for element in &self.contact_mesh.elements {
             let own = element.own_nodes();
             if let [a, b] = *own {
                 rays.cross(&seen(a), &seen(b));
@@ -196,7 +196,7 @@ mod tests {
     use interface_defs::InterfaceMesh;
 
     /// An upright net of 4 x 2 cells of 0.5 m in the plane x = 1 + z / 10, from (y, z) = (0, 0) on.
-    fn net() -> Wall {
+    fn net() -> ContactMesh {
         let mut mesh = InterfaceMesh::default();
         for k in 0..3 {
             for j in 0..5 {
@@ -207,13 +207,13 @@ mod tests {
                 mesh.lines.extend((k < 2).then_some([a, a + 5]));
             }
         }
-        Wall::new(&mesh).expect("valid")
+        ContactMesh::new(&mesh).expect("valid")
     }
 
     #[test]
     fn the_outline_of_a_net_is_its_rectangle_and_its_depth_is_that_of_its_plane() {
-        let wall = net();
-        let outline = Outline { wall: &wall, at: |n| wall.nodes[n as usize] };
+        let contact_mesh = net();
+        let outline = Outline { contact_mesh: &contact_mesh, at: |n| contact_mesh.nodes[n as usize] };
         let along = Vector3::x();
         for k in 0..60 {
             for j in 0..100 {
@@ -236,16 +236,16 @@ mod tests {
             .extend([1.0, 0.0, 0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 1.0, 1.0, 0.0, 1.0, -3.0, -1.0, 4.0]);
         mesh.coordinates.extend([-3.0, 3.0, 4.0]);
         mesh.lines = vec![[0, 1], [1, 2], [2, 3], [3, 0], [3, 4], [2, 5]];
-        let wall = Wall::new(&mesh).expect("valid");
-        let outline = Outline { wall: &wall, at: |n| wall.nodes[n as usize] };
+        let contact_mesh = ContactMesh::new(&mesh).expect("valid");
+        let outline = Outline { contact_mesh: &contact_mesh, at: |n| contact_mesh.nodes[n as usize] };
         assert!(outline.before(&Vector3::new(0.0, 1.0, 0.9), &Vector3::x()).is_some());
         assert!(outline.before(&Vector3::new(0.0, 1.0, 1.5), &Vector3::x()).is_none(), "over the top rope");
     }
 
     #[test]
     fn what_has_the_net_behind_it_has_passed_on_the_side_where_it_is() {
-        let wall = net();
-        let outline = Outline { wall: &wall, at: |n| wall.nodes[n as usize] };
+        let contact_mesh = net();
+        let outline = Outline { contact_mesh: &contact_mesh, at: |n| contact_mesh.nodes[n as usize] };
         let (along, up) = (Vector3::x(), Vector3::z());
         let passed = |x: f64, y: f64, z: f64| outline.passed(&Vector3::new(x, y, z), &along, &up);
         assert_eq!(passed(0.5, 1.0, 0.6), None);
@@ -258,8 +258,8 @@ mod tests {
 
     #[test]
     fn the_closest_approach_of_a_flight_is_that_of_the_parabola() {
-        let wall = net();
-        let outline = Outline { wall: &wall, at: |n| wall.nodes[n as usize] };
+        let contact_mesh = net();
+        let outline = Outline { contact_mesh: &contact_mesh, at: |n| contact_mesh.nodes[n as usize] };
         let mut flight = Parabola {
             position: Vector3::new(1.1, 1.0, 3.0),
             velocity: Vector3::new(10.0, 0.0, 0.0),

@@ -11,7 +11,7 @@
 //!
 //! Then how it ended: *came to rest* on the terrain, *left the terrain* ([`crate::model::runout`]), *still moved*.
 
-use crate::interface_mesh::{AtRest, Wall};
+use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Model;
 use crate::model::impact::{Impact, ImpactRecord, Passing};
 use crate::model::runout::{End, Ending};
@@ -28,7 +28,7 @@ pub const VERDICT: &str = "verdict: ";
 const REST: f64 = 1e-3;
 
 /// The verdict on each rock, as warnings that the summary lifts out.
-pub fn verdicts(model: &Model, state: &State, net: Option<(&Wall, &AtRest)>) -> Vec<String> {
+pub fn verdicts(model: &Model, state: &State, net: Option<(&ContactMesh, &AtRest)>) -> Vec<String> {
     let bodies = model.rocks.iter().zip(&state.bodies);
     bodies
         .take(model.settings.named())
@@ -36,10 +36,18 @@ pub fn verdicts(model: &Model, state: &State, net: Option<(&Wall, &AtRest)>) -> 
         .collect()
 }
 
-fn sentence(model: &Model, rock: &Rock, body: &Body, time: f64, net: Option<(&Wall, &AtRest)>) -> String {
+fn sentence(
+    model: &Model,
+    rock: &Rock,
+    body: &Body,
+    time: f64,
+    net: Option<(&ContactMesh, &AtRest)>,
+) -> String {
     let at_net = match (&body.track.touch, net) {
         (Some(impact), _) => Some(after_touch(model, body, impact, time)),
-        (None, Some((wall, rest))) => without_touch(model, rock, &body.track, time, wall, rest),
+        (None, Some((contact_mesh, rest))) => {
+            without_touch(model, rock, &body.track, time, contact_mesh, rest)
+        }
         (None, None) => None,
     };
     let held = body.track.touching && body.track.stopped.is_some();
@@ -94,7 +102,7 @@ fn without_touch(
     rock: &Rock,
     track: &ImpactRecord,
     time: f64,
-    wall: &Wall,
+    contact_mesh: &ContactMesh,
     rest: &AtRest,
 ) -> Option<String> {
     let (since, motion) = track.beside?;
@@ -108,7 +116,7 @@ fn without_touch(
         gravity: if flies { gravity } else { Vector3::zeros() },
     };
     let horizon = (rest.reach + (motion.position - rest.centre).norm()) / speed;
-    let outline = Outline { wall, at: |n: u32| wall.nodes[n as usize] };
+    let outline = Outline { contact_mesh, at: |n: u32| contact_mesh.nodes[n as usize] };
     let (after, at, near) = outline.approach(&flight, horizon)?;
     let when = since + after;
     if when > time {

@@ -1,6 +1,7 @@
 //! `[dem]`: the solver's own step.
 
 use crate::geometry::shared_nodes::Unshared;
+use crate::law::settings::{ContactSettings, HierarchyName};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
@@ -152,4 +153,29 @@ impl DemSettings {
         }
         Ok(())
     }
+}
+
+/// Move what tables say by the old name `hierarchy` to `dem.contact_selection`; a note for the user if one does.
+pub(super) fn rename_hierarchy(
+    contacts: &mut [ContactSettings],
+    dem: &mut DemSettings,
+    scene: &Scene,
+) -> Result<Option<String>, InputError> {
+    let Some(number) = contacts.iter().position(|contact| contact.hierarchy.is_some()) else {
+        return Ok(None);
+    };
+    let key = format!("contact.{number}.hierarchy");
+    if scene.read::<toml::Table>("dem")?.is_some_and(|dem| dem.contains_key("contact_selection")) {
+        return Err(scene
+            .invalid(&key, "`hierarchy` is the old name of `dem.contact_selection`, which the scene has too")
+            .try_instead("leave `hierarchy` out"));
+    }
+    let continuous = contacts.iter().any(|contact| contact.hierarchy == Some(HierarchyName::Continuous));
+    dem.contact_selection = if continuous { ContactSelection::Continuous } else { ContactSelection::Nearest };
+    contacts.iter_mut().for_each(|contact| contact.hierarchy = None);
+    let name = if continuous { "continuous" } else { "nearest" };
+    Ok(Some(format!(
+        "{key} is the old name of dem.contact_selection and will go with the next version: write [dem] \
+         contact_selection = \"{name}\""
+    )))
 }

@@ -4,19 +4,19 @@
 //!
 //! Every struct here is what the user writes: names, units and defaults stand at its fields.
 
-pub mod contact;
 pub mod dem;
 pub mod limits;
 pub mod placement;
 pub mod rock;
 pub mod spheres;
 
+pub use crate::law::settings::{ContactSettings, EffectiveMass, RollingName, TangentialName};
 pub use crate::terrain::settings::{NoData, TerrainSettings, ZoneSettings};
-pub use contact::{ContactSettings, EffectiveMass, HierarchyName, LawName, RollingName, TangentialName};
 pub use dem::{ContactSelection, DemSettings, Rotation};
 pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
 
+use crate::law::settings::{check_all, rename_partner};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
@@ -81,8 +81,8 @@ impl Settings {
                 .try_instead("leave it out"));
         }
         let notes = [
-            contact::rename_hierarchy(&mut contacts, &mut dem, scene)?,
-            contact::rename_partner(&mut contacts, scene)?,
+            dem::rename_hierarchy(&mut contacts, &mut dem, scene)?,
+            rename_partner(&mut contacts, scene)?,
             scale,
         ];
         let terrain: Option<TerrainSettings> = scene.read("terrain")?;
@@ -90,7 +90,7 @@ impl Settings {
             terrain.check(scene)?;
         }
         let known = materials(&rocks, terrain.as_ref(), sides.as_ref());
-        contact::check_all(&contacts, &known, scene)?;
+        check_all(&contacts, &known, scene)?;
         let output = Output::of(scene)?;
         Ok(Self {
             rocks,
@@ -162,7 +162,7 @@ pub struct GranularSettings {
     /// `[[spheres]]`, at least one.
     pub spheres: Vec<SpheresSettings>,
     /// `[box]`.
-    pub walls: Option<BoxSettings>,
+    pub sides: Option<BoxSettings>,
     /// `[[contact]]`, at least one.
     pub contacts: Vec<ContactSettings>,
     /// `[dem]`.
@@ -181,17 +181,17 @@ impl GranularSettings {
     /// Read and check them.
     pub fn of(scene: &Scene) -> Result<Self, InputError> {
         refuse_of_rocks(scene)?;
-        let walls: Option<BoxSettings> = scene.read("box")?;
-        if let Some(walls) = &walls {
-            walls.check(scene)?;
+        let sides: Option<BoxSettings> = scene.read("box")?;
+        if let Some(sides) = &sides {
+            sides.check(scene)?;
         }
         let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
-        spheres::complete(&mut groups, walls.as_ref(), scene)?;
+        spheres::complete(&mut groups, sides.as_ref(), scene)?;
         let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        let mut notices: Vec<String> = contact::rename_partner(&mut contacts, scene)?.into_iter().collect();
+        let mut notices: Vec<String> = rename_partner(&mut contacts, scene)?.into_iter().collect();
         let mut known: Vec<String> = groups.iter().map(|g| g.material.clone()).collect();
-        known.extend(walls.iter().map(|w| w.material.clone()));
-        contact::check_all(&contacts, &known, scene)?;
+        known.extend(sides.iter().map(|w| w.material.clone()));
+        check_all(&contacts, &known, scene)?;
         if contacts.is_empty() {
             return Err(scene
                 .invalid("spheres", "there are spheres and no contact law")
@@ -202,7 +202,7 @@ impl GranularSettings {
         dem.check(scene)?;
         Ok(Self {
             spheres: groups,
-            walls,
+            sides,
             contacts,
             dem,
             gravity: scene.gravity()?.into(),

@@ -170,7 +170,7 @@ impl SpheresSettings {
 /// Fill in names and regions, read files; refuse what makes no sense.
 pub(super) fn complete(
     groups: &mut [SpheresSettings],
-    walls: Option<&BoxSettings>,
+    sides: Option<&BoxSettings>,
     scene: &Scene,
 ) -> Result<(), InputError> {
     let mut total = 0_usize;
@@ -190,9 +190,9 @@ pub(super) fn complete(
             return Err(invalid("velocity_scatter", what));
         }
         if group.file.is_some() {
-            read(at, group, MOST - total, walls, scene)?;
+            read(at, group, MOST - total, sides, scene)?;
         } else {
-            place(at, group, total, walls, scene)?;
+            place(at, group, total, sides, scene)?;
         }
         total += group.total();
     }
@@ -204,7 +204,7 @@ fn read(
     at: usize,
     group: &mut SpheresSettings,
     most: usize,
-    walls: Option<&BoxSettings>,
+    sides: Option<&BoxSettings>,
     scene: &Scene,
 ) -> Result<(), InputError> {
     let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
@@ -228,7 +228,7 @@ fn read(
         .and_then(|bytes| files::read_at_most(&bytes, most).map_err(|e| e.in_file(file)))
         .map_err(|e| invalid("file", format!("`{}`: {e}", group.name)))?;
     for (k, sphere) in spheres.iter().enumerate() {
-        let Some((side, by)) = walls.and_then(|walls| walls.left_by(sphere)) else { continue };
+        let Some((side, by)) = sides.and_then(|sides| sides.left_by(sphere)) else { continue };
         let [x, y, z]: [f64; 3] = sphere.centre.into();
         let what = format!(
             "sphere {} of {} ({x} {y} {z}, radius {} m) reaches {by:.3e} m beyond the side `{side}` of the box",
@@ -247,7 +247,7 @@ fn place(
     at: usize,
     group: &mut SpheresSettings,
     before: usize,
-    walls: Option<&BoxSettings>,
+    sides: Option<&BoxSettings>,
     scene: &Scene,
 ) -> Result<(), InputError> {
     let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
@@ -271,8 +271,8 @@ fn place(
         invalid("count", format!("`{}` has no `{key}`, and there is no [box]", group.name))
             .try_instead("give the region with lowest and highest, or add a table [box]")
     };
-    let lowest = group.lowest.or(walls.map(|b| b.lowest)).ok_or_else(|| missing("lowest"))?;
-    let highest = group.highest.or(walls.map(|b| b.highest)).ok_or_else(|| missing("highest"))?;
+    let lowest = group.lowest.or(sides.map(|b| b.lowest)).ok_or_else(|| missing("lowest"))?;
+    let highest = group.highest.or(sides.map(|b| b.highest)).ok_or_else(|| missing("highest"))?;
     if let Some(axis) = (0..3).find(|a| highest[*a] - lowest[*a] < 2.0 * most) {
         let room = highest[axis] - lowest[axis];
         return Err(invalid("radius", format!("the region is {room} m wide, a sphere {} m", 2.0 * most))

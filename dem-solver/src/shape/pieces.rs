@@ -19,7 +19,7 @@ pub struct Piece {
     pub first: usize,
     /// Number of its triangles.
     pub triangles: usize,
-    /// Volume [m3]; negative where it is inside out, as the wall of a hollow is.
+    /// Volume [m3]; negative where it is inside out, as the mesh of a hollow is.
     pub volume: f64,
     /// Middle of the box around it [m].
     pub middle: Vector3<f64>,

@@ -7,9 +7,9 @@ use crate::contact::broad_phase::cell_grid::Plane;
 use crate::contact::narrow_phase::selection::Crossings;
 use crate::gate;
 use crate::geometry::sphere_tree::SphereTree;
-use crate::integrator::rock_stage::{DEEPEST_AT_START, Meetings};
-use crate::integrator::window::Run;
-use crate::interface_mesh::Wall;
+use crate::integrator::rock_stage::{DEEPEST_AT_START, RockStage};
+use crate::integrator::window::RockIntegrator;
+use crate::interface_mesh::ContactMesh;
 use crate::law::table::Laws;
 use crate::model::between::{Between, rows, whole_rocks};
 use crate::model::critical::Steps;
@@ -48,7 +48,7 @@ pub struct Counts {
     pub contact_evaluations: u64,
 }
 
-/// Rocks as rigid sphere clusters, in contact with a wall that the structure moves.
+/// Rocks as rigid sphere clusters, in contact with a mesh that the structure moves.
 pub struct DemSolver {
     model: Model,
     notices: Vec<String>,
@@ -59,7 +59,7 @@ pub struct DemSolver {
     guarded: bool,
     choices: Vec<String>,
     options: Options,
-    run: Option<Run>,
+    run: Option<RockIntegrator>,
     committed: State,
     trial: State,
     fields: Option<FieldFiles>,
@@ -136,7 +136,7 @@ impl DemSolver {
             shortcuts: options.shortcuts,
         };
         cautions.extend(gate::of_model(&model, scene)?);
-        let worst = Meetings::new(&model).energy(&model, &mut state);
+        let worst = RockStage::new(&model).energy(&model, &mut state);
         if let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) {
             let what = format!(
                 "rock `{}` and rock `{}` overlap at the start, by {radii:.2} radii of the smaller sphere",
@@ -182,7 +182,7 @@ impl DemSolver {
         )
     }
 
-    /// What the user should know of the scene, before anything is known of a wall.
+    /// What the user should know of the scene, before anything is known of a mesh.
     pub fn notices(&self) -> &[String] {
         &self.notices
     }
@@ -194,7 +194,7 @@ impl DemSolver {
 
     /// Refuse rocks that start with their surface in the net that the structure offers.
     pub fn check_net(&self, mesh: &InterfaceMesh) -> Result<Vec<String>, Fault> {
-        let net = Wall::new(mesh)?.from(&self.model.origin);
+        let net = ContactMesh::new(mesh)?.from(&self.model.origin);
         Ok(gate::start::in_net(&self.model, &net, &self.scene)?)
     }
 
@@ -215,38 +215,42 @@ impl DemSolver {
         self.model.settings.rocks[rock].position = motion.position.into();
         *body = state::Body {
             motion: crate::rock::Motion { position: motion.position - self.model.origin, ..motion },
-            memories: std::mem::take(&mut body.memories),
-            ground_memories: std::mem::take(&mut body.ground_memories),
-            side_memories: std::mem::take(&mut body.side_memories),
-            sheared: 0.0,
+            histories: std::mem::take(&mut body.histories),
+            terrain_histories: std::mem::take(&mut body.terrain_histories),
+            box_histories: std::mem::take(&mut body.box_histories),
+            tangential_energy: 0.0,
             elastic: 0.0,
             contacts: 0,
-            met: 0,
+            rock_contacts: 0,
             track: impact::ImpactRecord::default(),
             path: runout::RunOut::default(),
             deepest: state::Depths::default(),
         };
         body.part();
-        self.committed.encounters.end();
+        self.committed.between_rocks.end();
         (self.committed.time, self.committed.dissipated, self.committed.received) = (0.0, 0.0, 0.0);
         self.committed.broken = 0;
     }
 
-    fn wall(&mut self, plan: &Plan, warnings: &mut Vec<String>) -> Result<Option<Wall>, Fault> {
+    fn contact_mesh(
+        &mut self,
+        plan: &Plan,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<ContactMesh>, Fault> {
         let Some(mesh) = &plan.wall else { return Ok(None) };
-        let mut wall = Wall::new(mesh)?.from(&self.model.origin);
+        let mut contact_mesh = ContactMesh::new(mesh)?.from(&self.model.origin);
         let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
                 "there is a net and no contact law: the rock would fall through it; add a table [[contact]]",
             ));
         };
         if self.guarded {
-            warnings.extend(gate::start::in_net(&self.model, &wall, &self.scene)?);
+            warnings.extend(gate::start::in_net(&self.model, &contact_mesh, &self.scene)?);
         }
         let selection = self.model.settings.dem.contact_selection;
-        let (continuous, why) = selection.choose("net", || wall.unshared());
+        let (continuous, why) = selection.choose("net", || contact_mesh.unshared());
         if continuous {
-            wall.crossings = Some(Crossings::new(&wall.nodes, &wall.elements));
+            contact_mesh.crossings = Some(Crossings::new(&contact_mesh.nodes, &contact_mesh.elements));
         }
         if selection == ContactSelection::Automatic && !continuous {
             // Energy may be made or lost: the user should know.
@@ -257,7 +261,7 @@ impl DemSolver {
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
             .map_err(|(what, advice)| Fault::input(format!("{what}; {advice}")))?;
-        if laws.use_local_masses() && wall.inverse_mass.is_none() {
+        if laws.use_local_masses() && contact_mesh.inverse_mass.is_none() {
             self.model.laws = Some(laws.clone().without_local_masses());
             warnings.push(
                 "the structure does not report its nodal masses: contacts damp with the rock's whole mass \
@@ -265,7 +269,7 @@ impl DemSolver {
                     .into(),
             );
         }
-        Ok(Some(wall))
+        Ok(Some(contact_mesh))
     }
 }
 
@@ -328,9 +332,9 @@ impl Solver for DemSolver {
                 done: f64::NAN,
             })?;
         }
-        let wall = self.wall(plan, &mut warnings)?;
+        let contact_mesh = self.contact_mesh(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
-        let mut run = Run::new(&self.model, wall, plan, self.options.out.is_some());
+        let mut run = RockIntegrator::new(&self.model, contact_mesh, plan, self.options.out.is_some());
         run.reserve(&mut self.committed);
         let initial = run.initial(&self.model, &mut self.committed, plan)?;
         self.trial = self.committed.clone();
@@ -369,8 +373,8 @@ impl Solver for DemSolver {
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
-        let counts = self.run.as_ref().map(Run::counts).unwrap_or_default();
-        let net = self.run.as_ref().and_then(Run::net);
+        let counts = self.run.as_ref().map(RockIntegrator::counts).unwrap_or_default();
+        let net = self.run.as_ref().and_then(RockIntegrator::net);
         let mut warnings = verdict::verdicts(&self.model, &self.committed, net);
         let mut measures = Vec::new();
         measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);

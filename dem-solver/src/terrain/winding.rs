@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
-    /// A step with an overhang: floor, wall that leans out over it, top.
+    /// A step with an overhang: floor, mesh that leans out over it, top.
     fn overhang(turned: &[usize]) -> Terrain {
         let profile = [[-2.0, 0.0], [0.0, 0.0], [-0.5, 1.0], [2.0, 1.2]];
         let nodes =

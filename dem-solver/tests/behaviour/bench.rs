@@ -1,4 +1,4 @@
-//! A solver, a wall that a test moves, and what came of it.
+//! A solver, a mesh that a test moves, and what came of it.
 
 use dem_solver::DemSolver;
 use interface_defs::toolkit::program::Options;
@@ -8,7 +8,7 @@ use interface_defs::{
 };
 use nalgebra::Vector3;
 
-/// A prepared solver with its wall.
+/// A prepared solver with its mesh.
 pub struct Bench {
     pub solver: DemSolver,
     pub ready: Ready,
@@ -24,7 +24,7 @@ pub struct Bench {
 #[derive(Clone)]
 pub struct Setup {
     pub scene: String,
-    pub wall: Option<InterfaceMesh>,
+    pub contact_mesh: Option<InterfaceMesh>,
     pub samples: u32,
     pub ends: bool,
     pub reach: bool,
@@ -34,10 +34,10 @@ pub struct Setup {
 }
 
 impl Setup {
-    pub fn new(scene: impl Into<String>, wall: InterfaceMesh) -> Self {
+    pub fn new(scene: impl Into<String>, contact_mesh: InterfaceMesh) -> Self {
         Self {
             scene: scene.into(),
-            wall: Some(wall),
+            contact_mesh: Some(contact_mesh),
             samples: 1,
             ends: true,
             reach: false,
@@ -50,8 +50,9 @@ impl Setup {
     pub fn plan(&self) -> Plan {
         let field =
             |name, sampling| FieldSpec { samples: self.samples, ..FieldSpec::nodal(name, 3, sampling) };
-        let mut plan = Plan { end_time: 1.0, window: 1e-3, wall: self.wall.clone(), ..Plan::default() };
-        if self.wall.is_some() {
+        let mut plan =
+            Plan { end_time: 1.0, window: 1e-3, wall: self.contact_mesh.clone(), ..Plan::default() };
+        if self.contact_mesh.is_some() {
             plan.takes.push(field(name::DISPLACEMENT, Sampling::FromStart));
             if self.velocity {
                 plan.takes.push(field(name::VELOCITY, Sampling::FromStart));
@@ -147,7 +148,7 @@ impl Bench {
         self.force(sampling, 0).iter().sum()
     }
 
-    /// Say which lines of the wall are broken.
+    /// Say which lines of the mesh are broken.
     pub fn tear(&mut self, broken: impl Fn(usize) -> bool) {
         let range = self.takes.sample(name::BROKEN, Sampling::Once, 0).expect("in the plan");
         let flags = self.input[range].iter_mut().enumerate();
@@ -207,7 +208,7 @@ pub fn plane(size: f64, cells: usize) -> InterfaceMesh {
     mesh
 }
 
-/// The same with nodes of infinite mass: a fixed wall that tells its masses.
+/// The same with nodes of infinite mass: a fixed mesh that tells its masses.
 pub fn fixed_plane(size: f64, cells: usize) -> InterfaceMesh {
     let mut mesh = plane(size, cells);
     mesh.masses = vec![f64::INFINITY; mesh.node_count()];

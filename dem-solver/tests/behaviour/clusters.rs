@@ -36,7 +36,7 @@ fn measure(bench: &mut Bench, name: &str) -> (f64, Option<f64>) {
     (measure.value, measure.time)
 }
 
-/// A drop of 2 m: v = sqrt(2 g 2) at the passing of the wall's level, to rounding, whatever the windows.
+/// A drop of 2 m: v = sqrt(2 g 2) at the passing of the mesh's level, to rounding, whatever the windows.
 #[test]
 fn the_impact_is_where_the_lowest_point_passes_the_level_of_the_wall_at_rest() {
     for window in [5e-5, 1.3e-3, 0.1] {

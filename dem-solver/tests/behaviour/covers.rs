@@ -171,7 +171,7 @@ fn stated_errors_are_those_of_points_sampled_on_both_surfaces() {
     }
 }
 
-/// A groove of 1 cm around a ball: from its walls, along their normals, the distance through the sphere is eight times as long.
+/// A groove of 1 cm around a ball: from its surfaces, along their normals, the distance through the sphere is eight times as long.
 #[test]
 fn a_ray_that_runs_on_through_a_sphere_is_not_its_distance() {
     let mut profile = vec![[0.0, -0.5]];
@@ -215,7 +215,7 @@ fn thin_and_limbed_solids_are_covered_evenly_by_few_spheres() {
     }
 }
 
-/// In the hollow of a pipe there is room for a ball that is ten times as large as its wall is thick.
+/// In the hollow of a pipe there is room for a ball that is ten times as large as its mesh is thick.
 #[test]
 fn the_bound_of_a_thin_solid_is_that_of_the_largest_ball_inside_of_it() {
     for (name, thick) in [("pipe", 0.03), ("bowl", 0.06), ("box:2,1,0.01", 0.01), ("ring", 0.2)] {

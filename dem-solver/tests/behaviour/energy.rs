@@ -54,7 +54,7 @@ fn with_dashpot_and_friction_the_energy_error_falls_faster_than_the_step() {
     assert!(order > 1.0, "order {order:.2}: {coarse:.2e} {fine:.2e}");
 }
 
-/// A wall that moves brings work with it, and the balance still closes.
+/// A mesh that moves brings work with it, and the balance still closes.
 #[test]
 fn with_a_moving_wall_the_received_work_closes_the_balance() {
     let law = "law = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.2\nrestitution = 0.5\nfriction = 0.4";

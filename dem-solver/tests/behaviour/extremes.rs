@@ -42,7 +42,7 @@ fn from_pebble_to_hillside_an_impact_is_right_or_refused() {
             for young in [1e5, 1e7, 1e9, 1e12] {
                 let (mut bench, radius) = about_to_touch(mass, speed, young, 0.5, 0.5);
                 let model = bench.solver.model();
-                let law = &model.laws.as_ref().expect("a contact").walls[0].normal;
+                let law = &model.laws.as_ref().expect("a contact").surfaces[0].normal;
                 let deepest = law.deepest(radius, mass, speed) / radius;
                 let case = format!("{mass} kg, {speed} m/s, {young} Pa: overlap {deepest}");
                 match rebound(&mut bench, speed) {
@@ -118,7 +118,7 @@ fn a_scene_of_another_size_gives_the_same_answer() {
     }
 }
 
-/// A sphere between two walls 0.2 mm nearer than its radius on each side: how far it has sunk after 0.2 s, and whether it
+/// A sphere between two surfaces 0.2 mm nearer than its radius on each side: how far it has sunk after 0.2 s, and whether it
 /// touched both all the time. `grip`: by how much the friction of both could carry more than its weight.
 fn wedged(grip: f64) -> (f64, bool) {
     let mut mesh = InterfaceMesh::default();

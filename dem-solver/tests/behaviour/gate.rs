@@ -77,7 +77,7 @@ fn gravity_that_is_missing_large_or_small_is_named() {
     refused(&with("gravity = [0.0, 0.0, -981.0]"), &["cm/s2?"]);
     warned(&with("gravity = [0.0, 0.0, -32.2]"), &["32.2", "ft/s2?"]);
     warned(&with("gravity = [0.0, 0.0, -0.981]"), &["0.981", "9.81 m/s2"]);
-    // A net that stands tilted, or a wall from which it stands out.
+    // A net that stands tilted, or a mesh from which it stands out.
     assert_eq!(said(&with("gravity = [0.0, -6.378, -6.378]")), Ok(vec![]));
     assert_eq!(said(&with("gravity = [0.0, 9.81, 0.0]")), Ok(vec![]));
 }

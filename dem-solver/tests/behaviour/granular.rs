@@ -2,7 +2,7 @@
 
 use dem_solver::granular::GranularSolver;
 use dem_solver::granular::check::check;
-use dem_solver::granular::state::State;
+use dem_solver::granular::state::GranularState;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
@@ -52,7 +52,7 @@ impl Spheres {
         self.energies().iter().sum()
     }
 
-    fn state(&self) -> &State {
+    fn state(&self) -> &GranularState {
         self.solver.state()
     }
 
@@ -106,7 +106,7 @@ fn an_oblique_collision_keeps_momentum_and_angular_momentum() {
     assert!((angular(&it) - l).norm() < 1e-12 * l.norm(), "{} {l}", angular(&it));
 }
 
-/// The walls take momentum; energy goes nowhere but into what is booked. Second order of the step, and
+/// The surfaces take momentum; energy goes nowhere but into what is booked. Second order of the step, and
 /// the jump of the dashpots at touch: 1e-3 of the energy put in at 50 steps per contact.
 #[test]
 fn a_settling_box_loses_the_energy_that_it_books() {
@@ -141,7 +141,7 @@ fn the_bytes_do_not_depend_on_threads_windows_or_what_was_solved_before() {
     };
     let step = "time_step = 0.000030517578125\n";
     let reference = run(step, 128, false);
-    assert!(reference.state().memories.len() > 200, "{}", reference.state().memories.len());
+    assert!(reference.state().histories.len() > 200, "{}", reference.state().histories.len());
     for threads in [2, 3, 7] {
         let other = run(&format!("{step}threads = {threads}"), 128, false);
         assert!(other.state() == reference.state(), "{threads} threads");

@@ -48,7 +48,7 @@ fn bounce(bench: &mut Bench, radius: f64, speed: f64) -> [f64; 4] {
     [force, deepest, last - first.expect("touched"), bench.velocity().z / speed]
 }
 
-/// V-D1: the rows with a wall, in the solver itself (the rows with two spheres: `contact::normal`).
+/// V-D1: the rows with a mesh, in the solver itself (the rows with two spheres: `contact::normal`).
 /// Position Verlet at 200 steps per contact; the maxima lie between steps, by (pi / 400)^2 / 2 = 3e-5
 /// at most, the duration is counted in whole steps, 1/200. The impact conserves energy, so that the
 /// outgoing speed is off by the second order of the step alone.
@@ -180,7 +180,7 @@ fn restitution_does_not_depend_on_speed_size_or_stiffness() {
     }
 }
 
-/// Without nodal masses of the wall the dashpot has nothing local to scale with.
+/// Without nodal masses of the mesh the dashpot has nothing local to scale with.
 #[test]
 fn a_wall_that_tells_no_masses_takes_the_rocks_and_warns() {
     let scene = format!(

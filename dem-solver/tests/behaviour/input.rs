@@ -125,8 +125,9 @@ fn a_plan_that_asks_for_what_was_not_offered_is_refused() {
     let text = format!("end_time = 1.0\n{}{CONTACT}", cube(1, ROCK));
     let try_plan = |field: FieldSpec| {
         let mut solver = DemSolver::new(&scene(&text), &Options::default()).unwrap_or_else(|e| panic!("{e}"));
-        let wall = Some(fixed_plane(1.0, 1));
-        let plan = Plan { end_time: 1.0, window: 1e-3, wall, gives: vec![field], ..Plan::default() };
+        let contact_mesh = Some(fixed_plane(1.0, 1));
+        let plan =
+            Plan { end_time: 1.0, window: 1e-3, wall: contact_mesh, gives: vec![field], ..Plan::default() };
         solver.prepare(&plan, &mut |_| Ok(())).expect_err("not offered").message
     };
     assert!(try_plan(FieldSpec::nodal(name::CONTACT_TANGENT, 9, Sampling::Once)).contains("contact_tangent"));
@@ -140,9 +141,9 @@ fn falling(velocity: f64, young: &str, step: f64) -> Bench {
         cube(4096, &format!("position = [0.0, 0.0, 0.2051]\nvelocity = [0.0, 0.0, -{velocity:?}]")),
         CONTACT.replace("1e8", young)
     );
-    let mut wall = net(8, 0.15, 0.0);
-    wall.masses = vec![f64::INFINITY; wall.node_count()];
-    Setup::new(text, wall).build()
+    let mut contact_mesh = net(8, 0.15, 0.0);
+    contact_mesh.masses = vec![f64::INFINITY; contact_mesh.node_count()];
+    Setup::new(text, contact_mesh).build()
 }
 
 fn fault_of(bench: &mut Bench, length: f64) -> String {
@@ -216,7 +217,7 @@ fn a_wall_held_still_by_the_predictor_damps_with_its_transmitted_velocity() {
         bench.advance(1e-6);
         (-bench.total_force(Sampling::Means).z, bench.value("energy_received_dem"))
     };
-    // c = 2 g sqrt(m k) with the one contact's whole mass, 10.472 kg; the wall comes at 1 m/s.
+    // c = 2 g sqrt(m k) with the one contact's whole mass, 10.472 kg; the mesh comes at 1 m/s.
     let mass = 4.0 / 3.0 * std::f64::consts::PI * 2.5_f64;
     let dashpot = 0.2 * (mass * 1e6).sqrt();
     let ((still, _), (moving, received)) = (force(0.0), force(1.0));

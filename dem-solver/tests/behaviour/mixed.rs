@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 const OPTIONS: Options = Options { out: None, shortcuts: true };
 
 fn free(scene: &str) -> Bench {
-    Setup { wall: None, ..Setup::new(scene, Default::default()) }.build()
+    Setup { contact_mesh: None, ..Setup::new(scene, Default::default()) }.build()
 }
 
 fn law(more: &str) -> String {
@@ -158,8 +158,8 @@ fn a_rock_that_falls_on_loose_spheres_loses_the_energy_that_is_booked() {
         worst = worst.max((bench.energy() - start).abs());
     }
     let lost = bench.value("energy_dissipated_dem");
-    println!("{} contacts, {worst:.2e} J of {lost:.2e} J", bench.solver.state().encounters.contacts);
-    assert!(bench.solver.state().encounters.contacts > 20 && lost > 3.0, "{lost} J");
+    println!("{} contacts, {worst:.2e} J of {lost:.2e} J", bench.solver.state().between_rocks.contacts);
+    assert!(bench.solver.state().between_rocks.contacts > 20 && lost > 3.0, "{lost} J");
     assert!(worst < 1e-3 * lost, "{worst} J of {lost} J");
 }
 

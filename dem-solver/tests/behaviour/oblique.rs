@@ -98,7 +98,7 @@ fn a_sphere_that_sticks_rebounds_as_the_unloading_spring_has_it() {
     }
 }
 
-/// V-D6, variant U, wall rigid in shear too: dimensionless velocity of the contact point. Printed to
+/// V-D6, variant U, mesh rigid in shear too: dimensionless velocity of the contact point. Printed to
 /// four digits; converged to that at 4000 steps but for the first row, a contact in slow full stick.
 #[test]
 fn the_contact_point_rebounds_as_the_dimensionless_table_has_it() {
@@ -157,7 +157,7 @@ fn friction_is_stretched_by_what_the_net_really_moves_however_it_was_predicted()
         bench.input[velocity..].fill(0.0);
         (0..2).for_each(|sample| bench.displace(sample, along(d)));
         bench.advance(window);
-        let load = &bench.solver.model().laws.as_ref().expect("a contact").walls[0];
+        let load = &bench.solver.model().laws.as_ref().expect("a contact").surfaces[0];
         let overlap = 0.5 - bench.position().z;
         let stiffness =
             load.normal.load(0.5, overlap).stiffness * load.tangential.expect("friction").stiffness_ratio;

@@ -396,7 +396,7 @@ fn position_velocity_spin_and_orientation_of_a_row_start_the_rest_of_the_run() {
             "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n[[rock]]\nname = \"rock\"\ndensity = 2600.0\n\
              shape = {{ type = \"mesh\", file = {file:?} }}\ncluster.spheres = 8\ncluster.largest_error = 1.0\n{state}\n[dem]\ntime_step = 1e-4\n"
         );
-        let mut bench = Setup { wall: None, ..Setup::new(scene, Default::default()) }.build();
+        let mut bench = Setup { contact_mesh: None, ..Setup::new(scene, Default::default()) }.build();
         bench.advance(time);
         let group =
             |names: &[&str]| names.iter().map(|n| bench.value(&format!("rock_{n}"))).collect::<Vec<_>>();

@@ -68,7 +68,7 @@ pub fn tangled(spheres: u32, samples: u32) -> Setup {
     Setup { samples, ..Setup::new(scene, net(12, 0.15, 0.0)) }
 }
 
-/// A wall that goes down with the rock and waves, every node out of step with the others; from rest,
+/// A mesh that goes down with the rock and waves, every node out of step with the others; from rest,
 /// and continuous from window to window.
 pub fn wave(bench: &mut Bench, samples: u32, length: f64) {
     let place = |node: usize, x: &Vector3<f64>, t: f64| {
@@ -127,10 +127,10 @@ fn force_and_moment_on_the_wall_balance_momentum_and_angular_momentum_of_the_roc
         wave(&mut bench, 1, h);
         bench.advance(h);
         let after = bench.solver.state().bodies[0].motion;
-        let on_wall = bench.total_force(Sampling::Means);
+        let on_mesh = bench.total_force(Sampling::Means);
         let gained = (after.velocity - before.velocity) * mass;
         let scale = mass * before.velocity.norm();
-        assert!((gained - (gravity * mass - on_wall) * h).norm() < 1e-14 * scale);
+        assert!((gained - (gravity * mass - on_mesh) * h).norm() < 1e-14 * scale);
         // Moments about the rock's centre in the middle of the step, at which the forces act.
         let middle = before.position + before.velocity * (0.5 * h);
         let u = |s| bench.takes.sample(name::DISPLACEMENT, Sampling::FromStart, s).expect("planned");
@@ -144,10 +144,10 @@ fn force_and_moment_on_the_wall_balance_momentum_and_angular_momentum_of_the_roc
         }
         let turned = after.angular_momentum - before.angular_momentum;
         assert!(
-            (turned + moment * h).norm() < 1e-13 * (before.angular_momentum.norm() + on_wall.norm() * h),
+            (turned + moment * h).norm() < 1e-13 * (before.angular_momentum.norm() + on_mesh.norm() * h),
             "{turned} {moment}"
         );
-        touched |= on_wall.norm() > 1e3;
+        touched |= on_mesh.norm() > 1e3;
     }
     assert!(touched);
 }

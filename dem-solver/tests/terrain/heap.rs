@@ -38,7 +38,7 @@ fn a_cube_that_falls_on_another_which_lies_on_terrain_comes_to_rest_on_top_of_it
     let high = bench.value("high_z");
     assert!(high < 0.6 && high > 0.6 - 0.0144 - 2e-3, "{high}");
     let state = bench.solver.state();
-    assert!(state.encounters.contacts >= 4 && state.bodies[0].contacts >= 4, "{state:?}");
+    assert!(state.between_rocks.contacts >= 4 && state.bodies[0].contacts >= 4, "{state:?}");
     // What still swings at less than the speed of rest: a hundredth of the weight.
     let force = state.bodies[1].motion.acceleration * 100.0;
     assert!(force.norm() < 0.05 * 100.0 * G, "{force}");

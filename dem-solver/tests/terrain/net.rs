@@ -143,13 +143,13 @@ fn cube(origin: &Vector3<f64>, more: &str) -> String {
 }
 
 /// The balance of energy with what the net brought, and that of momentum with what ground, net and gravity gave. Friction, dashpot and a moving
-/// wall: between first and second order (`with_a_moving_wall_the_received_work_closes_the_balance` has the same), here of 1 125 J.
+/// mesh: between first and second order (`with_a_moving_wall_the_received_work_closes_the_balance` has the same), here of 1 125 J.
 #[test]
 fn a_rock_meets_the_ground_and_then_a_moving_net_and_the_balances_close() {
     let zero = Vector3::zeros();
     let errors = [5e-5, 1.25e-5].map(|step| {
         let mut bench = Bench::new(&cube(&zero, &format!("[dem]\ntime_step = {step:e}\n")), &zero);
-        let (start, mut worst, mut push, mut on_ground) = (bench.energy(), 0.0_f64, zero, 0);
+        let (start, mut worst, mut push, mut on_terrain) = (bench.energy(), 0.0_f64, zero, 0);
         while bench.time < 0.6 {
             let before = bench.value("rock_vx");
             bench.advance(1e-3);
@@ -157,18 +157,18 @@ fn a_rock_meets_the_ground_and_then_a_moving_net_and_the_balances_close() {
             let force: Vector3<f64> = bench.forces().iter().sum();
             push += force * 1e-3;
             let body = &bench.solver.state().bodies[0];
-            if force.norm() > 0.0 && body.ground_memories.is_empty() {
+            if force.norm() > 0.0 && body.terrain_histories.is_empty() {
                 // In the air the net alone changes the speed along x.
                 let gained = 50.0 * (bench.value("rock_vx") - before);
                 if body.path.contact_since.is_none() {
                     assert!((gained + force.x * 1e-3).abs() < 1e-9 * 50.0 * 6.0, "{gained} {}", force.x);
                 }
             }
-            on_ground += usize::from(!body.ground_memories.is_empty());
+            on_terrain += usize::from(!body.terrain_histories.is_empty());
             worst = worst.max((bench.energy() - start).abs());
         }
         println!("steps of {step:e} s: imbalance {worst:.2e} J; the net took {push:.1?} N s");
-        assert!(on_ground > 5, "it met the ground");
+        assert!(on_terrain > 5, "it met the ground");
         assert!(push.x > 50.0 * 4.0, "and the net, which took {push}");
         assert!(bench.value("rock_x") < 2.0, "it did not pass");
         assert!(bench.value("energy_received_dem").abs() > 5.0, "the net has worked");
@@ -217,18 +217,18 @@ fn a_rock_thrown_into_the_net_within_a_window_has_its_wires_in_reach() {
 fn ground_before_the_net_is_no_impact_and_the_deepest_overlap_stands_once() {
     let zero = Vector3::zeros();
     let mut bench = Bench::new(&cube(&zero, ""), &zero);
-    let mut on_ground = None;
+    let mut on_terrain = None;
     let mut first = None;
     while bench.time < 0.6 {
         bench.advance(1e-3);
-        if !bench.solver.state().bodies[0].ground_memories.is_empty() && on_ground.is_none() {
-            on_ground = Some(bench.time);
+        if !bench.solver.state().bodies[0].terrain_histories.is_empty() && on_terrain.is_none() {
+            on_terrain = Some(bench.time);
         }
         if first.is_none() && bench.forces().iter().any(|f| f.norm() > 0.0) {
             first = Some(bench.time);
         }
     }
-    let (ground, net) = (on_ground.expect("it met the ground"), first.expect("and the net"));
+    let (ground, net) = (on_terrain.expect("it met the ground"), first.expect("and the net"));
     let end = bench.solver.finish().expect("finished");
     let all = |name: &str| -> Vec<f64> {
         end.measures.iter().filter(|m| m.name == name).map(|m| m.value).collect()

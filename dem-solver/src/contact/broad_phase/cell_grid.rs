@@ -1,4 +1,4 @@
-//! Which spheres may touch each other or a wall: a list of pairs, found on a grid.
+//! Which spheres may touch each other or a mesh: a list of pairs, found on a grid.
 //!
 //! A pair is listed while its surfaces are closer than a skin; the list is good until some sphere has
 //! moved by half of it. Pairs stand by their first sphere, then by the second, whatever the age of the
@@ -6,9 +6,9 @@
 
 use nalgebra::Vector3;
 
-/// A pair: the second is a sphere, or a wall (number of spheres plus number of the wall).
+/// A pair: the second is a sphere, or a mesh (number of spheres plus number of the mesh).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+pub struct SpherePair {
     /// Number of the second.
     pub second: u32,
     /// Number of the law.
@@ -36,11 +36,11 @@ impl From<(Vector3<f64>, f64)> for Plane {
 
 /// The pairs, by first sphere.
 #[derive(Debug, Clone, Default)]
-pub struct PairList {
+pub struct SpherePairs {
     /// For each sphere the first of its pairs, and the end.
     pub start: Vec<u32>,
     /// The pairs.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<SpherePair>,
     /// For each sphere the first in `back` of those pairs in which it is the second, and the end.
     pub back_start: Vec<u32>,
     /// Numbers of those pairs, ascending, sphere by sphere.
@@ -58,7 +58,7 @@ pub struct PairList {
 /// Most cells per sphere: a few far-off spheres must not fill the memory with empty cells.
 const CELLS_PER_SPHERE: usize = 4;
 
-impl PairList {
+impl SpherePairs {
     /// List the pairs whose surfaces are closer than `skin` [m]. `complete` fills in what the pair of two
     /// numbers needs beside them.
     pub fn build(
@@ -67,7 +67,7 @@ impl PairList {
         radius: &[f64],
         planes: &[Plane],
         skin: f64,
-        complete: impl Fn(usize, u32) -> Pair,
+        complete: impl Fn(usize, u32) -> SpherePair,
     ) {
         self.searches += 1;
         self.reference.clear();
@@ -196,8 +196,8 @@ mod tests {
                 (0..count).map(|i| Vector3::new(at(i, 1.3), 3.0 * at(i, 2.7), 0.2 * at(i, 3.1))).collect();
             let radius: Vec<_> = (0..count).map(|i| 0.02 + 0.1 * at(i, 0.7).abs()).collect();
             let planes = [Plane { normal: Vector3::x(), offset: 0.9 }];
-            let mut list = PairList::default();
-            let pair = |_, second| Pair { second, law: 0, radius: 1.0, root_mass: 1.0 };
+            let mut list = SpherePairs::default();
+            let pair = |_, second| SpherePair { second, law: 0, radius: 1.0, root_mass: 1.0 };
             list.build(&position, &radius, &planes, 0.03, pair);
             let mut every = Vec::new();
             for i in 0..count {

@@ -2,14 +2,14 @@
 
 use crate::geometry::closest::{on_face, on_line};
 use crate::interface_mesh::motion::NodeMotion;
-use crate::interface_mesh::{Kind, Wall};
+use crate::interface_mesh::{ContactMesh, Kind};
 use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
 
-/// An element near a rock: its number in the wall and its nodes in [`NearList::nodes`].
+/// An element near a rock: its number in the mesh and its nodes in [`NearList::nodes`].
 #[derive(Debug, Clone, Copy)]
 pub struct NearElement {
-    /// Number in the wall.
+    /// Number in the mesh.
     pub number: u32,
     /// Its nodes, as places in [`NearList::nodes`].
     pub nodes: [u32; 3],
@@ -18,7 +18,7 @@ pub struct NearElement {
 /// Elements that were within some distance of a rock's centre when the list was made.
 #[derive(Debug, Clone, Default)]
 pub struct NearList {
-    /// The elements, in the wall's order, without broken ones.
+    /// The elements, in the mesh's order, without broken ones.
     pub elements: Vec<NearElement>,
     /// Their nodes, each once.
     pub nodes: Vec<u32>,
@@ -29,13 +29,13 @@ pub struct NearList {
 
 impl NearList {
     /// An empty list with room for everything there is.
-    pub fn new(wall: &Wall) -> Self {
+    pub fn new(contact_mesh: &ContactMesh) -> Self {
         Self {
-            elements: Vec::with_capacity(wall.elements.len()),
-            nodes: Vec::with_capacity(wall.nodes.len()),
+            elements: Vec::with_capacity(contact_mesh.elements.len()),
+            nodes: Vec::with_capacity(contact_mesh.nodes.len()),
             centre: Vector3::zeros(),
             coverage: f64::NEG_INFINITY,
-            place: vec![u32::MAX; wall.nodes.len()],
+            place: vec![u32::MAX; contact_mesh.nodes.len()],
         }
     }
 
@@ -53,7 +53,7 @@ impl NearList {
     /// List the elements within `coverage` [m] of `centre`; `at` gives each node's position [m].
     pub fn build(
         &mut self,
-        wall: &Wall,
+        contact_mesh: &ContactMesh,
         at: impl Fn(u32) -> Vector3<f64>,
         centre: Vector3<f64>,
         coverage: f64,
@@ -63,8 +63,8 @@ impl NearList {
             self.place[node as usize] = u32::MAX;
         }
         self.elements.clear();
-        for (number, element) in (0..).zip(&wall.elements) {
-            if wall.is_broken(number as usize) {
+        for (number, element) in (0..).zip(&contact_mesh.elements) {
+            if contact_mesh.is_broken(number as usize) {
                 continue;
             }
             let [a, b, c] = element.nodes.map(&at);
@@ -105,7 +105,7 @@ pub fn inverse_square(edge: &Vector3<f64>) -> f64 {
 }
 
 /// How far a rock may come in a window in which nothing holds it up: what may be reached follows
-/// from the committed state, the window and the wall's motion alone.
+/// from the committed state, the window and the mesh's motion alone.
 #[derive(Debug, Clone, Copy)]
 pub struct Sweep {
     /// Furthest way of the centre in free flight [m].
@@ -120,7 +120,7 @@ pub struct Sweep {
 const MARGIN: f64 = 0.1;
 
 impl Sweep {
-    /// For a window of `length` [s], the wall's motion in `segments` parts.
+    /// For a window of `length` [s], the mesh's motion in `segments` parts.
     pub fn new(rock: &Rock, motion: &Motion, gravity: &Vector3<f64>, length: f64, segments: usize) -> Self {
         let part = length / segments as f64;
         // A rock that is being braked leaves the flight by as much as its last acceleration says.
@@ -140,10 +140,10 @@ impl Sweep {
         Self { allowance: self.allowance + way, ..self }
     }
 
-    /// Distance from the rock's centre within which elements may be reached, the wall's own motion
+    /// Distance from the rock's centre within which elements may be reached, the mesh's own motion
     /// left out [m].
-    pub fn need(&self, rock: &Rock, wall: &Wall) -> f64 {
-        rock.reach + wall.largest_radius + self.travel + self.allowance
+    pub fn need(&self, rock: &Rock, contact_mesh: &ContactMesh) -> f64 {
+        rock.reach + contact_mesh.largest_radius + self.travel + self.allowance
     }
 
     /// Calls `found` with each listed element that the rock may reach; `found` ends it by returning
@@ -156,17 +156,16 @@ impl Sweep {
         &self,
         rock: &Rock,
         motion: &Motion,
-        wall: &Wall,
-        near: &NearList,
-        nodes: &NodeMotion,
+        contact_mesh: &ContactMesh,
+        (near, nodes): (&NearList, &NodeMotion),
         boxes: &mut Vec<NodeBox>,
         mut found: impl FnMut(&NearElement) -> bool,
     ) {
         self.boxes(motion, near, nodes, boxes);
-        let need = self.need(rock, wall);
+        let need = self.need(rock, contact_mesh);
         for element in &near.elements {
-            let kind = wall.elements[element.number as usize].kind;
-            let grow = self.allowance + wall.elements[element.number as usize].radius;
+            let kind = contact_mesh.elements[element.number as usize].kind;
+            let grow = self.allowance + contact_mesh.elements[element.number as usize].radius;
             let [a, b, c] = element.nodes.map(|n| &boxes[n as usize]);
             let lowest = a.lowest.inf(&b.lowest).inf(&c.lowest).add_scalar(-grow);
             let highest = a.highest.sup(&b.highest).sup(&c.highest).add_scalar(grow);

@@ -1,6 +1,6 @@
-//! Pairs of a sphere and a wall element that may touch.
+//! Pairs of a sphere and a mesh element that may touch.
 //!
-//! A pair is listed while its surfaces are closer than a skin. The list is good until the wall, seen
+//! A pair is listed while its surfaces are closer than a skin. The list is good until the mesh, seen
 //! from the rock, has moved by the skin: nodes relative to the rock's centre, and spheres by the
 //! rock's turn.
 
@@ -8,7 +8,7 @@ use crate::contact::broad_phase::mesh_elements::{NearList, inverse_square};
 use crate::geometry::closest::{on_face, on_line};
 use crate::geometry::sphere_tree::SphereTree;
 use crate::interface_mesh::motion::NodeMotion;
-use crate::interface_mesh::{Kind, Wall};
+use crate::interface_mesh::{ContactMesh, Kind};
 use crate::rock::{Motion, Rock};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -17,10 +17,10 @@ const SKIN: f64 = 0.3;
 
 /// A sphere and an element that may touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Pair {
+pub struct MeshPair {
     /// Number of the sphere in its rock.
     pub sphere: u32,
-    /// Place of the element in [`PairList::elements`], which has the wall's order.
+    /// Place of the element in [`MeshPairs::elements`], which has the mesh's order.
     pub element: u32,
 }
 
@@ -29,24 +29,24 @@ pub struct Pair {
 pub struct PairElement {
     /// What it is.
     pub kind: Kind,
-    /// Its nodes, as places in [`PairList::nodes`].
+    /// Its nodes, as places in [`MeshPairs::nodes`].
     pub nodes: [u32; 3],
     /// Radius around the line [m].
     pub radius: f64,
-    /// Number in the wall.
+    /// Number in the mesh.
     pub number: u32,
 }
 
 /// The pairs of one rock.
 #[derive(Debug, Clone, Default)]
-pub struct PairList {
+pub struct MeshPairs {
     /// The pairs, by sphere, then element.
-    pub pairs: Vec<Pair>,
-    /// Elements that pairs name, in the wall's order.
+    pub pairs: Vec<MeshPair>,
+    /// Elements that pairs name, in the mesh's order.
     pub elements: Vec<PairElement>,
     /// Nodes of those elements, as places in [`NearList::nodes`].
     pub nodes: Vec<u32>,
-    /// The node's number in the wall, for each of `nodes`.
+    /// The node's number in the mesh, for each of `nodes`.
     pub numbers: Vec<u32>,
     /// Times that the pairs were searched.
     pub searches: u64,
@@ -55,9 +55,9 @@ pub struct PairList {
     /// Nodes relative to the rock's centre when the pairs were searched [m].
     relative: Vec<Vector3<f64>>,
     orientation: UnitQuaternion<f64>,
-    /// Straight flight of the rock, against which the wall's way is measured.
-    course: Course,
-    /// For each sample of the wall's motion: how far a node is from where the search saw it, relative
+    /// Straight flight of the rock, against which the mesh's way is measured.
+    course: Drift,
+    /// For each sample of the mesh's motion: how far a node is from where the search saw it, relative
     /// to the rock on its course [m].
     slack: Vec<f64>,
     /// The search within the segment under way: the share of the segment at which it was made.
@@ -66,19 +66,19 @@ pub struct PairList {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Course {
+struct Drift {
     position: Vector3<f64>,
     velocity: Vector3<f64>,
     since: f64,
 }
 
-impl Course {
+impl Drift {
     fn at(&self, elapsed: f64) -> Vector3<f64> {
         self.position + self.velocity * (elapsed - self.since)
     }
 }
 
-/// Where in a window: segment of the wall's motion, share of it, and time since the start [s].
+/// Where in a window: segment of the mesh's motion, share of it, and time since the start [s].
 #[derive(Debug, Clone, Copy)]
 pub struct Instant {
     /// Segment.
@@ -89,13 +89,13 @@ pub struct Instant {
     pub elapsed: f64,
 }
 
-impl PairList {
+impl MeshPairs {
     /// An empty list with room for what a rock usually meets.
-    pub fn new(rock: &Rock, wall: &Wall, segments: usize) -> Self {
-        let nodes = wall.nodes.len();
+    pub fn new(rock: &Rock, contact_mesh: &ContactMesh, segments: usize) -> Self {
+        let nodes = contact_mesh.nodes.len();
         Self {
             pairs: Vec::with_capacity(4 * rock.spheres.len() + 1024),
-            elements: Vec::with_capacity(wall.elements.len()),
+            elements: Vec::with_capacity(contact_mesh.elements.len()),
             nodes: Vec::with_capacity(nodes),
             numbers: Vec::with_capacity(nodes),
             skin: SKIN * rock.smallest_radius,
@@ -119,7 +119,7 @@ impl PairList {
     /// A window begins at `start` with this motion of the near nodes.
     pub fn begin(&mut self, start: &Motion, nodes: &NodeMotion) {
         self.searched = None;
-        self.course = Course { position: start.position, velocity: start.velocity, since: 0.0 };
+        self.course = Drift { position: start.position, velocity: start.velocity, since: 0.0 };
         if self.valid {
             self.measure(nodes, 0);
         }
@@ -162,9 +162,8 @@ impl PairList {
         &mut self,
         rock: &Rock,
         tree: &SphereTree,
-        wall: &Wall,
-        near: &NearList,
-        nodes: &NodeMotion,
+        contact_mesh: &ContactMesh,
+        (near, nodes): (&NearList, &NodeMotion),
         now: &Motion,
         at: Instant,
     ) {
@@ -178,7 +177,7 @@ impl PairList {
         self.clear(near.nodes.len());
         let to_own = now.rotation().transpose();
         for element in &near.elements {
-            let it = &wall.elements[element.number as usize];
+            let it = &contact_mesh.elements[element.number as usize];
             let [a, b, c] = element.nodes.map(|n| to_own * self.relative[n as usize]);
             // The tree holds the spheres with their radii.
             let grow = it.radius + self.skin;
@@ -198,7 +197,7 @@ impl PairList {
                 };
                 let limit = ball.radius + grow;
                 if closest.to_point.norm_squared() <= limit * limit {
-                    pairs.push(Pair { sphere, element: place });
+                    pairs.push(MeshPair { sphere, element: place });
                 }
             });
             if self.pairs.len() > before {
@@ -208,7 +207,7 @@ impl PairList {
             }
         }
         self.pairs.sort_unstable();
-        self.course = Course { position: now.position, velocity: now.velocity, since: at.elapsed };
+        self.course = Drift { position: now.position, velocity: now.velocity, since: at.elapsed };
         self.searched = Some((at.segment, at.along));
         self.measure(nodes, at.segment + 1);
     }

@@ -3,7 +3,7 @@
 //! A pair is listed while its surfaces are closer than a skin. The list is good until the second rock,
 //! seen from the first, has moved by the skin: by the way of its centre and by its turn.
 
-use crate::contact::broad_phase::cell_grid::PairList;
+use crate::contact::broad_phase::cell_grid::SpherePairs;
 use crate::geometry::sphere_tree::SphereTree;
 use crate::rock::{Motion, Rock};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -123,7 +123,7 @@ const WIDE: f64 = 1.0;
 /// some rock has moved by half of the skin.
 #[derive(Debug, Clone, Default)]
 pub struct NearRocks {
-    list: PairList,
+    list: SpherePairs,
     position: Vec<Vector3<f64>>,
     reach: Vec<f64>,
     skin: f64,
@@ -147,7 +147,7 @@ impl NearRocks {
         if known && self.position.iter().zip(&self.list.reference).all(near) {
             return false;
         }
-        let pair = |_, second| crate::contact::broad_phase::cell_grid::Pair {
+        let pair = |_, second| crate::contact::broad_phase::cell_grid::SpherePair {
             second,
             law: 0,
             radius: 0.0,

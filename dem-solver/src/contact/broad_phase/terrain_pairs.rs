@@ -26,12 +26,12 @@ const MARGIN: f64 = 0.5;
 
 /// A sphere and a triangle that may touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+pub struct TerrainPair {
     /// Number of the sphere in its rock.
     pub sphere: u32,
     /// Number of the triangle in the terrain.
     pub triangle: u32,
-    /// Place of the triangle in [`Surroundings::faces`].
+    /// Place of the triangle in [`TerrainPairs::faces`].
     pub face: u32,
     /// Distance of their surfaces when the pairs were searched, below 0 where they overlapped [m].
     pub gap: f64,
@@ -39,7 +39,7 @@ pub struct Pair {
 
 /// The surroundings of one rock on the terrain. Nothing here is state.
 #[derive(Debug, Clone, Default)]
-pub struct Surroundings {
+pub struct TerrainPairs {
     /// Triangles near the rock, ascending.
     near: Vec<u32>,
     /// The same as faces.
@@ -51,7 +51,7 @@ pub struct Surroundings {
     near_at: Vector3<f64>,
     coverage: f64,
     /// Pairs that may touch, by sphere, then triangle.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<TerrainPair>,
     searched: Option<(Vector3<f64>, UnitQuaternion<f64>)>,
     skin: f64,
     /// How deep inside the terrain a centre is looked for [m]; 0: only what touches from outside is listed.
@@ -64,7 +64,7 @@ pub struct Surroundings {
     pub refreshes: u64,
 }
 
-impl Surroundings {
+impl TerrainPairs {
     /// Of `rock`, with room for what it usually touches; centres up to `deep` [m] inside are listed with the surface above.
     pub fn new(rock: &Rock, deep: f64) -> Self {
         let mut it = Self { coverage: f64::NEG_INFINITY, deep, ..Self::default() };
@@ -148,10 +148,8 @@ impl Surroundings {
         rock: &Rock,
         tree: &SphereTree,
         ground: &Terrain,
-        now: &Motion,
-        gravity: &Vector3<f64>,
-        far: f64,
-        most: f64,
+        (now, gravity): (&Motion, &Vector3<f64>),
+        [far, most]: [f64; 2],
     ) -> (f64, bool) {
         self.look_around(tree, ground, now, far);
         let course = Course::new(rock, tree, now, gravity);
@@ -212,7 +210,7 @@ impl Surroundings {
             let (face, it, triangle) = (place as u32, &self.faces[place], self.near[place]);
             let mut add = |sphere: u32, gap: f64| {
                 if gap <= skin {
-                    pairs.push(Pair { sphere, triangle, face, gap });
+                    pairs.push(TerrainPair { sphere, triangle, face, gap });
                 }
             };
             match single {
@@ -227,7 +225,7 @@ impl Surroundings {
                         let distance = seen.closest(&sphere.centre).0.norm();
                         let gap = distance - sphere.radius;
                         if gap <= skin || (distance <= deep && seen.over_plane(&sphere.centre) <= 0.0) {
-                            pairs.push(Pair { sphere: k, triangle, face, gap });
+                            pairs.push(TerrainPair { sphere: k, triangle, face, gap });
                         }
                     });
                 }
@@ -258,13 +256,14 @@ impl Surroundings {
             let end = first + pairs[first..].iter().take_while(|p| p.sphere == number).count();
             let sphere = &rock.spheres[number as usize];
             let place = now.position + rotation * sphere.centre;
-            let behind = |p: &Pair| self.faces[p.face as usize].over_plane(&place) <= 0.0;
+            let behind = |p: &TerrainPair| self.faces[p.face as usize].over_plane(&place) <= 0.0;
             let inside = pairs[first..end].iter().any(behind) && self.is_inside(&place);
             for at in first..end {
                 let pair = pairs[at];
                 // Inside, the sphere touches whatever it moves.
                 if inside || pair.gap <= skin {
-                    pairs[kept] = Pair { gap: if inside { f64::NEG_INFINITY } else { pair.gap }, ..pair };
+                    pairs[kept] =
+                        TerrainPair { gap: if inside { f64::NEG_INFINITY } else { pair.gap }, ..pair };
                     kept += 1;
                 }
             }

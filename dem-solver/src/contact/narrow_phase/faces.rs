@@ -25,7 +25,7 @@ const EDGES: u32 = 1 << 31;
 
 /// A face that a sphere overlaps, by its closest point.
 #[derive(Debug, Clone, Copy)]
-pub struct Met {
+pub struct TouchedFace {
     /// Its nodes, by any numbers that they have.
     pub nodes: [u32; 3],
     /// Its own number.
@@ -38,12 +38,12 @@ pub struct Met {
 
 /// What a contact stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum FacePart {
     /// The face itself.
     Face,
     /// An edge, by a number of its own beyond all nodes.
     Edge(u32),
-    /// A node, by its number in [`Met`].
+    /// A node, by its number in [`TouchedFace`].
     Node(u32),
 }
 
@@ -53,7 +53,7 @@ pub struct Shared {
     /// Place of a face that it belongs to among those met.
     pub face: usize,
     /// What it stands for.
-    pub part: Part,
+    pub part: FacePart,
     /// From the sphere's centre to its point [m]; of a face as it was met.
     pub to_point: Vector3<f64>,
     /// Weights of the face's nodes there; of a face as it was met.
@@ -91,31 +91,31 @@ pub struct Faces {
 }
 
 impl Faces {
-    /// Call `found` with the contacts of a sphere with the faces `met`, which are all that it overlaps; `at` gives a
+    /// Call `found` with the contacts of a sphere with the faces `rock_contacts`, which are all that it overlaps; `at` gives a
     /// node's place from the sphere's centre [m].
     pub fn share_out(
         &mut self,
-        met: &[Met],
+        rock_contacts: &[TouchedFace],
         at: impl Fn(u32) -> Vector3<f64>,
         mut found: impl FnMut(Shared),
     ) {
         self.edges.clear();
         self.corners.clear();
-        let sorted = |face: &Met| {
+        let sorted = |face: &TouchedFace| {
             let mut nodes = face.nodes;
             nodes.sort_unstable();
             nodes
         };
-        for (k, face) in met.iter().enumerate() {
+        for (k, face) in rock_contacts.iter().enumerate() {
             // A line, a point, and the twin of another are nothing of their own.
             let [a, b, c] = sorted(face);
-            if a == b || b == c || met[..k].iter().any(|twin| sorted(twin) == [a, b, c]) {
+            if a == b || b == c || rock_contacts[..k].iter().any(|twin| sorted(twin) == [a, b, c]) {
                 continue;
             }
             self.count(k, face);
             if face.feature == Feature::Face {
                 let (to_point, weights) = (Vector3::zeros(), face.weights);
-                found(Shared { face: k, part: Part::Face, to_point, weights, share: 1.0 });
+                found(Shared { face: k, part: FacePart::Face, to_point, weights, share: 1.0 });
             }
         }
         for edge in &self.edges {
@@ -127,7 +127,7 @@ impl Faces {
             if edge.faces < 2.0 && edge.share == 0.0 {
                 continue;
             }
-            let face = &met[edge.face];
+            let face = &rock_contacts[edge.face];
             let [a, b] = edge.ends.map(|k| at(face.nodes[k]));
             let way = b - a;
             let closest = on_line(&Vector3::zeros(), &a, &way, inverse_square(&way));
@@ -145,20 +145,20 @@ impl Faces {
                 let mut weights = [0.0; 3];
                 weights[edge.ends[0]] = closest.weights[0];
                 weights[edge.ends[1]] = closest.weights[1];
-                let part = Part::Edge(EDGES | (3 * face.number + edge.ends[0] as u32));
+                let part = FacePart::Edge(EDGES | (3 * face.number + edge.ends[0] as u32));
                 found(Shared { face: edge.face, part, to_point: closest.to_point, weights, share });
             }
         }
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let mut weights = [0.0; 3];
             weights[corner.end] = 1.0;
-            let (to_point, part) = (at(corner.node), Part::Node(corner.node));
+            let (to_point, part) = (at(corner.node), FacePart::Node(corner.node));
             found(Shared { face: corner.face, part, to_point, weights, share: corner.share });
         }
     }
 
     /// Count in the edges and corners of face number `place`, and the one of them that its closest point lies on.
-    fn count(&mut self, place: usize, face: &Met) {
+    fn count(&mut self, place: usize, face: &TouchedFace) {
         let [a, b, c] = face.weights;
         // The parts that the closest point lies on are those whose weights are not exactly 0.
         let zero = if c == 0.0 {

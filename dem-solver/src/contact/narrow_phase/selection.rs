@@ -86,7 +86,7 @@ pub struct Crossings {
 const STRAIGHT: f64 = -0.5;
 
 impl Crossings {
-    /// Of a wall at t = 0: `nodes` [m] and `elements`, of which the lines count.
+    /// Of a mesh at t = 0: `nodes` [m] and `elements`, of which the lines count.
     pub fn new<'a>(nodes: &[Vector3<f64>], elements: impl IntoIterator<Item = &'a Element>) -> Self {
         let mut ways: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); nodes.len()];
         for element in elements.into_iter().filter(|e| e.kind == Kind::Line) {

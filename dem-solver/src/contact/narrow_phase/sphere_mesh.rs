@@ -1,9 +1,9 @@
-//! Which spheres of a rock touch the wall, and where. All geometry is done in the rock's own frame,
+//! Which spheres of a rock touch the mesh, and where. All geometry is done in the rock's own frame,
 //! in which the spheres stand still: some ten nodes are turned instead of hundreds of spheres.
 
 use crate::contact::broad_phase::mesh_elements::inverse_square;
-use crate::contact::broad_phase::mesh_pairs::{Instant, Pair, PairElement, PairList};
-use crate::contact::narrow_phase::faces::{Faces, Met, Part};
+use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, MeshPairs, PairElement};
+use crate::contact::narrow_phase::faces::{FacePart, Faces, TouchedFace};
 use crate::contact::narrow_phase::selection::{Candidate, Crossings, keep_contacts};
 use crate::geometry::closest::{Feature, on_face, on_line};
 use crate::geometry::sphere::Sphere;
@@ -12,10 +12,10 @@ use crate::interface_mesh::motion::NodeMotion;
 use crate::rock::{Motion, Rock};
 use nalgebra::{Matrix3, Vector3};
 
-/// A contact of a sphere with a wall element, in the rock's own frame.
+/// A contact of a sphere with a mesh element, in the rock's own frame.
 #[derive(Debug, Clone, Copy)]
-pub struct Contact {
-    /// Unit vector from the sphere's centre to the wall's point.
+pub struct MeshContact {
+    /// Unit vector from the sphere's centre to the mesh's point.
     pub normal: Vector3<f64>,
     /// Distance of the two [m].
     pub distance: f64,
@@ -29,13 +29,13 @@ pub struct Contact {
     pub sphere: u32,
     /// Place of the element in the pair list.
     pub element: u32,
-    /// Number of the wall's node or edge that it stands for, if it counts for all elements there.
+    /// Number of the mesh's node or edge that it stands for, if it counts for all elements there.
     pub node: Option<u32>,
     /// What the point lies on.
     pub feature: Feature,
 }
 
-impl Contact {
+impl MeshContact {
     /// What its memory is kept under: the element's number `element`, or a number beyond all elements.
     pub fn key(&self, element: u32) -> u32 {
         self.node.map_or(element, |node| !node)
@@ -54,7 +54,7 @@ struct Corner {
     end: usize,
 }
 
-impl Candidate for Contact {
+impl Candidate for MeshContact {
     fn distance(&self) -> f64 {
         self.distance
     }
@@ -79,22 +79,22 @@ struct Segment {
     radius: f64,
 }
 
-/// The wall as the rock sees it at one instant, and the contacts with it.
+/// The mesh as the rock sees it at one instant, and the contacts with it.
 #[derive(Debug, Clone, Default)]
-pub struct Touch {
+pub struct MeshContacts {
     /// From the rock's own frame to space.
     pub rotation: Matrix3<f64>,
     /// The contacts, by sphere, in the order of the hierarchy.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<MeshContact>,
     nodes: Vec<Vector3<f64>>,
     segments: Vec<Segment>,
     corners: Vec<Corner>,
-    spare: Vec<Contact>,
+    spare: Vec<MeshContact>,
     faces: Faces,
-    met: Vec<Met>,
+    rock_contacts: Vec<TouchedFace>,
 }
 
-impl Touch {
+impl MeshContacts {
     /// Room for the pairs of a rock.
     pub fn reserve(&mut self, nodes: usize, elements: usize, contacts: usize) {
         self.nodes.reserve(nodes);
@@ -112,7 +112,7 @@ impl Touch {
     pub fn find(
         &mut self,
         rock: &Rock,
-        list: &PairList,
+        list: &MeshPairs,
         motion: &NodeMotion,
         now: &Motion,
         at: Instant,
@@ -124,7 +124,7 @@ impl Touch {
         }
         self.see(list, motion, now, at);
         let mut rest = &list.pairs[..];
-        while let Some(&Pair { sphere: number, .. }) = rest.first() {
+        while let Some(&MeshPair { sphere: number, .. }) = rest.first() {
             let sphere = &rock.spheres[number as usize];
             let first = self.contacts.len();
             while let Some((&pair, others)) = rest.split_first()
@@ -148,16 +148,59 @@ impl Touch {
         first: usize,
         sphere: &Sphere,
         number: u32,
-        list: &PairList,
+        list: &MeshPairs,
         crossings: &Crossings,
     ) {
         // Mostly one face, away from its edges.
         if self.contacts.len() == first + 1 && self.contacts[first].feature == Feature::Face {
             return;
         }
+        self.split_lines(first, sphere, list, crossings);
+        let is_face = |c: &MeshContact| list.elements[c.element as usize].kind == Kind::Face;
+        self.spare.sort_by_key(|c| !is_face(c));
+        let faces = self.spare.iter().take_while(|c| is_face(c)).count();
+        let (faces, points) = self.spare.split_at_mut(faces);
+        self.rock_contacts.clear();
+        self.rock_contacts.extend(faces.iter().map(|face| {
+            let PairElement { nodes, number, .. } = list.elements[face.element as usize];
+            TouchedFace { nodes, number, weights: face.weights, feature: face.feature }
+        }));
+        let at = |node: u32| self.nodes[node as usize] - sphere.centre;
+        let contacts = &mut self.contacts;
+        self.faces.share_out(&self.rock_contacts, at, |shared| {
+            let face = faces[shared.face];
+            let (node, feature) = match shared.part {
+                FacePart::Face => return contacts.push(face),
+                FacePart::Edge(number) => (number, Feature::Edge),
+                FacePart::Node(place) => (list.numbers[place as usize], Feature::Node),
+            };
+            let distance = shared.to_point.norm();
+            let overlap = sphere.radius + list.elements[face.element as usize].radius - distance;
+            if overlap > 0.0 {
+                contacts.push(MeshContact {
+                    normal: shared.to_point / distance,
+                    distance,
+                    overlap,
+                    weights: shared.weights,
+                    share: shared.share,
+                    sphere: number,
+                    element: face.element,
+                    node: Some(node),
+                    feature,
+                });
+            }
+        });
+        let others = keep_contacts(points);
+        self.contacts.extend_from_slice(&points[..others]);
+        self.push_corners(sphere, number, list);
+    }
+
+    /// Of the candidates from `first` on keep the lines that are touched between their nodes; their nodes go to `corners`, all
+    /// else to `spare`.
+    fn split_lines(&mut self, first: usize, sphere: &Sphere, list: &MeshPairs, crossings: &Crossings) {
         self.corners.clear();
         self.spare.clear();
-        let is_line = |c: &Contact| list.elements[c.element as usize].kind == Kind::Line;
+        let is_line = |c: &MeshContact| list.elements[c.element as usize].kind == Kind::Line;
         let mut kept = first;
         for i in first..self.contacts.len() {
             let contact = self.contacts[i];
@@ -191,48 +234,16 @@ impl Touch {
             }
         }
         self.contacts.truncate(kept);
-        let is_face = |c: &Contact| list.elements[c.element as usize].kind == Kind::Face;
-        self.spare.sort_by_key(|c| !is_face(c));
-        let faces = self.spare.iter().take_while(|c| is_face(c)).count();
-        let (faces, points) = self.spare.split_at_mut(faces);
-        self.met.clear();
-        self.met.extend(faces.iter().map(|face| {
-            let PairElement { nodes, number, .. } = list.elements[face.element as usize];
-            Met { nodes, number, weights: face.weights, feature: face.feature }
-        }));
-        let at = |node: u32| self.nodes[node as usize] - sphere.centre;
-        let contacts = &mut self.contacts;
-        self.faces.share_out(&self.met, at, |shared| {
-            let face = faces[shared.face];
-            let (node, feature) = match shared.part {
-                Part::Face => return contacts.push(face),
-                Part::Edge(number) => (number, Feature::Edge),
-                Part::Node(place) => (list.numbers[place as usize], Feature::Node),
-            };
-            let distance = shared.to_point.norm();
-            let overlap = sphere.radius + list.elements[face.element as usize].radius - distance;
-            if overlap > 0.0 {
-                contacts.push(Contact {
-                    normal: shared.to_point / distance,
-                    distance,
-                    overlap,
-                    weights: shared.weights,
-                    share: shared.share,
-                    sphere: number,
-                    element: face.element,
-                    node: Some(node),
-                    feature,
-                });
-            }
-        });
-        let others = keep_contacts(points);
-        self.contacts.extend_from_slice(&points[..others]);
+    }
+
+    /// Add the nodes that lines share, each as often as it counts.
+    fn push_corners(&mut self, sphere: &Sphere, number: u32, list: &MeshPairs) {
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let to_point = self.nodes[corner.node as usize] - sphere.centre;
             let distance = to_point.norm();
             let mut weights = [0.0; 3];
             weights[corner.end] = 1.0;
-            self.contacts.push(Contact {
+            self.contacts.push(MeshContact {
                 normal: to_point / distance,
                 distance,
                 overlap: sphere.radius + list.elements[corner.element as usize].radius - distance,
@@ -246,8 +257,8 @@ impl Touch {
         }
     }
 
-    /// Turn the wall into the rock's own frame.
-    fn see(&mut self, list: &PairList, motion: &NodeMotion, now: &Motion, at: Instant) {
+    /// Turn the mesh into the rock's own frame.
+    fn see(&mut self, list: &MeshPairs, motion: &NodeMotion, now: &Motion, at: Instant) {
         self.rotation = now.rotation();
         let to_own = self.rotation.transpose();
         self.nodes.clear();
@@ -268,7 +279,7 @@ impl Touch {
 
     /// Add the pair to the contacts if it touches.
     #[inline]
-    fn try_pair(&mut self, sphere: &Sphere, pair: Pair, list: &PairList) {
+    fn try_pair(&mut self, sphere: &Sphere, pair: MeshPair, list: &MeshPairs) {
         let segment = &self.segments[pair.element as usize];
         let reach = sphere.radius + segment.radius;
         let element = &list.elements[pair.element as usize];
@@ -285,7 +296,7 @@ impl Touch {
         let square = closest.to_point.norm_squared();
         if square < reach * reach {
             let distance = square.sqrt();
-            self.contacts.push(Contact {
+            self.contacts.push(MeshContact {
                 normal: closest.to_point / distance,
                 distance,
                 overlap: reach - distance,

@@ -6,25 +6,25 @@
 //!
 //! Source of the inside: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
-use crate::contact::broad_phase::terrain_pairs::{Pair, Surroundings};
-use crate::contact::history::Memory;
-use crate::contact::rows::Sums;
+use crate::contact::broad_phase::terrain_pairs::{TerrainPair, TerrainPairs};
+use crate::contact::history::SurfaceHistory;
+use crate::contact::pipeline::{Site, Sums};
 use crate::contact::terrain::Turned;
 use crate::contact::whole_rock::{Pressed, Whole};
 use crate::geometry::closest::{Feature, on_face};
 use crate::geometry::triangle::Nearest;
 use crate::law::Law;
-use crate::law::contact_point::{Meeting, Past};
+use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
 use crate::law::restitution;
-use crate::law::table::WallLaws;
+use crate::law::table::SurfaceLaws;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
 /// A sphere near the terrain, along the axes of space.
 #[derive(Debug, Clone, Copy)]
-pub struct Contact {
+pub struct WholeRockContact {
     /// Unit vector from the sphere into the terrain.
     pub normal: Vector3<f64>,
     /// Height of the sphere's centre over the surface, along the normal; below 0 inside [m].
@@ -39,7 +39,7 @@ pub struct Contact {
     pub triangle: u32,
 }
 
-impl Contact {
+impl WholeRockContact {
     /// The nearest point, from the rock's centre of mass [m].
     pub fn arm(&self) -> Vector3<f64> {
         self.centre + self.normal * self.height
@@ -62,17 +62,17 @@ pub struct Group<'a> {
 
 /// The contacts, and buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Landed {
+pub struct WholeRockContacts {
     /// The contacts, by sphere.
-    pub contacts: Vec<Contact>,
-    /// The memories after the step.
-    pub memories: Vec<Memory>,
+    pub contacts: Vec<WholeRockContact>,
+    /// The histories after the step.
+    pub histories: Vec<SurfaceHistory>,
 }
 
-impl Landed {
+impl WholeRockContacts {
     /// Room for so many contacts.
     pub fn new(contacts: usize) -> Self {
-        Self { contacts: Vec::with_capacity(contacts), memories: Vec::with_capacity(contacts) }
+        Self { contacts: Vec::with_capacity(contacts), histories: Vec::with_capacity(contacts) }
     }
 
     /// Find the spheres that are nearer than `reach` [m] at `now`; `around` must be good there.
@@ -81,7 +81,7 @@ impl Landed {
         rock: &Rock,
         whole: &Whole,
         ground: &Terrain,
-        around: &Surroundings,
+        around: &TerrainPairs,
         now: &Motion,
         reach: f64,
     ) {
@@ -99,7 +99,7 @@ impl Landed {
             let overlap = sphere.radius - near.height;
             if overlap > -reach {
                 let (normal, height) = (near.normal, near.height);
-                self.contacts.push(Contact {
+                self.contacts.push(WholeRockContact {
                     normal,
                     height,
                     overlap,
@@ -112,12 +112,12 @@ impl Landed {
     }
 
     /// Those of law number `law` that touch.
-    fn of<'a>(&'a self, laws: WallLaws<'a>, law: u16) -> impl Iterator<Item = &'a Contact> {
+    fn of<'a>(&'a self, laws: SurfaceLaws<'a>, law: u16) -> impl Iterator<Item = &'a WholeRockContact> {
         self.contacts.iter().filter(move |c| c.overlap > 0.0 && laws.number(c.triangle) == law)
     }
 
     /// What the contacts of law number `law` amount to, without velocities; `None` if there is none.
-    pub fn group<'a>(&self, whole: &Whole, laws: WallLaws<'a>, law: u16) -> Option<Group<'a>> {
+    pub fn group<'a>(&self, whole: &Whole, laws: SurfaceLaws<'a>, law: u16) -> Option<Group<'a>> {
         let sum: f64 = self.of(laws, law).map(|c| whole.part(c.sphere, c.overlap)).sum();
         let law = &laws.laws[law as usize];
         let modulus = law.normal.modulus().expect("checked: it has a modulus");
@@ -133,12 +133,20 @@ impl Landed {
     }
 
     /// Elastic energy of the contacts that were found [J].
-    pub fn energy(&self, whole: &Whole, laws: WallLaws) -> f64 {
+    pub fn energy(&self, whole: &Whole, laws: SurfaceLaws) -> f64 {
         laws.distinct().filter_map(|law| self.group(whole, laws, law)).map(|g| g.pressed.energy).sum()
     }
 
     /// Weights, mass and dashpot of a group.
-    fn weigh(&self, group: &mut Group, whole: &Whole, laws: WallLaws, law: u16, rock: &Rock, now: &Motion) {
+    fn weigh(
+        &self,
+        group: &mut Group,
+        whole: &Whole,
+        laws: SurfaceLaws,
+        law: u16,
+        rock: &Rock,
+        now: &Motion,
+    ) {
         let spin = rock.spin(now);
         let (mut rate, mut push, mut turn) = (0.0, Vector3::zeros(), Vector3::zeros());
         for contact in self.of(laws, law) {
@@ -153,105 +161,108 @@ impl Landed {
         let mobility = push.norm_squared() / rock.mass + own.dot(&own.component_div(&rock.inertia));
         group.mass = group.weights * group.weights / mobility;
         if let Some(damping) = &group.law.damping {
-            let ratio = restitution::linear_of_hertz(damping.ratio);
+            let ratio = restitution::as_linear(damping.ratio, 2.5);
             // ds/dt = F dD/dt / s with s = sqrt(2 U).
             let rising = group.pressed.force * rate / (2.0 * group.pressed.energy).sqrt();
             group.viscous = 2.0 * ratio * group.mass.sqrt() * rising;
         }
     }
 
-    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the memories after
-    /// it go to [`Landed::memories`].
+    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the histories after
+    /// it go to [`WholeRockContacts::histories`].
     pub fn forces(
         &mut self,
         rock: &Rock,
         whole: &Whole,
-        laws: WallLaws,
+        laws: SurfaceLaws,
         now: &Motion,
         h: f64,
-        before: &[Memory],
+        before: &[SurfaceHistory],
     ) -> Sums {
-        let mut memories = std::mem::take(&mut self.memories);
-        memories.clear();
+        let mut histories = std::mem::take(&mut self.histories);
+        histories.clear();
         let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
         for law in laws.distinct() {
             let Some(mut group) = self.group(whole, laws, law) else { continue };
             self.weigh(&mut group, whole, laws, law, rock, now);
             sums.elastic += group.pressed.energy;
-            self.add(&group, rock, whole, laws, law, now, h, before, &mut memories, &mut sums);
+            let seat = Seat { group: &group, rock, whole, now, spin: rock.spin(now), h, before };
+            self.of(laws, law).for_each(|contact| seat.add(contact, &mut histories, &mut sums));
         }
-        memories.sort_unstable_by_key(|m| m.sphere);
-        self.memories = memories;
+        histories.sort_unstable_by_key(|m| m.sphere);
+        self.histories = histories;
         sums
     }
 }
 
-impl Landed {
-    /// Add the forces of one group.
-    fn add(
-        &self,
-        group: &Group,
-        rock: &Rock,
-        whole: &Whole,
-        laws: WallLaws,
-        law: u16,
-        now: &Motion,
-        h: f64,
-        before: &[Memory],
-        memories: &mut Vec<Memory>,
-        sums: &mut Sums,
-    ) {
-        let (pressed, spin) = (group.pressed, rock.spin(now));
+/// What the contacts of a group are computed with.
+struct Seat<'a> {
+    group: &'a Group<'a>,
+    rock: &'a Rock,
+    whole: &'a Whole,
+    now: &'a Motion,
+    spin: Vector3<f64>,
+    h: f64,
+    before: &'a [SurfaceHistory],
+}
+
+impl Seat<'_> {
+    /// Add the forces of one contact.
+    fn add(&self, contact: &WholeRockContact, histories: &mut Vec<SurfaceHistory>, sums: &mut Sums) {
+        let Self { group, rock, whole, now, spin, .. } = self;
+        let (pressed, law) = (group.pressed, group.law);
+        let weight = whole.weight(contact.sphere, contact.overlap, pressed.overlap);
+        let share = weight / group.weights;
+        if share == 0.0 {
+            return;
+        }
         let elastic = pressed.force * group.weights;
         // Rocks do not stick.
         let force = (elastic + group.viscous).max(0.0);
-        let dashpot = group.law.damping.map_or(0.0, |d| 2.0 * d.ratio * group.mass.sqrt());
-        for contact in self.of(laws, law) {
-            let weight = whole.weight(contact.sphere, contact.overlap, pressed.overlap);
-            let share = weight / group.weights;
-            if share == 0.0 {
-                continue;
-            }
-            let arm = contact.arm();
-            let stiffness = pressed.stiffness * weight * group.weights;
-            // Of the contact of Hertz of the rock's radius that is as stiff.
-            let overlap = pressed.overlap * (stiffness / pressed.stiffness).powi(2);
-            let load = Load { stiffness, force: elastic * share, energy: pressed.energy * share };
-            let meeting = Meeting {
+        let dashpot = law.damping.map_or(0.0, |d| 2.0 * d.ratio * group.mass.sqrt());
+        let arm = contact.arm();
+        let stiffness = pressed.stiffness * weight * group.weights;
+        // Of the contact of Hertz of the rock's radius that is as stiff.
+        let overlap = pressed.overlap * (stiffness / pressed.stiffness).powi(2);
+        let load = Load { stiffness, force: elastic * share, energy: pressed.energy * share };
+        let point = ContactPoint {
+            normal: contact.normal,
+            overlap,
+            radius: whole.radius,
+            velocity: now.velocity + spin.cross(&arm),
+            spin: *spin,
+            inertia: rock.inertia.min() * share,
+            dashpot: dashpot * share.sqrt(),
+            jump: Vector3::zeros(),
+        };
+        let found = self.before.binary_search_by_key(&contact.sphere, |m| m.sphere);
+        let history = found.map_or(History::default(), |at| self.before[at].history);
+        let response = law.respond_pressed(load, force * share, &point, &history, self.h);
+        if law.remembers() {
+            histories.push(SurfaceHistory {
+                sphere: contact.sphere,
+                element: contact.triangle,
                 normal: contact.normal,
-                overlap,
-                radius: whole.radius,
-                velocity: now.velocity + spin.cross(&arm),
-                spin,
-                inertia: rock.inertia.min() * share,
-                dashpot: dashpot * share.sqrt(),
-            };
-            let found = before.binary_search_by_key(&contact.sphere, |m| m.sphere);
-            let past = found.map_or(Past::default(), |at| before[at].past());
-            let answer = group.law.answer_pressed(load, force * share, &meeting, &past, h);
-            if group.law.remembers() {
-                memories.push(Memory {
-                    sphere: contact.sphere,
-                    element: contact.triangle,
-                    spring: answer.spring,
-                    moment: answer.rolled,
-                    normal: contact.normal,
-                    overlap,
-                    energy: answer.sheared,
-                });
-            }
-            sums.damped += answer.damped;
-            sums.rubbed += answer.rubbed;
-            sums.sheared += answer.sheared;
-            sums.force += answer.force;
-            sums.torque += arm.cross(&answer.force) + answer.moment;
-            sums.penetration = sums.penetration.max(contact.overlap / whole.radius);
+                history: response.history(overlap),
+            });
         }
+        // The energy of the normal springs is that of the group.
+        let site = Site {
+            normal: contact.normal,
+            overlap: contact.overlap,
+            radius: whole.radius,
+            smaller: whole.radius,
+            arm,
+            weight: 1.0,
+        };
+        let elastic = sums.elastic;
+        sums.add(&response, &site);
+        sums.elastic = elastic;
     }
 }
 
 /// Where the terrain is nearest to a point.
-struct Near {
+struct NearestPoint {
     /// Unit vector into the terrain.
     normal: Vector3<f64>,
     /// Height over it, below 0 inside [m].
@@ -260,7 +271,12 @@ struct Near {
 }
 
 /// Where the surface is from `place`, of which `pairs` hold what may be nearest; `None` beside the border.
-fn look(ground: &Terrain, around: &Surroundings, pairs: &[Pair], place: &Vector3<f64>) -> Option<Near> {
+fn look(
+    ground: &Terrain,
+    around: &TerrainPairs,
+    pairs: &[TerrainPair],
+    place: &Vector3<f64>,
+) -> Option<NearestPoint> {
     let (mut nearest, mut triangle) = (Nearest::default(), pairs[0].triangle);
     for pair in pairs {
         if nearest.take(&around.faces[pair.face as usize], place) {
@@ -269,10 +285,10 @@ fn look(ground: &Terrain, around: &Surroundings, pairs: &[Pair], place: &Vector3
     }
     let distance = nearest.square.sqrt();
     if distance == 0.0 {
-        return Some(Near { normal: -nearest.up.normalize(), height: 0.0, triangle });
+        return Some(NearestPoint { normal: -nearest.up.normalize(), height: 0.0, triangle });
     }
     if !nearest.is_inside() {
-        return Some(Near { normal: nearest.to_point / distance, height: distance, triangle });
+        return Some(NearestPoint { normal: nearest.to_point / distance, height: distance, triangle });
     }
     // Below the border and beside it nothing is inside.
     let beside = match nearest.feature {
@@ -280,7 +296,7 @@ fn look(ground: &Terrain, around: &Surroundings, pairs: &[Pair], place: &Vector3
         Feature::Edge => nearest.as_near < 2,
         Feature::Node => around.is_on_border(ground, node_of(ground, triangle, place)),
     };
-    (!beside).then(|| Near { normal: -nearest.to_point / distance, height: -distance, triangle })
+    (!beside).then(|| NearestPoint { normal: -nearest.to_point / distance, height: -distance, triangle })
 }
 
 /// The corner of a triangle that is nearest to `place`.

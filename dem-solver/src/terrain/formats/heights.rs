@@ -106,7 +106,7 @@ fn on_earth([low, high]: [f64; 2], file: &str) -> Result<(), InputError> {
     Ok(())
 }
 
-/// A map of some degrees whose heights are metres is a wall.
+/// A map of some degrees whose heights are metres is a mesh.
 fn degrees([[x0, y0], [x1, y1]]: [[f64; 2]; 2], [low, high]: [f64; 2], file: &str) -> Result<(), InputError> {
     let extent = (x1 - x0).max(y1 - y0);
     let may_be = x0 >= -360.0 && x1 <= 360.0 && y0 >= -90.0 && y1 <= 90.0;

@@ -1,15 +1,21 @@
 //! `[[contact]]`: the law of a pair of materials, and its parameters.
 
-use super::dem::{ContactSelection, DemSettings};
+use super::PartnerKind;
+use super::elastic::Elastic;
+use super::normal::LawName;
+use super::own_keys::{self, Split};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The contact law of a pair of materials. A net and a terrain are rigid unless their modulus is given; two rocks in
 /// contact are both elastic.
+///
+/// Keys that one law alone has are set aside in `own`, and read by that law.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(remote = "Self", deny_unknown_fields)]
+#[schemars(transform = with_own_keys)]
 pub struct ContactSettings {
     /// Names of the two materials: that of the rock first, if the other is that of net, terrain or box. Default: every
     /// pair that no other table names.
@@ -31,9 +37,6 @@ pub struct ContactSettings {
     /// Poisson's ratio of the other side. Needed with `partner_young`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub partner_poisson: Option<f64>,
-    /// `linear` only: normal stiffness of a contact [N/m].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stiffness: Option<f64>,
     /// Restitution coefficient of one contact as measured, above 0 up to 1 (no dashpot is built at 1).
     /// Exactly one of `restitution` and `damping_ratio`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -79,6 +82,38 @@ pub struct ContactSettings {
     /// Old name of `partner_poisson`, for one version.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_poisson: Option<f64>,
+    /// The keys that the law alone has.
+    #[serde(skip_deserializing, flatten)]
+    #[schemars(skip)]
+    pub own: toml::Table,
+}
+
+impl<'de> Deserialize<'de> for ContactSettings {
+    fn deserialize<D: Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
+        let mut own = toml::Table::new();
+        let common = Self::deserialize(Split { table, own: &mut own })?;
+        Ok(Self { own, ..common })
+    }
+}
+
+impl Serialize for ContactSettings {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, to)
+    }
+}
+
+/// Adds to the schema the keys that one law alone has.
+fn with_own_keys(schema: &mut Schema) {
+    let Some(properties) = schema.get_mut("properties").and_then(|all| all.as_object_mut()) else { return };
+    for law in LawName::ALL {
+        let keys = law.keys();
+        for (key, value) in keys.get("properties").and_then(|all| all.as_object()).into_iter().flatten() {
+            let mut value = value.clone();
+            let meaning = value.get("description").and_then(|text| text.as_str()).unwrap_or_default();
+            value["description"] = format!("`law = \"{}\"` only. {meaning}", law.name()).into();
+            properties.insert(key.clone(), value);
+        }
+    }
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -124,36 +159,8 @@ pub enum HierarchyName {
     Continuous,
 }
 
-/// Move what tables say by the old name `hierarchy` to `dem.contact_selection`; a note for the user if one does.
-pub(super) fn rename_hierarchy(
-    contacts: &mut [ContactSettings],
-    dem: &mut DemSettings,
-    scene: &Scene,
-) -> Result<Option<String>, InputError> {
-    let Some(number) = contacts.iter().position(|contact| contact.hierarchy.is_some()) else {
-        return Ok(None);
-    };
-    let key = format!("contact.{number}.hierarchy");
-    if scene.read::<toml::Table>("dem")?.is_some_and(|dem| dem.contains_key("contact_selection")) {
-        return Err(scene
-            .invalid(&key, "`hierarchy` is the old name of `dem.contact_selection`, which the scene has too")
-            .try_instead("leave `hierarchy` out"));
-    }
-    let continuous = contacts.iter().any(|contact| contact.hierarchy == Some(HierarchyName::Continuous));
-    dem.contact_selection = if continuous { ContactSelection::Continuous } else { ContactSelection::Nearest };
-    contacts.iter_mut().for_each(|contact| contact.hierarchy = None);
-    let name = if continuous { "continuous" } else { "nearest" };
-    Ok(Some(format!(
-        "{key} is the old name of dem.contact_selection and will go with the next version: write [dem] \
-         contact_selection = \"{name}\""
-    )))
-}
-
 /// Move what tables say by the old names `wall_young` and `wall_poisson` to the new ones; a note for the user if one does.
-pub(super) fn rename_partner(
-    contacts: &mut [ContactSettings],
-    scene: &Scene,
-) -> Result<Option<String>, InputError> {
+pub fn rename_partner(contacts: &mut [ContactSettings], scene: &Scene) -> Result<Option<String>, InputError> {
     let mut note = None;
     for (number, contact) in contacts.iter_mut().enumerate() {
         let names = [
@@ -181,30 +188,6 @@ pub(super) fn rename_partner(
     Ok(note)
 }
 
-/// Normal law of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum LawName {
-    /// Hertz normal and Mindlin tangential stiffness, both growing with the overlap; each sphere by its own radius.
-    HertzMindlin,
-    /// The same of the rock as a whole, by its own radius, whatever spheres cover it: on terrain. With a net, with the sides of a
-    /// box and between rocks it is `hertz_mindlin`.
-    HertzRock,
-    /// Constant stiffnesses.
-    Linear,
-}
-
-impl LawName {
-    /// As the scene writes it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::HertzMindlin => "hertz_mindlin",
-            Self::HertzRock => "hertz_rock",
-            Self::Linear => "linear",
-        }
-    }
-}
-
 /// Which mass m* a contact's dashpot is scaled with.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -225,29 +208,6 @@ impl ContactSettings {
     /// Refuse what makes no sense; this is table number `number`.
     pub(super) fn check(&self, scene: &Scene, number: usize) -> Result<(), InputError> {
         let invalid = |key: &str, what: String| scene.invalid(&format!("contact.{number}.{key}"), what);
-        match (self.law, self.young, self.stiffness) {
-            (LawName::HertzMindlin | LawName::HertzRock, _, Some(_)) => {
-                return Err(invalid(
-                    "stiffness",
-                    format!("the stiffness of `{}` follows from `young`", self.law.name()),
-                )
-                .try_instead("leave it out, or write law = \"linear\""));
-            }
-            (LawName::HertzMindlin | LawName::HertzRock, None, None) => {
-                return Err(invalid("young", format!("`{}` needs `young` [Pa]", self.law.name())));
-            }
-            (LawName::Linear, Some(_), Some(_)) => {
-                return Err(invalid(
-                    "stiffness",
-                    "young and stiffness together define one thing twice".into(),
-                )
-                .try_instead("keep one of them"));
-            }
-            (LawName::Linear, None, None) => {
-                return Err(invalid("stiffness", "`linear` needs `stiffness` [N/m] or `young` [Pa]".into()));
-            }
-            _ => {}
-        }
         if self.law == LawName::HertzRock && self.effective_mass == EffectiveMass::Rock {
             return Err(invalid(
                 "effective_mass",
@@ -257,7 +217,6 @@ impl ContactSettings {
         }
         let above_zero = [
             ("young", self.young),
-            ("stiffness", self.stiffness),
             ("partner_young", self.partner_young),
             ("stiffness_ratio", self.stiffness_ratio),
         ];
@@ -266,6 +225,67 @@ impl ContactSettings {
                 return Err(invalid(key, format!("{key} = {v}: it must lie above 0")));
             }
         }
+        self.check_numbers(&invalid)?;
+        let not_negative = [
+            ("friction", Some(self.friction)),
+            ("friction_dynamic", self.friction_dynamic),
+            ("friction_decay", self.friction_decay),
+            ("rolling_friction", Some(self.rolling_friction)),
+            ("rolling_damping", self.rolling_damping),
+        ];
+        for (key, value) in not_negative {
+            if let Some(v) = value.filter(|v| *v < 0.0) {
+                let words = key.replace('_', " ");
+                return Err(invalid(key, format!("a {words} of {v}: it must be 0 or more"))
+                    .try_instead(format!("turn its sign round: {key} = {}", -v)));
+            }
+        }
+        self.check_sides(&invalid)?;
+        self.check_parts(&invalid)?;
+        self.check_law(&invalid)
+    }
+
+    /// What only the law knows.
+    fn check_law(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
+        let name = self.law.name();
+        let own = own_keys::of(self.law);
+        if let Some(key) = self.own.keys().find(|key| !own.contains(*key)) {
+            let owner = own_keys::owner(key).expect("others are refused when read").name();
+            return Err(invalid(key, format!("`{key}` belongs to law = \"{owner}\", and this is `{name}`"))
+                .try_instead(format!("leave it out, or write law = \"{owner}\"")));
+        }
+        match self.law.build(&self.own, self.sides(PartnerKind::Surface).as_ref()) {
+            Ok(_) => Ok(()),
+            Err(refusal) => {
+                let what = if refusal.what.starts_with("it ") {
+                    refusal.what.replacen("it", &format!("`{name}`"), 1)
+                } else {
+                    refusal.what
+                };
+                let error = invalid(refusal.key, what);
+                Err(match refusal.cure {
+                    Some(cure) => error.try_instead(cure),
+                    None => error,
+                })
+            }
+        }
+    }
+
+    /// The moduli of both sides; `None` without `young`.
+    pub fn sides(&self, partner: PartnerKind) -> Option<Elastic> {
+        let own = self.young.zip(self.poisson)?;
+        let given = self.partner_young.zip(self.partner_poisson);
+        Some(Elastic { own, other: given.or((partner == PartnerKind::Rock).then_some(own)) })
+    }
+
+    /// What the force is in proportion to: the key and its value, if the table has one.
+    pub fn strength(&self) -> Option<(&str, f64)> {
+        let own = || self.own.iter().find_map(|(key, value)| Some((key.as_str(), value.as_float()?)));
+        self.young.map(|young| ("young", young)).or_else(own)
+    }
+
+    /// Poisson's ratio, restitution and damping ratio.
+    fn check_numbers(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
         match self.poisson {
             Some(nu) if !(0.0..=0.5).contains(&nu) => {
                 return Err(invalid("poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible"))
@@ -312,22 +332,7 @@ impl ContactSettings {
             }
             _ => {}
         }
-        let not_negative = [
-            ("friction", Some(self.friction)),
-            ("friction_dynamic", self.friction_dynamic),
-            ("friction_decay", self.friction_decay),
-            ("rolling_friction", Some(self.rolling_friction)),
-            ("rolling_damping", self.rolling_damping),
-        ];
-        for (key, value) in not_negative {
-            if let Some(v) = value.filter(|v| *v < 0.0) {
-                let words = key.replace('_', " ");
-                return Err(invalid(key, format!("a {words} of {v}: it must be 0 or more"))
-                    .try_instead(format!("turn its sign round: {key} = {}", -v)));
-            }
-        }
-        self.check_sides(&invalid)?;
-        self.check_parts(&invalid)
+        Ok(())
     }
 
     /// The other side's modulus.
