@@ -222,8 +222,8 @@ impl DemSolver {
             elastic: 0.0,
             contacts: 0,
             rock_contacts: 0,
-            track: impact::Track::default(),
-            path: runout::Path::default(),
+            track: impact::ImpactRecord::default(),
+            path: runout::RunOut::default(),
             deepest: state::Depths::default(),
         };
         body.part();
