@@ -17,7 +17,7 @@ use interface_defs::toolkit::screen::show;
 use interface_defs::toolkit::vtu::{Cells, Vtu};
 use nalgebra::Vector3;
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// How the number of spheres and the largest error are written.
 const NAMED: [&str; 2] = ["--spheres", "--largest-error"];
