@@ -7,7 +7,8 @@
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{EventId, FileName, NodeBuilder, NodeName, Path, SemanticString, ServiceName, ipc};
 use interface_defs::ipc::channel::ControlHeader;
-use interface_defs::ipc::domain::{Domain, fnv1a};
+use interface_defs::ipc::domain::Domain;
+use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::message::{FromSolver, ToSolver, capability, decode, encode};
 use interface_defs::{
     AnswerHeader, Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Ready, RequestHeader, Sampling, Statistics,
@@ -85,7 +86,6 @@ fn main() -> Result<(), Failure> {
     let node = NodeBuilder::new().name(&NodeName::new(&part)?).config(&config).create::<ipc::Service>()?;
     let control_name = ServiceName::new(&format!("{part}/control"))?;
     let field_name = ServiceName::new(&format!("{part}/field"))?;
-    let wake_name = ServiceName::new("coupler/wake")?;
     // The coupler creates the wake-up of `fem` last of all: from then on everything is there.
     let last = ServiceName::new("fem/wake")?;
     while node.service_builder(&last).event().open().is_err() {
@@ -103,7 +103,7 @@ fn main() -> Result<(), Failure> {
         .request_user_header::<RequestHeader>()
         .response_user_header::<AnswerHeader>()
         .open()?;
-    let wake = node.service_builder(&wake_name).event().open()?;
+    let wake = node.service_builder(&ServiceName::new("coupler/wake")?).event().open()?;
     let bell = wake.notifier_builder().default_event_id(EventId::new(1)).create()?;
     let control = control.server_builder().initial_max_slice_len(65_536).create()?;
     let windows = field.server_builder().initial_max_slice_len(9).create()?;

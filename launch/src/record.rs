@@ -2,7 +2,7 @@
 
 use crate::plan::{Part, Plan};
 use interface_defs::ipc::RunId;
-use interface_defs::ipc::domain::fnv1a;
+use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;

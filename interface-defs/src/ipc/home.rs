@@ -4,7 +4,7 @@
 //! first. So the directory is looked at anew at every use (a real directory, ours, closed to others), and so is every
 //! entry. Nothing is removed whose name is not the id of a run, and no link is followed.
 
-use super::domain::RunId;
+use super::run_id::RunId;
 use crate::participant::Failure;
 use rustix::fs::{AtFlags, FileType, Mode, OFlags, Stat};
 use rustix::io::Errno;

@@ -2,7 +2,8 @@
 
 use super::channel::{self, Channels, HEARTBEAT};
 use super::control::{Caller, FRAME};
-use super::domain::{Domain, RunId, check_space};
+use super::domain::{Domain, check_space};
+use super::run_id::RunId;
 use super::wait::{self, Patience, Wait};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};

@@ -2,7 +2,8 @@
 
 use super::channel::{self, Bell, Channels};
 use super::control::{FRAME, Listener};
-use super::domain::{Domain, RunId, check_space};
+use super::domain::{Domain, check_space};
+use super::run_id::RunId;
 use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};

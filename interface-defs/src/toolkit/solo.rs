@@ -142,15 +142,14 @@ fn write(summary: &mut Summary, owner: &Owner) {
     }
 }
 
-fn cost(summary: &mut Summary, role: &str, statistics: &Statistics, prepared: f64, total: f64) {
-    let cpu = if statistics.cpu_seconds > 0.0 { statistics.cpu_seconds } else { cpu_seconds() };
-    let memory = if statistics.peak_memory > 0 { statistics.peak_memory } else { peak_memory() };
-    let counts: serde_json::Map<_, _> =
-        statistics.counts.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
+fn cost(summary: &mut Summary, role: &str, own: &Statistics, prepared: f64, total: f64) {
+    let cpu = if own.cpu_seconds > 0.0 { own.cpu_seconds } else { cpu_seconds() };
+    let memory = if own.peak_memory > 0 { own.peak_memory } else { peak_memory() };
+    let counts: serde_json::Map<_, _> = own.counts.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     summary.cost.insert("wall_s".into(), json!(total));
     summary.cost.insert("stages".into(), json!({ "prepare_s": prepared, "loop_s": total - prepared }));
     let process = json!({ "cpu_s": cpu, "peak_memory_bytes": memory, "counts": counts });
-    totals(&mut summary.cost, &[statistics]);
+    totals(&mut summary.cost, &[own]);
     summary.cost.insert("peak_memory_bytes".into(), json!(memory));
     summary.cost.insert("processes".into(), json!({ role: process }));
 }
@@ -327,7 +326,7 @@ mod tests {
     /// A body in free fall; past `fails_at` it cannot be solved.
     struct Fall {
         /// What its potential energy is reported as, relative to what it is.
-        reported: f64,
+        shown: f64,
         committed: [f64; 2],
         trial: [f64; 2],
         fails_at: f64,
@@ -339,14 +338,7 @@ mod tests {
 
     impl Fall {
         fn new(fails_at: f64, longest: f64) -> Self {
-            Self {
-                reported: 1.0,
-                committed: [0.0; 2],
-                trial: [0.0; 2],
-                fails_at,
-                longest,
-                windows: Vec::new(),
-            }
+            Self { shown: 1.0, committed: [0.0; 2], trial: [0.0; 2], fails_at, longest, windows: Vec::new() }
         }
 
         fn answer(state: [f64; 2]) -> [f64; 9] {
@@ -387,7 +379,7 @@ mod tests {
             self.trial = [z + v * h - 0.5 * G * h * h, v - G * h];
             self.windows.push(*window);
             output.copy_from_slice(&Self::answer(self.trial));
-            output[6..].iter_mut().for_each(|potential| *potential *= self.reported);
+            output[6..].iter_mut().for_each(|potential| *potential *= self.shown);
             Ok(())
         }
 
@@ -448,7 +440,7 @@ mod tests {
     fn energy_that_comes_from_nowhere_is_a_warning() {
         let mut fall = Fall::new(f64::INFINITY, f64::INFINITY);
         assert!(run_fall(&mut fall, "end_time = 1.0").0.warnings.is_empty());
-        let mut fall = Fall { reported: 0.98, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let mut fall = Fall { shown: 0.98, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, _) = run_fall(&mut fall, "end_time = 1.0");
         // 1 J of 50 J of potential energy is not reported: it seems created, and does not count in the 50 J of speed.
         let error = summary.measure("energy_error").expect("a number");
@@ -459,7 +451,7 @@ mod tests {
             "{:?}",
             summary.warnings
         );
-        let mut fall = Fall { reported: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let mut fall = Fall { shown: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, _) = run_fall(&mut fall, "end_time = 1.0");
         assert_eq!(summary.status, RunStatus::Unreliable);
         let message = summary.message.expect("says why");
@@ -469,14 +461,14 @@ mod tests {
             ),
             "{message}"
         );
-        let mut fall = Fall { reported: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let mut fall = Fall { shown: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, _) = run_fall(&mut fall, "end_time = 1.0\nlimits.energy_error = 0.3");
         assert_eq!(summary.status, RunStatus::Done);
     }
 
     #[test]
     fn a_run_whose_energy_explodes_ends_at_once_and_keeps_its_rows() {
-        let mut fall = Fall { reported: 0.2, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let mut fall = Fall { shown: 0.2, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, rows) = run_fall(&mut fall, "end_time = 1.0\noutput.interval = 0.1");
         assert_eq!(summary.status, RunStatus::Failed);
         // Three windows in a row beyond ten times the bound, then the end.
@@ -486,11 +478,7 @@ mod tests {
             message.contains("diverged: at t = 0.3") && message.contains("shorten the steps"),
             "{message}"
         );
-        assert!(
-            (summary.measures.last().expect("reported").value - 4.0).abs() < 1e-9,
-            "{:?}",
-            summary.measures
-        );
+        assert!((summary.measures.last().expect("one").value - 4.0).abs() < 1e-9, "{:?}", summary.measures);
     }
 
     #[test]
