@@ -36,6 +36,35 @@ fn ready() -> Ready {
     Ready { mesh, gauges: vec![Gauge::new("truth", "1")], initial: vec![0.0; 9], warnings: vec![] }
 }
 
+fn reply(message: ToSolver, lie: &str, fields: &mut Vec<FieldSpec>) -> FromSolver {
+    match message {
+        ToSolver::Connect => FromSolver::Hello(hello(lie)),
+        ToSolver::Prepare(plan) => {
+            *fields = plan.gives;
+            FromSolver::Ready(ready())
+        }
+        ToSolver::Explain => FromSolver::Fault(Fault::window("no reason")),
+        ToSolver::Finish { .. } | ToSolver::Abort { .. } => FromSolver::Statistics(Statistics::default()),
+    }
+}
+
+/// Make the answer of a window what it must not be; false: there is none.
+fn distort(lie: &str, header: &mut AnswerHeader, payload: &mut Vec<f64>) -> bool {
+    match lie {
+        "run" => header.run += 1,
+        "sequence" => header.sequence += 1,
+        "window" => header.window += 1,
+        "iteration" => header.iteration += 1,
+        "length" => header.length *= 2.0,
+        "status" => header.status = 7,
+        "short" => payload.truncate(4),
+        "nan" => payload[4] = f64::NAN,
+        "infinite-gauge" => payload[6] = f64::INFINITY,
+        _ => {}
+    }
+    lie != "silent"
+}
+
 fn main() -> Result<(), Failure> {
     let args: Vec<String> = std::env::args().collect();
     let option = |key: &str| args.iter().position(|a| a == key).and_then(|i| args.get(i + 1)).cloned();
@@ -83,17 +112,7 @@ fn main() -> Result<(), Failure> {
         std::thread::sleep(Duration::from_micros(200));
         if let Some(request) = control.receive()? {
             // Messages of these tests fit one frame.
-            let answer = match decode::<ToSolver>(request.payload())? {
-                ToSolver::Connect => FromSolver::Hello(hello(lie)),
-                ToSolver::Prepare(plan) => {
-                    fields = plan.gives;
-                    FromSolver::Ready(ready())
-                }
-                ToSolver::Explain => FromSolver::Fault(Fault::window("no reason")),
-                ToSolver::Finish { .. } | ToSolver::Abort { .. } => {
-                    FromSolver::Statistics(Statistics::default())
-                }
-            };
+            let answer = reply(decode(request.payload())?, lie, &mut fields);
             let over = matches!(answer, FromSolver::Statistics(_));
             let mut bytes = encode(&answer);
             match lie {
@@ -117,20 +136,8 @@ fn main() -> Result<(), Failure> {
             let mut header = AnswerHeader::echo(&asked, Status::Done);
             let mut payload = vec![0.0; 9];
             // The truth for three windows, so that there are rows to keep.
-            if asked.window > 3 {
-                match lie {
-                    "run" => header.run += 1,
-                    "sequence" => header.sequence += 1,
-                    "window" => header.window += 1,
-                    "iteration" => header.iteration += 1,
-                    "length" => header.length *= 2.0,
-                    "status" => header.status = 7,
-                    "short" => payload.truncate(4),
-                    "nan" => payload[4] = f64::NAN,
-                    "infinite-gauge" => payload[6] = f64::INFINITY,
-                    "silent" => continue,
-                    _ => {}
-                }
+            if asked.window > 3 && !distort(lie, &mut header, &mut payload) {
+                continue;
             }
             let mut response = request.loan_slice_uninit(payload.len())?;
             *response.user_header_mut() = header;

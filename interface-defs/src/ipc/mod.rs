@@ -23,7 +23,7 @@ pub mod wait;
 pub use domain::{RunId, clean};
 pub use remote::{Host, Remote};
 pub use serve::Connection;
-pub use wait::Wait;
+pub use wait::{TIMEOUT, Wait};
 
 use crate::participant::Failure;
 

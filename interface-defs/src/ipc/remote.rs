@@ -226,7 +226,7 @@ impl Remote {
         Failure::Contract { solver: self.name.clone(), what }
     }
 
-    /// Tell it why the run ends before its time. It is given a moment to hear it, no more.
+    /// Send it the reason why the run ends before its time. It is given a moment to hear it, no more.
     pub fn abort(&mut self, reason: &str) {
         self.pending = None;
         self.response = None;
