@@ -12,8 +12,10 @@
 //!
 //! Source: handbook 2.3, after Volkwein (2004), ETH dissertation 15641.
 
+pub mod formula;
 mod part;
 
+use self::formula::RingConstants;
 pub use self::part::RingPart;
 use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector, vector};
 use super::{Answer, AnyElement, Element, Energy};
@@ -71,13 +73,6 @@ impl Mechanism {
             if force > 0.0 { 0.5 * (force + root) } else { 2.0 * self.ease * self.ease / (root - force) };
         (eased, slope * eased / root, most_now)
     }
-
-    /// Energy stored and dissipated.
-    fn energy(&self, l: f64, most: f64) -> (f64, f64) {
-        let (force, _, most) = self.force(l, most);
-        let lost = 0.5 * self.stiffness * most * most * (1.0 - 1.0 / self.unloading);
-        (force * force / (2.0 * self.stiffness * self.unloading), lost)
-    }
 }
 
 /// A ring.
@@ -99,10 +94,14 @@ pub struct Ring {
     pub rupture: f64,
 }
 
-const BROKEN: usize = 0;
-const LOST: usize = 1;
-const PERIMETER: usize = 2;
-const WIDTHS: usize = 3;
+/// Numbers of its history: broken (0 or 1), energy lost at rupture [J], largest extension of its perimeter and of each width [m].
+pub const BROKEN: usize = 0;
+/// See [`BROKEN`].
+pub const LOST: usize = 1;
+/// See [`BROKEN`].
+pub const PERIMETER: usize = 2;
+/// See [`BROKEN`].
+pub const WIDTHS: usize = 3;
 
 /// Coefficients of the widths over 4 and over 3 nodes.
 const DIAGONALS: [[f64; 4]; 2] = [[-1.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 1.0]];
@@ -113,6 +112,11 @@ impl Ring {
     pub fn eased(&self, ease: f64) -> Self {
         let mechanism = |of: Mechanism| Mechanism { ease, ..of };
         Self { perimeter: mechanism(self.perimeter), width: mechanism(self.width), ..self.clone() }
+    }
+
+    /// Whether it goes slack gradually.
+    pub fn is_eased(&self) -> bool {
+        self.perimeter.ease > 0.0 || self.width.ease > 0.0
     }
 
     fn widths(&self) -> &'static [[f64; 4]] {
@@ -138,17 +142,101 @@ impl Ring {
         sum
     }
 
+    /// RingConstants of its formulas, over its `N` nodes.
+    pub fn constants<const N: usize>(&self) -> RingConstants<N> {
+        let spans = std::array::from_fn(|i| self.spans[i].into());
+        RingConstants { spans, perimeter: (&self.perimeter).into(), width: (&self.width).into() }
+    }
+
+    /// Force, history and tension of an unbroken ring.
+    fn pull<const N: usize, const W: usize>(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+        if self.is_eased() {
+            return self.eased_pull(u, history, answer);
+        }
+        let own = std::array::from_fn(|a| [u[3 * a], u[3 * a + 1], u[3 * a + 2]]);
+        let most = (history[PERIMETER], std::array::from_fn(|j| history[WIDTHS + j]));
+        let pull = self.constants::<N>().pull::<W>(&own, &most);
+        answer.force.copy_from_slice(pull.force.as_flattened());
+        answer.tension = pull.tension;
+        answer.history[PERIMETER] = pull.most.0;
+        answer.history[WIDTHS..].copy_from_slice(&pull.most.1);
+    }
+
+    /// The same of one whose mechanisms go slack gradually.
+    fn eased_pull(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+        let count = self.nodes.len();
+        let (force, _, most) = self.perimeter.force(self.length(u), history[PERIMETER]);
+        answer.history[PERIMETER] = most;
+        answer.tension = force;
+        answer.force.iter_mut().zip(self.gradient(u)).for_each(|(f, g)| *f += force * g);
+        for (j, coefficients) in self.widths().iter().enumerate() {
+            let width = self.across(u, coefficients);
+            let (force, _, most) = self.width.force(width.norm(), history[WIDTHS + j]);
+            answer.history[WIDTHS + j] = most;
+            let t = width.normalize();
+            for (a, c) in coefficients[..count].iter().enumerate() {
+                add_vector(answer.force, 3 * a, &(*c * force * t));
+            }
+        }
+    }
+
+    /// Derivative of the length of its perimeter by each degree of freedom.
+    fn gradient(&self, u: &[f64]) -> [f64; 12] {
+        let (count, mut gradient) = (self.nodes.len(), [0.0; 12]);
+        for i in 0..count {
+            let t = self.side(u, i).direction();
+            add_vector(&mut gradient, 3 * i, &-t);
+            add_vector(&mut gradient, 3 * ((i + 1) % count), &t);
+        }
+        gradient
+    }
+
+    /// Add the tangent of an unbroken ring to `k`.
+    fn add_tangent(&self, u: &[f64], history: &[f64], slack: Slack, k: &mut [f64]) {
+        let count = self.nodes.len();
+        let n = 3 * count;
+        let taut = |slope: f64, of: &Mechanism| match slack {
+            Slack::Taut => of.stiffness * of.unloading,
+            Slack::Regularised(part) if slope == 0.0 => part * of.stiffness,
+            _ => slope,
+        };
+        let (force, slope, _) = self.perimeter.force(self.length(u), history[PERIMETER]);
+        for i in 0..count {
+            add_pair(k, n, 3 * i, 3 * ((i + 1) % count), &self.side(u, i).tangent(0.0, force));
+        }
+        let (gradient, stiffness) = (self.gradient(u), taut(slope, &self.perimeter));
+        for (row, g) in k.chunks_exact_mut(n).zip(gradient) {
+            row.iter_mut().zip(gradient).for_each(|(k, h)| *k += stiffness * g * h);
+        }
+        for (j, coefficients) in self.widths().iter().enumerate() {
+            let width = self.across(u, coefficients);
+            let (force, slope, _) = self.width.force(width.norm(), history[WIDTHS + j]);
+            let (t, across) = (width.normalize(), force / width.norm());
+            let block = (taut(slope, &self.width) - across) * t * t.transpose()
+                + Matrix3::from_diagonal_element(across);
+            for a in 0..count {
+                for b in 0..count {
+                    add_block(k, n, 3 * a, 3 * b, &(coefficients[a] * coefficients[b] * block));
+                }
+            }
+        }
+    }
+
     fn tension(&self, u: &[f64], history: &[f64]) -> f64 {
         self.perimeter.force(self.length(u), history[PERIMETER]).0
     }
 
     fn energies(&self, u: &[f64], history: &[f64]) -> (f64, f64) {
-        let (mut stored, mut dissipated) = self.perimeter.energy(self.length(u), history[PERIMETER]);
-        for (j, coefficients) in self.widths().iter().enumerate() {
-            let own = self.width.energy(self.across(u, coefficients).norm(), history[WIDTHS + j]);
-            (stored, dissipated) = (stored + own.0, dissipated + own.1);
+        match self.nodes.len() {
+            3 => self.energies_of::<3, 3>(u, history),
+            _ => self.energies_of::<4, 2>(u, history),
         }
-        (stored, dissipated)
+    }
+
+    fn energies_of<const N: usize, const W: usize>(&self, u: &[f64], history: &[f64]) -> (f64, f64) {
+        let own = std::array::from_fn(|a| [u[3 * a], u[3 * a + 1], u[3 * a + 2]]);
+        let most = (history[PERIMETER], std::array::from_fn(|j| history[WIDTHS + j]));
+        self.constants::<N>().energy::<W>(&own, &most)
     }
 }
 
@@ -166,8 +254,6 @@ impl Element for Ring {
     }
 
     fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
-        let count = self.nodes.len();
-        let n = 3 * count;
         answer.history.copy_from_slice(history);
         answer.force.fill(0.0);
         answer.tension = 0.0;
@@ -177,48 +263,13 @@ impl Element for Ring {
         if history[BROKEN] > 0.0 {
             return;
         }
-        let taut = |slope: f64, of: &Mechanism| match answer.slack {
-            Slack::Taut => of.stiffness * of.unloading,
-            Slack::Regularised(part) if slope == 0.0 => part * of.stiffness,
-            _ => slope,
-        };
-        let (force, slope, most) = self.perimeter.force(self.length(u), history[PERIMETER]);
-        answer.history[PERIMETER] = most;
-        answer.tension = force;
-        let mut gradient = [0.0; 12];
-        for i in 0..count {
-            let (side, next) = (self.side(u, i), (i + 1) % count);
-            let t = side.direction();
-            add_vector(&mut gradient, 3 * i, &-t);
-            add_vector(&mut gradient, 3 * next, &t);
-            if let Some(k) = &mut answer.tangent {
-                add_pair(k, n, 3 * i, 3 * next, &side.tangent(0.0, force));
-            }
+        match self.nodes.len() {
+            3 => self.pull::<3, 3>(u, history, answer),
+            _ => self.pull::<4, 2>(u, history, answer),
         }
-        answer.force.iter_mut().zip(gradient).for_each(|(f, g)| *f += force * g);
+        let slack = answer.slack;
         if let Some(k) = &mut answer.tangent {
-            let stiffness = taut(slope, &self.perimeter);
-            for (row, g) in k.chunks_exact_mut(n).zip(gradient) {
-                row.iter_mut().zip(gradient).for_each(|(k, h)| *k += stiffness * g * h);
-            }
-        }
-        for (j, coefficients) in self.widths().iter().enumerate() {
-            let width = self.across(u, coefficients);
-            let (force, slope, most) = self.width.force(width.norm(), history[WIDTHS + j]);
-            answer.history[WIDTHS + j] = most;
-            let t = width.normalize();
-            for (a, c) in coefficients[..count].iter().enumerate() {
-                add_vector(answer.force, 3 * a, &(*c * force * t));
-            }
-            let Some(k) = &mut answer.tangent else { continue };
-            let across = force / width.norm();
-            let block = (taut(slope, &self.width) - across) * t * t.transpose()
-                + Matrix3::from_diagonal_element(across);
-            for a in 0..count {
-                for b in 0..count {
-                    add_block(k, n, 3 * a, 3 * b, &(coefficients[a] * coefficients[b] * block));
-                }
-            }
+            self.add_tangent(u, history, slack, k);
         }
     }
 

@@ -53,7 +53,7 @@ impl InternalForce {
     pub fn new(model: &Model) -> Self {
         Self {
             cables: Kernel::new(&model.cables, model.node_count()),
-            elements: Assembly::new(model),
+            elements: Assembly::with_blocks(model),
             springs: model.spring_dofs(),
         }
     }

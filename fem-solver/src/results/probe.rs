@@ -258,8 +258,15 @@ impl Lines {
                 cable.tension(&w)
             });
         }
+        assembly.begin_reading();
         for (number, i) in self.elements.iter().enumerate() {
             let element = &model.elements[*i];
+            if self.quantity == Quantity::Tension
+                && let Some(tension) = assembly.ring_tension(*i, u, &state.history)
+            {
+                take(tension);
+                continue;
+            }
             let history = assembly.history(*i, &state.history);
             let own = assembly.gather(*i, u);
             match self.quantity {

@@ -167,7 +167,7 @@ impl Recorder {
             values: vec![[0.0; 3]; probes.count],
             elapsed: 0.0,
             at_end: false,
-            assembly: Assembly::new(model),
+            assembly: Assembly::with_blocks(model),
             line_forces: vec![0.0; model.elements.iter().map(|e| e.line_count()).max().unwrap_or(0)],
         }
     }

@@ -7,6 +7,7 @@ pub use self::event::{Broken, Event};
 use self::event::{Release, Stretch};
 use crate::element::Slack;
 use crate::element::{Answer, AnyElement, Energy};
+use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
 use std::ops::Range;
 
@@ -34,6 +35,10 @@ pub struct Assembly {
     released: Vec<f64>,
     /// History of one element that breaks.
     torn: Vec<f64>,
+    /// What is computed several at a time.
+    rings: Rings,
+    /// The block whose tensions were asked for last, and these [N].
+    read: (Option<usize>, [f64; WIDTH]),
 }
 
 impl Assembly {
@@ -61,6 +66,15 @@ impl Assembly {
         assembly.tangent = vec![0.0; widest * widest];
         assembly.history = vec![0.0; longest];
         assembly.reserve_ruptures(&model.elements);
+        assembly
+    }
+
+    /// The same with rings several at a time in explicit steps, energies and tensions, which then are asked for the elements of
+    /// this `model` alone.
+    pub fn with_blocks(model: &Model) -> Self {
+        let mut assembly = Self::new(model);
+        let places = &assembly.places;
+        assembly.rings = Rings::new(&model.elements, model.node_count(), |i| places[i].history.start);
         assembly
     }
 
@@ -124,26 +138,45 @@ impl Assembly {
         self.broken.clear();
         self.releases.clear();
         self.released.clear();
-        for (i, element) in elements.iter().enumerate() {
-            let of = Stretch { number: i, element, start, middle };
-            let broken = if element.can_break() { self.break_within(&of, history) } else { None };
-            let tension = match broken {
-                Some(broken) => broken.tension,
-                None => self.respond(i, element, middle, history, None),
-            };
-            self.broken.extend(broken);
-            let place = &self.places[i];
-            for (dof, f) in self.dofs[place.dofs.clone()].iter().zip(&self.force) {
-                force[*dof] -= f;
+        let mut next = 0;
+        while next < elements.len() {
+            let several = self.rings.block_of(next).map(|block| (block, self.rings.elements(block)));
+            if let Some((block, own)) = &several
+                && self.rings.pull_ahead(*block, start, middle, history)
+            {
+                largest = f64::max(largest, self.rings.hand_back(*block, force, history));
+                next = own.end;
+                continue;
             }
-            let own = &mut history[place.history.clone()];
-            own.copy_from_slice(&self.history[..own.len()]);
-            // Of cables, ropes, rings and brakes: a post is none of them.
-            if !element.has_moments() {
-                largest = f64::max(largest, tension);
+            // A block with a ring that will not bear the step: one by one.
+            let end = several.map_or(next + 1, |(_, own)| own.end);
+            for (number, element) in elements.iter().enumerate().take(end).skip(next) {
+                let tension = self.subtract_one(&Stretch { number, element, start, middle }, history, force);
+                // Of cables, ropes, rings and brakes: a post is none of them.
+                if !element.has_moments() {
+                    largest = f64::max(largest, tension);
+                }
             }
+            next = end;
         }
         largest * largest
+    }
+
+    /// The same of one element; returns its largest axial force [N].
+    fn subtract_one(&mut self, of: &Stretch, history: &mut [f64], force: &mut [f64]) -> f64 {
+        let broken = if of.element.can_break() { self.break_within(of, history) } else { None };
+        let tension = match broken {
+            Some(broken) => broken.tension,
+            None => self.respond(of.number, of.element, of.middle, history, None),
+        };
+        self.broken.extend(broken);
+        let place = &self.places[of.number];
+        for (dof, f) in self.dofs[place.dofs.clone()].iter().zip(&self.force) {
+            force[*dof] -= f;
+        }
+        let own = &mut history[place.history.clone()];
+        own.copy_from_slice(&self.history[..own.len()]);
+        tension
     }
 
     /// `history` becomes that at `u`.
@@ -224,14 +257,39 @@ impl Assembly {
 
     /// Energies of all elements at `u` [J].
     pub fn energy(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) -> Energy {
-        let mut sum = Energy::default();
-        for (i, element) in elements.iter().enumerate() {
-            self.gather(i, u);
-            let place = &self.places[i];
-            let own = element.energy(&self.u[..place.dofs.len()], &history[place.history.clone()]);
-            sum.stored += own.stored;
-            sum.dissipated += own.dissipated;
+        let (mut sum, mut next) = (Energy::default(), 0);
+        while next < elements.len() {
+            let several = self.rings.block_of(next).map(|block| (block, self.rings.elements(block)));
+            if let Some((block, own)) = &several
+                && self.rings.add_energy(*block, u, history, &mut sum)
+            {
+                next = own.end;
+                continue;
+            }
+            let end = several.map_or(next + 1, |(_, own)| own.end);
+            for (i, element) in elements.iter().enumerate().take(end).skip(next) {
+                self.gather(i, u);
+                let place = &self.places[i];
+                let own = element.energy(&self.u[..place.dofs.len()], &history[place.history.clone()]);
+                sum.stored += own.stored;
+                sum.dissipated += own.dissipated;
+            }
+            next = end;
         }
         sum
+    }
+
+    /// [`Assembly::ring_tension`] is asked from now on at other displacements or histories than before.
+    pub fn begin_reading(&mut self) {
+        self.read.0 = None;
+    }
+
+    /// What a ring that is computed with others carries at `u` [N], 0 where it is broken; `None` of any other element.
+    pub fn ring_tension(&mut self, element: usize, u: &[f64], history: &[f64]) -> Option<f64> {
+        let block = self.rings.block_of(element)?;
+        if self.read.0 != Some(block) {
+            self.read = (Some(block), *self.rings.tensions(block, u, history));
+        }
+        Some(self.read.1[element - self.rings.elements(block).start])
     }
 }

@@ -10,6 +10,7 @@
 //! nothing pulls on its nodes any more, and a step can go on with them while they are in the nearest cache.
 
 mod pull;
+pub mod rings;
 mod scattered;
 
 use self::pull::{Pull, WIDEST};
