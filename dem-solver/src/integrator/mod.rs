@@ -1,6 +1,6 @@
 //! How rocks are advanced over a window.
 //!
-//! - [`window`]: the steps of a window, as [`schedule`] cuts it; [`step`]: one step of all rocks
+//! - [`window`]: the steps of a window, as [`schedule`] cuts it; [`step`]: one step of all rocks, of their [`load`]
 //! - contacts in a step, partner by partner: [`mesh_stage`], [`terrain_stage`], [`rock_stage`], [`box_stage`]
 //! - where nothing is touched: [`free_flight`] (for how long), [`closed_form`] (flight without steps)
 //! - [`sub_stepping`]: the step while a rock touches terrain; [`secondary_impacts`]: how far a rock may be thrown in a window
@@ -8,6 +8,7 @@
 pub mod box_stage;
 pub mod closed_form;
 pub mod free_flight;
+pub mod load;
 pub mod mesh_stage;
 pub mod rock_stage;
 pub mod schedule;

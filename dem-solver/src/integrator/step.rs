@@ -8,9 +8,9 @@
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.
 
-use crate::contact::pipeline::Sums;
 use crate::guard::cause::Case;
 use crate::guard::watch;
+use crate::integrator::load::StepLoad;
 use crate::integrator::mesh_stage::{MeshWindow, add_forces};
 use crate::integrator::schedule::{Passed, Span, SubStep, Task};
 use crate::integrator::terrain_stage::steps_per_look;
@@ -20,41 +20,6 @@ use crate::model::impact::Passage;
 use crate::model::state::{Against, State};
 use crate::rock::{Motion, Rock, rotation};
 use interface_defs::Fault;
-use nalgebra::Vector3;
-
-/// What acts on a rock in the middle of a step.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct StepLoad {
-    /// Force of all contacts [N].
-    force: Vector3<f64>,
-    /// Torque about the centre of mass [N m].
-    torque: Vector3<f64>,
-    /// Energy of the normal springs on mesh and terrain [J].
-    elastic: f64,
-    /// Energy of the tangential springs there after the step [J].
-    tangential_energy: f64,
-    /// Energy that those on the mesh have taken up between the window before and this one [J].
-    jump_energy: f64,
-    /// Energy that dashpots and friction take there in the step [J].
-    lost: f64,
-    /// Contacts with terrain and other rocks, not with the sides of a box.
-    touching: usize,
-    /// With contacts on the mesh: how long the first has lasted [s].
-    touched: Option<f64>,
-    /// Whether the mesh lies behind the centres of the outer spheres.
-    behind: bool,
-}
-
-impl StepLoad {
-    /// Take in the contacts with something that stands still, in a step of `h` [s].
-    fn add(&mut self, sums: &Sums, h: f64) {
-        self.force += sums.force;
-        self.torque += sums.torque;
-        self.elastic += sums.elastic;
-        self.tangential_energy += sums.tangential_energy;
-        self.lost += (sums.damping_power + sums.friction_power) * h;
-    }
-}
 
 impl RockIntegrator {
     /// One part of a stretch of the window's steps; mostly a step.

@@ -4,6 +4,7 @@
 //! [`crate::results`] reports.
 
 use crate::contact::broad_phase::cell_grid::Plane;
+use crate::contact::whole_rock::Whole;
 use crate::gate;
 use crate::geometry::sphere_tree::SphereTree;
 use crate::integrator::rock_stage::{DEEPEST_AT_START, RockStage};
@@ -53,6 +54,57 @@ pub struct DemSolver {
     trajectory: Option<Trajectory>,
 }
 
+/// How the rocks of a scene touch its terrain.
+struct OnTerrain {
+    /// For each rock the numbers of its laws with the terrain's materials.
+    rows: Vec<Vec<u16>>,
+    /// For each rock its contact as a whole, if it has that.
+    wholes: Vec<Option<Whole>>,
+    /// What was chosen, and why.
+    choices: Vec<String>,
+}
+
+impl OnTerrain {
+    fn new(
+        settings: &Settings,
+        laws: Option<&Laws>,
+        rocks: &[Rock],
+        ground: &mut Terrain,
+        scene: &Scene,
+    ) -> Result<Self, InputError> {
+        let Some(laws) = laws else {
+            let what = "there is terrain and no contact law: the rocks would fall through it";
+            return Err(scene.invalid("terrain", what).try_instead("add a table [[contact]]"));
+        };
+        let rows = rows(laws, settings, &ground.materials)
+            .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
+        let wholes = whole_rocks(laws, &rows, rocks, scene)?;
+        let mut choices = Vec::new();
+        if wholes.iter().any(Option::is_some) {
+            let mixed = ground.face_up();
+            ground.notices.extend(mixed);
+        }
+        if wholes.iter().any(Option::is_none) {
+            let (continuous, why) = settings.dem.contact_selection.choose("terrain", || ground.unshared());
+            ground.continuous = continuous;
+            choices.push(why);
+        }
+        Ok(Self { rows, wholes, choices })
+    }
+}
+
+/// Refuse rocks that are in each other at the start.
+fn are_apart(model: &Model, state: &mut State, scene: &Scene) -> Result<(), InputError> {
+    let worst = RockStage::new(model).energy(model, state);
+    let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) else { return Ok(()) };
+    let what = format!(
+        "rock `{}` and rock `{}` overlap at the start, by {radii:.2} radii of the smaller sphere",
+        name_of(model, a),
+        name_of(model, b)
+    );
+    Err(scene.invalid(&model.settings.place_key(b), what).try_instead("move them apart"))
+}
+
 impl DemSolver {
     /// The solver of a scene.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
@@ -67,32 +119,11 @@ impl DemSolver {
         notices.extend(settings.notices.iter().cloned());
         let laws = Laws::new(&settings.contacts);
         let mut ground = settings.terrain.as_ref().map(|terrain| Terrain::of(scene, terrain)).transpose()?;
-        let (mut ground_rows, mut choices) = (Vec::new(), Vec::new());
-        let mut wholes = vec![None; rocks.len()];
-        if let Some(ground) = &mut ground {
-            let Some(laws) = &laws else {
-                return Err(scene
-                    .invalid(
-                        "terrain",
-                        "there is terrain and no contact law: the rocks would fall through it",
-                    )
-                    .try_instead("add a table [[contact]]"));
-            };
-            ground_rows = rows(laws, &settings, &ground.materials)
-                .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
-            wholes = whole_rocks(laws, &ground_rows, &rocks, scene)?;
-            if wholes.iter().any(Option::is_some) {
-                let mixed = ground.face_up();
-                ground.notices.extend(mixed);
-            }
-            notices.extend(ground.notices.iter().cloned());
-            if wholes.iter().any(Option::is_none) {
-                let (continuous, why) =
-                    settings.dem.contact_selection.choose("terrain", || ground.unshared());
-                ground.continuous = continuous;
-                choices.push(why);
-            }
-        }
+        let OnTerrain { rows: ground_rows, wholes, choices } = match &mut ground {
+            Some(ground) => OnTerrain::new(&settings, laws.as_ref(), &rocks, ground, scene)?,
+            None => OnTerrain { rows: Vec::new(), wholes: vec![None; rocks.len()], choices: Vec::new() },
+        };
+        notices.extend(ground.iter().flat_map(|ground| ground.notices.iter().cloned()));
         let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
         let between = Between::new(laws.as_ref(), &settings, scene)?;
         let side_rows = rows_with_box(laws.as_ref(), &settings, scene)?;
@@ -123,15 +154,7 @@ impl DemSolver {
             shortcuts: options.shortcuts,
         };
         cautions.extend(gate::of_model(&model, scene)?);
-        let worst = RockStage::new(&model).energy(&model, &mut state);
-        if let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) {
-            let what = format!(
-                "rock `{}` and rock `{}` overlap at the start, by {radii:.2} radii of the smaller sphere",
-                name_of(&model, a),
-                name_of(&model, b)
-            );
-            return Err(scene.invalid(&model.settings.place_key(b), what).try_instead("move them apart"));
-        }
+        are_apart(&model, &mut state, scene)?;
         Ok(Self {
             model,
             notices,

@@ -5,7 +5,6 @@
 
 pub mod hertz;
 pub mod linear;
-pub mod quadratic;
 
 use super::elastic::Elastic;
 use super::restitution;
@@ -110,7 +109,6 @@ laws! {
     "hertz_rock" => HertzRock(hertz::Hertz): "The same of the rock as a whole, by its own radius, whatever spheres cover it: on \
         terrain. With a net, with the sides of a box and between rocks it is `hertz_mindlin`.",
     "linear" => Linear(linear::Linear): "Constant stiffnesses.",
-    "quadratic" => Quadratic(quadratic::Quadratic): "Force ~ overlap^2.",
 }
 
 /// What the normal law gives.
