@@ -32,7 +32,7 @@ fn rings_in_blocks_pull_break_and_store_what_they_do_one_by_one() {
     let (mut alone, mut blocks) = (Assembly::new(&model), Assembly::with_blocks(&model));
     let mut history: Vec<f64> = elements.iter().flat_map(|e| e.start_history()).collect();
     let mut noise = random(3);
-    let velocity: Vec<f64> = (0..model.dof_count()).map(|_| 1e-3 * noise()).collect();
+    let velocity: Vec<f64> = (0..model.dof_count()).map(|_| 2.8e-3 * noise()).collect();
     let mut start = vec![0.0; velocity.len()];
     let mut broken = 0;
     for step in 0..60 {
