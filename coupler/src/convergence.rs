@@ -13,7 +13,7 @@ pub struct Tolerance {
 
 /// Largest residual of one iteration over the judged nodes, and the largest increment beside it.
 ///
-/// Largest, not mean: "no wall node in reach is off by more than this".
+/// Largest, not mean: "no node in reach is off by more than this".
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Residual {
     /// Displacement residual [m].

@@ -1,18 +1,17 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
 use crate::convergence::Residual;
+use crate::counts::Counts;
 use crate::energy::{Balance, Both};
 use crate::handshake::{Agreement, Side, agree};
 use crate::interface::Interface;
 use crate::schedule::{Schedule, Span};
-use crate::settings::{Coupling as Settings, OnNoConvergence, Scheme};
+use crate::seat::Seat;
+use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use crate::trust::Causes;
-use interface_defs::message::FaultKind;
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::limits::Limits;
-use interface_defs::{
-    Command, Failure, Layout, Participant, RequestHeader, Statistics, Status, ipc::interrupt,
-};
+use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
 use std::fmt;
 
 /// Why the run ended before its time.
@@ -103,28 +102,9 @@ pub trait Observer {
     fn committed(&mut self, committed: &Committed) -> Result<(), String>;
 }
 
-/// What was done.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Counts {
-    /// Committed windows.
-    pub windows: u64,
-    /// Coupling iterations, those of failed windows included.
-    pub iterations: u64,
-    /// Windows that were solved again at half length.
-    pub halved: u64,
-    /// Committed windows shorter than the scene's.
-    pub short: u64,
-    /// Windows accepted although they had not converged.
-    pub unconverged: u64,
-    /// Most iterations of a committed window.
-    pub most_iterations: u32,
-    /// Largest displacement residual of a committed window [m].
-    pub largest_residual: f64,
-}
-
 /// A run of the loop over two participants.
 pub struct Coupling<'a> {
-    settings: Settings,
+    settings: CouplingSettings,
     end_time: f64,
     dem: Seat<'a>,
     fem: Seat<'a>,
@@ -137,8 +117,8 @@ pub struct Coupling<'a> {
     /// Bounds of trust.
     pub limits: Limits,
     gauges: Gauges,
-    /// The committed window that the observer has not been told yet.
-    untold: Option<Accepted>,
+    /// The committed window that the observer does not know yet.
+    unreported: Option<Accepted>,
 }
 
 /// The answers' gauges, kept from one solve to the commit.
@@ -167,7 +147,7 @@ enum Outcome {
 impl<'a> Coupling<'a> {
     /// A run to `end_time` [s].
     pub fn new(
-        settings: Settings,
+        settings: CouplingSettings,
         end_time: f64,
         dem: &'a mut dyn Participant,
         fem: &'a mut dyn Participant,
@@ -175,14 +155,14 @@ impl<'a> Coupling<'a> {
         Self {
             settings,
             end_time,
-            dem: Seat { participant: dem, commit_due: false, asked: false },
-            fem: Seat { participant: fem, commit_due: false, asked: false },
+            dem: Seat::new(dem),
+            fem: Seat::new(fem),
             counts: Counts::default(),
             balance: Balance::default(),
             has_balance: false,
             limits: Limits::default(),
             gauges: Gauges::default(),
-            untold: None,
+            unreported: None,
         }
     }
 
@@ -197,9 +177,9 @@ impl<'a> Coupling<'a> {
             .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
             .map_err(CouplingError::Output)?;
         let outcome = self.windows(&mut agreement, observer);
-        // Whatever has come: what is committed is told.
-        let told = self.tell(observer);
-        outcome.and(told)
+        // Whatever has come: what is committed is reported.
+        let reported = self.report(observer);
+        outcome.and(reported)
     }
 
     fn windows(
@@ -245,9 +225,9 @@ impl<'a> Coupling<'a> {
         Causes { settings, counts, balance, has_balance: *has_balance }
     }
 
-    /// Tell the observer of the last committed window, once.
-    fn tell(&mut self, observer: &mut dyn Observer) -> Result<(), CouplingError> {
-        let Some(Accepted { span, iterations, residual, converged }) = self.untold.take() else {
+    /// Report the last committed window to the observer, once.
+    fn report(&mut self, observer: &mut dyn Observer) -> Result<(), CouplingError> {
+        let Some(Accepted { span, iterations, residual, converged }) = self.unreported.take() else {
             return Ok(());
         };
         let Gauges { dem, fem, touches, .. } = &self.gauges;
@@ -267,7 +247,7 @@ impl<'a> Coupling<'a> {
     }
 
     /// Iterate one window. Weak coupling is the same with one iteration that is not judged: of its
-    /// residual only the displacement is told.
+    /// residual only the displacement is computed.
     fn window(
         &mut self,
         span: Span,
@@ -329,7 +309,7 @@ impl<'a> Coupling<'a> {
         let Agreement { interface, dem, fem, .. } = agreement;
         self.dem.send(span, iteration, &mut |payload| interface.write_motion(payload))?;
         // Files are written while the contact solver is at work.
-        self.tell(observer)?;
+        self.report(observer)?;
         if let Some(reason) = self.dem.receive(span, dem)? {
             return Ok(Some(reason));
         }
@@ -360,7 +340,7 @@ impl<'a> Coupling<'a> {
         self.counts.most_iterations = self.counts.most_iterations.max(iterations);
         self.counts.largest_residual = self.counts.largest_residual.max(residual.displacement);
         self.balance.book((span.start, span.end()), self.gauges.energies, interface.work());
-        self.untold = Some(accepted);
+        self.unreported = Some(accepted);
     }
 
     /// A window failed: its first half is next, or the run ends.
@@ -388,81 +368,6 @@ impl<'a> Coupling<'a> {
             advice,
         })
     }
-}
-
-/// A participant, and what it still has to be told.
-struct Seat<'a> {
-    participant: &'a mut dyn Participant,
-    /// Whether its last solve is accepted and it does not know yet.
-    commit_due: bool,
-    /// Whether it is at work on a request.
-    asked: bool,
-}
-
-impl Seat<'_> {
-    fn finish(&mut self) -> Result<Statistics, Failure> {
-        self.participant.finish(std::mem::take(&mut self.commit_due))
-    }
-
-    /// Ask for a window. The acceptance of the window before travels with the first request.
-    fn send(&mut self, span: Span, iteration: u32, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
-        let commits = std::mem::take(&mut self.commit_due);
-        let command = if commits { Command::CommitAndSolve } else { Command::Solve };
-        let header = RequestHeader {
-            window: span.number,
-            iteration,
-            command: command as u32,
-            start: span.start,
-            length: span.length,
-            ..Default::default()
-        };
-        self.asked = true;
-        self.participant.send(header, fill)
-    }
-
-    /// Wait for its answer, all numbers finite. `Some` is why this window failed.
-    fn receive(&mut self, span: Span, side: &Side) -> Result<Option<String>, Failure> {
-        let status = self.participant.receive()?;
-        self.asked = false;
-        if status == Status::Failed {
-            let fault = self.participant.explain()?;
-            let solver = self.participant.name().to_string();
-            return match fault.kind {
-                FaultKind::Window => Ok(Some(format!("{solver}: {fault}"))),
-                _ => Err(Failure::Fault { solver, fault }),
-            };
-        }
-        let payload = self.participant.answer();
-        if is_finite(payload) {
-            return Ok(None);
-        }
-        let index = payload.iter().position(|x| !x.is_finite()).expect("one is not finite");
-        let what = match (side.layout.owner(index), side.layout.gauge_owner(index)) {
-            (Some((field, at)), _) => {
-                let components = field.components.max(1) as usize;
-                format!("field \"{}\" at item {}, component {}", field.name, at / components, at % components)
-            }
-            (None, Some(gauge)) => format!("gauge \"{}\"", side.gauges[gauge].name),
-            (None, None) => format!("number {index}"),
-        };
-        Err(Failure::Contract {
-            solver: self.participant.name().into(),
-            what: format!("window {} at t = {} s: {what} is {}", span.number, span.start, payload[index]),
-        })
-    }
-}
-
-/// Whether all numbers are finite: `0 x` is 0 for these alone. Eight sums, so that they run side by side.
-fn is_finite(payload: &[f64]) -> bool {
-    let mut sums = [0.0; 8];
-    let chunks = payload.chunks_exact(8);
-    let rest = chunks.remainder().iter().all(|x| x.is_finite());
-    for chunk in chunks {
-        for (sum, x) in sums.iter_mut().zip(chunk) {
-            *sum += x * 0.0;
-        }
-    }
-    rest && sums.iter().all(|sum| *sum == 0.0)
 }
 
 /// Keep the gauges of an answer.

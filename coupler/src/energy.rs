@@ -61,7 +61,7 @@ pub struct Work {
     /// On the structure [J].
     pub structure: f64,
     /// On the interface mesh as the contact solver saw it [J].
-    pub wall: f64,
+    pub mesh: f64,
     /// Whether there was any force.
     pub touched: bool,
 }
@@ -105,9 +105,9 @@ impl Balance {
         self.system.update(end, &now.system(), now.dem.stored);
         self.imbalance = self.system.imbalance;
         self.structure_work += work.structure;
-        self.mesh_work += work.wall;
+        self.mesh_work += work.mesh;
         self.largest_work = self.largest_work.max(self.structure_work.abs());
-        self.defect += (work.structure - work.wall).abs();
+        self.defect += (work.structure - work.mesh).abs();
     }
 
     /// The interface residual as energy: work on which the solvers disagree, relative to the energy at
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn an_error_at_the_interface_is_told_from_one_in_a_solver() {
         let mut balance = Balance::new(Both { dem: rock(100.0, 0.0), fem: net(0.0, 0.0) });
-        let work = |structure, wall| Work { structure, wall, touched: true };
+        let work = |structure, mesh| Work { structure, mesh, touched: true };
         // The rock gives 40 J, the net gets 45 J: the five are the interface's. One of its own is lost in the net.
         let now = Both { dem: rock(60.0, -40.0), fem: net(44.0, 45.0) };
         balance.book((0.0, 1.0), now, work(45.0, 40.0));

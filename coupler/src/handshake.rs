@@ -1,9 +1,9 @@
-//! The start of a run: who is there, what crosses the interface, where the wall comes from.
+//! The start of a run: who is there, what crosses the interface, where the interface mesh comes from.
 
 use crate::energy::Account;
 use crate::interface::{Interface, Places};
 use crate::mapping::{AnyMapper, Identity, NearestNeighbor};
-use crate::settings::{Coupling, Scheme};
+use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::{
@@ -44,9 +44,9 @@ pub struct Agreement {
     pub warnings: Vec<String>,
 }
 
-/// Agree with both solvers. The structure is prepared first: the wall is made of its interface mesh.
+/// Agree with both solvers. The structure is prepared first: the contact solver works on its interface mesh.
 pub fn agree(
-    settings: &Coupling,
+    settings: &CouplingSettings,
     end_time: f64,
     dem: &mut dyn Participant,
     fem: &mut dyn Participant,
@@ -107,7 +107,7 @@ pub fn agree(
     Ok(Agreement { interface, dem: dem_side, fem: fem_side, warnings })
 }
 
-fn check_capabilities(settings: &Coupling, solver: &str, hello: &Hello) -> Result<(), Failure> {
+fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
     if settings.scheme == Scheme::Strong && !hello.can(capability::REPEATABLE) {
         return Err(refuse(format!(
             "strong coupling repeats windows, and {solver} ({}) does not declare \"{}\"; \
@@ -127,7 +127,7 @@ fn check_capabilities(settings: &Coupling, solver: &str, hello: &Hello) -> Resul
 }
 
 /// Programs that have read different scenes compute different things, and nobody would see it.
-fn check_scene(settings: &Coupling, solver: &str, hello: &Hello) -> Result<(), Failure> {
+fn check_scene(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
     let theirs = hello.capabilities.iter().find(|word| word.starts_with(capability::SCENE));
     match (&settings.scene, theirs) {
         (Some(ours), Some(theirs)) if ours != theirs => Err(refuse(format!(
@@ -147,7 +147,7 @@ struct Fields {
     from_fem: Vec<FieldSpec>,
 }
 
-fn choose_fields(settings: &Coupling, dem: &Hello, fem: &Hello) -> Result<Fields, Failure> {
+fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Result<Fields, Failure> {
     let samples = settings.samples;
     let find = |list: &[FieldSpec], name: &str, sampling: Sampling| {
         let found = list.iter().find(|f| f.name == name && f.sampling == sampling)?;
@@ -171,7 +171,7 @@ fn choose_fields(settings: &Coupling, dem: &Hello, fem: &Hello) -> Result<Fields
         need("fem", fem_name, "give", &fem.gives, name::DISPLACEMENT, AtEnds)?,
         need("fem", fem_name, "give", &fem.gives, name::VELOCITY, AtEnds)?,
     ];
-    // What is broken is told as long as both know of it.
+    // What is broken is sent as long as both know of it.
     if let (Some(given), Some(taken)) =
         (find(&fem.gives, name::BROKEN, Once), find(&dem.takes, name::BROKEN, Once))
         && given == taken

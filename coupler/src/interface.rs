@@ -13,18 +13,18 @@ use std::ops::Range;
 
 /// Where the fields that the coupler knows lie in the four payloads.
 pub struct Places {
-    /// `[sample]`: start, then the ends of the parts; to the wall.
-    pub wall_displacement: Vec<Range<usize>>,
-    /// As `wall_displacement`; empty if the contact solver takes no velocity.
-    pub wall_velocity: Vec<Range<usize>>,
-    /// Means over the parts, from the wall; empty if not agreed.
-    pub wall_force: Vec<Range<usize>>,
-    /// At the ends of the parts, from the wall; empty if not agreed.
-    pub wall_end_force: Vec<Range<usize>>,
-    /// From the wall.
+    /// `[sample]`: start, then the ends of the parts; to the contact solver.
+    pub dem_displacement: Vec<Range<usize>>,
+    /// As `dem_displacement`; empty if the contact solver takes no velocity.
+    pub dem_velocity: Vec<Range<usize>>,
+    /// Means over the parts, from the contact solver; empty if not agreed.
+    pub dem_force: Vec<Range<usize>>,
+    /// At the ends of the parts, from the contact solver; empty if not agreed.
+    pub dem_end_force: Vec<Range<usize>>,
+    /// From the contact solver.
     pub reach: Option<Range<usize>>,
-    /// To the wall: its broken lines.
-    pub wall_broken: Option<Range<usize>>,
+    /// To the contact solver: its broken lines.
+    pub dem_broken: Option<Range<usize>>,
     /// To the structure.
     pub force: Vec<Range<usize>>,
     /// To the structure.
@@ -40,8 +40,8 @@ pub struct Places {
 impl Places {
     /// From the layouts of the four payloads, with `samples` parts per window.
     pub fn new(
-        to_wall: &Layout,
-        from_wall: &Layout,
+        to_dem: &Layout,
+        from_dem: &Layout,
         to_fem: &Layout,
         from_fem: &Layout,
         samples: usize,
@@ -51,12 +51,12 @@ impl Places {
         };
         use Sampling::{AtEnds, FromStart, Means, Once};
         Self {
-            wall_displacement: all(to_wall, name::DISPLACEMENT, FromStart, samples + 1),
-            wall_velocity: all(to_wall, name::VELOCITY, FromStart, samples + 1),
-            wall_force: all(from_wall, name::FORCE, Means, samples),
-            wall_end_force: all(from_wall, name::FORCE, AtEnds, samples),
-            reach: from_wall.sample(name::REACH, Once, 0),
-            wall_broken: to_wall.sample(name::BROKEN, Once, 0),
+            dem_displacement: all(to_dem, name::DISPLACEMENT, FromStart, samples + 1),
+            dem_velocity: all(to_dem, name::VELOCITY, FromStart, samples + 1),
+            dem_force: all(from_dem, name::FORCE, Means, samples),
+            dem_end_force: all(from_dem, name::FORCE, AtEnds, samples),
+            reach: from_dem.sample(name::REACH, Once, 0),
+            dem_broken: to_dem.sample(name::BROKEN, Once, 0),
             broken: from_fem.sample(name::BROKEN, Once, 0),
             force: all(to_fem, name::FORCE, Means, samples),
             end_force: all(to_fem, name::FORCE, AtEnds, samples),
@@ -91,7 +91,7 @@ impl Motion {
 
 /// State of the interface.
 pub struct Interface {
-    /// H, from the structure to the wall.
+    /// H, from the structure to the contact solver's mesh.
     pub mapping: Matrix,
     places: Places,
     /// At the committed time.
@@ -153,54 +153,52 @@ impl Interface {
     /// The iterate, mapped into the request to the contact solver.
     pub fn write_motion(&self, payload: &mut [f64]) {
         let starts = [
-            (&self.places.wall_displacement, &self.committed_u),
-            (&self.places.wall_velocity, &self.committed_v),
+            (&self.places.dem_displacement, &self.committed_u),
+            (&self.places.dem_velocity, &self.committed_v),
         ];
         for (places, start) in starts {
             if let Some(place) = places.first() {
                 self.mapping.consistent(start, &mut payload[place.clone()]);
             }
         }
-        let ends = [
-            (&self.places.wall_displacement, &self.iterate.u),
-            (&self.places.wall_velocity, &self.iterate.v),
-        ];
+        let ends =
+            [(&self.places.dem_displacement, &self.iterate.u), (&self.places.dem_velocity, &self.iterate.v)];
         for (places, samples) in ends {
             for (place, sample) in places.iter().skip(1).zip(samples) {
                 self.mapping.consistent(sample, &mut payload[place.clone()]);
             }
         }
-        if let Some(place) = &self.places.wall_broken {
+        if let Some(place) = &self.places.dem_broken {
             payload[place.clone()].copy_from_slice(&self.committed_broken);
         }
     }
 
     /// The contact solver's answer, mapped into the request to the structure. The mean force is kept
     /// for the booking of work.
-    pub fn write_force(&mut self, from_wall: &[f64], payload: &mut [f64]) {
-        for (part, (place, force)) in self.places.wall_force.iter().zip(&mut self.force).enumerate() {
-            let wall = &from_wall[place.clone()];
+    pub fn write_force(&mut self, from_dem: &[f64], payload: &mut [f64]) {
+        for (part, (place, force)) in self.places.dem_force.iter().zip(&mut self.force).enumerate() {
+            let means = &from_dem[place.clone()];
             match self.places.force.get(part) {
                 Some(to) => {
-                    self.mapping.conservative(wall, &mut payload[to.clone()]);
+                    self.mapping.conservative(means, &mut payload[to.clone()]);
                     force.copy_from_slice(&payload[to.clone()]);
                 }
-                None => self.mapping.conservative(wall, force),
+                None => self.mapping.conservative(means, force),
             }
         }
-        for (place, to) in self.places.wall_end_force.iter().zip(&self.places.end_force) {
-            self.mapping.conservative(&from_wall[place.clone()], &mut payload[to.clone()]);
+        for (place, to) in self.places.dem_end_force.iter().zip(&self.places.end_force) {
+            self.mapping.conservative(&from_dem[place.clone()], &mut payload[to.clone()]);
         }
         if let Some(reach) = &self.places.reach {
-            self.mapping.mark(&from_wall[reach.clone()], &mut self.judged);
+            self.mapping.mark(&from_dem[reach.clone()], &mut self.judged);
             self.in_reach.clear();
             self.in_reach.extend(ranges(&self.judged));
         }
     }
 
     /// Whether the contact solver's answer has a force.
-    pub fn touches(&self, from_wall: &[f64]) -> bool {
-        self.places.wall_force.iter().any(|place| from_wall[place.clone()].iter().any(|f| *f != 0.0))
+    pub fn touches(&self, from_dem: &[f64]) -> bool {
+        self.places.dem_force.iter().any(|place| from_dem[place.clone()].iter().any(|f| *f != 0.0))
     }
 
     /// Keep the structure's answer.
@@ -280,7 +278,7 @@ impl Interface {
             for (i, f) in force.iter().enumerate().filter(|(_, f)| **f != 0.0) {
                 work.touched = true;
                 work.structure += f * (self.answer.u[sample][i] - from_answer[i]);
-                work.wall += f * (self.iterate.u[sample][i] - from_iterate[i]);
+                work.mesh += f * (self.iterate.u[sample][i] - from_iterate[i]);
             }
         }
         work

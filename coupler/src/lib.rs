@@ -1,12 +1,25 @@
 //! Gauss-Seidel coupling of two solvers that know nothing of each other.
 //!
-//! Folders and files follow the method: [`handshake`] (who is there, what crosses the interface),
-//! [`schedule`] (windows), [`predictor`], [`coupling`] (the loop), [`interface`] (motion and force on
-//! the meshes), [`mapping`], [`acceleration`], [`convergence`], [`energy`] (balance and booked work),
-//! [`records`] (result files), [`settings`] (`[coupling]`), [`program`] (command line).
+//! # Where to begin
+//!
+//! [`coupling`] is the loop: `Coupling::run` agrees with both solvers, `windows` goes from window to window, `window` iterates
+//! one until its residual passes, `pass` is one exchange (motion to the contact solver, its force to the structure), `reject`
+//! halves a window that failed. Everything else serves it:
+//!
+//! - before the loop: [`program`] (command line), [`settings`] (the table `[coupling]`: keys, defaults, checks), [`handshake`]
+//!   (who is there, which fields cross the interface, the interface mesh)
+//! - in a window: [`schedule`] (which window is next), [`predictor`] (first iterate), [`interface`] (motion and force on both
+//!   meshes), [`mapping`] (the matrix between them), `seat` (asks one solver), [`convergence`] (residual and tolerances),
+//!   [`acceleration`] (residual to next iterate)
+//! - after it: [`energy`] (balance and work at the interface), [`counts`], [`records`] (result files) with `rows` (which windows
+//!   become rows), [`trust`] (what speaks against a run), `cost`
+//!
+//! A new acceleration or mapping is one file and two lines in the `mod.rs` of its folder.
 
 pub mod acceleration;
 pub mod convergence;
+mod cost;
+pub mod counts;
 pub mod coupling;
 pub mod energy;
 pub mod handshake;
@@ -19,5 +32,6 @@ pub mod reference;
 mod registry;
 mod rows;
 pub mod schedule;
+mod seat;
 pub mod settings;
 pub mod trust;

@@ -358,13 +358,13 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface_defs::toolkit::summary::Status;
+    use interface_defs::toolkit::summary::RunStatus;
 
     #[test]
     fn a_mean_over_a_millisecond_is_left_out_where_less_than_four_parts_lie_in_it() {
         let measure = |name: &str| Measure { name: name.into(), value: 1.0, unit: "N".into(), time: None };
         for (sample, kept) in [(2.5e-4, 2), (2.6e-4, 1)] {
-            let mut summary = Summary::new(Status::Done);
+            let mut summary = Summary::new(RunStatus::Done);
             summary.measures = vec![measure("max_reaction"), measure("max_reaction_1ms")];
             drop_unresolved(&mut summary, sample);
             assert_eq!((summary.measures.len(), summary.warnings.len()), (kept, 2 - kept));
@@ -373,7 +373,7 @@ mod tests {
 
     #[test]
     fn an_expected_measure_that_nobody_reports_is_named_with_its_solver() {
-        let mut summary = Summary::new(Status::Done);
+        let mut summary = Summary::new(RunStatus::Done);
         summary.warnings.push("sag is absent: no weight acts on the structure".into());
         let names = ["rock_impact_speed", "rock_max_penetration", "max_reaction", "max_reaction_1ms"];
         summary.measures = names

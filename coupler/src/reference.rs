@@ -1,11 +1,11 @@
 //! What this program reads of a scene and writes as results, for `rockfall schema`.
 
-use crate::settings::Coupling;
+use crate::settings::CouplingSettings;
 use interface_defs::toolkit::schema::{Entry, Share, Tables};
 
 /// Its table and results.
 pub fn share() -> Share {
-    Tables::default().key::<Coupling>("coupling").results(RESULTS).share()
+    Tables::default().key::<CouplingSettings>("coupling").results(RESULTS).share()
 }
 
 const fn history(name: &'static str, unit: &'static str, meaning: &'static str) -> Entry {

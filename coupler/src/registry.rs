@@ -2,10 +2,13 @@
 
 /// An enum of methods, chosen by `type = "..."` in a scene, that derefs to their trait.
 ///
-/// A new method is one file and one line here: it is then loadable, and listed in the error for a
-/// misspelt name.
+/// A new method is one file, its `mod` line and a line here: it is then loadable, public, in the reference, listed in the error for
+/// a misspelt name, and tried by the tests of its folder. Without the line here its file is code that nothing uses, which does
+/// not pass the compiler's lints.
 macro_rules! registry {
-    ($(#[$doc:meta])* pub enum $any:ident: $method:ident { $($name:literal => $kind:ident,)+ }) => {
+    ($(#[$doc:meta])* pub enum $any:ident: $method:ident { $($name:literal => $file:ident::$kind:ident,)+ }) => {
+        $(pub use $file::$kind;)+
+
         $(#[$doc])*
         #[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(tag = "type")]
@@ -15,6 +18,11 @@ macro_rules! registry {
                 #[serde(rename = $name)]
                 $kind($kind),
             )+
+        }
+
+        impl $any {
+            /// The names that a scene may write.
+            pub const NAMES: &[&str] = &[$($name),+];
         }
 
         impl std::ops::Deref for $any {

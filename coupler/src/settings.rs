@@ -1,4 +1,4 @@
-//! `[coupling]` and `[processes]`: what the coupler reads of a scene.
+//! `[coupling]`: its keys, their defaults, and what is refused or warned of. A new key has its field, default and check here.
 
 use crate::acceleration::AnyAcceleration;
 use crate::convergence::Tolerance;
@@ -33,78 +33,67 @@ pub enum OnNoConvergence {
 
 /// How the two solvers are coupled: required where a scene has rocks and a structure.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Coupling {
+#[serde(deny_unknown_fields, default)]
+pub struct CouplingSettings {
     /// Weak or strong. Default: `rockfall` chooses.
-    #[serde(default = "open_scheme")]
     pub scheme: Scheme,
     /// Length of a window [s]. Default: `rockfall` computes it.
-    #[serde(default = "open_window", skip_serializing_if = "is_open")]
+    #[serde(skip_serializing_if = "is_open")]
     pub time_window: f64,
     /// Longest window [s] in which weak coupling is stable and resolves the reaction, as `rockfall` estimates it; see
     /// `limits.weak_window`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub longest_weak_window: Option<f64>,
     /// Largest residual, relative to the window's increment. A window is accepted when displacement and velocity each
     /// pass this or the absolute tolerance.
-    #[serde(default = "default_tolerance")]
     pub tolerance: f64,
     /// Largest residual [m]; velocities count times the window.
-    #[serde(default = "default_absolute_tolerance")]
     pub absolute_tolerance: f64,
     /// Most iterations of a window.
-    #[serde(default = "default_max_iterations")]
     pub max_iterations: u32,
     /// Order of the prediction of the net's motion at the start of a window: 0: it stays, 1: it continues at its velocity.
-    #[serde(default = "default_predictor")]
     pub predictor: u32,
     /// Parts of a window for which motion and mean force are exchanged: more resolve a contact that
     /// is shorter than the window.
-    #[serde(default = "default_samples")]
     pub samples: u32,
     /// What to do with a window that did not converge.
-    #[serde(default = "default_on_no_convergence")]
     pub on_no_convergence: OnNoConvergence,
     /// Shortest window that halving may reach [s]. Default: `time_window / 64`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub min_window: Option<f64>,
     /// How a residual becomes the next iterate.
-    #[serde(default)]
     pub acceleration: AnyAcceleration,
     /// How the meshes are connected. Default: `identity` for equal meshes, else `nearest_neighbor`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<AnyMapper>,
     /// Fingerprint of the scene that was read, compared with those of the solvers; `None`: it is not compared.
     #[serde(skip)]
     pub scene: Option<String>,
 }
 
-fn open_scheme() -> Scheme {
-    Scheme::Weak
+impl Default for CouplingSettings {
+    /// Scheme and window are open: `rockfall` chooses them.
+    fn default() -> Self {
+        Self {
+            scheme: Scheme::Weak,
+            time_window: f64::NAN,
+            longest_weak_window: None,
+            tolerance: 1e-4,
+            absolute_tolerance: 1e-6,
+            max_iterations: 30,
+            predictor: 1,
+            samples: 1,
+            on_no_convergence: OnNoConvergence::Halve,
+            min_window: None,
+            acceleration: AnyAcceleration::default(),
+            mapping: None,
+            scene: None,
+        }
+    }
 }
-fn open_window() -> f64 {
-    f64::NAN
-}
+
 fn is_open(window: &f64) -> bool {
     window.is_nan()
-}
-fn default_tolerance() -> f64 {
-    1e-4
-}
-fn default_absolute_tolerance() -> f64 {
-    1e-6
-}
-fn default_max_iterations() -> u32 {
-    30
-}
-fn default_predictor() -> u32 {
-    1
-}
-fn default_samples() -> u32 {
-    1
-}
-fn default_on_no_convergence() -> OnNoConvergence {
-    OnNoConvergence::Halve
 }
 
 /// Longest part of a strong window that resolves a mean over 1 ms [s].
@@ -116,24 +105,10 @@ const COARSE: f64 = 1e-3;
 /// Keys that repeated windows alone use. Tolerances are no such keys: a scene keeps them for either scheme.
 const OF_STRONG: [&str; 4] = ["acceleration", "max_iterations", "on_no_convergence", "min_window"];
 
-impl Coupling {
+impl CouplingSettings {
     /// Settings for `scheme` and `time_window` [s], all else by default.
     pub fn new(scheme: Scheme, time_window: f64) -> Self {
-        Self {
-            scheme,
-            time_window,
-            longest_weak_window: None,
-            tolerance: default_tolerance(),
-            absolute_tolerance: default_absolute_tolerance(),
-            max_iterations: default_max_iterations(),
-            predictor: default_predictor(),
-            samples: default_samples(),
-            on_no_convergence: default_on_no_convergence(),
-            min_window: None,
-            acceleration: AnyAcceleration::default(),
-            mapping: None,
-            scene: None,
-        }
+        Self { scheme, time_window, ..Self::default() }
     }
 
     /// From a scene that names scheme and window, checked.
@@ -158,7 +133,7 @@ impl Coupling {
 
     /// The same, where scheme and window may be left to `rockfall`: the window is not a number then.
     pub fn open(scene: &Scene) -> Result<Self, InputError> {
-        let mut coupling = scene.read("coupling")?.unwrap_or_else(|| Self::new(open_scheme(), open_window()));
+        let mut coupling = scene.read::<Self>("coupling")?.unwrap_or_default();
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
         coupling.check_against_run(scene)?;
         coupling.scene = Some(scene.fingerprint());
@@ -208,20 +183,20 @@ impl Coupling {
 
     /// What is said of settings with which hardly any window converges, or every one.
     fn never_or_always_converged(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
+        let (mut warnings, usual) = (Vec::new(), Self::default());
         if self.tolerance == 0.0 && self.absolute_tolerance == 0.0 {
             warnings.push(format!(
                 "coupling.tolerance: both tolerances are 0, so that no window converges in which anything moves; {:e} is usual, and {:e} m \
                  for absolute_tolerance",
-                default_tolerance(),
-                default_absolute_tolerance()
+                usual.tolerance,
+                usual.absolute_tolerance
             ));
         }
         if self.absolute_tolerance >= COARSE {
             warnings.push(format!(
                 "coupling.absolute_tolerance: a window is accepted where the two sides are {} m apart; {:e} m is usual",
                 short(self.absolute_tolerance),
-                default_absolute_tolerance()
+                usual.absolute_tolerance
             ));
         }
         if self.max_iterations == 1 {
@@ -253,8 +228,8 @@ impl Coupling {
             }
             if value >= 1.0 {
                 let of = if key == "tolerance" { "times the window's increment" } else { "m" };
-                let usual =
-                    if key == "tolerance" { default_tolerance() } else { default_absolute_tolerance() };
+                let usual = Self::default();
+                let usual = if key == "tolerance" { usual.tolerance } else { usual.absolute_tolerance };
                 let what = format!(
                     "{key} must lie below 1: {value} {of} accepts whatever the first iteration gives; {usual:e} is usual"
                 );
@@ -305,65 +280,5 @@ impl Coupling {
             Scheme::Weak => 1,
             Scheme::Strong => self.max_iterations,
         }
-    }
-}
-
-/// `[processes]`, as far as the coupler reads it.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Processes {
-    /// Command line of the contact solver.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dem: Option<String>,
-    /// Command line of the structure's solver.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fem: Option<String>,
-    /// Command line of the coupler.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub coupler: Option<String>,
-    /// Deadline for one answer [s].
-    #[serde(default = "default_timeout")]
-    pub timeout: f64,
-    /// How to wait: `auto`. `yield` and `event` are kept for one version.
-    #[serde(default)]
-    pub wait: WaitSetting,
-}
-
-/// How to wait for an answer.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum WaitSetting {
-    /// See [`interface_defs::ipc::Wait::Auto`].
-    #[default]
-    Auto,
-    /// See [`interface_defs::ipc::Wait::Yield`].
-    Yield,
-    /// See [`interface_defs::ipc::Wait::Event`].
-    Event,
-}
-
-fn default_timeout() -> f64 {
-    60.0
-}
-
-impl Default for Processes {
-    fn default() -> Self {
-        Self { dem: None, fem: None, coupler: None, timeout: default_timeout(), wait: WaitSetting::default() }
-    }
-}
-
-impl Processes {
-    /// From a scene, checked.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
-        let processes: Self = scene.read("processes")?.unwrap_or_default();
-        if !(processes.timeout > 0.0 && processes.timeout <= 86_400.0) {
-            return Err(scene
-                .invalid(
-                    "processes.timeout",
-                    format!("timeout must lie between 0 and 86400 s, it is {} s", processes.timeout),
-                )
-                .try_instead("it is written in seconds: 60 is the default"));
-        }
-        Ok(processes)
     }
 }

@@ -1,14 +1,14 @@
 //! What speaks against a run: bounds that it passed, and the likely cause.
 
-use crate::coupling::Counts;
+use crate::counts::Counts;
 use crate::energy::Balance;
-use crate::settings::{Coupling as Settings, Scheme};
+use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::toolkit::limits::{Evidence, Limits, percent};
 
 /// What the cause of an error is read from.
 pub struct Causes<'a> {
     /// How the run is coupled.
-    pub settings: &'a Settings,
+    pub settings: &'a CouplingSettings,
     /// What was done.
     pub counts: &'a Counts,
     /// Energy and work.

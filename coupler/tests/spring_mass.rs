@@ -6,7 +6,7 @@ use common::{Load, Node, Sphere};
 use coupler::acceleration::{Aitken, AnyAcceleration, Constant, NoRelaxation};
 use coupler::coupling::{Committed, Coupling, CouplingError, Iteration, Observer};
 use coupler::handshake::Side;
-use coupler::settings::{Coupling as Settings, OnNoConvergence, Scheme};
+use coupler::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use interface_defs::InProcess;
 
 /// Keeps what a test looks at.
@@ -44,10 +44,10 @@ struct Run {
     node: Node,
     sphere: Sphere,
     outcome: Result<(), CouplingError>,
-    counts: coupler::coupling::Counts,
+    counts: coupler::counts::Counts,
 }
 
-fn run(settings: Settings, end: f64, sphere: Sphere, node: Node) -> Run {
+fn run(settings: CouplingSettings, end: f64, sphere: Sphere, node: Node) -> Run {
     let (mut dem, mut fem) = (InProcess::new("dem", sphere), InProcess::new("fem", node));
     let mut record = Record::default();
     let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);
@@ -59,22 +59,22 @@ fn run(settings: Settings, end: f64, sphere: Sphere, node: Node) -> Run {
     Run { record, node: fem.solver, sphere: dem.solver, outcome, counts }
 }
 
-fn weak(window: f64, predictor: u32) -> Settings {
-    Settings { predictor, ..Settings::new(Scheme::Weak, window) }
+fn weak(window: f64, predictor: u32) -> CouplingSettings {
+    CouplingSettings { predictor, ..CouplingSettings::new(Scheme::Weak, window) }
 }
 
-fn strong(window: f64) -> Settings {
-    Settings {
+fn strong(window: f64) -> CouplingSettings {
+    CouplingSettings {
         tolerance: 1e-13,
         absolute_tolerance: 1e-14,
         max_iterations: 50,
-        ..Settings::new(Scheme::Strong, window)
+        ..CouplingSettings::new(Scheme::Strong, window)
     }
 }
 
 /// Speed ratio of a free mass after its contact with a fixed spring, k = m = 1, at `omega` = w dt.
 /// `phase` shifts the first touch inside a window.
-fn rebound(settings: Settings, load: Load, omega: f64, phase: f64) -> f64 {
+fn rebound(settings: CouplingSettings, load: Load, omega: f64, phase: f64) -> f64 {
     let node = Node::new(1.0, 0.0, load, -phase * omega, 1.0);
     // Half a period of contact, and some windows of flight for the last load to be used up.
     let end = omega * ((std::f64::consts::PI * 1.5 / omega).ceil() + 10.0);
@@ -119,7 +119,7 @@ fn a_converged_strong_scheme_with_end_force_errs_only_at_lift_off() {
 
 /// Growth per window of the contact mode: of y = x1 - u2, whose second differences obey a recurrence of
 /// two terms once the other modes are gone (they decay, or are free motion and drop out of y's differences).
-fn growth(settings: Settings, load: Load, omega: f64, mass: f64, steps: u32) -> f64 {
+fn growth(settings: CouplingSettings, load: Load, omega: f64, mass: f64, steps: u32) -> f64 {
     let windows = 60;
     let end = omega * f64::from(windows);
     let node = Node::new(1.0, 0.0, load, 0.0, 1.0);
@@ -190,13 +190,13 @@ fn a_mean_force_in_the_place_of_the_end_force_shows_in_the_balance_of_energy() {
 #[test]
 fn iterations_converge_where_the_compliance_says() {
     let once = |acceleration: AnyAcceleration, omega: f64| {
-        let settings = Settings {
+        let settings = CouplingSettings {
             acceleration,
             tolerance: 0.0,
             absolute_tolerance: 1e-10,
             max_iterations: 400,
             on_no_convergence: OnNoConvergence::Stop,
-            ..Settings::new(Scheme::Strong, omega)
+            ..CouplingSettings::new(Scheme::Strong, omega)
         };
         let node = Node::new(1.0, 0.0, Load::Mean, 0.0, 1.0);
         let run = run(settings, omega, Sphere::new(f64::INFINITY, 1.0, true, 1, 0.0, 0.0), node);
@@ -216,8 +216,11 @@ fn iterations_converge_where_the_compliance_says() {
 /// The booked difference of the two sides is mean force times residual; both are known here.
 #[test]
 fn work_is_booked_on_both_sides_and_solvers_agree_with_it() {
-    let settings =
-        Settings { absolute_tolerance: 5e-2, tolerance: 0.0, ..Settings::new(Scheme::Strong, 0.3) };
+    let settings = CouplingSettings {
+        absolute_tolerance: 5e-2,
+        tolerance: 0.0,
+        ..CouplingSettings::new(Scheme::Strong, 0.3)
+    };
     let run = run(
         settings,
         6.0,
@@ -225,18 +228,18 @@ fn work_is_booked_on_both_sides_and_solvers_agree_with_it() {
         Node::new(1.0, 0.3, Load::Mean, 0.0, 0.2),
     );
     run.outcome.unwrap();
-    let (structure, wall) = *run.record.defects.last().unwrap();
-    assert!((structure - wall).abs() > 1e-6, "a loose tolerance leaves a defect");
+    let (structure, mesh) = *run.record.defects.last().unwrap();
+    assert!((structure - mesh).abs() > 1e-6, "a loose tolerance leaves a defect");
     // Sums of twenty windows with works of order 1.
     assert!((structure - run.node.received()).abs() < 1e-13, "{structure}");
-    assert!((wall + run.sphere.received()).abs() < 1e-13, "{wall}");
+    assert!((mesh + run.sphere.received()).abs() < 1e-13, "{mesh}");
 }
 
 #[test]
 fn a_failed_window_is_halved_and_the_full_length_returns() {
     let mut node = Node::new(1.0, 1.0, Load::Mean, 0.0, 1.0);
     node.longest = 0.03;
-    let settings = Settings { ..weak(0.1, 1) };
+    let settings = CouplingSettings { ..weak(0.1, 1) };
     let run = run(settings, 0.2, Sphere::new(1.0, 1.0, false, 1, 10.0, 0.0), node);
     run.outcome.unwrap();
     assert!(run.record.spans.iter().all(|(_, length)| *length == 0.025));
@@ -260,7 +263,7 @@ fn halving_ends_at_the_smallest_window_with_the_reason() {
 #[test]
 fn more_samples_per_window_cost_no_second_contract() {
     // Declared samples are the most a solver can do: these can do one.
-    let settings = Settings { samples: 4, ..weak(0.1, 1) };
+    let settings = CouplingSettings { samples: 4, ..weak(0.1, 1) };
     let run = run(
         settings,
         0.2,

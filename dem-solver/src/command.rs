@@ -9,14 +9,15 @@ use crate::shape::pieces::PieceChoice;
 use crate::shape::spec::NAMES;
 use crate::shape::{Shape, Surface};
 use clap::{ArgMatches, Args, FromArgMatches};
+use interface_defs::toolkit::arguments::ClusterArguments;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Extra;
-use interface_defs::toolkit::screen::tell;
+use interface_defs::toolkit::screen::show;
 use interface_defs::toolkit::vtu::{Cells, Vtu};
 use nalgebra::Vector3;
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// How the number of spheres and the largest error are written.
 const NAMED: [&str; 2] = ["--spheres", "--largest-error"];
@@ -24,47 +25,8 @@ const NAMED: [&str; 2] = ["--spheres", "--largest-error"];
 /// The subcommand.
 pub const COMMAND: Extra = Extra { command, run };
 
-#[derive(Args)]
-struct Arguments {
-    /// Closed surface (.stl, .obj), or a built-in shape, as in box:1.2,0.8,0.6; all of them below
-    #[arg(value_name = "SHAPE")]
-    shape: String,
-    /// Most spheres, 1 to 50000. A round shape may take fewer: a sphere is one
-    #[arg(long, short = 'n', value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SPHERES)))]
-    spheres: u32,
-    /// File to write: `x y z r` per line [m], in the shape's own axes
-    #[arg(long, short, value_name = "FILE")]
-    output: PathBuf,
-    /// Metres per unit of a surface file
-    #[arg(long, value_name = "M", default_value_t = 1.0)]
-    scale: f64,
-    /// Close small holes of a surface file, as scans have them; their number and area are printed
-    #[arg(long)]
-    close_holes: bool,
-    /// Of several closed surfaces in a file take this one: its number, from 1, or its name in the file
-    #[arg(long, value_name = "NUMBER|NAME")]
-    piece: Option<String>,
-    /// `medial`: by the error; `lattice`: equal spheres in rows (boxes; the largest number that fills it)
-    #[arg(long, value_name = "HOW", default_value = "medial", value_parser = ["medial", "lattice"])]
-    method: String,
-    /// `volume`: as much outside of the solid as lacks inside; `largest`: as far outside as inside, the
-    /// smallest largest error; `inside`: never outside
-    #[arg(long, value_name = "WHERE", default_value = "volume", value_parser = ["volume", "largest", "inside"])]
-    fit: String,
-    /// Least radius [m]: small spheres make edges sharp, and are soft; what only smaller ones reach stays uncovered
-    #[arg(long, value_name = "M", default_value_t = 0.0)]
-    smallest_radius: f64,
-    /// Largest distance of the two surfaces [m]: a cluster beyond it is refused. Default: 15 % of the diagonal of the
-    /// shape's box, and no more than 0.9 times the radius of the largest ball that fits into it
-    #[arg(long, value_name = "M")]
-    largest_error: Option<f64>,
-    /// Write the spheres (points with a radius) as a VTU file too
-    #[arg(long, value_name = "FILE")]
-    vtu: Option<PathBuf>,
-}
-
 fn command() -> clap::Command {
-    Arguments::augment_args(
+    ClusterArguments::augment_args(
         clap::Command::new("cluster")
             .bin_name("rockfall cluster")
             .about("Fill a closed surface with overlapping spheres, and print its error")
@@ -77,7 +39,12 @@ fn command() -> clap::Command {
 }
 
 fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
-    let arguments = Arguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+    let arguments =
+        ClusterArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+    if arguments.spheres > MOST_SPHERES {
+        let what = format!("{} spheres: 1 to {MOST_SPHERES} are possible", arguments.spheres);
+        return Err(InputError::in_file("--spheres", what));
+    }
     for (name, value) in [("--smallest-radius", arguments.smallest_radius), ("--scale", arguments.scale)] {
         if !(value >= 0.0 && value.is_finite()) {
             return Err(InputError::in_file(
@@ -131,14 +98,14 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     for note in notes.into_iter().chain(fewer) {
         text += &format!("note: {note}\n");
     }
-    tell(&text);
+    show(&text);
     Ok(Exit::Done)
 }
 
 fn spheres(
     shape: &Shape,
     surface: &Surface,
-    arguments: &Arguments,
+    arguments: &ClusterArguments,
 ) -> Result<(Vec<Sphere>, Accuracy), InputError> {
     let measured = |spheres: Vec<Sphere>| {
         let accuracy = Accuracy::of(surface, &spheres);
@@ -183,7 +150,7 @@ fn header(
     solid: &Solid,
     spheres: &[Sphere],
     accuracy: &Accuracy,
-    arguments: &Arguments,
+    arguments: &ClusterArguments,
 ) -> Vec<String> {
     let inertia = solid.inertia(solid.volume());
     let centre = solid.centre();

@@ -7,7 +7,8 @@
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{EventId, FileName, NodeBuilder, NodeName, Path, SemanticString, ServiceName, ipc};
 use interface_defs::ipc::channel::ControlHeader;
-use interface_defs::ipc::domain::{Domain, fnv1a};
+use interface_defs::ipc::domain::Domain;
+use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::message::{FromSolver, ToSolver, capability, decode, encode};
 use interface_defs::{
     AnswerHeader, Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Ready, RequestHeader, Sampling, Statistics,
@@ -36,6 +37,35 @@ fn ready() -> Ready {
     Ready { mesh, gauges: vec![Gauge::new("truth", "1")], initial: vec![0.0; 9], warnings: vec![] }
 }
 
+fn reply(message: ToSolver, lie: &str, fields: &mut Vec<FieldSpec>) -> FromSolver {
+    match message {
+        ToSolver::Connect => FromSolver::Hello(hello(lie)),
+        ToSolver::Prepare(plan) => {
+            *fields = plan.gives;
+            FromSolver::Ready(ready())
+        }
+        ToSolver::Explain => FromSolver::Fault(Fault::window("no reason")),
+        ToSolver::Finish { .. } | ToSolver::Abort { .. } => FromSolver::Statistics(Statistics::default()),
+    }
+}
+
+/// Make the answer of a window what it must not be; false: there is none.
+fn distort(lie: &str, header: &mut AnswerHeader, payload: &mut Vec<f64>) -> bool {
+    match lie {
+        "run" => header.run += 1,
+        "sequence" => header.sequence += 1,
+        "window" => header.window += 1,
+        "iteration" => header.iteration += 1,
+        "length" => header.length *= 2.0,
+        "status" => header.status = 7,
+        "short" => payload.truncate(4),
+        "nan" => payload[4] = f64::NAN,
+        "infinite-gauge" => payload[6] = f64::INFINITY,
+        _ => {}
+    }
+    lie != "silent"
+}
+
 fn main() -> Result<(), Failure> {
     let args: Vec<String> = std::env::args().collect();
     let option = |key: &str| args.iter().position(|a| a == key).and_then(|i| args.get(i + 1)).cloned();
@@ -56,7 +86,6 @@ fn main() -> Result<(), Failure> {
     let node = NodeBuilder::new().name(&NodeName::new(&part)?).config(&config).create::<ipc::Service>()?;
     let control_name = ServiceName::new(&format!("{part}/control"))?;
     let field_name = ServiceName::new(&format!("{part}/field"))?;
-    let wake_name = ServiceName::new("coupler/wake")?;
     // The coupler creates the wake-up of `fem` last of all: from then on everything is there.
     let last = ServiceName::new("fem/wake")?;
     while node.service_builder(&last).event().open().is_err() {
@@ -74,7 +103,7 @@ fn main() -> Result<(), Failure> {
         .request_user_header::<RequestHeader>()
         .response_user_header::<AnswerHeader>()
         .open()?;
-    let wake = node.service_builder(&wake_name).event().open()?;
+    let wake = node.service_builder(&ServiceName::new("coupler/wake")?).event().open()?;
     let bell = wake.notifier_builder().default_event_id(EventId::new(1)).create()?;
     let control = control.server_builder().initial_max_slice_len(65_536).create()?;
     let windows = field.server_builder().initial_max_slice_len(9).create()?;
@@ -83,17 +112,7 @@ fn main() -> Result<(), Failure> {
         std::thread::sleep(Duration::from_micros(200));
         if let Some(request) = control.receive()? {
             // Messages of these tests fit one frame.
-            let answer = match decode::<ToSolver>(request.payload())? {
-                ToSolver::Connect => FromSolver::Hello(hello(lie)),
-                ToSolver::Prepare(plan) => {
-                    fields = plan.gives;
-                    FromSolver::Ready(ready())
-                }
-                ToSolver::Explain => FromSolver::Fault(Fault::window("no reason")),
-                ToSolver::Finish { .. } | ToSolver::Abort { .. } => {
-                    FromSolver::Statistics(Statistics::default())
-                }
-            };
+            let answer = reply(decode(request.payload())?, lie, &mut fields);
             let over = matches!(answer, FromSolver::Statistics(_));
             let mut bytes = encode(&answer);
             match lie {
@@ -117,20 +136,8 @@ fn main() -> Result<(), Failure> {
             let mut header = AnswerHeader::echo(&asked, Status::Done);
             let mut payload = vec![0.0; 9];
             // The truth for three windows, so that there are rows to keep.
-            if asked.window > 3 {
-                match lie {
-                    "run" => header.run += 1,
-                    "sequence" => header.sequence += 1,
-                    "window" => header.window += 1,
-                    "iteration" => header.iteration += 1,
-                    "length" => header.length *= 2.0,
-                    "status" => header.status = 7,
-                    "short" => payload.truncate(4),
-                    "nan" => payload[4] = f64::NAN,
-                    "infinite-gauge" => payload[6] = f64::INFINITY,
-                    "silent" => continue,
-                    _ => {}
-                }
+            if asked.window > 3 && !distort(lie, &mut header, &mut payload) {
+                continue;
             }
             let mut response = request.loan_slice_uninit(payload.len())?;
             *response.user_header_mut() = header;

@@ -16,7 +16,7 @@ pub mod name {
     pub const VELOCITY: &str = "velocity";
     /// Force on the interface nodes [N], 3 components.
     pub const FORCE: &str = "force";
-    /// 1 for each wall node that the contact solver may touch in this window, else 0.
+    /// 1 for each node that the contact solver may touch in this window, else 0.
     pub const REACH: &str = "reach";
     /// 1 for each line that is broken and touches nothing any more, else 0: from the structure at the window's end, to the
     /// contact solver as committed when the window begins.
@@ -25,15 +25,15 @@ pub mod name {
     pub const CONTACT_TANGENT: &str = "contact_tangent";
     /// Optional: d(force)/d(velocity) of the contacts, negated, one 3x3 block per node [N s/m].
     pub const CONTACT_DAMPING: &str = "contact_damping";
-    /// Optional, for a wall that yields in the contact solver: mass felt by a node [kg].
+    /// Optional, for a mesh that yields in the contact solver: mass felt by a node [kg].
     pub const LOCAL_MASS: &str = "local_mass";
-    /// Optional, for a yielding wall: internal force plus load at the window's start [N], 3 components.
+    /// Optional, for a yielding mesh: internal force plus load at the window's start [N], 3 components.
     pub const LOCAL_FORCE: &str = "local_force";
-    /// Optional, for a yielding wall: `[T/L, EA/L^3]` of each line, block `T/L I + EA/L^3 d d^T` [N/m, N/m3].
+    /// Optional, for a yielding mesh: `[T/L, EA/L^3]` of each line, block `T/L I + EA/L^3 d d^T` [N/m, N/m3].
     pub const LOCAL_LINE_TANGENT: &str = "local_line_tangent";
-    /// Optional, for a yielding wall of any element: one 3x3 tangent block per node [N/m].
+    /// Optional, for a yielding mesh of any element: one 3x3 tangent block per node [N/m].
     pub const LOCAL_TANGENT: &str = "local_tangent";
-    /// Optional, for a yielding wall: mass-proportional damping alpha [1/s], one number.
+    /// Optional, for a yielding mesh: mass-proportional damping alpha [1/s], one number.
     pub const LOCAL_DAMPING: &str = "local_damping";
 }
 

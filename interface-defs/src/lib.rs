@@ -4,10 +4,15 @@
 //! [`Solver`] and calls [`serve`] in `main` takes part in a co-simulation; nothing else is needed.
 //! `PROTOCOL.md` beside this crate describes the same contract byte by byte, for other languages.
 //!
+//! # Where to begin
+//!
+//! A solver of your own: [`solver`] (the trait, in some 60 lines in `examples/oscillator.rs`), then [`field`]. The coupler's side:
+//! [`participant`]. What happens in a window, file by file: `ARCHITECTURE.md`.
+//!
 //! - [`field`]: which numbers cross the interface, and where they lie in the flat payload
 //! - [`header`]: the plain-data headers of a request and its answer
 //! - [`message`]: handshake, preparation, faults, statistics (bincode, apart from the field path)
-//! - [`mesh`]: the interface mesh, from which a contact solver makes its wall
+//! - [`mesh`]: the interface mesh, on which a contact solver works
 //! - [`solver`]: the trait of a solver
 //! - [`participant`]: the trait at the coupler's side, and its in-process implementation
 //! - [`ipc`]: the same over iceoryx2, in processes of their own

@@ -15,7 +15,7 @@ pub struct InterfaceMesh {
     pub faces: Vec<[u32; 3]>,
     /// Radius of each line [m]; empty = all zero.
     pub line_radius: Vec<f64>,
-    /// Lumped mass that each node shows to a contact [kg], infinite where it is held; empty = not told.
+    /// Lumped mass that each node shows to a contact [kg], infinite where it is held; empty = not known.
     pub masses: Vec<f64>,
     /// Named sets of nodes.
     pub groups: Vec<Group>,

@@ -96,7 +96,7 @@ pub struct Plan {
     pub takes: Vec<FieldSpec>,
     /// Fields of each answer, in this order; the gauges of [`Ready`] follow.
     pub gives: Vec<FieldSpec>,
-    /// For a solver that works against a wall: the structure's interface mesh at t = 0.
+    /// For a contact solver: the structure's interface mesh at t = 0.
     pub wall: Option<InterfaceMesh>,
 }
 
@@ -112,7 +112,7 @@ pub struct Progress {
 /// A prepared solver.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ready {
-    /// The interface mesh that it uses. A structure offers it, a contact solver says what it made of the wall.
+    /// The interface mesh that it uses. A structure offers it, a contact solver says what it made of it.
     pub mesh: InterfaceMesh,
     /// Named numbers that come with every answer.
     pub gauges: Vec<Gauge>,
@@ -233,11 +233,11 @@ pub struct Statistics {
     pub counts: Vec<(String, u64)>,
     /// What the user should know; also each expected measure that is absent, with the reason.
     pub warnings: Vec<String>,
-    /// Seconds of processor time; 0 = not told.
+    /// Seconds of processor time; 0 = not reported.
     pub cpu_seconds: f64,
-    /// Wall seconds inside `solve` and `commit`; 0 = not told.
+    /// Wall seconds inside `solve` and `commit`; 0 = not reported.
     pub solve_seconds: f64,
-    /// Largest memory in use [bytes]; 0 = not told.
+    /// Largest memory in use [bytes]; 0 = not reported.
     pub peak_memory: u64,
 }
 

@@ -4,13 +4,15 @@ use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
-use crate::{cluster, manual, reference, schema};
+use crate::{manual, reference, schema};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
+use interface_defs::toolkit::arguments::{ClusterArguments, Input, Logging, Results};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::log::{self, LogFormat};
-use interface_defs::toolkit::screen::{complain, tell};
+use interface_defs::toolkit::program::Savings;
+use interface_defs::toolkit::screen::{complain, show};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -23,9 +25,8 @@ use std::path::{Path, PathBuf};
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Form of the log lines on stderr; with json no bar is drawn. RUST_LOG=debug prints more
-    #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
-    log_format: LogFormat,
+    #[command(flatten)]
+    logging: Logging,
 }
 
 #[derive(Subcommand)]
@@ -34,18 +35,13 @@ enum Command {
     Run {
         #[command(flatten)]
         input: Input,
-        /// Directory of the results [default: out/NAME for the scene NAME.toml]
-        #[arg(long, value_name = "DIR", help_heading = "Results")]
-        out: Option<PathBuf>,
-        /// Overwrite the run that the directory holds
-        #[arg(long, help_heading = "Results")]
-        force: bool,
+        #[command(flatten)]
+        results: Results,
         /// Print nothing but errors
         #[arg(long, conflicts_with = "log_format", help_heading = "Results")]
         quiet: bool,
-        /// Switch off every shortcut (flight in closed form, skipped structure), to prove that it is harmless
-        #[arg(long, help_heading = "Computation")]
-        no_shortcuts: bool,
+        #[command(flatten)]
+        savings: Savings,
     },
     /// Check a scene: processes, critical time steps [s], windows, cost, warnings; start nothing
     Check {
@@ -62,7 +58,7 @@ enum Command {
         lengths in m, volumes in m3.\nMass, centre and inertia of a rock always come from its shape, never from the spheres.\n\
         In a scene: cluster = { spheres = N } makes the same cluster, cluster = { file = \"FILE\" } reads it."
     )]
-    Cluster(cluster::Arguments),
+    Cluster(ClusterArguments),
     /// Print the JSON schema of the scene file, for editors
     ///
     /// Write it into a file once, and name that in the first line of a scene: `#:schema rockfall.schema.json`.
@@ -93,15 +89,6 @@ enum Command {
     Clean,
 }
 
-#[derive(clap::Args)]
-struct Input {
-    /// Scene file (TOML, SI units)
-    scene: PathBuf,
-    /// Set a value of the scene, as in --set coupling.scheme=weak --set rock.0.cluster.spheres=512
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    sets: Vec<String>,
-}
-
 /// The whole program.
 pub fn main() -> Exit {
     let cli = match Cli::try_parse() {
@@ -114,8 +101,8 @@ pub fn main() -> Exit {
             return Exit::BadInput;
         }
     };
-    let json = cli.log_format == LogFormat::Json;
-    log::init(cli.log_format, json);
+    let json = cli.logging.log_format == LogFormat::Json;
+    log::init(cli.logging.log_format, json);
     match execute(cli.command, json) {
         Ok(exit) => exit,
         Err(stop) => {
@@ -136,39 +123,37 @@ fn scene_as_command(first: Option<OsString>) -> Option<String> {
 
 fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
     match command {
-        Command::Run { input, out, force, quiet, no_shortcuts } => run::run(&Request {
-            scene: input.scene,
-            sets: input.sets,
-            out,
-            force,
-            shortcuts: !no_shortcuts,
+        Command::Run { input, results, quiet, savings } => run::run(&Request {
+            input,
+            results,
+            shortcuts: !savings.no_shortcuts,
             quiet,
             bar: !quiet && !json,
         }),
         Command::Check { input, resolved } => {
-            tell(&estimate::check(&input.scene, &input.sets, resolved.as_deref())?);
+            show(&estimate::check(&input, resolved.as_deref())?);
             Ok(Exit::Done)
         }
-        Command::Cluster(_) => hand_over("dem-solver", "cluster", &cluster::given()),
+        Command::Cluster(_) => hand_over("dem-solver", "cluster", &arguments_after("cluster")),
         Command::Schema { reference } => {
             let share = schema::share()?;
-            tell(&if reference { reference::text(&share) } else { schema::text(&share) });
+            show(&if reference { reference::text(&share) } else { schema::text(&share) });
             Ok(Exit::Done)
         }
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "rockfall", &mut script);
-            tell(&String::from_utf8_lossy(&script));
+            show(&String::from_utf8_lossy(&script));
             Ok(Exit::Done)
         }
         Command::Man { dir } => print_manual(dir.as_deref()),
         Command::Clean => {
             let removed = ipc::clean().map_err(|failure| Stop::failed(failure.to_string()))?;
             if removed.is_empty() {
-                tell("nothing to remove: no dead run has left anything behind\n");
+                show("nothing to remove: no dead run has left anything behind\n");
             }
             for id in removed {
-                tell(&format!("removed what run {id} left behind\n"));
+                show(&format!("removed what run {id} left behind\n"));
             }
             Ok(Exit::Done)
         }
@@ -182,13 +167,18 @@ fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
             let mut page = Vec::new();
             let rendered = manual::one_page(Cli::command(), &mut page);
             rendered.map_err(|e| Stop::failed(format!("the manual page cannot be made: {e}")))?;
-            tell(&String::from_utf8_lossy(&page));
+            show(&String::from_utf8_lossy(&page));
         }
         Some(dir) => manual::write(Cli::command(), dir).map_err(|e| {
             Stop::input(format!("{}: the manual pages cannot be written: {e}", dir.display()))
         })?,
     }
     Ok(Exit::Done)
+}
+
+/// The arguments of this process after `word`, as they were given.
+fn arguments_after(word: &str) -> Vec<OsString> {
+    std::env::args_os().skip(1).skip_while(|argument| argument != word).skip(1).collect()
 }
 
 /// Let a program of this project beside this one do the whole work, and end as it does.

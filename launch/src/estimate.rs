@@ -7,6 +7,7 @@ use crate::plan::{Part, Plan};
 use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
+use interface_defs::toolkit::arguments::Input;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::limits::Limits;
@@ -17,11 +18,11 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The answer to `rockfall check`. The scene with every default and every choice filled in goes to `resolved`.
-pub fn check(path: &Path, sets: &[String], resolved: Option<&Path>) -> Result<String, Stop> {
+pub fn check(input: &Input, resolved: Option<&Path>) -> Result<String, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
-    let scene = Scene::load(path, sets)?;
+    let scene = input.load()?;
     let plan = Plan::of(&scene)?;
-    let mut reports = validate(&plan, path, sets, &events)?;
+    let mut reports = validate(&plan, input, &events)?;
     let chosen = choice::complete(&scene, &plan, &mut reports)?;
     if let Some(file) = resolved {
         let table = record::resolved(&scene, &plan, &reports)?;

@@ -1,15 +1,25 @@
 //! `rockfall`: the front door. Reads a scene, starts only the processes that it requires, watches
 //! them, and says how it went.
 //!
-//! It knows which table of a scene belongs to which program, and not what is in it: [`plan`] decides
-//! by presence, [`validate`] asks the programs themselves, [`choice`] fills in scheme, window and steps that are open
-//! ([`numbers`], [`stability`]), [`record`] writes down what will run,
-//! [`schema`] and [`reference`] say what a scene may hold, [`supervise`] starts and watches, [`verdict`] makes one message
-//! of how it ended, [`estimate`] estimates steps and cost for `rockfall check`; [`manual`] makes the manual page.
+//! It knows which table of a scene belongs to which program, and not what is in it.
+//!
+//! # Where to begin
+//!
+//! [`run`] is `rockfall run` from top to bottom, [`cli`] the command line before it. In order:
+//!
+//! - [`plan`]: who takes part, by presence; [`command_line`]: the program files
+//! - [`validate`]: each program checks the tables that are its own, and reports numbers
+//! - [`choice`]: scheme, window and steps that the scene leaves open, from [`numbers`] and [`stability`] (the longest weak window)
+//! - [`record`]: on disk before it runs: `scene.toml` with every default, `run.json`
+//! - [`supervise`]: start, watch, end ([`events`], [`progress`]); [`verdict`]: one message of how it ended, [`stop`]: with its exit code
+//! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
+//! - [`schema`], [`reference`](mod@reference): what a scene may hold, put together from all programs; [`manual`]: the manual page
+//!
+//! A new command is a variant of `Command` in [`cli`]; options that other programs have too stand in
+//! `interface_defs::toolkit::arguments`.
 
 mod choice;
 mod cli;
-mod cluster;
 mod command_line;
 mod estimate;
 mod events;

@@ -2,9 +2,8 @@
 
 use crate::command_line::{beside, find, split};
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::processes::Processes;
 use interface_defs::toolkit::scene::Scene;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// A part in a run.
@@ -38,78 +37,12 @@ impl Part {
     }
 }
 
-/// Programs of others in the place of this project's, and how long one is waited for.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Processes {
-    /// Command line in the place of `dem-solver`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dem: Option<String>,
-    /// Command line in the place of `fem-solver`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fem: Option<String>,
-    /// Command line in the place of `coupler`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub coupler: Option<String>,
-    /// Deadline for one answer [s]. Default 60.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub timeout: Option<f64>,
-    /// How to wait; default `auto`. `yield` and `event` are kept for one version.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wait: Option<Waiting>,
-}
-
-/// How a solver waits for its next request.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Waiting {
-    /// As fast as the better of the others.
-    #[default]
-    Auto,
-    /// Sleep until woken.
-    Event,
-    /// Look again for a while first.
-    Yield,
-}
-
-/// Deadline for one answer where the scene names none [s].
-const TIMEOUT: f64 = 60.0;
-
-impl Processes {
-    /// From a scene, checked.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
-        let processes: Self = scene.read("processes")?.unwrap_or_default();
-        match processes.timeout {
-            Some(t) if !(t > 0.0 && t <= 86_400.0) => Err(scene
-                .invalid(
-                    "processes.timeout",
-                    format!("a deadline of {t} s; it must lie above 0, up to 86400 s"),
-                )
-                .try_instead("it is written in seconds: 60 is the default")),
-            _ => Ok(processes),
-        }
-    }
-
-    fn command(&self, part: Part) -> Option<&str> {
-        match part {
-            Part::Dem => self.dem.as_deref(),
-            Part::Fem => self.fem.as_deref(),
-            Part::Coupler => self.coupler.as_deref(),
-        }
-    }
-
-    /// Deadline for one answer [s].
-    pub fn timeout(&self) -> f64 {
-        self.timeout.unwrap_or(TIMEOUT)
-    }
-
-    /// How to wait, as a command line says it; `None`: the solver's own way.
-    pub fn waiting(&self) -> Option<&'static str> {
-        match self.wait.unwrap_or_default() {
-            Waiting::Auto => None,
-            Waiting::Event => Some("event"),
-            Waiting::Yield => Some("yield"),
-        }
+/// The command line that a scene names for a part.
+fn command(processes: &Processes, part: Part) -> Option<&str> {
+    match part {
+        Part::Dem => processes.dem.as_deref(),
+        Part::Fem => processes.fem.as_deref(),
+        Part::Coupler => processes.coupler.as_deref(),
     }
 }
 
@@ -222,7 +155,7 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), InputError> {
 }
 
 fn member(part: Part, processes: &Processes, scene: &Scene) -> Result<Member, InputError> {
-    let Some(line) = processes.command(part) else {
+    let Some(line) = command(processes, part) else {
         let program = beside(part.program()).map_err(|what| {
             InputError::new(what).try_instead("build all programs with cargo build --release")
         })?;
@@ -305,8 +238,8 @@ mod tests {
             format!("{rock}[box]\n[[contact]]\n"),
             "[[spheres]]\n[terrain]\n[[contact]]\n".to_owned(),
         ] {
-            let told = parts(&used).err().unwrap_or_default();
-            assert!(!told.contains("nothing will use"), "{told}");
+            let said = parts(&used).err().unwrap_or_default();
+            assert!(!said.contains("nothing will use"), "{said}");
         }
     }
 

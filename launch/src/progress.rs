@@ -28,7 +28,7 @@ impl Bar {
         Self { bar, moving: None }
     }
 
-    /// Show what a process has told.
+    /// Show what a process has reported.
     pub fn update(&mut self, line: &Line) {
         let Some(bar) = &self.bar else { return };
         if line.t <= 0.0 {

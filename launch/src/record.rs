@@ -2,7 +2,7 @@
 
 use crate::plan::{Part, Plan};
 use interface_defs::ipc::RunId;
-use interface_defs::ipc::domain::fnv1a;
+use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
@@ -33,7 +33,9 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     // The coupler has filled in its defaults; the command lines are known best here.
     let mut processes =
         table.remove("processes").and_then(|p| p.try_into::<Table>().ok()).unwrap_or_default();
-    processes.extend(Table::try_from(&plan.processes).map_err(fault)?);
+    if plan.is_coupled() || scene.has("processes") {
+        processes.extend(Table::try_from(&plan.processes).map_err(fault)?);
+    }
     for member in plan.members.iter().filter(|member| member.foreign) {
         let words =
             std::iter::once(member.program.display().to_string()).chain(member.arguments.iter().cloned());

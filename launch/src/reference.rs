@@ -196,10 +196,10 @@ impl<'a> Page<'a> {
             } else {
                 own
             });
-            let (mut text, told) = without_default(&text);
-            let default = match (needed(key), told, schema.get("default")) {
+            let (mut text, stated) = without_default(&text);
+            let default = match (needed(key), stated, schema.get("default")) {
                 (true, ..) => "**required**".into(),
-                (false, Some(told), _) => told,
+                (false, Some(stated), _) => stated,
                 (false, None, Some(value)) => format!("`{}`", toml_text(value)),
                 (false, None, None) => String::new(),
             };

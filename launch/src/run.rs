@@ -10,27 +10,24 @@ use crate::stop::Stop;
 use crate::supervise::{Job, supervise};
 use crate::validate::validate;
 use crate::verdict::verdict;
-use interface_defs::ipc;
+use interface_defs::ipc::{self, Wait};
+use interface_defs::toolkit::arguments::{Input, Results};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from;
-use interface_defs::toolkit::summary::{Status, Summary};
+use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What the command line asks for.
 pub struct Request {
-    /// Scene file.
-    pub scene: PathBuf,
-    /// `key=value`, as typed.
-    pub sets: Vec<String>,
-    /// Directory of the results.
-    pub out: Option<PathBuf>,
-    /// Overwrite an old run.
-    pub force: bool,
+    /// The scene.
+    pub input: Input,
+    /// Where the results go.
+    pub results: Results,
     /// Use savings.
     pub shortcuts: bool,
     /// Print nothing but errors.
@@ -42,9 +39,9 @@ pub struct Request {
 /// Validate, start, watch; the summary on the screen at the end.
 pub fn run(request: &Request) -> Result<Exit, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
-    let scene = Scene::load(&request.scene, &request.sets)?;
+    let scene = request.input.load()?;
     let plan = Plan::of(&scene)?;
-    let mut reports = validate(&plan, &request.scene, &request.sets, &events)?;
+    let mut reports = validate(&plan, &request.input, &events)?;
     for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene())
     {
         tracing::info!("chosen, as the scene does not say: {}", choice.text());
@@ -58,9 +55,9 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     if events.interrupted() {
         return Err(Stop::failed("interrupted"));
     }
-    let out = run_dir::location(request.out.as_deref(), &scene);
+    let out = request.results.dir.of(&scene);
     start_from::refuse_own(&scene, &out)?;
-    let owner = Owner::claim(&out, &Claim { force: request.force, ..Claim::default() })?;
+    let owner = Owner::claim(&out, &Claim { force: request.results.force, ..Claim::default() })?;
     let show = request.bar && std::io::stderr().is_terminal();
     let jobs: Vec<Job> = plan.members.iter().map(|m| job(m, &plan, request, &owner, show)).collect();
     let log = out.join(run_dir::LOG);
@@ -81,28 +78,28 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         tracing::warn!("{} did not end by itself and was ended", end.name);
     }
     let status = match (&judged, outcome.interrupted) {
-        (Ok(()), _) => Status::Done,
-        (Err(stop), _) if stop.exit == Exit::Unreliable => Status::Unreliable,
-        (Err(_), true) => Status::Interrupted,
-        (Err(_), false) => Status::Failed,
+        (Ok(()), _) => RunStatus::Done,
+        (Err(stop), _) if stop.exit == Exit::Unreliable => RunStatus::Unreliable,
+        (Err(_), true) => RunStatus::Interrupted,
+        (Err(_), false) => RunStatus::Failed,
     };
     // A foreign leader may keep no summary; one of ours that has left none has not done its work.
-    let status = if status == Status::Done && !plan.members[0].foreign && !out.join(run_dir::SUMMARY).exists()
-    {
-        Status::Failed
-    } else {
-        status
-    };
-    let told = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
+    let status =
+        if status == RunStatus::Done && !plan.members[0].foreign && !out.join(run_dir::SUMMARY).exists() {
+            RunStatus::Failed
+        } else {
+            status
+        };
+    let ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
     if !request.quiet {
-        told.print_table(&out);
+        ended.print_table(&out);
     }
     judged?;
     // The summary has the last word: a leader of another make may end with 0 whatever it wrote.
-    match told.status {
-        Status::Done => Ok(Exit::Done),
+    match ended.status {
+        RunStatus::Done => Ok(Exit::Done),
         status => {
-            let message = told.message.unwrap_or_else(|| format!("the summary says: {}", status.word()));
+            let message = ended.message.unwrap_or_else(|| format!("the summary says: {}", status.word()));
             Err(Stop { exit: Exit::of(status), message })
         }
     }
@@ -148,7 +145,7 @@ fn with_full_disk(mut stop: Stop, out: &Path) -> Stop {
 }
 
 /// The summary of the run. A leader that was lost has left none: then the outcome alone.
-fn summary(owner: &Owner, status: Status, stop: Option<&Stop>) -> Summary {
+fn summary(owner: &Owner, status: RunStatus, stop: Option<&Stop>) -> Summary {
     if owner.check().is_ok()
         && let Ok(summary) = Summary::read(owner.dir())
     {
@@ -156,7 +153,7 @@ fn summary(owner: &Owner, status: Status, stop: Option<&Stop>) -> Summary {
     }
     let mut summary = Summary::new(status);
     let lost = "the process that keeps the measures has ended without a summary";
-    if status != Status::Done {
+    if status != RunStatus::Done {
         summary.message = Some(stop.map_or_else(|| lost.into(), |stop| stop.message.clone()));
     }
     summary.warnings.push(format!("no measures: {lost}"));
@@ -198,9 +195,10 @@ fn job(member: &Member, plan: &Plan, request: &Request, owner: &Owner, show: boo
     }
     option("--out", owner.dir().into());
     if !leads {
-        option("--timeout", plan.processes.timeout().to_string().into());
-        if let Some(way) = plan.processes.waiting() {
-            option("--wait", way.into());
+        option("--timeout", plan.processes.timeout.to_string().into());
+        // A solver of another make may not know how `auto` waits.
+        if plan.processes.wait != Wait::Auto {
+            option("--wait", plan.processes.wait.to_string().into());
         }
     }
     option("--supervisor", std::process::id().to_string().into());

@@ -1,9 +1,9 @@
 //! The schema of a whole scene: what each program says of its tables, put together.
 
 use crate::command_line::beside;
-use crate::plan::Processes;
 use crate::stop::Stop;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::processes::Processes;
 use interface_defs::toolkit::schema::{Share, Tables};
 use std::process::{Command, Stdio};
 

@@ -5,23 +5,18 @@ use crate::plan::{Member, Part, Plan};
 use crate::stop::Stop;
 use crate::verdict::error_in;
 use interface_defs::InterfaceMesh;
+use interface_defs::toolkit::arguments::Input;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::exit::Exit;
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::io::{self, Write};
 use std::os::unix::process::CommandExt;
-use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
 /// Ask every own program of `plan` what it makes of the scene, all at once; but the rocks' after the structure's, which
-/// tells where the net is. The programs that the scene names are not asked. What is wrong is reported once, however many
+/// says where the net is. The programs that the scene names are not asked. What is wrong is reported once, however many
 /// programs find it. A signal ends them all.
-pub fn validate(
-    plan: &Plan,
-    scene: &Path,
-    sets: &[String],
-    events: &Events,
-) -> Result<Vec<(Part, CheckReport)>, Stop> {
+pub fn validate(plan: &Plan, input: &Input, events: &Events) -> Result<Vec<(Part, CheckReport)>, Stop> {
     let own = || plan.members.iter().filter(|member| !member.foreign);
     let has_net = own().any(|member| member.part == Part::Fem);
     let (later, now): (Vec<_>, Vec<_>) = own().partition(|member| has_net && member.part == Part::Dem);
@@ -29,7 +24,7 @@ pub fn validate(
     let mut faults: Vec<Stop> = Vec::new();
     for members in [now, later] {
         let net = reports.iter().find_map(|(_, report): &(Part, CheckReport)| report.interface.as_ref());
-        let outcomes = ask_all(&members, |member| ask(member, scene, sets, net), events)?;
+        let outcomes = ask_all(&members, |member| ask(member, input, net), events)?;
         for (member, outcome) in members.into_iter().zip(outcomes) {
             match read(member, outcome) {
                 Ok(report) => reports.push((member.part, report)),
@@ -83,11 +78,16 @@ fn ask_all(
 }
 
 /// Start the check of one program; the `net` goes to it over its stdin.
-fn ask(member: &Member, scene: &Path, sets: &[String], net: Option<&InterfaceMesh>) -> io::Result<Child> {
+fn ask(member: &Member, input: &Input, net: Option<&InterfaceMesh>) -> io::Result<Child> {
     let mut command = Command::new(&member.program);
     // A group of its own: Ctrl-C reaches this program alone, which ends the checks.
-    command.process_group(0).args(&member.arguments).arg("check").arg(scene).args(["--format", "json"]);
-    for set in sets {
+    command
+        .process_group(0)
+        .args(&member.arguments)
+        .arg("check")
+        .arg(&input.scene)
+        .args(["--format", "json"]);
+    for set in &input.sets {
         command.args(["--set", set]);
     }
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -106,12 +106,12 @@ fn read(member: &Member, outcome: io::Result<Output>) -> Result<CheckReport, Sto
     let program = member.program.display();
     let output = outcome.map_err(|e| Stop::input(format!("{program} cannot be started: {e}")))?;
     let said = String::from_utf8_lossy(&output.stderr);
-    let told = error_in(&said)
+    let error = error_in(&said)
         .unwrap_or_else(|| format!("{program} check ended with {} and printed: {said}", output.status));
     match output.status.code() {
         Some(0) => CheckReport::from_json(&String::from_utf8_lossy(&output.stdout))
             .map_err(|e| Stop::failed(format!("{program} check: {e}; are all programs of one version?"))),
-        Some(2) => Err(Stop::input(told)),
-        _ => Err(Stop::failed(told)),
+        Some(2) => Err(Stop::input(error)),
+        _ => Err(Stop::failed(error)),
     }
 }

@@ -54,7 +54,7 @@ impl Bench {
     }
 
     fn run(&self) -> (Option<i32>, String) {
-        told(&self.rockfall(&["run", "s.toml", "--out", "out"]).output().expect("started"))
+        ended_with(&self.rockfall(&["run", "s.toml", "--out", "out"]).output().expect("started"))
     }
 
     fn log(&self, name: &str) -> String {
@@ -75,7 +75,7 @@ impl Bench {
     }
 }
 
-fn told(output: &Output) -> (Option<i32>, String) {
+fn ended_with(output: &Output) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
@@ -97,7 +97,7 @@ fn has_ended(pid: Pid) -> bool {
 }
 
 fn ended(child: Child) -> (Option<i32>, String) {
-    told(&child.wait_with_output().expect("ended"))
+    ended_with(&child.wait_with_output().expect("ended"))
 }
 
 const FOREVER: &str = "while :; do sleep 0.05; done";
@@ -110,7 +110,7 @@ fn a_lone_solver_is_started_alone_and_the_record_says_how() {
         .rockfall(&["run", "s.toml", "--out", "out", "--set", "title=x y", "--no-shortcuts"])
         .output()
         .expect("started");
-    assert_eq!(told(&output), (Some(0), String::new()));
+    assert_eq!(ended_with(&output), (Some(0), String::new()));
     assert!(String::from_utf8_lossy(&output.stdout).contains("done"));
     let log = bench.log("dem");
     assert!(log.contains("dem --k 3 run out/scene.toml --out out --supervisor "), "{log}");
@@ -170,7 +170,7 @@ fn a_directory_that_holds_a_run_is_refused_unless_forced() {
     assert!(message.contains("holds a run already") && message.contains("--force"), "{message}");
     assert!(!bench.path("dem.pid").exists());
     let forced = bench.rockfall(&["run", "s.toml", "--out", "out", "--force"]).output().expect("started");
-    assert_eq!(told(&forced).0, Some(0));
+    assert_eq!(ended_with(&forced).0, Some(0));
 }
 
 #[test]
@@ -258,7 +258,7 @@ fn the_second_signal_kills() {
 fn clean_says_what_it_removed() {
     let bench = Bench::new();
     let output = bench.rockfall(&["clean"]).output().expect("started");
-    assert_eq!(told(&output).0, Some(0));
+    assert_eq!(ended_with(&output).0, Some(0));
     assert!(String::from_utf8_lossy(&output.stdout).contains("remove"));
 }
 
@@ -268,7 +268,7 @@ fn check_starts_nothing_and_names_the_processes() {
     bench.coupled("exit 0", "exit 0", "exit 0");
     let output = bench.rockfall(&["check", "s.toml"]).output().expect("started");
     let text = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(told(&output).0, Some(0), "{text}");
+    assert_eq!(ended_with(&output).0, Some(0), "{text}");
     assert!(text.starts_with("s: 3 processes over shared memory, 1 s\n"), "{text}");
     assert!(text.contains("fem --k 3") && text.contains("named by the scene"), "{text}");
     let started =
@@ -287,7 +287,7 @@ fn a_foreign_solver_reads_the_resolved_scene_and_files_are_found() {
     let sets = ["--set", "custom.stiffness=0.30000000000000004"];
     let output =
         bench.rockfall(&[&["run", "s.toml", "--out", "out"], &sets[..]].concat()).output().expect("started");
-    assert_eq!(told(&output), (Some(0), String::new()));
+    assert_eq!(ended_with(&output), (Some(0), String::new()));
     let read: toml::Table =
         std::fs::read_to_string(bench.path("read.toml")).expect("copied").parse().expect("TOML");
     assert_eq!(read["custom"]["stiffness"].as_float(), Some(0.1 + 0.2));
@@ -297,7 +297,7 @@ fn a_foreign_solver_reads_the_resolved_scene_and_files_are_found() {
         .rockfall(&[&["check", "s.toml", "--resolved", "resolved.toml"], &sets[..]].concat())
         .output()
         .expect("started");
-    assert_eq!(told(&checked).0, Some(0));
+    assert_eq!(ended_with(&checked).0, Some(0));
     let body = |name: &str| {
         let text = std::fs::read_to_string(bench.path(name)).expect("there");
         text.lines().skip(1).map(String::from).collect::<Vec<_>>()
@@ -315,7 +315,7 @@ fn a_second_run_into_one_directory_is_refused_and_the_first_is_not_disturbed() {
     let record = std::fs::read_to_string(bench.path("out/run.json")).expect("a record");
     for extra in [&["--quiet"][..], &["--force"]] {
         let words = [&["run", "s.toml", "--out", "out"], extra].concat();
-        let (code, message) = told(&bench.rockfall(&words).output().expect("started"));
+        let (code, message) = ended_with(&bench.rockfall(&words).output().expect("started"));
         assert_eq!(code, Some(2), "{message}");
         assert!(message.contains("is writing its results here") && message.contains("--out"), "{message}");
     }
@@ -409,7 +409,7 @@ fn names_that_are_no_text_do_not_panic() {
     let mut command = bench.rockfall(&["run"]);
     command.arg(&scene).arg("--out").arg(name(b"o\xffut"));
     let output = command.output().expect("started");
-    assert_eq!(told(&output), (Some(0), String::new()));
+    assert_eq!(ended_with(&output), (Some(0), String::new()));
     assert!(
         bench.path("read.toml").exists()
             && bench.dir.path().join(name(b"o\xffut")).join("summary.json").exists()
@@ -417,6 +417,6 @@ fn names_that_are_no_text_do_not_panic() {
     for words in [&["run"][..], &["check"], &["clean"]] {
         let mut command = bench.rockfall(words);
         let output = command.arg(name(b"no\xff.toml")).output().expect("started");
-        assert_eq!(told(&output).0, Some(2), "{words:?}");
+        assert_eq!(ended_with(&output).0, Some(2), "{words:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 use coupler::coupling::{Committed, Coupling, Observer};
 use coupler::handshake::Side;
-use coupler::settings::Coupling as Settings;
+use coupler::settings::CouplingSettings;
 use interface_defs::InProcess;
 use interface_defs::message::{Measure, Statistics};
 use interface_defs::toolkit::program::Options;
@@ -50,7 +50,7 @@ pub fn computed(scene: &Path, sets: &[String]) -> Result<Computed, String> {
     let dem = (dem_solver::PROGRAM.build)(&scene, &options).map_err(|e| e.to_string())?;
     let fem = (fem_solver::PROGRAM.build)(&scene, &options).map_err(|e| e.to_string())?;
     let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
-    let settings = Settings::of(&scene).map_err(|e| e.to_string())?;
+    let settings = CouplingSettings::of(&scene).map_err(|e| e.to_string())?;
     let end = scene.end_time().map_err(|e| e.to_string())?;
     let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);
     let outcome = coupling.run(&mut Silent, &mut |_| Ok(()));

@@ -148,7 +148,7 @@ fn audit(name: &str, sets: &[&str]) -> Auditor {
     };
     let mut dem = InProcess::new("dem", watched(dem, &auditor.dem));
     let mut fem = InProcess::new("fem", watched(fem, &auditor.fem));
-    let settings = coupler::settings::Coupling::of(&scene).unwrap();
+    let settings = coupler::settings::CouplingSettings::of(&scene).unwrap();
     let mut coupling = Coupling::new(settings, scene.end_time().unwrap(), &mut dem, &mut fem);
     coupling.limits = Limits::of(&scene).unwrap();
     coupling.run(&mut auditor, &mut |_| Ok(())).unwrap();
@@ -199,7 +199,7 @@ fn nothing_is_allocated_in_a_window_after_the_first() {
         let bench = Bench::new();
         let (scene, dem, fem) = solvers("walenstadt-exp1", sets);
         let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
-        let settings = coupler::settings::Coupling::of(&scene).unwrap();
+        let settings = coupler::settings::CouplingSettings::of(&scene).unwrap();
         let end = scene.end_time().unwrap();
         let output = interface_defs::toolkit::output::Output::of(&scene).unwrap();
         std::fs::create_dir_all(bench.path("out")).unwrap();

@@ -35,7 +35,7 @@ fn in_process(path: &Path, sets: &[&str], out: &Path) {
     let dem = (dem_solver::PROGRAM.build)(&scene, &options).unwrap();
     let fem = (fem_solver::PROGRAM.build)(&scene, &options).unwrap();
     let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
-    let settings = coupler::settings::Coupling::of(&scene).unwrap();
+    let settings = coupler::settings::CouplingSettings::of(&scene).unwrap();
     let end = scene.end_time().unwrap();
     let output = interface_defs::toolkit::output::Output::of(&scene).unwrap();
     std::fs::create_dir_all(out).unwrap();

@@ -4,12 +4,12 @@ use std::process::Command;
 use tests::in_process::computed;
 use tests::{Bench, program, scene};
 
-/// The longest weak window [s] and what sets it, as told for a scene.
-fn told(name: &str, sets: &[&str]) -> (f64, String) {
+/// The longest weak window [s] and what sets it, as printed for a scene.
+fn printed(name: &str, sets: &[&str]) -> (f64, String) {
     let sets = sets.iter().flat_map(|set| ["--set", *set]);
     let output = Command::new(program("rockfall")).arg("check").arg(scene(name)).args(sets).output();
     let text = String::from_utf8(output.expect("started").stdout).expect("text");
-    let line = text.lines().find_map(|l| l.strip_prefix("longest weak window")).expect("is told");
+    let line = text.lines().find_map(|l| l.strip_prefix("longest weak window")).expect("is printed");
     let window = line.split_whitespace().next().expect("a number").parse().expect("a number");
     (window, line.to_owned())
 }
@@ -36,7 +36,7 @@ fn a_net_of_rings_makes_energy_in_windows_beyond_the_longest_told_and_not_in_it(
         "output.fields=1.0",
         "end_time=0.34",
     ];
-    let (window, _) = told(name, &sets);
+    let (window, _) = printed(name, &sets);
     let kept = error(&bench, name, &sets, window);
     assert!(kept < 0.01, "{kept} at {window} s");
     // What is made grows out of small disturbances: 8 %, and not twice the same in other windows.
@@ -44,7 +44,7 @@ fn a_net_of_rings_makes_energy_in_windows_beyond_the_longest_told_and_not_in_it(
     assert!(made > 0.03 && made > 10.0 * kept, "{made} at 3.5 times {window} s, {kept} in it");
 }
 
-/// Samples, stiffness, friction and dashpot move the limit of the drop test, each as it is told: right in 0.9 of the window,
+/// Samples, stiffness, friction and dashpot move the limit of the drop test, each as it is printed: right in 0.9 of the window,
 /// wrong in 2.5 times of it.
 #[test]
 fn the_drop_test_is_right_in_the_window_that_is_told_and_wrong_in_more_than_twice_of_it() {
@@ -65,7 +65,7 @@ fn the_drop_test_is_right_in_the_window_that_is_told_and_wrong_in_more_than_twic
         let sets: Vec<String> =
             start.iter().chain(more).chain(&["coupling.scheme=weak"]).map(ToString::to_string).collect();
         let words: Vec<&str> = sets.iter().map(String::as_str).collect();
-        let (window, line) = told(name, &words);
+        let (window, line) = printed(name, &words);
         assert!(line.contains(cause), "{name} {more:?}: {line}");
         let run = |share: f64| {
             let length = share * window;

@@ -1,12 +1,9 @@
 //! Acceleration: the residual of one coupling iteration becomes the next iterate.
 
 mod aitken;
+mod anderson;
 mod constant;
 mod none;
-
-pub use aitken::Aitken;
-pub use constant::Constant;
-pub use none::NoRelaxation;
 
 use crate::registry::registry;
 
@@ -28,9 +25,10 @@ pub trait Acceleration {
 registry! {
     /// Every acceleration that `[coupling.acceleration] type` may name.
     pub enum AnyAcceleration: Acceleration {
-        "none" => NoRelaxation,
-        "constant" => Constant,
-        "aitken" => Aitken,
+        "none" => none::NoRelaxation,
+        "constant" => constant::Constant,
+        "aitken" => aitken::Aitken,
+        "anderson" => anderson::Anderson,
     }
 }
 
@@ -44,5 +42,38 @@ impl Default for AnyAcceleration {
 fn relax(x: &mut [f64], residual: &[f64], factor: f64) {
     for (x, r) in x.iter_mut().zip(residual) {
         *x += factor * r;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Iterates of `x = 1 - 0.2 x` from 0.3, two equal unknowns.
+    fn iterates(method: &mut dyn Acceleration) -> Vec<f64> {
+        method.start_window(2);
+        let mut x = [0.3; 2];
+        (0..60)
+            .map(|_| {
+                let residual = x.map(|x| 1.0 - 1.2 * x);
+                method.update(&mut x, &residual);
+                assert_eq!(x[0], x[1]);
+                x[0]
+            })
+            .collect()
+    }
+
+    /// What every method must do, whichever are registered.
+    #[test]
+    fn each_converges_on_a_soft_interface_and_forgets_the_window_before() {
+        for name in AnyAcceleration::NAMES {
+            let text = format!("type = \"{name}\"");
+            let mut method: AnyAcceleration = toml::from_str(&text).expect("defaults for every key");
+            assert_eq!(method.check(), Ok(()), "{name}");
+            let first = iterates(&mut *method);
+            assert!((first[59] - 1.0 / 1.2).abs() < 1e-12, "{name}: {}", first[59]);
+            assert_eq!(first, iterates(&mut *method), "{name}");
+            assert!(method.factor() > 0.0, "{name}");
+        }
     }
 }

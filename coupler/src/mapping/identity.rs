@@ -11,15 +11,15 @@ use serde::{Deserialize, Serialize};
 pub struct Identity {}
 
 impl Mapper for Identity {
-    fn matrix(&self, structure: &InterfaceMesh, wall: &InterfaceMesh) -> Result<Matrix, String> {
-        if structure.same_nodes(wall) {
+    fn matrix(&self, structure: &InterfaceMesh, contact: &InterfaceMesh) -> Result<Matrix, String> {
+        if structure.same_nodes(contact) {
             return Ok(Matrix::identity(structure.node_count()));
         }
         Err(format!(
             "the identity needs equal meshes; the structure has {} nodes, the interface mesh of the contact solver {}, or their coordinates \
              differ; try type = \"nearest_neighbor\"",
             structure.node_count(),
-            wall.node_count()
+            contact.node_count()
         ))
     }
 }

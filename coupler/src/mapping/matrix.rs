@@ -1,6 +1,6 @@
 //! A sparse matrix over nodes: the same weights for each of the three components.
 
-/// H in compressed rows: a row per wall node, a column per structure node.
+/// H in compressed rows: a row per contact node, a column per structure node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
     columns: usize,
@@ -26,7 +26,7 @@ impl Matrix {
         Self { columns, starts, entries, identity: false }
     }
 
-    /// Number of wall nodes.
+    /// Number of contact nodes.
     pub fn rows(&self) -> usize {
         self.starts.len() - 1
     }
@@ -40,16 +40,16 @@ impl Matrix {
         &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 
-    /// `wall = H structure`, 3 components per node: displacement and velocity.
+    /// `contact = H structure`, 3 components per node: displacement and velocity.
     ///
     /// Panics if a length does not match the meshes this matrix was built for.
-    pub fn consistent(&self, structure: &[f64], wall: &mut [f64]) {
-        assert_eq!((structure.len(), wall.len()), (3 * self.columns, 3 * self.rows()));
+    pub fn consistent(&self, structure: &[f64], contact: &mut [f64]) {
+        assert_eq!((structure.len(), contact.len()), (3 * self.columns, 3 * self.rows()));
         if self.identity {
-            wall.copy_from_slice(structure);
+            contact.copy_from_slice(structure);
             return;
         }
-        for (row, out) in wall.chunks_exact_mut(3).enumerate() {
+        for (row, out) in contact.chunks_exact_mut(3).enumerate() {
             let mut sum = [0.0; 3];
             for &(column, weight) in self.row(row) {
                 for (s, x) in sum.iter_mut().zip(&structure[3 * column as usize..]) {
@@ -60,17 +60,17 @@ impl Matrix {
         }
     }
 
-    /// `structure = H^T wall`, 3 components per node: force. Total force and work are conserved.
+    /// `structure = H^T contact`, 3 components per node: force. Total force and work are conserved.
     ///
     /// Panics if a length does not match the meshes this matrix was built for.
-    pub fn conservative(&self, wall: &[f64], structure: &mut [f64]) {
-        assert_eq!((structure.len(), wall.len()), (3 * self.columns, 3 * self.rows()));
+    pub fn conservative(&self, contact: &[f64], structure: &mut [f64]) {
+        assert_eq!((structure.len(), contact.len()), (3 * self.columns, 3 * self.rows()));
         if self.identity {
-            structure.copy_from_slice(wall);
+            structure.copy_from_slice(contact);
             return;
         }
         structure.fill(0.0);
-        for (row, force) in wall.chunks_exact(3).enumerate() {
+        for (row, force) in contact.chunks_exact(3).enumerate() {
             for &(column, weight) in self.row(row) {
                 for (s, f) in structure[3 * column as usize..].iter_mut().zip(force) {
                     *s += weight * f;
@@ -79,10 +79,10 @@ impl Matrix {
         }
     }
 
-    /// Mark in `structure` (one flag per node) the nodes that wall nodes marked in `wall` follow.
-    pub fn mark(&self, wall: &[f64], structure: &mut [bool]) {
+    /// Mark in `structure` (one flag per node) the nodes that contact nodes marked in `contact` follow.
+    pub fn mark(&self, contact: &[f64], structure: &mut [bool]) {
         structure.fill(false);
-        for (row, _) in wall.iter().enumerate().filter(|(_, mark)| **mark != 0.0) {
+        for (row, _) in contact.iter().enumerate().filter(|(_, mark)| **mark != 0.0) {
             for &(column, _) in self.row(row) {
                 structure[column as usize] = true;
             }
@@ -105,11 +105,11 @@ mod tests {
             let h = Matrix::from_rows(6, rows.iter().cloned());
             let u = &seed[..18];
             let f: Vec<f64> = (0..3 * h.rows()).map(|i| seed[63 - i]).collect();
-            let (mut wall, mut force) = (vec![0.0; f.len()], vec![0.0; 18]);
-            h.consistent(u, &mut wall);
+            let (mut contact, mut force) = (vec![0.0; f.len()], vec![0.0; 18]);
+            h.consistent(u, &mut contact);
             h.conservative(&f, &mut force);
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-            prop_assert!((dot(&f, &wall) - dot(&force, u)).abs() < 1e-13);
+            prop_assert!((dot(&f, &contact) - dot(&force, u)).abs() < 1e-13);
         }
     }
 

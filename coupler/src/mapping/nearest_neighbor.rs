@@ -1,4 +1,4 @@
-//! Each wall node follows the structure node that is nearest at t = 0.
+//! Each contact node follows the structure node that is nearest at t = 0.
 
 use super::{Identity, Mapper, Matrix};
 use interface_defs::InterfaceMesh;
@@ -12,15 +12,15 @@ use std::collections::BTreeMap;
 pub struct NearestNeighbor {}
 
 impl Mapper for NearestNeighbor {
-    fn matrix(&self, structure: &InterfaceMesh, wall: &InterfaceMesh) -> Result<Matrix, String> {
-        if structure.same_nodes(wall) {
-            return Identity {}.matrix(structure, wall);
+    fn matrix(&self, structure: &InterfaceMesh, contact: &InterfaceMesh) -> Result<Matrix, String> {
+        if structure.same_nodes(contact) {
+            return Identity {}.matrix(structure, contact);
         }
         if structure.node_count() == 0 {
             return Err("the structure's interface mesh has no nodes".into());
         }
         let grid = Grid::new(&structure.coordinates);
-        let rows = wall.coordinates.chunks_exact(3).map(|p| vec![(grid.nearest([p[0], p[1], p[2]]), 1.0)]);
+        let rows = contact.coordinates.chunks_exact(3).map(|p| vec![(grid.nearest([p[0], p[1], p[2]]), 1.0)]);
         Ok(Matrix::from_rows(structure.node_count(), rows))
     }
 }

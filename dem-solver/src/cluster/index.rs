@@ -1,34 +1,34 @@
 //! The sphere of a cluster that reaches nearest to a point, and the first one that a ray enters.
 
+use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
 use crate::geometry::sphere::Sphere;
 use nalgebra::Vector3;
+use std::cell::Cell;
 
 const LEAF: usize = 8;
 
-struct IndexNode {
-    lowest: Vector3<f64>,
-    highest: Vector3<f64>,
-    first: u32,
-    count: u32,
-    largest: f64,
+/// A tree over the centres of spheres; of a node it knows the largest radius [m].
+pub struct SphereIndex {
+    tree: MedianTree<f64>,
+    /// The spheres, leaf by leaf.
+    spheres: Vec<Sphere>,
 }
 
-/// A tree over the centres of spheres.
-pub struct SphereIndex {
-    nodes: Vec<IndexNode>,
-    /// The spheres, leaf by leaf, and the place of each in the cluster.
-    spheres: Vec<Sphere>,
-    places: Vec<u32>,
+/// Least distance of a point from the spheres of a node [m], negative where it may lie in one.
+fn bound(node: &MedianNode<f64>, from: &Vector3<f64>) -> f64 {
+    node.square_to(from).sqrt() - node.more
 }
 
 impl SphereIndex {
     /// The tree over at least one sphere.
     pub fn new(spheres: &[Sphere]) -> Self {
-        let mut order: Vec<u32> = (0..spheres.len() as u32).collect();
-        let mut nodes = Vec::new();
-        build(&mut nodes, &mut order, 0, spheres);
-        let sorted = order.iter().map(|i| spheres[*i as usize]).collect();
-        Self { nodes, spheres: sorted, places: order }
+        let value = |k: u32, split| match split {
+            Split::Axis(axis) => spheres[k as usize].centre[axis],
+            Split::Size => spheres[k as usize].radius,
+        };
+        let tree = MedianTree::new(spheres.len(), LEAF, |some| describe(some, spheres), value);
+        let sorted = tree.order().iter().map(|i| spheres[*i as usize]).collect();
+        Self { tree, spheres: sorted }
     }
 
     /// The largest distance of points from the nearest sphere, 0 if all lie inside of some [m].
@@ -44,172 +44,97 @@ impl SphereIndex {
 
     /// The same, but ended at the first sphere that is no further than `enough` [m].
     fn search(&self, from: &Vector3<f64>, enough: f64) -> (f64, u32) {
-        let (mut best, mut found) = (f64::INFINITY, 0);
-        let mut stack = [(0_u32, f64::NEG_INFINITY); 64];
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let (at, bound) = stack[height];
-            if bound >= best {
-                continue;
-            }
-            let node = &self.nodes[at as usize];
-            if node.count > 0 {
-                for k in node.first as usize..(node.first + node.count) as usize {
+        let (best, mut found) = (Cell::new(f64::INFINITY), 0);
+        self.tree.nearest_first(
+            |node| bound(node, from),
+            |least, _| least < best.get(),
+            |items| {
+                for k in items {
                     let sphere = &self.spheres[k];
-                    let reach = best + sphere.radius;
+                    let reach = best.get() + sphere.radius;
                     let square = (from - sphere.centre).norm_squared();
                     if reach > 0.0 && square < reach * reach {
-                        best = square.sqrt() - sphere.radius;
+                        best.set(square.sqrt() - sphere.radius);
                         found = k as u32;
                     }
                 }
-                if best <= enough {
-                    break;
-                }
-                continue;
-            }
-            height = self.push_children(at, from, &mut stack, height);
-        }
-        (best, found)
+                best.get() > enough
+            },
+        );
+        (best.get(), found)
     }
 
     /// Whether a point lies deeper than `by` [m] in one of the spheres.
     pub fn holds(&self, point: &Vector3<f64>, by: f64) -> bool {
-        let mut stack = [0_u32; 64];
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let at = stack[height];
-            let node = &self.nodes[at as usize];
-            if self.bound(at, point) >= -by {
-                continue;
-            }
-            if node.count == 0 {
-                (stack[height], stack[height + 1]) = (node.first, at + 1);
-                height += 2;
-            } else if self.spheres[node.first as usize..(node.first + node.count) as usize]
-                .iter()
-                .any(|s| holds(s, point, by))
-            {
-                return true;
-            }
-        }
-        false
+        let mut held = false;
+        self.tree.visit(
+            |node| bound(node, point) < -by,
+            |items| {
+                held = self.spheres[items].iter().any(|s| holds(s, point, by));
+                !held
+            },
+        );
+        held
     }
 
     /// The two spheres nearest to `from`: distances [m] as of [`nearest`](Self::nearest), and numbers. The second one of a
     /// single sphere is infinitely far away.
     pub fn nearest_two(&self, from: &Vector3<f64>) -> [(f64, u32); 2] {
-        let mut found = [(f64::INFINITY, 0); 2];
-        let mut stack = [(0_u32, f64::NEG_INFINITY); 64];
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let (at, bound) = stack[height];
-            if bound >= found[1].0 {
-                continue;
-            }
-            let node = &self.nodes[at as usize];
-            if node.count == 0 {
-                height = self.push_children(at, from, &mut stack, height);
-                continue;
-            }
-            for k in node.first..node.first + node.count {
-                let sphere = &self.spheres[k as usize];
-                let distance = (from - sphere.centre).norm() - sphere.radius;
-                if distance < found[0].0 {
-                    found = [(distance, k), found[0]];
-                } else if distance < found[1].0 {
-                    found[1] = (distance, k);
+        let found = Cell::new([(f64::INFINITY, 0); 2]);
+        self.tree.nearest_first(
+            |node| bound(node, from),
+            |least, _| least < found.get()[1].0,
+            |items| {
+                for k in items {
+                    let sphere = &self.spheres[k];
+                    let this = ((from - sphere.centre).norm() - sphere.radius, k as u32);
+                    let [first, second] = found.get();
+                    if this.0 < first.0 {
+                        found.set([this, first]);
+                    } else if this.0 < second.0 {
+                        found.set([first, this]);
+                    }
                 }
-            }
-        }
-        found
+                true
+            },
+        );
+        found.get()
     }
 
     /// Length of the ray from `from`, outside of all spheres, along the unit vector `along` until it enters the first
     /// one [m]; `None` if it enters none within `most`.
     pub fn entry(&self, from: &Vector3<f64>, along: &Vector3<f64>, most: f64) -> Option<f64> {
         let inverse = along.map(|a| 1.0 / a);
-        let mut first = most;
-        let mut stack = [(0_u32, 0.0); 64];
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let (at, enters) = stack[height];
-            if enters > first {
-                continue;
-            }
-            let node = &self.nodes[at as usize];
-            if node.count == 0 {
-                let mut children = [node.first, at + 1].map(|c| (c, self.enters_box(c, from, &inverse)));
-                if children[0].1 < children[1].1 {
-                    children.swap(0, 1);
+        let first = Cell::new(most);
+        self.tree.nearest_first(
+            |node| enters_box(node, from, &inverse),
+            |enters, _| enters <= first.get(),
+            |items| {
+                for sphere in &self.spheres[items] {
+                    first.set(entry(sphere, from, along).map_or(first.get(), |t| t.min(first.get())));
                 }
-                for child in children.into_iter().filter(|(_, enters)| *enters <= first) {
-                    stack[height] = child;
-                    height += 1;
-                }
-                continue;
-            }
-            for sphere in &self.spheres[node.first as usize..(node.first + node.count) as usize] {
-                first = entry(sphere, from, along).map_or(first, |t| t.min(first));
-            }
-        }
-        (first < most).then_some(first)
-    }
-
-    /// Length of a ray until it enters the box around the spheres of a node [m]; infinite if it misses it.
-    fn enters_box(&self, node: u32, from: &Vector3<f64>, inverse: &Vector3<f64>) -> f64 {
-        let node = &self.nodes[node as usize];
-        let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
-        for axis in 0..3 {
-            let a = (node.lowest[axis] - node.largest - from[axis]) * inverse[axis];
-            let b = (node.highest[axis] + node.largest - from[axis]) * inverse[axis];
-            // Along a face of the box 0 times infinity is no number, and counts for nothing here.
-            (enters, leaves) = (enters.max(a.min(b)), leaves.min(a.max(b)));
-        }
-        if enters <= leaves { enters } else { f64::INFINITY }
-    }
-
-    /// Put both children of a node on a stack, the nearer one on top; the stack's new height.
-    fn push_children(
-        &self,
-        at: u32,
-        from: &Vector3<f64>,
-        stack: &mut [(u32, f64); 64],
-        height: usize,
-    ) -> usize {
-        let (left, right) = (at + 1, self.nodes[at as usize].first);
-        let (l, r) = (self.bound(left, from), self.bound(right, from));
-        let (near, far) = if l <= r { ((left, l), (right, r)) } else { ((right, r), (left, l)) };
-        stack[height] = far;
-        stack[height + 1] = near;
-        height + 2
+                true
+            },
+        );
+        (first.get() < most).then_some(first.get())
     }
 
     /// The numbers of all spheres that overlap `sphere`; it is one of them if it is in the index.
     pub fn overlapping(&self, sphere: &Sphere) -> Vec<u32> {
         let mut found = Vec::new();
-        let mut stack = vec![0_u32];
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at as usize];
-            if self.bound(at, &sphere.centre) >= sphere.radius {
-                continue;
-            }
-            if node.count == 0 {
-                stack.extend([node.first, at + 1]);
-                continue;
-            }
-            for k in node.first..node.first + node.count {
-                let other = &self.spheres[k as usize];
-                let sum = sphere.radius + other.radius;
-                if (sphere.centre - other.centre).norm_squared() < sum * sum {
-                    found.push(k);
+        self.tree.visit(
+            |node| bound(node, &sphere.centre) < sphere.radius,
+            |items| {
+                for k in items {
+                    let other = &self.spheres[k];
+                    let sum = sphere.radius + other.radius;
+                    if (sphere.centre - other.centre).norm_squared() < sum * sum {
+                        found.push(k as u32);
+                    }
                 }
-            }
-        }
+                true
+            },
+        );
         found
     }
 
@@ -225,18 +150,20 @@ impl SphereIndex {
 
     /// Its place in the list of which the index was made.
     pub fn place(&self, number: u32) -> usize {
-        self.places[number as usize] as usize
+        self.tree.order()[number as usize] as usize
     }
+}
 
-    fn bound(&self, node: u32, from: &Vector3<f64>) -> f64 {
-        let node = &self.nodes[node as usize];
-        let mut square = 0.0;
-        for axis in 0..3 {
-            let d = (node.lowest[axis] - from[axis]).max(from[axis] - node.highest[axis]).max(0.0);
-            square += d * d;
-        }
-        square.sqrt() - node.largest
+/// Length of a ray until it enters the box around the spheres of a node [m]; infinite if it misses it.
+fn enters_box(node: &MedianNode<f64>, from: &Vector3<f64>, inverse: &Vector3<f64>) -> f64 {
+    let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
+    for axis in 0..3 {
+        let a = (node.lowest[axis] - node.more - from[axis]) * inverse[axis];
+        let b = (node.highest[axis] + node.more - from[axis]) * inverse[axis];
+        // Along a face of the box 0 times infinity is no number, and counts for nothing here.
+        (enters, leaves) = (enters.max(a.min(b)), leaves.min(a.max(b)));
     }
+    if enters <= leaves { enters } else { f64::INFINITY }
 }
 
 /// Whether a point lies deeper than `by` [m] in `sphere`.
@@ -253,37 +180,20 @@ pub fn entry(sphere: &Sphere, from: &Vector3<f64>, along: &Vector3<f64>) -> Opti
     (middle > 0.0 && square > 0.0).then(|| middle - square.sqrt())
 }
 
-fn build(nodes: &mut Vec<IndexNode>, order: &mut [u32], first: u32, spheres: &[Sphere]) {
+/// The box around centres, the largest radius, and by what the spheres are split: large ones apart from small ones where their
+/// radii differ most, since the largest of a node decides how near all of it may be.
+fn describe(some: &[u32], spheres: &[Sphere]) -> ([Vector3<f64>; 2], f64, Split) {
     let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
-    for i in order.iter() {
-        let sphere = &spheres[*i as usize];
+    for sphere in some.iter().map(|i| &spheres[*i as usize]) {
         lowest = lowest.inf(&sphere.centre);
         highest = highest.sup(&sphere.centre);
         largest = largest.max(sphere.radius);
         least = least.min(sphere.radius);
     }
-    let at = nodes.len();
-    nodes.push(IndexNode { lowest, highest, first, count: order.len() as u32, largest });
-    if order.len() <= LEAF {
-        return;
-    }
     let axis = (highest - lowest).iamax();
-    // Large spheres apart from small ones: the largest of a node decides how near all of it may be.
     let by_size = largest - least > (highest - lowest)[axis];
-    let half = order.len() / 2;
-    order.select_nth_unstable_by(half, |a, b| {
-        let at = |i: &u32| {
-            let sphere = &spheres[*i as usize];
-            if by_size { sphere.radius } else { sphere.centre[axis] }
-        };
-        at(a).total_cmp(&at(b)).then(a.cmp(b))
-    });
-    let (left, right) = order.split_at_mut(half);
-    build(nodes, left, first, spheres);
-    nodes[at].count = 0;
-    nodes[at].first = nodes.len() as u32;
-    build(nodes, right, first + half as u32, spheres);
+    ([lowest, highest], largest, if by_size { Split::Size } else { Split::Axis(axis) })
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::files;
 use super::wish::Wish;
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
-use interface_defs::ipc::domain::fnv1a;
+use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use std::path::{Path, PathBuf};

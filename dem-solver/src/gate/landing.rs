@@ -4,6 +4,7 @@
 //! worst of many turns: on a corner few small spheres carry what on a face many share. Dashpots and spin leave less.
 
 use super::lengths::height as height_at_start;
+pub use super::units::LIMIT;
 use super::units::short;
 use crate::contact::whole_rock::Whole;
 use crate::geometry::sphere::direction;
@@ -13,8 +14,6 @@ use crate::rock::Rock;
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
-/// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
-pub const LIMIT: f64 = 0.5;
 /// Modulus of steel [Pa]: no rock is stiffer.
 const STIFFEST: f64 = 2.1e11;
 /// Turns that are tried.

@@ -1,8 +1,7 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
-use super::landing::LIMIT;
 use super::lengths::{distance, height};
-use super::units::short;
+use super::units::{LIMIT, short};
 use super::{place, reach};
 use crate::contact::broad_phase::cell_grid::Plane;
 use crate::geometry::closest::on_face;

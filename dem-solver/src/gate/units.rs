@@ -6,6 +6,8 @@ use crate::settings::{ContactSettings, GranularSettings, RockSettings, Shape, Sp
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
+/// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
+pub const LIMIT: f64 = 0.5;
 /// Density of rock and concrete [kg/m3]; and what no solid has.
 const DENSITY: [f64; 2] = [1_000.0, 4_000.0];
 const ANY_SOLID: [f64; 2] = [100.0, 25_000.0];

@@ -3,6 +3,7 @@
 
 pub mod box_tree;
 pub mod closest;
+pub mod median_tree;
 pub mod shared_nodes;
 pub mod sphere;
 pub mod sphere_tree;

@@ -13,6 +13,7 @@ use crate::integrator::sub_stepping::SubSteps;
 use crate::integrator::terrain_stage::{TerrainStage, steps_per_look};
 use crate::interface_mesh::motion::MotionFields;
 use crate::interface_mesh::{AtRest, ContactMesh};
+use crate::model::Counts;
 use crate::model::Model;
 use crate::model::impact::Passage;
 use crate::model::runout::jump_height;
@@ -21,7 +22,6 @@ use crate::results::gauges::{Gauges, Moment};
 use crate::results::outline::Outline;
 use crate::results::trajectory::Row;
 use crate::rock::Motion;
-use crate::solver::Counts;
 use interface_defs::{Fault, InterfaceMesh, Layout, Plan, Sampling, Window, name};
 use std::ops::Range;
 

@@ -1,52 +1,18 @@
-//! The mesh: the structure's interface mesh as a contact partner.
+//! The structure's interface mesh as a contact partner.
 //!
-//! - [`closest`]: the closest point of one element (first stage of the double hierarchy)
-//! - [`hierarchy`]: which of several elements' points are contacts (second stage)
+//! - [`element`]: its lines, faces and single nodes
+//! - [`crossings`]: where its wires cross
 //! - [`motion`]: where its nodes are within a window
 
+pub mod crossings;
+pub mod element;
 pub mod motion;
 
 use crate::geometry::shared_nodes::{Unshared, first_fault};
+use crossings::Crossings;
+pub use element::{Element, Kind};
 use interface_defs::{Fault, InterfaceMesh};
 use nalgebra::Vector3;
-
-/// What kind of element, in the order of the hierarchy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Two nodes.
-    Line,
-    /// Three nodes.
-    Face,
-    /// A node that no line and no face holds.
-    Point,
-}
-
-/// One element of the mesh. Nodes beyond those of its kind repeat the first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Element {
-    /// What it is.
-    pub kind: Kind,
-    /// Its nodes.
-    pub nodes: [u32; 3],
-    /// Radius around the line [m]; 0 for others.
-    pub radius: f64,
-}
-
-impl Element {
-    /// Its nodes, each once.
-    pub fn own_nodes(&self) -> &[u32] {
-        match self.kind {
-            Kind::Line => &self.nodes[..2],
-            Kind::Face => &self.nodes,
-            Kind::Point => &self.nodes[..1],
-        }
-    }
-
-    /// True if both hold a node.
-    pub fn shares_a_node(&self, other: &Self) -> bool {
-        self.own_nodes().iter().any(|n| other.own_nodes().contains(n))
-    }
-}
 
 /// What measures need to know of the net at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,12 +32,12 @@ pub struct ContactMesh {
     pub nodes: Vec<Vector3<f64>>,
     /// Lines, then faces, then points.
     pub elements: Vec<Element>,
-    /// Inverse of the mass that a node shows to a contact [1/kg], 0 where it is held; `None`: not told.
+    /// Inverse of the mass that a node shows to a contact [1/kg], 0 where it is held; `None`: not known.
     pub inverse_mass: Option<Vec<f64>>,
     /// Largest radius of a line [m].
     pub largest_radius: f64,
-    /// Where wires meet, if their contacts are to be continuous there.
-    pub crossings: Option<crate::contact::narrow_phase::selection::Crossings>,
+    /// Where wires cross, if their contacts are to be continuous there.
+    pub crossings: Option<Crossings>,
     /// Which elements are broken and touch nothing any more; empty while none is.
     broken: Vec<bool>,
 }
@@ -118,10 +84,7 @@ impl ContactMesh {
         }
         if changed && self.crossings.is_some() {
             let whole = self.elements.iter().zip(&self.broken).filter(|(_, broken)| !**broken);
-            self.crossings = Some(crate::contact::narrow_phase::selection::Crossings::new(
-                &self.nodes,
-                whole.map(|(element, _)| element),
-            ));
+            self.crossings = Some(Crossings::new(&self.nodes, whole.map(|(element, _)| element)));
         }
         changed
     }

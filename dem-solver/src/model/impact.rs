@@ -83,7 +83,7 @@ pub struct Lost {
 
 /// What has been seen of one rock so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Track {
+pub struct ImpactRecord {
     /// First touch of the net.
     pub touch: Option<Impact>,
     /// Largest depth below the net's level at rest, once there was a touch, and when [m, s].
@@ -110,7 +110,7 @@ pub struct Track {
     over: bool,
 }
 
-impl Track {
+impl ImpactRecord {
     /// Take in one step; `net` is the net at rest.
     pub fn follow(&mut self, rock: &Rock, settings: &Settings, net: Option<&AtRest>, passage: &Passage) {
         let Some(net) = net else { return };

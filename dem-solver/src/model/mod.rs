@@ -22,6 +22,19 @@ use between::Between;
 use critical::Steps;
 use nalgebra::Vector3;
 
+/// Counts of work done since the start, repeated windows included.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Own steps, times rocks.
+    pub sub_steps: u64,
+    /// Windows in which nothing was in reach, solved in closed form.
+    pub flight_windows: u64,
+    /// Steps flown in closed form.
+    pub flight_steps: u64,
+    /// Evaluations of a contact.
+    pub contact_evaluations: u64,
+}
+
 /// What does not change in a run.
 pub struct Model {
     /// What the scene says.

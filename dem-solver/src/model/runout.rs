@@ -25,7 +25,7 @@ pub enum Ending {
 
 /// What is known of a rock's trajectory so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Path {
+pub struct RunOut {
     /// Since when it has been slow and touching [s].
     pub slow_since: Option<f64>,
     /// When it last touched [s]; the start of the run before that.
@@ -78,7 +78,7 @@ pub struct StepOnTerrain<'a> {
     pub shortest: f64,
 }
 
-impl Path {
+impl RunOut {
     /// The start of the run, with the jump height there.
     pub fn begin(&mut self, rock: &Rock, motion: &Motion, height: Option<f64>) {
         self.see(rock, motion, 0.0);

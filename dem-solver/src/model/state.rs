@@ -2,8 +2,8 @@
 
 use crate::contact::history::SurfaceHistory;
 use crate::contact::rocks::RockHistory;
-use crate::model::impact::Track;
-use crate::model::runout::Path;
+use crate::model::impact::ImpactRecord;
+use crate::model::runout::RunOut;
 use crate::rock::{Motion, Rock};
 use crate::settings::Settings;
 use nalgebra::Vector3;
@@ -48,9 +48,9 @@ pub struct Body {
     /// Number of contacts with other rocks.
     pub rock_contacts: usize,
     /// What the measures are made of.
-    pub track: Track,
+    pub track: ImpactRecord,
     /// What is known of its trajectory over terrain.
-    pub path: Path,
+    pub path: RunOut,
     /// How deep its spheres were pressed in.
     pub deepest: Depths,
 }
@@ -157,8 +157,8 @@ impl State {
             elastic: 0.0,
             contacts: 0,
             rock_contacts: 0,
-            track: Track::default(),
-            path: Path::default(),
+            track: ImpactRecord::default(),
+            path: RunOut::default(),
             deepest: Depths::default(),
         };
         Self {

@@ -1,7 +1,7 @@
 //! Measures of impacts on the net, and of how deep spheres were pressed in. What they count from: [`crate::model::impact`].
 
 use crate::model::critical::DEEP;
-use crate::model::impact::Track;
+use crate::model::impact::ImpactRecord;
 use crate::model::state::{Against, State};
 use crate::model::{Model, prefix};
 use crate::settings::Settings;
@@ -101,7 +101,7 @@ impl Reporter<'_> {
 const ALL: &str = "impact_speed, impact_velocity, impact_time, impact_energy, max_deflection, max_travel, \
                    max_elongation, braking_time, rebound_speed";
 
-fn one_impact(track: &Track, settings: &Settings, report: &mut Reporter) {
+fn one_impact(track: &ImpactRecord, settings: &Settings, report: &mut Reporter) {
     let Some(impact) = track.touch else {
         return report.absent(ALL, "it has not touched the net");
     };
@@ -147,7 +147,7 @@ fn one_impact(track: &Track, settings: &Settings, report: &mut Reporter) {
 }
 
 /// How far it went.
-fn distances(track: &Track, settings: &Settings, report: &mut Reporter) {
+fn distances(track: &ImpactRecord, settings: &Settings, report: &mut Reporter) {
     match (track.steepness(settings), track.deepest) {
         (Some(angle), Some((depth, time))) if angle <= STEEP && depth > 0.0 => {
             report.value("max_deflection", depth, "m", Some(time));

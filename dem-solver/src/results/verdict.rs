@@ -13,7 +13,7 @@
 
 use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Model;
-use crate::model::impact::{Impact, Passing, Track};
+use crate::model::impact::{Impact, ImpactRecord, Passing};
 use crate::model::runout::{End, Ending};
 use crate::model::state::{Body, State};
 use crate::results::outline::{Outline, clearance, side};
@@ -100,7 +100,7 @@ fn after_touch(model: &Model, body: &Body, impact: &Impact, time: f64) -> String
 fn without_touch(
     model: &Model,
     rock: &Rock,
-    track: &Track,
+    track: &ImpactRecord,
     time: f64,
     contact_mesh: &ContactMesh,
     rest: &AtRest,

@@ -5,7 +5,9 @@
 //! Source: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
 use super::surface::Surface;
+use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
 use nalgebra::Vector3;
+use std::cell::Cell;
 use std::collections::HashMap;
 
 const LEAF: usize = 4;
@@ -37,24 +39,17 @@ pub struct NearestOnSurface {
     pub feature: SurfaceFeature,
 }
 
-struct SurfaceNode {
-    lowest: Vector3<f64>,
-    highest: Vector3<f64>,
-    /// Mean normal of its triangles, and between which heights along it their corners lie: of a patch of
-    /// a round surface that is a thin slab, where the box is as thick as the patch is wide.
+/// Mean normal of the triangles of a node, and between which heights along it their corners lie: of a patch of a round surface
+/// that is a thin slab, where the box is as thick as the patch is wide.
+struct SlabOfPatch {
     normal: Vector3<f64>,
     heights: [f64; 2],
-    /// First triangle of a leaf, else number of the right child (the left one follows its parent).
-    first: u32,
-    /// Triangles of a leaf; 0: not a leaf.
-    count: u32,
 }
 
 /// A tree over the triangles of a closed surface.
 pub struct SurfaceTree {
-    nodes: Vec<SurfaceNode>,
-    /// Numbers of the triangles, leaf by leaf, and their corners in that order.
-    order: Vec<u32>,
+    tree: MedianTree<SlabOfPatch>,
+    /// Corners of the triangles, leaf by leaf.
     corners: Vec<[Vector3<f64>; 3]>,
     /// By triangle of the surface: unit normal, normals of its edges and corners (not of length 1).
     faces: Vec<Vector3<f64>>,
@@ -80,13 +75,15 @@ impl SurfaceTree {
         }
         let edges =
             surface.triangles.iter().map(|c| [0, 1, 2].map(|k| sums[&key(c[k], c[(k + 1) % 3])])).collect();
-        let mut order: Vec<u32> = (0..count as u32).collect();
         let middles: Vec<Vector3<f64>> =
             (0..count).map(|t| surface.corners(t).iter().sum::<Vector3<f64>>() / 3.0).collect();
-        let mut nodes = Vec::with_capacity(count);
-        build(&mut nodes, &mut order, 0, surface, &middles);
-        let corners = order.iter().map(|t| surface.corners(*t as usize)).collect();
-        Self { nodes, order, corners, faces, edges, vertices, triangles: surface.triangles.clone() }
+        let value = |t: u32, split| match split {
+            Split::Axis(axis) => middles[t as usize][axis],
+            Split::Size => 0.0,
+        };
+        let tree = MedianTree::new(count, LEAF, |some| describe(some, surface, &middles), value);
+        let corners = tree.order().iter().map(|t| surface.corners(*t as usize)).collect();
+        Self { tree, corners, faces, edges, vertices, triangles: surface.triangles.clone() }
     }
 
     /// The nearest point to `from` that is nearer than `within` [m].
@@ -98,37 +95,26 @@ impl SurfaceTree {
     /// nearest: from the middle of a round solid all points are nearly the nearest.
     pub fn nearly_nearest(&self, from: &Vector3<f64>, within: f64, slack: f64) -> Option<NearestOnSurface> {
         let mut best: Option<NearestOnSurface> = None;
-        // A point counts below `square`, a box is looked into below `limit`.
-        let (mut square, mut limit) = (within * within, within * within);
-        let mut stack = [0_u32; 64];
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let at = stack[height] as usize;
-            let node = &self.nodes[at];
-            if gap(node, from) >= limit || above(node, from) >= limit {
-                continue;
-            }
-            if node.count > 0 {
-                for k in node.first as usize..(node.first + node.count) as usize {
+        // A point counts below `square`, a box is entered below `limit`.
+        let (mut square, limit) = (within * within, Cell::new(within * within));
+        self.tree.nearest_first(
+            |node| node.square_to(from),
+            |gap, node| gap < limit.get() && node.more.square_to(from) < limit.get(),
+            |items| {
+                for k in items {
                     let (point, feature) = closest(from, &self.corners[k]);
                     let distance = (point - from).norm_squared();
                     if distance < square {
                         square = distance;
-                        limit =
-                            if slack > 0.0 { (distance.sqrt() - slack).max(0.0).powi(2) } else { distance };
-                        best = Some(NearestOnSurface { point, square, triangle: self.order[k], feature });
+                        let least = (distance.sqrt() - slack).max(0.0).powi(2);
+                        limit.set(if slack > 0.0 { least } else { distance });
+                        best =
+                            Some(NearestOnSurface { point, square, triangle: self.tree.order()[k], feature });
                     }
                 }
-                continue;
-            }
-            let (left, right) = (at as u32 + 1, node.first);
-            let nearer_left = gap(&self.nodes[left as usize], from) <= gap(&self.nodes[right as usize], from);
-            let (first, second) = if nearer_left { (left, right) } else { (right, left) };
-            stack[height] = second;
-            stack[height + 1] = first;
-            height += 2;
-        }
+                true
+            },
+        );
         best
     }
 
@@ -157,27 +143,26 @@ impl SurfaceTree {
     /// Call `found` with every pair of triangles whose boxes overlap, each pair once, until it says `false`.
     pub fn pairs(&self, mut found: impl FnMut(u32, u32) -> bool) {
         let mut stack = vec![(0_u32, 0_u32)];
+        let order = self.tree.order();
         while let Some((a, b)) = stack.pop() {
-            let (first, second) = (&self.nodes[a as usize], &self.nodes[b as usize]);
-            if !meet(first, second) {
+            let (first, second) = (self.tree.node(a), self.tree.node(b));
+            if !overlap(first, second) {
                 continue;
             }
-            match (first.count > 0, second.count > 0) {
-                (true, true) => {
-                    for i in first.first..first.first + first.count {
-                        for j in second.first..second.first + second.count {
-                            let (i, j) = (self.order[i as usize], self.order[j as usize]);
-                            if (a != b || i < j) && !found(i.min(j), i.max(j)) {
-                                return;
-                            }
+            match (first.items(), second.items()) {
+                (Some(own), Some(others)) => {
+                    for (i, j) in own.flat_map(|i| others.clone().map(move |j| (order[i], order[j]))) {
+                        if (a != b || i < j) && !found(i.min(j), i.max(j)) {
+                            return;
                         }
                     }
                 }
                 _ if a == b => {
-                    stack.extend([(a + 1, a + 1), (first.first, first.first), (a + 1, first.first)]);
+                    let [left, right] = self.tree.children(a);
+                    stack.extend([(left, left), (right, right), (left, right)]);
                 }
-                (false, _) => stack.extend([(a + 1, b), (first.first, b)]),
-                (true, false) => stack.extend([(a, b + 1), (a, second.first)]),
+                (None, _) => stack.extend(self.tree.children(a).map(|child| (child, b))),
+                (Some(_), None) => stack.extend(self.tree.children(b).map(|child| (a, child))),
             }
         }
     }
@@ -187,77 +172,46 @@ fn key(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-fn build(
-    nodes: &mut Vec<SurfaceNode>,
-    order: &mut [u32],
-    first: u32,
+/// The box around triangles, their slab, and the axis along which their middles lie furthest apart.
+fn describe(
+    some: &[u32],
     surface: &Surface,
     middles: &[Vector3<f64>],
-) {
-    let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    let (mut low, mut high) = (lowest, highest);
-    for t in order.iter() {
-        for p in surface.corners(*t as usize) {
-            lowest = lowest.inf(&p);
-            highest = highest.sup(&p);
-        }
-        low = low.inf(&middles[*t as usize]);
-        high = high.sup(&middles[*t as usize]);
+) -> ([Vector3<f64>; 2], SlabOfPatch, Split) {
+    let nowhere = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
+    let around = |[low, high]: [Vector3<f64>; 2], p: Vector3<f64>| [low.inf(&p), high.sup(&p)];
+    let bounds = some.iter().flat_map(|t| surface.corners(*t as usize)).fold(nowhere, around);
+    let [low, high] = some.iter().map(|t| middles[*t as usize]).fold(nowhere, around);
+    (bounds, SlabOfPatch::of(some, surface), Split::Axis((high - low).iamax()))
+}
+
+impl SlabOfPatch {
+    /// The mean normal is weighted with the areas.
+    fn of(some: &[u32], surface: &Surface) -> Self {
+        let area = |t: &u32| {
+            let [a, b, c] = surface.corners(*t as usize);
+            (b - a).cross(&(c - a))
+        };
+        let sum: Vector3<f64> = some.iter().map(area).sum();
+        let normal = sum.try_normalize(0.0).unwrap_or_else(Vector3::z);
+        let corners = some.iter().flat_map(|t| surface.corners(*t as usize));
+        let heights = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
+            let height = normal.dot(&p);
+            [low.min(height), high.max(height)]
+        });
+        Self { normal, heights }
     }
-    let at = nodes.len();
-    let (normal, heights) = slab(order, surface);
-    nodes.push(SurfaceNode { lowest, highest, normal, heights, first, count: order.len() as u32 });
-    if order.len() <= LEAF {
-        return;
+
+    /// Square of the distance of a point from it [m2], rounded down.
+    fn square_to(&self, from: &Vector3<f64>) -> f64 {
+        let height = self.normal.dot(from);
+        let distance =
+            (self.heights[0] - height).max(height - self.heights[1]).max(0.0) - ROUNDING * height.abs();
+        distance.max(0.0).powi(2)
     }
-    let axis = (high - low).iamax();
-    let half = order.len() / 2;
-    // Ties by number: the same tree on every machine.
-    order.select_nth_unstable_by(half, |a, b| {
-        middles[*a as usize][axis].total_cmp(&middles[*b as usize][axis]).then(a.cmp(b))
-    });
-    let (left, right) = order.split_at_mut(half);
-    build(nodes, left, first, surface, middles);
-    nodes[at].count = 0;
-    nodes[at].first = nodes.len() as u32;
-    build(nodes, right, first + half as u32, surface, middles);
 }
 
-/// Mean normal of triangles, weighted with their areas, and the least and largest height of their corners along it.
-fn slab(order: &[u32], surface: &Surface) -> (Vector3<f64>, [f64; 2]) {
-    let area = |t: &u32| {
-        let [a, b, c] = surface.corners(*t as usize);
-        (b - a).cross(&(c - a))
-    };
-    let sum: Vector3<f64> = order.iter().map(area).sum();
-    let normal = sum.try_normalize(0.0).unwrap_or_else(Vector3::z);
-    let corners = order.iter().flat_map(|t| surface.corners(*t as usize));
-    let heights = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
-        let height = normal.dot(&p);
-        [low.min(height), high.max(height)]
-    });
-    (normal, heights)
-}
-
-/// Square of the distance of a point to the slab of a node, rounded down.
-fn above(node: &SurfaceNode, from: &Vector3<f64>) -> f64 {
-    let height = node.normal.dot(from);
-    let distance =
-        (node.heights[0] - height).max(height - node.heights[1]).max(0.0) - ROUNDING * height.abs();
-    distance.max(0.0).powi(2)
-}
-
-/// Square of the distance of a point to a box.
-fn gap(node: &SurfaceNode, from: &Vector3<f64>) -> f64 {
-    let mut square = 0.0;
-    for axis in 0..3 {
-        let d = (node.lowest[axis] - from[axis]).max(from[axis] - node.highest[axis]).max(0.0);
-        square += d * d;
-    }
-    square
-}
-
-fn meet(a: &SurfaceNode, b: &SurfaceNode) -> bool {
+fn overlap(a: &MedianNode<SlabOfPatch>, b: &MedianNode<SlabOfPatch>) -> bool {
     (0..3).all(|axis| a.lowest[axis] <= b.highest[axis] && b.lowest[axis] <= a.highest[axis])
 }
 

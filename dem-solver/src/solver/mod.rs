@@ -4,12 +4,12 @@
 //! [`crate::results`] reports.
 
 use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::narrow_phase::selection::Crossings;
 use crate::gate;
 use crate::geometry::sphere_tree::SphereTree;
 use crate::integrator::rock_stage::{DEEPEST_AT_START, RockStage};
 use crate::integrator::window::RockIntegrator;
 use crate::interface_mesh::ContactMesh;
+use crate::interface_mesh::crossings::Crossings;
 use crate::law::table::Laws;
 use crate::model::between::{Between, rows, whole_rocks};
 use crate::model::critical::Steps;
@@ -34,19 +34,6 @@ use nalgebra::Vector3;
 
 /// Most samples per window of any field.
 const MOST_SAMPLES: u32 = 64;
-
-/// Counts of work done since the start, repeated windows included.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Own steps, times rocks.
-    pub sub_steps: u64,
-    /// Windows in which nothing was in reach, solved in closed form.
-    pub flight_windows: u64,
-    /// Steps flown in closed form.
-    pub flight_steps: u64,
-    /// Evaluations of a contact.
-    pub contact_evaluations: u64,
-}
 
 /// Rocks as rigid sphere clusters, in contact with a mesh that the structure moves.
 pub struct DemSolver {
@@ -222,8 +209,8 @@ impl DemSolver {
             elastic: 0.0,
             contacts: 0,
             rock_contacts: 0,
-            track: impact::Track::default(),
-            path: runout::Path::default(),
+            track: impact::ImpactRecord::default(),
+            path: runout::RunOut::default(),
             deepest: state::Depths::default(),
         };
         body.part();

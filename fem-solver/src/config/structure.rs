@@ -2,7 +2,7 @@
 
 use super::generator::Generator;
 use crate::element::PartConfig;
-use crate::element::cable_part::{CableConfig, Stated};
+use crate::element::cable_properties::{CableConfig, Stated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! An energy-dissipating device between two nodes: force over elongation by a table, plastic, with an end stop.
 
 use super::bar::Rupture;
-use super::cable_part::CableConfig;
+use super::cable_properties::CableConfig;
 use super::part::{Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part};
 use super::segment::{Segment, add_consistent_mass, add_pair, add_vector};
 use super::{Answer, Element, Energy};

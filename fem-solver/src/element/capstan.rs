@@ -29,9 +29,9 @@ const SETTLED: f64 = 1e-14;
 /// A slack segment shows this part of its stiffness, so that length still finds its way through it.
 const SLACK: f64 = 1e-9;
 
-/// Law of a segment: `N = A (s_0 + E e) l / L`, `e = (l^2 - L^2) / (2 L^2)`.
+/// RopeLaw of a segment: `N = A (s_0 + E e) l / L`, `e = (l^2 - L^2) / (2 L^2)`.
 #[derive(Debug, Clone, Copy)]
-pub struct Law {
+pub struct RopeLaw {
     /// `E A` [N].
     pub rigidity: f64,
     /// `s_0 A` [N].
@@ -52,7 +52,7 @@ pub struct Tension {
     pub by_rest: f64,
 }
 
-impl Law {
+impl RopeLaw {
     /// Of a segment of length `l` that is `rest` long unstretched.
     pub fn tension(&self, l: f64, rest: f64) -> Tension {
         let short = rest < self.least;
@@ -62,7 +62,7 @@ impl Law {
         Tension { force: stress * x, by_length, by_rest: if short { -by_length } else { -by_length * x } }
     }
 
-    /// Length and reference length, of [`Law::least`] at least.
+    /// Length and reference length, of [`RopeLaw::least`] at least.
     fn padded(&self, l: f64, rest: f64) -> (f64, f64) {
         if rest < self.least { (l + self.least - rest, self.least) } else { (l, rest) }
     }
@@ -124,7 +124,7 @@ pub fn wrap(before: &Vector3<f64>, behind: &Vector3<f64>) -> f64 {
 }
 
 /// Tension of a segment; a slack one shows [`SLACK`] of its stiffness.
-fn softened(law: &Law, l: f64, rest: f64) -> Tension {
+fn softened(law: &RopeLaw, l: f64, rest: f64) -> Tension {
     let full = law.tension(l, rest);
     if full.force >= 0.0 {
         return full;
@@ -141,7 +141,7 @@ fn gained(slip: &[f64], i: usize) -> f64 {
 impl Returned {
     /// Let a rope with segments of `lengths` and the committed reference lengths `rest` slip over its inner
     /// nodes, where `factors` are `exp(mu phi)`.
-    pub fn slide(&mut self, law: &Law, lengths: &[f64], rest: &[f64], factors: &[f64]) {
+    pub fn slide(&mut self, law: &RopeLaw, lengths: &[f64], rest: &[f64], factors: &[f64]) {
         let inner = factors.len();
         self.begin(rest, factors);
         self.pull(law, lengths);
@@ -189,7 +189,7 @@ impl Returned {
     }
 
     /// The semi-smooth iteration from the slips and contacts at hand; whether it settled.
-    fn iterate(&mut self, law: &Law, lengths: &[f64], rest: &[f64]) -> bool {
+    fn iterate(&mut self, law: &RopeLaw, lengths: &[f64], rest: &[f64]) -> bool {
         let (inner, total, scale) = (self.factors.len(), rest.iter().sum::<f64>(), law.rigidity);
         for _ in 0..MOST {
             let changed = self.choose(scale);
@@ -220,7 +220,7 @@ impl Returned {
     }
 
     /// Let node `j` alone slip to where friction holds the rope there; the slips of the others stay.
-    fn return_one(&mut self, law: &Law, lengths: &[f64], j: usize) {
+    fn return_one(&mut self, law: &RopeLaw, lengths: &[f64], j: usize) {
         let now = self.slip[j];
         let (before, behind) = (self.rest[j] + now, self.rest[j + 1] - now);
         // How far tension exceeds what friction holds towards the segment behind (`sign` 1) or before, at the slip
@@ -283,7 +283,7 @@ impl Returned {
         self.system.iter_mut().for_each(|part| part.resize(inner, 0.0));
     }
 
-    fn pull(&mut self, law: &Law, lengths: &[f64]) {
+    fn pull(&mut self, law: &RopeLaw, lengths: &[f64]) {
         self.tension.clear();
         self.tension.extend(lengths.iter().zip(&self.rest).map(|(l, rest)| softened(law, *l, *rest)));
     }
@@ -377,7 +377,7 @@ mod tests {
     use super::*;
     use crate::element::checks::random;
 
-    const LAW: Law = Law { rigidity: 1e5, preload: 0.0, least: 0.0 };
+    const LAW: RopeLaw = RopeLaw { rigidity: 1e5, preload: 0.0, least: 0.0 };
 
     fn slide(lengths: &[f64], rest: &[f64], factors: &[f64]) -> Returned {
         let mut returned = Returned::default();
@@ -419,7 +419,7 @@ mod tests {
             let friction = [0.02_f64, 0.1, 0.4, 1.0][round % 4];
             let segments = 2 + round % 31;
             let least = if round % 2 == 0 { 0.5 } else { 0.0 };
-            let law = Law { preload: 10.0, least, ..LAW };
+            let law = RopeLaw { preload: 10.0, least, ..LAW };
             let rest: Vec<f64> = (0..segments).map(|_| 1.0 + 0.8 * noise()).collect();
             // Mean strains around 0, single segments far from it.
             let spread = [1e-4, 1e-2, 0.3][round % 3];
@@ -443,7 +443,7 @@ mod tests {
 
     #[test]
     fn a_segment_that_has_run_out_is_no_stiffer_than_one_of_the_least_length() {
-        let law = Law { least: 0.1, ..LAW };
+        let law = RopeLaw { least: 0.1, ..LAW };
         let step = 1e-7;
         for rest in [0.3, 0.1 + 2.0 * step, 0.1 - 2.0 * step, 0.01, 0.0, -0.02] {
             let l = rest + 0.002;

@@ -13,6 +13,7 @@ pub mod beam;
 pub mod brake;
 pub mod cable;
 pub mod cable_part;
+pub mod cable_properties;
 mod capstan;
 #[cfg(test)]
 pub(crate) mod checks;

@@ -1,6 +1,6 @@
 //! Of a group of a mesh nothing is made; its name is still good for supports, loads and gauges.
 
-use super::cable_part::CableConfig;
+use super::cable_properties::CableConfig;
 use super::part::{NewElements, PartCell, PartHead, PartSettings, StatedSection};
 use crate::read::mesh::Kind;
 use interface_defs::toolkit::input_error::InputError;

@@ -3,7 +3,7 @@
 //! A part says what its elements are; its `cells` say between which nodes. A mesh file or a generator gives
 //! the cells instead, in the group that bears the name of the part.
 
-use super::cable_part::{CableConfig, Stated};
+use super::cable_properties::{CableConfig, Stated};
 use super::{AnyElement, Cable};
 use crate::element::bar::Rupture;
 use crate::read::bounds::{not_negative, positive};
@@ -13,7 +13,7 @@ use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::fmt::Debug;
 
-/// What all parts state; [`part!`] writes it.
+/// What all parts state; `part!` writes it.
 pub trait PartHead: Debug {
     /// Its name.
     fn name(&self) -> &str;

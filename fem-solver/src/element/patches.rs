@@ -1,4 +1,4 @@
-//! Patch tests: elements of unlike size and shape in a state of constant strain leave no force where they meet.
+//! Patch tests: elements of unlike size and shape in a state of constant strain leave no force at the nodes that they share.
 
 use super::bar::Rupture;
 use super::checks::patch;

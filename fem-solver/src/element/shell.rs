@@ -18,7 +18,7 @@
 //!
 //! Source: Batoz, Bathe, Ho (1980), Int. J. Numer. Meth. Eng. 15, 1771 (DKT); rotations as in [`super::Beam`].
 
-use super::cable_part::CableConfig;
+use super::cable_properties::CableConfig;
 use super::membrane::part::{check_thickness, poisson, triangle};
 use super::membrane::{Fabric, Membrane, principal};
 use super::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundings, part};

@@ -1,12 +1,10 @@
 //! A rope that slides over any number of nodes, without friction or with that of a capstan.
 
 mod part;
-#[cfg(test)]
-mod tests;
 
 pub use self::part::SlidingCablePart;
 use super::bar::Rupture;
-use super::capstan::{self, Law, Returned};
+use super::capstan::{self, Returned, RopeLaw};
 use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector};
 use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
@@ -105,10 +103,10 @@ impl std::fmt::Debug for Memory {
 }
 
 impl SlidingCable {
-    fn law(&self) -> Law {
+    fn law(&self) -> RopeLaw {
         let shortest = self.lengths.iter().copied().fold(f64::INFINITY, f64::min);
         let least = if self.friction > 0.0 { LEAST * shortest } else { 0.0 };
-        Law { rigidity: self.young * self.area, preload: self.prestress * self.area, least }
+        RopeLaw { rigidity: self.young * self.area, preload: self.prestress * self.area, least }
     }
 
     fn total(&self) -> f64 {
@@ -417,3 +415,6 @@ impl Element for SlidingCable {
         self.pieces(u).zip(&self.spans).map(|(piece, span)| piece.length - span.norm()).sum()
     }
 }
+
+#[cfg(test)]
+mod tests;

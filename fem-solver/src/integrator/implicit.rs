@@ -62,7 +62,7 @@ impl Implicit {
             scheme,
             newton,
             settings,
-            viscosity: viscosities(model),
+            viscosity: model.viscosities(),
             mass: model.free_masses(),
             middle: vec![0.0; n],
             force: vec![0.0; n],
@@ -312,16 +312,6 @@ impl Implicit {
             }
         }
     }
-}
-
-/// Viscosity of the dashpot at each degree of freedom that moves, empty without any.
-fn viscosities(model: &Model) -> Vec<f64> {
-    if model.dashpots.is_empty() {
-        return Vec::new();
-    }
-    let mut all = vec![0.0; model.dof_count()];
-    model.dashpots.iter().filter(|(dof, _)| !model.held[*dof]).for_each(|(dof, c)| all[*dof] += c);
-    all
 }
 
 /// Factors of what is known of inertia and damping.

@@ -3,11 +3,11 @@
 //! - [`window`]: one window: the interface force in, motion out; halving, load steps: begin here
 //! - [`start`]: the state at t = 0; [`critical_step`]: the longest stable step
 //! - [`explicit`]: central differences; [`implicit`]: generalised alpha, Bossak, Newmark
-//! - [`loads`]: the interface force within a window
+//! - [`interface_force`]: the interface force within a window
 
 pub mod critical_step;
 pub mod explicit;
 pub mod implicit;
-pub mod loads;
+pub mod interface_force;
 pub mod start;
 pub mod window;

@@ -72,6 +72,12 @@ pub enum NoStart {
     Stopped(Fault),
 }
 
+impl From<InputError> for NoStart {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
 impl From<NoStart> for Fault {
     fn from(reason: NoStart) -> Self {
         match reason {
@@ -109,10 +115,7 @@ impl Start {
                 let most = config.fem.newton.max_iterations;
                 let found =
                     find_form_from(model, &mut newton, way, most, basis, &mut now_and_then(on_progress));
-                found.map_err(|failure| match failure {
-                    Failure::Stopped(fault) => NoStart::Stopped(fault),
-                    failure => NoStart::Input(not_found(scene, model, way, &failure)),
-                })?
+                found.map_err(|failure| no_form(scene, model, way, failure))?
             }
         };
         let mut force = model.load_at_start(&displacement);
@@ -129,45 +132,23 @@ impl Start {
         let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
         // What is let go later moves in the steps to come, not in form finding.
         let mut of_run = (!whole.until.is_empty()).then(|| Newton::new(whole));
-        let frequency = match config.fem.integrator {
-            Integrator::Static => 0.0,
-            _ => {
-                let tangent = &mut of_run.as_mut().unwrap_or(&mut newton).tangent;
-                if tangent.is_empty() {
-                    0.0
-                } else {
-                    highest_frequency(whole, tangent, &displacement, &history)
-                }
-            }
-        };
-        let critical_step = 2.0 / frequency;
-        let mut warnings = notes(model, inherited, smoothed);
-        if let Some(dof) = form_finding.shifted_at {
-            // Whoever reads the log sees why it took so long; the answer does not depend on it.
-            tracing::warn!(
-                "form finding: the tangent was not positive, first at {}; it was shifted, which slows Newton down",
-                model.dof_name(dof)
-            );
-        }
         let statics = config.fem.integrator == Integrator::Static;
+        let tangent = &mut of_run.as_mut().unwrap_or(&mut newton).tangent;
+        let frequency = if statics || tangent.is_empty() {
+            0.0
+        } else {
+            highest_frequency(whole, tangent, &displacement, &history)
+        };
+        let mut warnings = notes(model, inherited, smoothed);
+        log_shift(model, form_finding.shifted_at);
         if (statics || form_finding.unstable.is_some())
             && !newton.tangent.is_empty()
             && let Some(dof) = newton.not_held(model, &displacement, &history)
         {
             warnings.push(not_stiff(scene, model, dof, statics)?);
         }
-        let time_step =
-            time_step(scene, config, frequency, critical_step, &mut warnings).map_err(NoStart::Input)?;
-        // A window is one step at least; that of a coupled run is chosen elsewhere.
-        let rows = if scene.has("rock") {
-            f64::INFINITY
-        } else {
-            Output::of(scene).map_err(NoStart::Input)?.interval
-        };
-        let longest = time_step.min(rows);
-        if longest.is_finite() {
-            warnings.extend(unseen_rows(config, longest));
-        }
+        let time_step = time_step(scene, config, frequency, &mut warnings)?;
+        warnings.extend(unseen(scene, config, time_step)?);
         let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
         Ok(Self {
             displacement,
@@ -179,7 +160,7 @@ impl Start {
             at_rest,
             unbalanced: if residual == 0.0 { 0.0 } else { residual / scale },
             frequency,
-            critical_step,
+            critical_step: 2.0 / frequency,
             time_step,
             cable_force,
             form_finding,
@@ -231,6 +212,24 @@ fn as_it_is(model: &Model, basis: Option<Basis>) -> Form {
     Form { displacement: u, history, smoothed: false }
 }
 
+/// Whoever reads the log sees why form finding took so long; its answer does not depend on a shift.
+fn log_shift(model: &Model, shifted_at: Option<usize>) {
+    if let Some(dof) = shifted_at {
+        tracing::warn!(
+            "form finding: the tangent was not positive, first at {}; it was shifted, which slows Newton down",
+            model.dof_name(dof)
+        );
+    }
+}
+
+/// What is said of rows of a history that steps of `time_step` [s] do not see.
+fn unseen(scene: &Scene, config: &Config, time_step: f64) -> Result<Vec<String>, NoStart> {
+    // A window is one step at least; that of a coupled run is chosen elsewhere.
+    let rows = if scene.has("rock") { f64::INFINITY } else { Output::of(scene)?.interval };
+    let longest = time_step.min(rows);
+    Ok(if longest.is_finite() { unseen_rows(config, longest) } else { Vec::new() })
+}
+
 /// What is said of a degree of freedom without stiffness at rest; in statics that is an error, unless something moves or loads
 /// the structure later: that may stiffen it on the way, as it does a flat net.
 fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<String, NoStart> {
@@ -254,6 +253,13 @@ fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {
     scene.invalid("structure", what).try_instead(
         "support or connect that node, give the cables tension, or choose an integrator with inertia",
     )
+}
+
+fn no_form(scene: &Scene, model: &Model, way: FormFinding, failure: Failure) -> NoStart {
+    match failure {
+        Failure::Stopped(fault) => NoStart::Stopped(fault),
+        failure => NoStart::Input(not_found(scene, model, way, &failure)),
+    }
 }
 
 fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) -> InputError {
@@ -291,9 +297,9 @@ fn time_step(
     scene: &Scene,
     config: &Config,
     frequency: f64,
-    critical: f64,
     warnings: &mut Vec<String>,
 ) -> Result<f64, InputError> {
+    let critical = 2.0 / frequency;
     let explicit = config.fem.integrator == Integrator::CentralDifference;
     if !explicit {
         return Ok(config.fem.time_step.unwrap_or(f64::INFINITY));

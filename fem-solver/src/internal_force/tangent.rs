@@ -2,7 +2,7 @@
 
 use crate::element::{Cable, Slack};
 use crate::internal_force::assembly::Assembly;
-use crate::linear_algebra::linear_solver::Cholesky;
+use crate::linear_algebra::symmetric::SymmetricMatrix;
 use crate::model::Model;
 use crate::model::pressure::{dofs_of_face, face_tangent};
 use crate::model::timed::TimedLoad;
@@ -17,12 +17,7 @@ pub struct Tangent {
     free: Vec<usize>,
     /// Degree of freedom of each free one.
     dofs: Vec<usize>,
-    starts: Vec<usize>,
-    rows: Vec<usize>,
-    /// Values in the order of the pattern; the last one takes what belongs to held ones.
-    values: Vec<f64>,
-    /// Position of the diagonal of each free degree of freedom.
-    diagonal: Vec<usize>,
+    matrix: SymmetricMatrix,
     /// Positions of each cable's blocks: (1,1) and (2,2) by their lower triangles, (1,2) in full.
     cables: Vec<[u32; 21]>,
     /// The other elements.
@@ -36,9 +31,6 @@ pub struct Tangent {
     faces: Vec<u32>,
     /// For each free degree of freedom whether a support that lets go later holds it now; empty without such supports.
     fixed: Vec<bool>,
-    /// Memory of [`Tangent::bound`].
-    sums: Vec<f64>,
-    cholesky: Cholesky,
     revision: u64,
 }
 
@@ -69,13 +61,8 @@ impl Tangent {
                 count += row + 1;
             }
         }
-        let (starts, rows) = pattern(dofs.len(), || places.iter().flatten().chain(&others).flatten());
-        let position = |row: usize, column: usize| {
-            let inside = rows[starts[column]..starts[column + 1]].binary_search(&row);
-            starts[column] + inside.expect("the pattern holds every entry of every element")
-        };
-        let sink = rows.len();
-        let place = |at: Option<(usize, usize)>| at.map_or(sink, |(i, j)| position(i, j)) as u32;
+        let matrix = SymmetricMatrix::new(dofs.len(), || places.iter().flatten().chain(&others).flatten());
+        let place = |at: Option<(usize, usize)>| matrix.position(at);
         let cables = places.iter().map(|p| p.map(place)).collect();
         let elements = others.iter().map(|at| place(*at)).collect();
         // The nodes of a face are those of one element, whose entries the pattern has.
@@ -83,26 +70,8 @@ impl Tangent {
         let faces = faces
             .flat_map(|face| triangle(&free, &dofs_of_face(face, model.node_count())).collect::<Vec<_>>());
         let faces = faces.map(place).collect();
-        let diagonal = (0..dofs.len()).map(|j| starts[j]).collect();
-        let cholesky = Cholesky::new(dofs.len(), &starts, &rows);
-        let count = dofs.len();
-        Self {
-            free,
-            dofs,
-            values: vec![0.0; sink + 1],
-            starts,
-            rows,
-            diagonal,
-            cables,
-            assembly,
-            elements,
-            mirrored,
-            faces,
-            fixed: vec![false; if model.until.is_empty() { 0 } else { count }],
-            sums: vec![0.0; count],
-            cholesky,
-            revision: 0,
-        }
+        let fixed = vec![false; if model.until.is_empty() { 0 } else { dofs.len() }];
+        Self { free, dofs, matrix, cables, assembly, elements, mirrored, faces, fixed, revision: 0 }
     }
 
     /// How often it was assembled: as long as this number stays, so do its values and its factor.
@@ -151,7 +120,7 @@ impl Tangent {
                 for column in 0..=row {
                     let both = k[row * n + column] + k[column * n + row];
                     let counts = if mirrored.next_if(|m| **m == at).is_some() { 1.0 } else { 0.5 };
-                    self.values[self.elements[at as usize] as usize] += share * counts * both;
+                    self.matrix.add(self.elements[at as usize], share * counts * both);
                     at += 1;
                 }
             }
@@ -161,15 +130,15 @@ impl Tangent {
     /// The same with a tangent of one's own for each cable.
     pub fn assemble_blocks(&mut self, model: &Model, share: f64, block: impl Fn(&Cable) -> Matrix3<f64>) {
         self.revision += 1;
-        self.values.fill(0.0);
+        self.matrix.clear();
         for (cable, at) in model.cables.iter().zip(&self.cables) {
             let k = share * block(cable);
             for (i, (r, c)) in LOWER.into_iter().enumerate() {
-                self.values[at[i] as usize] += k[(r, c)];
-                self.values[at[6 + i] as usize] += k[(r, c)];
+                self.matrix.add(at[i], k[(r, c)]);
+                self.matrix.add(at[6 + i], k[(r, c)]);
             }
             for i in 0..9 {
-                self.values[at[12 + i] as usize] -= k[(i / 3, i % 3)];
+                self.matrix.add(at[12 + i], -k[(i / 3, i % 3)]);
             }
         }
         for spring in &model.springs {
@@ -177,7 +146,7 @@ impl Tangent {
             for c in 0..3 {
                 let free = self.free[model.dof(spring.node, c)];
                 if free != CONSTRAINED {
-                    self.values[self.diagonal[free]] += share * k[(c, c)];
+                    self.matrix.add_diagonal(free, share * k[(c, c)]);
                 }
             }
         }
@@ -198,9 +167,9 @@ impl Tangent {
                     let counts = if mirrored.next_if(|m| **m == at).is_some() { 2.0 } else { 1.0 };
                     let share = if row == column { nodes as f64 - 1.0 } else { -counts };
                     if row % per_node == column % per_node && row % per_node < 3 {
-                        self.values[self.elements[at as usize] as usize] += share * stiffness;
+                        self.matrix.add(self.elements[at as usize], share * stiffness);
                     } else if row == column {
-                        self.values[self.elements[at as usize] as usize] += stiffness;
+                        self.matrix.add(self.elements[at as usize], stiffness);
                     }
                     at += 1;
                 }
@@ -217,7 +186,7 @@ impl Tangent {
                 let k = face_tangent(&load.corners(face, u), *pressure);
                 let entries = (0..9).flat_map(|row| (0..=row).map(move |column| (row, column)));
                 for ((row, column), at) in entries.zip(places) {
-                    self.values[*at as usize] += 0.5 * share * (k[row][column] + k[column][row]);
+                    self.matrix.add(*at, 0.5 * share * (k[row][column] + k[column][row]));
                 }
             }
         }
@@ -225,8 +194,8 @@ impl Tangent {
 
     /// Add `factor` [1/s2] times the lumped masses.
     pub fn add_mass(&mut self, model: &Model, factor: f64) {
-        for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
-            self.values[*at] += factor * model.dof_mass(*dof);
+        for (j, dof) in self.dofs.iter().enumerate() {
+            self.matrix.add_diagonal(j, factor * model.dof_mass(*dof));
         }
     }
 
@@ -235,8 +204,8 @@ impl Tangent {
         if amounts.is_empty() {
             return;
         }
-        for (at, dof) in self.diagonal.iter().zip(&self.dofs) {
-            self.values[*at] += factor * amounts[*dof];
+        for (j, dof) in self.dofs.iter().enumerate() {
+            self.matrix.add_diagonal(j, factor * amounts[*dof]);
         }
     }
 
@@ -245,35 +214,23 @@ impl Tangent {
     pub fn row_sums(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vec<f64> {
         self.assemble(model, u, history, 1.0, Slack::Taut);
         let mut sums = vec![0.0; model.dof_count()];
-        for j in 0..self.dofs.len() {
-            for at in self.starts[j]..self.starts[j + 1] {
-                let (row, size) = (self.rows[at], self.values[at].abs());
-                sums[self.dofs[j]] += size;
-                if row != j {
-                    sums[self.dofs[row]] += size;
-                }
-            }
-        }
+        self.matrix.magnitudes(|j, _, size| sums[self.dofs[j]] += size);
         sums
     }
 
     /// Add `amount` [N/m] to every diagonal entry.
     pub fn shift(&mut self, amount: f64) {
-        for at in &self.diagonal {
-            self.values[*at] += amount;
-        }
+        self.matrix.shift(amount);
     }
 
     /// Take `part` of itself from every diagonal entry.
     pub fn weaken(&mut self, part: f64) {
-        for at in &self.diagonal {
-            self.values[*at] *= 1.0 - part;
-        }
+        self.matrix.weaken(part);
     }
 
     /// Largest diagonal entry [N/m].
     pub fn largest_diagonal(&self) -> f64 {
-        self.diagonal.iter().map(|at| self.values[*at]).fold(0.0, f64::max)
+        self.matrix.largest_diagonal()
     }
 
     /// From now on these degrees of freedom of the structure, and no others, are fixed beside those that are held.
@@ -284,117 +241,49 @@ impl Tangent {
         }
     }
 
-    /// Take what is fixed out of the system: it keeps a diagonal of its own.
-    fn leave_out_fixed(&mut self) {
-        if !self.fixed.contains(&true) {
-            return;
-        }
-        let diagonal = self.largest_diagonal().max(f64::MIN_POSITIVE);
-        for j in 0..self.dofs.len() {
-            for at in self.starts[j]..self.starts[j + 1] {
-                let row = self.rows[at];
-                if self.fixed[j] || self.fixed[row] {
-                    self.values[at] = if row == j { diagonal } else { 0.0 };
-                }
-            }
-        }
-    }
-
     /// Factorise what was assembled; the error is the degree of freedom of the structure whose pivot is the first that
     /// is not positive.
     pub fn factorise(&mut self) -> Result<(), usize> {
-        self.leave_out_fixed();
-        let outcome = self.cholesky.factorise(&self.values[..self.rows.len()]);
-        outcome.map_err(|pivot| self.dofs[pivot.unknown])
+        self.matrix.leave_out(&self.fixed);
+        self.matrix.factorise().map_err(|unknown| self.dofs[unknown])
     }
 
     /// The same with pivots of either sign; returns how many are negative. The error is a degree of freedom of the structure
     /// where the tangent is no number.
     pub fn factorise_signed(&mut self) -> Result<usize, usize> {
-        self.leave_out_fixed();
-        let outcome = self.cholesky.factorise_signed(&self.values[..self.rows.len()]);
-        outcome.map_err(|pivot| self.dofs[pivot.unknown])
+        self.matrix.leave_out(&self.fixed);
+        self.matrix.factorise_signed().map_err(|unknown| self.dofs[unknown])
     }
 
     /// Degree of freedom of the structure of the first negative pivot of the last factorisation, if there is one.
     pub fn first_negative(&self) -> Option<usize> {
-        self.cholesky.first_negative().map(|unknown| self.dofs[unknown])
+        self.matrix.factor().first_negative().map(|unknown| self.dofs[unknown])
     }
 
     /// Logarithm of the magnitude of the determinant of what was factorised last.
     pub fn log_determinant(&self) -> f64 {
-        self.cholesky.log_determinant()
+        self.matrix.factor().log_determinant()
     }
 
     /// Solve in place for the free degrees of freedom.
     pub fn solve(&mut self, x: &mut [f64]) {
-        self.cholesky.solve(x);
+        self.matrix.solve(x);
     }
 
     /// Numbers in the Cholesky factor.
     pub fn factor_len(&self) -> usize {
-        self.cholesky.factor_len()
+        self.matrix.factor().factor_len()
     }
 
     /// Norm of `|K| x` over the free degrees of freedom, entries by their magnitudes.
     pub fn bound(&mut self, x: &[f64]) -> f64 {
-        self.sums.fill(0.0);
-        for j in 0..self.dofs.len() {
-            let (start, end) = (self.starts[j], self.starts[j + 1]);
-            self.sums[j] += self.values[start].abs() * x[j];
-            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
-                self.sums[*row] += value.abs() * x[j];
-                self.sums[j] += value.abs() * x[*row];
-            }
-        }
-        self.sums.iter().map(|s| s * s).sum::<f64>().sqrt()
+        self.matrix.bound(x)
     }
 
     /// `y = K x` over the free degrees of freedom.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        y.fill(0.0);
-        for j in 0..self.dofs.len() {
-            let (start, end) = (self.starts[j], self.starts[j + 1]);
-            y[j] += self.values[start] * x[j];
-            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
-                y[*row] += value * x[j];
-                y[j] += value * x[*row];
-            }
-        }
+        self.matrix.multiply(x, y);
     }
-}
-
-/// Columns of the lower triangle of order `n` that has a diagonal and the given entries `(row, column)`, which may repeat.
-fn pattern<'a, I>(n: usize, entries: impl Fn() -> I) -> (Vec<usize>, Vec<usize>)
-where
-    I: Iterator<Item = &'a (usize, usize)>,
-{
-    let mut next = vec![1_usize; n + 1];
-    next[n] = 0;
-    entries().for_each(|(_, column)| next[*column] += 1);
-    let mut sum = 0;
-    next.iter_mut().for_each(|count| (*count, sum) = (sum, sum + *count));
-    let begins = next.clone();
-    let mut all = vec![0_usize; sum];
-    let mut put = |row: usize, column: usize| {
-        all[next[column]] = row;
-        next[column] += 1;
-    };
-    (0..n).for_each(|j| put(j, j));
-    entries().for_each(|(row, column)| put(*row, *column));
-    let (mut starts, mut rows) = (vec![0], Vec::new());
-    for j in 0..n {
-        let column = &mut all[begins[j]..begins[j + 1]];
-        column.sort_unstable();
-        let first = rows.len();
-        for row in column {
-            if rows.len() == first || rows[rows.len() - 1] != *row {
-                rows.push(*row);
-            }
-        }
-        starts.push(rows.len());
-    }
-    (starts, rows)
 }
 
 /// Row and column, in the lower triangle of all, of each entry of the lower triangle of one element, by rows.

@@ -12,7 +12,7 @@
 //! factorisation fuses products with sums.
 
 use crate::linear_algebra::dense::{Apart, Fused, ROWS, rest_place};
-use crate::linear_algebra::gaps::FreeMemory;
+use crate::linear_algebra::free_memory::FreeMemory;
 use crate::linear_algebra::lanes::wide;
 use crate::linear_algebra::signed::{Pivoting, Positive, Signed};
 use std::ops::Range;

@@ -134,6 +134,16 @@ impl Model {
         all.filter(|(_, k)| *k > 0.0).collect()
     }
 
+    /// Viscosity of the grounded dashpots at each degree of freedom that moves [N s/m]; empty without any.
+    pub fn viscosities(&self) -> Vec<f64> {
+        if self.dashpots.is_empty() {
+            return Vec::new();
+        }
+        let mut all = vec![0.0; self.dof_count()];
+        self.dashpots.iter().filter(|(dof, _)| !self.held[*dof]).for_each(|(dof, c)| all[*dof] += c);
+        all
+    }
+
     /// History of all elements as modelled.
     pub fn start_history(&self) -> Vec<f64> {
         self.elements.iter().flat_map(|e| e.start_history()).collect()

@@ -38,32 +38,32 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let least = masses.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min);
     let sag = model.sag(&start.displacement);
     let mut numbers: BTreeMap<String, f64> = BTreeMap::new();
-    let mut tell = |name: &str, value: f64| {
+    let mut state = |name: &str, value: f64| {
         numbers.insert(name.to_owned(), value);
     };
-    tell("nodes", model.node_count() as f64);
-    tell(
+    state("nodes", model.node_count() as f64);
+    state(
         "elements",
         (model.cables.len() + model.elements.len() + model.springs.len() + model.point_masses.len()) as f64,
     );
-    tell("least_interface_mass_kg", least);
+    state("least_interface_mass_kg", least);
     if !interface.lines.is_empty() {
-        tell("interface_length_per_node_m", mesh_length(&interface) / interface.node_count() as f64);
+        state("interface_length_per_node_m", mesh_length(&interface) / interface.node_count() as f64);
     }
     if let Some(extent) = narrower_extent(&interface.coordinates) {
-        tell("interface_extent_m", extent);
+        state("interface_extent_m", extent);
     }
     if let Some((stiffness, mass)) = typical_stiffness(model, &start.displacement, &start.history) {
-        tell("interface_stiffness_n_per_m", stiffness);
-        tell("interface_stiffness_mass_kg", mass);
+        state("interface_stiffness_n_per_m", stiffness);
+        state("interface_stiffness_mass_kg", mass);
     }
-    tell("highest_frequency_rad_per_s", start.frequency);
+    state("highest_frequency_rad_per_s", start.frequency);
     if config.fem.integrator != Integrator::Static {
-        tell("critical_step_s", start.critical_step);
+        state("critical_step_s", start.critical_step);
     }
-    tell("time_step_s", start.time_step);
+    state("time_step_s", start.time_step);
     if let Some(sag) = sag {
-        tell("sag_m", sag);
+        state("sag_m", sag);
     }
     let mut builds = describe(&config, model, &start, sag);
     builds.extend(solver.inherited().map(Inherited::describe));

@@ -5,7 +5,7 @@ pub mod reference;
 
 use crate::config::Config;
 use crate::config::scheme::Scheme;
-use crate::integrator::loads::{Loads, MOST_SAMPLES, Needs};
+use crate::integrator::interface_force::{Loads, MOST_SAMPLES, Needs};
 use crate::integrator::start::Start;
 use crate::integrator::window::{Exchange, WindowSolver};
 use crate::internal_force::assembly::Event;
@@ -237,8 +237,8 @@ impl FemSolver {
 
 /// What broke, in words: the first ones one by one.
 fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
-    const TOLD: usize = 20;
-    let told = events.iter().take(TOLD).map(|event| {
+    const MOST_NAMED: usize = 20;
+    let named = events.iter().take(MOST_NAMED).map(|event| {
         format!(
             "rupture at t = {:.6} s: {} broke under {:.4e} N",
             event.time,
@@ -246,11 +246,11 @@ fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
             event.tension,
         )
     });
-    let mut told: Vec<_> = told.collect();
-    if let Some(last) = events.get(TOLD..).and_then(|rest| rest.last()) {
-        told.push(format!("{} more broke until t = {:.6} s", events.len() - TOLD, last.time));
+    let mut named: Vec<_> = named.collect();
+    if let Some(last) = events.get(MOST_NAMED..).and_then(|rest| rest.last()) {
+        named.push(format!("{} more broke until t = {:.6} s", events.len() - MOST_NAMED, last.time));
     }
-    told
+    named
 }
 
 /// That something was torn before the run.
@@ -358,8 +358,8 @@ impl Solver for FemSolver {
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         self.check_plan(plan)?;
-        let mut told = |what| progress(Progress { what, done: f64::NAN });
-        let start = Start::new(&self.scene, &self.config, &self.model, self.inherited.as_ref(), &mut told)?;
+        let mut report = |what| progress(Progress { what, done: f64::NAN });
+        let start = Start::new(&self.scene, &self.config, &self.model, self.inherited.as_ref(), &mut report)?;
         self.begin(start, plan)
     }
 

@@ -8,7 +8,7 @@ use crate::internal_force::assembly::Event;
 use crate::model::Model;
 use crate::state::State;
 use crate::state::motion::StartMotion;
-use interface_defs::ipc::domain::fnv1a;
+use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from::{At, KEY, Origin};

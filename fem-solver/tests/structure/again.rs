@@ -15,7 +15,7 @@ use interface_defs::solver::Solver;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::run_dir::STRUCTURE_STATE;
 use interface_defs::toolkit::state_file;
-use interface_defs::toolkit::summary::{Status, Summary};
+use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::path::Path;
 
 /// A brake, a rope with friction over two nodes, a cable that yields, a post: all that remembers something.
@@ -94,7 +94,7 @@ fn refused(text: &str) -> String {
 }
 
 /// The end of a run, as its program would leave it.
-fn ended(run: &mut Run, dir: &Path, status: Status) -> Statistics {
+fn ended(run: &mut Run, dir: &Path, status: RunStatus) -> Statistics {
     let told = run.solver.finish().expect("is prepared");
     Summary::new(status).write(dir).expect("written");
     told
@@ -109,7 +109,7 @@ fn alone(text: &str, windows: u64, dir: &Path) -> Run {
     let plan = Plan { end_time: windows as f64 * STEP, window: STEP, ..Plan::default() };
     let mut run = Run::of(solver(text, Some(dir)), plan);
     (0..windows).for_each(|_| run.step(STEP, &[]));
-    ended(&mut run, dir, Status::Done);
+    ended(&mut run, dir, RunStatus::Done);
     run
 }
 
@@ -129,7 +129,7 @@ fn impact(
         run.step(STEP, if window < pushed { &push } else { &[] });
     }
     if let Some(dir) = dir {
-        ended(&mut run, dir, Status::Done);
+        ended(&mut run, dir, RunStatus::Done);
     }
     run
 }
@@ -350,7 +350,7 @@ fn a_state_of_another_structure_is_refused_with_what_differs() {
     let said = refused(&with(&top, &text));
     assert!(said.contains("it is of version 99, and this program reads version 1"), "{said}");
     std::fs::write(dir.join(STRUCTURE_STATE), &whole).expect("written");
-    Summary::new(Status::Failed).write(dir).expect("written");
+    Summary::new(RunStatus::Failed).write(dir).expect("written");
     assert!(refused(&with(&top, &text)).contains("its status is \"failed\""));
 }
 
@@ -415,7 +415,7 @@ fields = 0.0078125
     let mut push = vec![0.0; run.force_len];
     impact.iter().for_each(|n| push[3 * *n as usize + 1] = 1.5e5 / impact.len() as f64);
     (0..windows).for_each(|w| run.step(STEP, if w < 16 { &push } else { &[] }));
-    ended(&mut run, dir, Status::Done);
+    ended(&mut run, dir, RunStatus::Done);
 
     // The heights of the last row, from the field file of its time.
     let legend = std::fs::read_to_string(dir.join("fields/structure_legend.json")).expect("written");
@@ -469,7 +469,7 @@ fn eased_rings_bring_a_pushed_net_to_rest_in_few_iterations() {
     let mut push = vec![0.0; run.force_len];
     impact.iter().for_each(|n| push[3 * *n as usize + 1] = 1e5 / impact.len() as f64);
     (0..40).for_each(|w| run.step(STEP, if w < 16 { &push } else { &[] }));
-    ended(&mut run, dir, Status::Done);
+    ended(&mut run, dir, RunStatus::Done);
 
     let left = end(dir);
     let model = run.solver.model();

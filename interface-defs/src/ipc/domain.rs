@@ -5,6 +5,7 @@
 //! the kernel gives it up whatever ends the process, so a lock that can be had marks a dead run.
 
 use super::home::{self, Home, SHARED_MEMORY};
+use super::run_id::RunId;
 use super::transport;
 use crate::participant::Failure;
 use iceoryx2::config::Config;
@@ -13,59 +14,9 @@ use iceoryx2::prelude::{
     CallbackProgression, FileName, NodeBuilder, NodeName, Path as IoxPath, SemanticString,
 };
 use iceoryx2::prelude::{SignalHandlingMode, ipc};
-use std::fmt;
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
-use std::str::FromStr;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
-/// Name of a run: 1 to 16 characters of `a-z A-Z 0-9 -`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct RunId(String);
-
-impl RunId {
-    /// A new one: time and process make it unique on this machine.
-    pub fn new() -> Self {
-        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let seed = (since.as_nanos() as u64) ^ (u64::from(std::process::id()) << 40);
-        Self(format!("{:016x}", fnv1a(&seed.to_le_bytes())))
-    }
-
-    /// The number that stands for it in headers.
-    pub fn number(&self) -> u64 {
-        fnv1a(self.0.as_bytes())
-    }
-}
-
-impl Default for RunId {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl fmt::Display for RunId {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl FromStr for RunId {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let fits = !text.is_empty() && text.len() <= 16;
-        if fits && text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-') {
-            Ok(Self(text.into()))
-        } else {
-            Err(format!("a run id has 1 to 16 letters, digits and dashes; \"{text}\" does not"))
-        }
-    }
-}
-
-/// FNV-1a, 64 bit: stable, short, and not for secrets.
-pub fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &b| (hash ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
-}
+use std::time::Duration;
 
 /// The place of one run.
 #[derive(Debug, Clone)]
@@ -87,7 +38,7 @@ impl Domain {
         let prefix = home::prefix(run);
         config.global.prefix =
             FileName::new(prefix.as_bytes()).map_err(transport("prefix of the run in shared memory"))?;
-        let root = home.join(&run.0);
+        let root = home.join(run.as_str());
         let root =
             IoxPath::new(root.as_os_str().as_encoded_bytes()).map_err(transport("place of the run"))?;
         config.global.set_root_path(&root);
@@ -108,7 +59,7 @@ impl Domain {
                 // those of a dead run.
                 home.remove_remains(&self.run);
                 if home.has_remains(&self.run) {
-                    let place = self.home.join(&self.run.0);
+                    let place = self.home.join(self.run.as_str());
                     return Err(Failure::Transport(format!(
                         "{} exists already and cannot be removed",
                         place.display()
@@ -242,7 +193,7 @@ mod tests {
             let id: RunId = format!("r{turn}").parse().unwrap();
             let domain = Domain::within(temp.path().join("home"), &id).unwrap();
             let solver = domain.clone();
-            let files = temp.path().join("home").join(&id.0);
+            let files = temp.path().join("home").join(id.as_str());
             let joined = std::thread::spawn({
                 let files = files.clone();
                 move || {

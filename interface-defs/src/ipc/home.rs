@@ -4,7 +4,7 @@
 //! first. So the directory is looked at anew at every use (a real directory, ours, closed to others), and so is every
 //! entry. Nothing is removed whose name is not the id of a run, and no link is followed.
 
-use super::domain::RunId;
+use super::run_id::RunId;
 use crate::participant::Failure;
 use rustix::fs::{AtFlags, FileType, Mode, OFlags, Stat};
 use rustix::io::Errno;
@@ -190,9 +190,9 @@ mod tests {
     use std::os::unix::fs::{PermissionsExt, symlink};
 
     /// A directory of its own, and a file beside it that must survive everything.
-    struct Place(tempfile::TempDir);
+    struct Bench(tempfile::TempDir);
 
-    impl Place {
+    impl Bench {
         fn new() -> Self {
             let place = Self(tempfile::tempdir().expect("a directory"));
             std::fs::write(place.0.path().join("beside"), "precious").expect("written");
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn a_lock_whose_stem_leads_out_removes_nothing() {
-        let place = Place::new();
+        let place = Bench::new();
         let home = place.home();
         for name in ["...lock", "..lock", ".lock", "a.b.lock", "12345678901234567.lock"] {
             std::fs::write(place.path().join(name), "").expect("written");
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn what_dead_runs_left_is_removed_and_links_are_not_followed() {
-        let place = Place::new();
+        let place = Bench::new();
         let home = place.home();
         std::fs::create_dir_all(place.path().join("dead/nodes")).expect("created");
         symlink(place.0.path(), place.path().join("dead/nodes/out")).expect("linked");
@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn a_pipe_in_the_place_of_a_lock_blocks_nobody() {
-        let place = Place::new();
+        let place = Bench::new();
         let home = place.home();
         pipe(&place.path().join("pipe.lock"));
         let id = "pipe".parse().expect("an id");
@@ -274,7 +274,7 @@ mod tests {
             pipe,
         ];
         for put in put {
-            let place = Place::new();
+            let place = Bench::new();
             put(&place.path());
             let text = message(Home::create(&place.path()).expect_err("refused"));
             assert!(
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn a_mode_that_lets_others_in_is_repaired() {
-        let place = Place::new();
+        let place = Bench::new();
         std::fs::create_dir(place.path()).expect("created");
         for mode in [0o777, 0o1777, 0o755, 0o500] {
             std::fs::set_permissions(place.path(), std::fs::Permissions::from_mode(mode)).expect("changed");
@@ -304,7 +304,7 @@ mod tests {
             return; // Only root can give a file away.
         }
         let stranger = Some(rustix::fs::Uid::from_raw(65534));
-        let place = Place::new();
+        let place = Bench::new();
         let home = place.home();
         let lock = place.path().join("theirs.lock");
         let dir = place.path().join("theirs");
@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     fn shared_memory_of_others_and_links_in_it_are_left_alone() {
-        let place = Place::new();
+        let place = Bench::new();
         let id = RunId::new();
         let ours = PathBuf::from(format!("{SHARED_MEMORY}/rf_{id}_ours"));
         let link = PathBuf::from(format!("{SHARED_MEMORY}/rf_{id}_link"));

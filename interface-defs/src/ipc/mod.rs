@@ -7,7 +7,7 @@
 //! - `NAME/field`: the payloads of windows as `[f64]` behind the [`header`](crate::header)s
 //! - `NAME/wake` and `coupler/wake`: "look, there is something", and the coupler's sign of life
 //!
-//! Files: [`domain`] (one run's own place, liveness, cleaning), `home` (the private directory of a user's runs), [`wait`] (how to wait, and for how
+//! Files: [`run_id`] (its name), [`domain`] (one run's own place, liveness, cleaning), `home` (the private directory of a user's runs), [`wait`] (how to wait, and for how
 //! long), [`channel`] (the services), [`control`] (frames), [`remote`] (the coupler's side),
 //! [`serve`] (the solver's side), [`interrupt`] (Ctrl-C).
 
@@ -17,13 +17,15 @@ pub mod domain;
 mod home;
 pub mod interrupt;
 pub mod remote;
+pub mod run_id;
 pub mod serve;
 pub mod wait;
 
-pub use domain::{RunId, clean};
+pub use domain::clean;
 pub use remote::{Host, Remote};
+pub use run_id::RunId;
 pub use serve::Connection;
-pub use wait::Wait;
+pub use wait::{TIMEOUT, Wait};
 
 use crate::participant::Failure;
 

@@ -2,7 +2,8 @@
 
 use super::channel::{self, Channels, HEARTBEAT};
 use super::control::{Caller, FRAME};
-use super::domain::{Domain, RunId, check_space};
+use super::domain::{Domain, check_space};
+use super::run_id::RunId;
 use super::wait::{self, Patience, Wait};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};
@@ -226,7 +227,7 @@ impl Remote {
         Failure::Contract { solver: self.name.clone(), what }
     }
 
-    /// Tell it why the run ends before its time. It is given a moment to hear it, no more.
+    /// Send it the reason why the run ends before its time. It is given a moment to hear it, no more.
     pub fn abort(&mut self, reason: &str) {
         self.pending = None;
         self.response = None;

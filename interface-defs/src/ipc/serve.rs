@@ -2,8 +2,9 @@
 
 use super::channel::{self, Bell, Channels};
 use super::control::{FRAME, Listener};
-use super::domain::{Domain, RunId, check_space};
-use super::wait::{Patience, Wait, absent, is_orphan};
+use super::domain::{Domain, check_space};
+use super::run_id::RunId;
+use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FaultKind, FromSolver, Statistics, ToSolver};
@@ -41,7 +42,7 @@ impl Connection {
         let mut connection = Self {
             run: RunId::new(),
             name: String::new(),
-            timeout: Duration::from_secs(60),
+            timeout: Duration::from_secs_f64(TIMEOUT),
             wait: Wait::default(),
             supervisor: None,
         };
@@ -74,7 +75,7 @@ impl Connection {
 /// Take part in a run until the coupler ends it.
 ///
 /// Returns `Ok` when the run is done, and else the failure that ended it. Processor time and memory
-/// of this process are added to the solver's statistics where it does not tell them.
+/// of this process are added to the solver's statistics where it does not report them.
 pub fn serve(solver: &mut dyn Solver, connection: &Connection) -> Result<(), Failure> {
     join(connection, |session| session.run(solver))
 }
@@ -376,7 +377,7 @@ pub fn cpu_seconds() -> f64 {
     cpu.tv_sec as f64 + cpu.tv_nsec as f64 * 1e-9
 }
 
-/// Largest resident memory of this process [bytes]; 0 if the system does not tell.
+/// Largest resident memory of this process [bytes]; 0 if the system does not know.
 pub fn peak_memory() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));

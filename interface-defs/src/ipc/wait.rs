@@ -39,11 +39,16 @@ const SAY: Duration = Duration::from_secs(2);
 /// What an interrupted run is given to end its exchange in order.
 const GRACE: Duration = Duration::from_secs(1);
 
+/// Deadline for one answer where no one names one [s].
+pub const TIMEOUT: f64 = 60.0;
+
 /// How to wait for an answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "toolkit", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
 pub enum Wait {
-    /// Look again for half a millisecond, yielding the processor in between, then sleep until woken. As soon as the
-    /// processor turns out to have other work, sleep at once, and try again later: as fast as the better of the two below.
+    /// As fast as the better of the others: look again for half a millisecond, yielding the processor in between, then sleep
+    /// until woken; as soon as the processor turns out to have other work, sleep at once, and try again later.
     #[default]
     Auto,
     /// Sleep until woken, always. Kept for one version.

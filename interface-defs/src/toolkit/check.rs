@@ -1,7 +1,7 @@
 //! What a program answers to `check`: what it would build, from which numbers, at what cost.
 
 use super::input_error::InputError;
-use super::screen::tell;
+use super::screen::show;
 use crate::mesh::InterfaceMesh;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -70,8 +70,8 @@ impl CheckReport {
     /// Print it on stdout.
     pub fn print(&self, format: Format) {
         match format {
-            Format::Text => tell(&self.to_text()),
-            Format::Json => tell(&(self.to_json() + "\n")),
+            Format::Text => show(&self.to_text()),
+            Format::Json => show(&(self.to_json() + "\n")),
         }
     }
 }

@@ -182,25 +182,25 @@ mod tests {
 
     #[derive(Debug, PartialEq, Deserialize)]
     #[serde(tag = "type", rename_all = "snake_case")]
-    enum Shape {
+    enum Outline {
         Box { size: [f64; 3] },
     }
 
     #[derive(Debug, PartialEq, Deserialize)]
     #[serde(deny_unknown_fields)]
-    struct Body {
+    struct Region {
         at: Option<[f64; 3]>,
         #[serde(default)]
         polygon: Vec<[f64; 2]>,
-        shape: Option<Shape>,
+        shape: Option<Outline>,
         pair: Option<(String, u8)>,
     }
 
-    fn read(text: &str) -> Result<Body, (String, String)> {
+    fn read(text: &str) -> Result<Region, (String, String)> {
         let table = DeTable::parse(text).expect("TOML");
         let value = Spanned::new(0..text.len(), DeValue::Table(table.into_inner()));
         let at = |e: Mismatch| (e.message, text[e.span.expect("a place")].to_owned());
-        Body::deserialize(Exact(value)).map_err(at)
+        Region::deserialize(Exact(value)).map_err(at)
     }
 
     #[test]
@@ -208,10 +208,10 @@ mod tests {
         let all = read(
             "at = [1, 2.5, 3]\npolygon = [[0, 1], [2, 3]]\nshape = { type = \"box\", size = [1, 2, 3] }\npair = [\"a\", 7]",
         );
-        let body = Body {
+        let body = Region {
             at: Some([1.0, 2.5, 3.0]),
             polygon: vec![[0.0, 1.0], [2.0, 3.0]],
-            shape: Some(Shape::Box { size: [1.0, 2.0, 3.0] }),
+            shape: Some(Outline::Box { size: [1.0, 2.0, 3.0] }),
             pair: Some(("a".into(), 7)),
         };
         assert_eq!(all, Ok(body));

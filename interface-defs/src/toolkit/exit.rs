@@ -1,6 +1,6 @@
 //! Exit codes, the same in every program.
 
-use super::summary::Status;
+use super::summary::RunStatus;
 use std::process::{ExitCode, Termination};
 
 /// How a program ends.
@@ -19,11 +19,11 @@ pub enum Exit {
 
 impl Exit {
     /// The code of a run that ended so.
-    pub fn of(status: Status) -> Self {
+    pub fn of(status: RunStatus) -> Self {
         match status {
-            Status::Done => Self::Done,
-            Status::Unreliable => Self::Unreliable,
-            Status::Failed | Status::Interrupted => Self::Failed,
+            RunStatus::Done => Self::Done,
+            RunStatus::Unreliable => Self::Unreliable,
+            RunStatus::Failed | RunStatus::Interrupted => Self::Failed,
         }
     }
 }

@@ -14,14 +14,14 @@ use std::fmt;
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InputError {
-    place: Place,
+    place: Position,
     message: String,
     hint: Option<String>,
 }
 
 /// Where the input is wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum Position {
     /// Not in a text.
     Nowhere,
     /// In this file or argument, as a whole.
@@ -81,25 +81,25 @@ fn floor_boundary(text: &str, mut at: usize) -> usize {
 impl InputError {
     /// Wrong input that has no place in a text.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { place: Place::Nowhere, message: message.into(), hint: None }
+        Self { place: Position::Nowhere, message: message.into(), hint: None }
     }
 
     /// Wrong input in `file` as a whole.
     pub fn in_file(file: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { place: Place::Whole(file.into()), message: message.into(), hint: None }
+        Self { place: Position::Whole(file.into()), message: message.into(), hint: None }
     }
 
     /// Wrong input at a position.
     pub(crate) fn at(spot: Spot, message: impl Into<String>) -> Self {
-        Self { place: Place::Spot(Box::new(spot)), message: message.into(), hint: None }
+        Self { place: Position::Spot(Box::new(spot)), message: message.into(), hint: None }
     }
 
-    /// Place and message alone, in one line.
+    /// Position and message alone, in one line.
     pub fn headline(&self) -> String {
         match &self.place {
-            Place::Nowhere => self.message.clone(),
-            Place::Whole(file) => format!("{file}: {}", self.message),
-            Place::Spot(spot) => format!("{}: {}", spot.label, self.message),
+            Position::Nowhere => self.message.clone(),
+            Position::Whole(file) => format!("{file}: {}", self.message),
+            Position::Spot(spot) => format!("{}: {}", spot.label, self.message),
         }
     }
 
@@ -122,9 +122,9 @@ impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let mut gutter = String::new();
         match &self.place {
-            Place::Nowhere => f.write_str(&self.message)?,
-            Place::Whole(file) => write!(f, "{file}: {}", self.message)?,
-            Place::Spot(spot) => {
+            Position::Nowhere => f.write_str(&self.message)?,
+            Position::Whole(file) => write!(f, "{file}: {}", self.message)?,
+            Position::Spot(spot) => {
                 let number = spot.number.map_or(String::new(), |n| n.to_string());
                 gutter = " ".repeat(number.len().max(2));
                 // A tab stays a tab, so that the caret stands under what it means.

@@ -2,7 +2,7 @@
 
 use super::input_error::InputError;
 use super::scene::Scene;
-use super::summary::{Status, Summary, short, split_member, three};
+use super::summary::{RunStatus, Summary, short, split_member, three};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -166,12 +166,12 @@ impl Limits {
         if passed.is_empty() {
             return;
         }
-        if summary.status == Status::Done {
+        if summary.status == RunStatus::Done {
             let sentence = |(what, cure): &(String, &str)| {
                 if cure.is_empty() { what.clone() } else { format!("{what}: {cure}") }
             };
             let sentences: Vec<String> = passed.iter().map(sentence).collect();
-            summary.status = Status::Unreliable;
+            summary.status = RunStatus::Unreliable;
             summary.message = Some(format!("unreliable: {}", sentences.join("; ")));
         } else {
             // Its message has the cause.
@@ -288,7 +288,7 @@ mod tests {
         assert!(deep.starts_with("s.toml:2:15: ") && deep.contains("perhaps 0.5"), "{deep}");
     }
 
-    fn judged(status: Status, energy_error: f64, penetration: f64, residual: f64) -> Summary {
+    fn judged(status: RunStatus, energy_error: f64, penetration: f64, residual: f64) -> Summary {
         let mut summary = Summary::new(status);
         let measure =
             |name: &str, value| Measure { name: name.into(), value, unit: "1".into(), time: Some(0.25) };
@@ -306,50 +306,50 @@ mod tests {
 
     #[test]
     fn a_run_within_its_bounds_stays_done_and_each_bound_that_is_passed_is_named() {
-        assert_eq!(judged(Status::Done, 0.02, 0.5, 0.5).status, Status::Done);
+        assert_eq!(judged(RunStatus::Done, 0.02, 0.5, 0.5).status, RunStatus::Done);
         for (summary, says) in [
             (
-                judged(Status::Done, 0.12, 0.1, 0.1),
+                judged(RunStatus::Done, 0.12, 0.1, 0.1),
                 "energy_error is 12 % at 0.250000 s, above limits.energy_error = 10 %: try A",
             ),
             (
-                judged(Status::Done, 0.03, 0.1, 0.1),
+                judged(RunStatus::Done, 0.03, 0.1, 0.1),
                 "energy_error is 3 % at 0.250000 s, which lets expect an error of the deflection of 1.5 %, above \
                  limits.deflection_error = 1 %: try A",
             ),
             (
-                judged(Status::Done, 0.0, 0.75, 0.1),
+                judged(RunStatus::Done, 0.0, 0.75, 0.1),
                 "block_max_penetration is 0.750 radii at 0.250000 s, above limits.penetration = 0.5",
             ),
             (
-                judged(Status::Done, 0.0, 0.0, 0.8),
+                judged(RunStatus::Done, 0.0, 0.0, 0.8),
                 "80 % of the energy at impact, above limits.residual = 50 %: try B",
             ),
         ] {
-            assert_eq!(summary.status, Status::Unreliable);
+            assert_eq!(summary.status, RunStatus::Unreliable);
             let message = summary.message.expect("says why");
             assert!(message.contains(says), "{message}");
         }
-        let failed = judged(Status::Failed, 5.0, 0.0, 0.0);
-        assert_eq!((failed.status, failed.message), (Status::Failed, None));
+        let failed = judged(RunStatus::Failed, 5.0, 0.0, 0.0);
+        assert_eq!((failed.status, failed.message), (RunStatus::Failed, None));
         assert!(failed.warnings[0].contains("energy_error is 500 %"), "{:?}", failed.warnings);
     }
 
     #[test]
     fn a_weak_window_beyond_the_longest_is_unreliable_unless_the_bound_is_raised() {
         let judged = |window: f64, limits: Limits| {
-            let mut summary = Summary::new(Status::Done);
+            let mut summary = Summary::new(RunStatus::Done);
             let evidence = Evidence { weak_window: Some((window, 1.12375e-4)), ..Evidence::default() };
             limits.judge(&mut summary, &evidence);
             (summary.status, summary.message.unwrap_or_default())
         };
         // As it is printed it is within.
-        assert_eq!(judged(0.000112375, Limits::default()).0, Status::Done);
+        assert_eq!(judged(0.000112375, Limits::default()).0, RunStatus::Done);
         let (status, message) = judged(2e-4, Limits::default());
-        assert_eq!(status, Status::Unreliable);
+        assert_eq!(status, RunStatus::Unreliable);
         let says = "coupling.time_window = 0.0002 s is 1.78 times the longest window of weak coupling, 0.000112375 s, \
                     above limits.weak_window = 1.25: ";
         assert!(message.contains(says), "{message}");
-        assert_eq!(judged(2e-4, Limits { weak_window: 2.0, ..Limits::default() }).0, Status::Done);
+        assert_eq!(judged(2e-4, Limits { weak_window: 2.0, ..Limits::default() }).0, RunStatus::Done);
     }
 }

@@ -15,9 +15,9 @@ pub enum LogFormat {
     Json,
 }
 
-/// Log to stderr from now on: warnings and errors, and with `tell` what is being done.
-pub fn init(format: LogFormat, tell: bool) {
-    let default = if tell { "info" } else { "warn" };
+/// Log to stderr from now on: warnings and errors, and with `hints` what is being done.
+pub fn init(format: LogFormat, hints: bool) {
+    let default = if hints { "info" } else { "warn" };
     let filter = match std::env::var("RUST_LOG") {
         Ok(text) => EnvFilter::from_str(&text).unwrap_or_else(|_| EnvFilter::new(default)),
         Err(_) => EnvFilter::new(default),

@@ -4,7 +4,8 @@
 //! - [`schema`]: what a program reads and writes, for editors and the reference
 //! - [`input_error`]: bad input as one message, with position and excerpt
 //! - [`input_file`]: what stands at the path of an input file
-//! - [`output`]: the table `[output]`
+//! - [`output`], [`processes`]: the tables `[output]` and `[processes]`
+//! - [`arguments`]: options that several programs have on their command lines
 //! - [`program`]: the `main` of a solver: run, check, serve
 //! - [`progress`]: lines from which a launcher draws its bar
 //! - [`check`]: what a program answers to `check`
@@ -16,6 +17,7 @@
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
 
 pub mod alloc;
+pub mod arguments;
 pub mod check;
 pub mod counted;
 pub mod energy;
@@ -31,6 +33,7 @@ pub mod log;
 pub mod output;
 mod overrides;
 pub mod owner;
+pub mod processes;
 pub mod program;
 pub mod progress;
 pub mod run_dir;

@@ -213,7 +213,7 @@ fn read(lock: &mut File) -> (Option<RunId>, Option<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::toolkit::summary::Status;
+    use crate::toolkit::summary::RunStatus;
 
     fn claim(dir: &Path) -> Result<Owner, InputError> {
         Owner::claim(dir, &Claim::default())
@@ -260,15 +260,15 @@ mod tests {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path().join("out");
         let owner = claim(&dir).expect("free");
-        owner.write_summary(&mut Summary::new(Status::Done)).expect("written");
+        owner.write_summary(&mut Summary::new(RunStatus::Done)).expect("written");
         let written = Summary::read(&dir).expect("a summary");
         assert_eq!(written.run, Some(owner.run.to_string()));
         std::fs::remove_dir_all(&dir).expect("removed");
-        let message = owner.write_summary(&mut Summary::new(Status::Done)).expect_err("gone");
+        let message = owner.write_summary(&mut Summary::new(RunStatus::Done)).expect_err("gone");
         assert!(message.contains("was removed or replaced"), "{message}");
         std::fs::create_dir(&dir).expect("created");
         let another = claim(&dir).expect("free");
-        assert!(owner.write_summary(&mut Summary::new(Status::Done)).is_err());
+        assert!(owner.write_summary(&mut Summary::new(RunStatus::Done)).is_err());
         assert!(!dir.join("summary.json").exists());
         drop(owner);
         assert_eq!(another.check(), Ok(()), "the lock of the other is left alone");

@@ -1,24 +1,25 @@
 //! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
 
+use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Supervised};
+use super::check;
 pub use super::check::CheckReport;
-use super::check::{self, Format};
 use super::counted::Counted;
 use super::exit::Exit;
 use super::input_error::InputError;
 use super::limits::Limits;
-use super::log::{self, LogFormat};
+use super::log;
 use super::owner::{self, Claim, Owner};
-use super::progress::{self, Reporter};
+use super::progress::Reporter;
 use super::run_dir;
 use super::scene::Scene;
 pub use super::schema::Share;
-use super::screen::{complain, tell};
+use super::screen::{complain, show};
 use super::solo::{self, Stage};
 use super::start_from;
-use super::summary::{Status, Summary};
+use super::summary::{RunStatus, Summary};
 use crate::ipc::serve::{self, Connection};
 use crate::ipc::wait::is_orphan;
-use crate::ipc::{RunId, Wait, interrupt};
+use crate::ipc::{RunId, TIMEOUT, Wait, interrupt};
 use crate::mesh::InterfaceMesh;
 use crate::message::{Fault, Hello, Plan, Ready, Statistics};
 use crate::participant::Failure;
@@ -59,7 +60,7 @@ pub struct Extra {
     pub run: fn(&clap::ArgMatches) -> Result<Exit, InputError>,
 }
 
-/// What the command line tells a solver beside the scene.
+/// What the command line says to a solver beside the scene.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// Directory of the results; `None`: write no files.
@@ -71,43 +72,21 @@ pub struct Options {
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]
-    command: Command,
-    /// Form of the log lines on stderr; RUST_LOG=debug prints more
-    #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
-    log_format: LogFormat,
+    command: SolverCommand,
+    #[command(flatten)]
+    logging: Logging,
 }
 
 #[derive(Subcommand)]
-enum Command {
+enum SolverCommand {
     /// Run the scene with this solver alone
-    Run {
-        #[command(flatten)]
-        input: Input,
-        /// Directory of the results [default: out/NAME for the scene NAME.toml]
-        #[arg(long, value_name = "DIR", help_heading = "Results")]
-        out: Option<PathBuf>,
-        /// Overwrite the run that the directory holds
-        #[arg(long, help_heading = "Results")]
-        force: bool,
-        /// Print nothing but errors
-        #[arg(long)]
-        quiet: bool,
-        /// Print progress on stdout, five times a second
-        #[arg(long, value_enum, value_name = "FORM")]
-        progress: Option<progress::Form>,
-        /// Number of the process that started this one: when it ends, this one ends too
-        #[arg(long, value_name = "PID")]
-        supervisor: Option<u32>,
-        #[command(flatten)]
-        savings: Savings,
-    },
+    Run(RunArguments),
     /// Print what would be built, critical time steps [s] and cost; start nothing
     Check {
         #[command(flatten)]
         input: Input,
-        /// Form of the answer
-        #[arg(long, value_enum, default_value_t, value_name = "FORM")]
-        format: Format,
+        #[command(flatten)]
+        answer: AnswerForm,
         /// Interface mesh of the structure (JSON, `interface` of its own check), `-`: from stdin
         #[arg(long, value_name = "FILE")]
         interface: Option<PathBuf>,
@@ -116,52 +95,48 @@ enum Command {
     #[command(hide = true)]
     Schema,
     /// Take part in a run that a coupler leads
-    Serve {
-        #[command(flatten)]
-        input: Input,
-        /// Directory of the results [default: out/NAME for the scene NAME.toml]
-        #[arg(long, value_name = "DIR", help_heading = "Results")]
-        out: Option<PathBuf>,
-        #[command(flatten)]
-        savings: Savings,
-        /// Name of the run, the same for all its programs: 1 to 16 letters, digits, dashes
-        #[arg(long, value_name = "ID", help_heading = "Connection")]
-        run: RunId,
-        /// This solver's name in the run: `dem` or `fem` [default: its own]
-        #[arg(long = "as", value_name = "NAME", help_heading = "Connection")]
-        part: Option<String>,
-        /// Longest time without a sign of life from the coupler [s]
-        #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds, help_heading = "Connection")]
-        timeout: f64,
-        /// How to wait for a request; `yield` and `event` are kept for one version: `auto` is as fast as the better of them
-        #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
-        wait: Wait,
-        /// Number of the process that started this one: when it ends, this one ends too
-        #[arg(long, value_name = "PID", help_heading = "Connection")]
-        supervisor: Option<u32>,
-    },
+    Serve(ServeArguments),
 }
 
 #[derive(clap::Args)]
-struct Input {
-    /// Scene file (TOML, SI units)
-    scene: PathBuf,
-    /// Set a value of the scene, as in --set end_time=0.5; may be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    sets: Vec<String>,
-}
-
-impl Input {
-    fn load(&self) -> Result<Scene, InputError> {
-        Scene::load(&self.scene, &self.sets)
-    }
+struct RunArguments {
+    #[command(flatten)]
+    input: Input,
+    #[command(flatten)]
+    leader: Leader,
+    #[command(flatten)]
+    supervised: Supervised,
+    #[command(flatten)]
+    savings: Savings,
 }
 
 #[derive(clap::Args)]
-struct Savings {
+struct ServeArguments {
+    #[command(flatten)]
+    input: Input,
+    #[command(flatten)]
+    dir: ResultDir,
+    #[command(flatten)]
+    savings: Savings,
+    #[command(flatten)]
+    membership: Membership,
+    /// This solver's name in the run: `dem` or `fem` [default: its own]
+    #[arg(long = "as", value_name = "NAME", help_heading = "Connection")]
+    part: Option<String>,
+    /// Longest time without a sign of life from the coupler [s]
+    #[arg(long, value_name = "S", default_value_t = TIMEOUT, value_parser = seconds, help_heading = "Connection")]
+    timeout: f64,
+    /// How to wait for a request; `yield` and `event` are kept for one version: `auto` is as fast as the better of them
+    #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
+    wait: Wait,
+}
+
+/// Whether savings are used.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Savings {
     /// Switch off every shortcut (flight in closed form, skipped structure), to prove that it is harmless
-    #[arg(long)]
-    no_shortcuts: bool,
+    #[arg(long, help_heading = "Computation")]
+    pub no_shortcuts: bool,
 }
 
 /// Seconds on a command line: finite, above 0.
@@ -196,15 +171,18 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
         Ok(cli) => cli,
         Err(e) => e.exit(),
     };
-    let hint =
-        !matches!(cli.command, Command::Run { quiet: true, .. } | Command::Check { .. } | Command::Schema);
-    log::init(cli.log_format, hint);
+    let hint = match &cli.command {
+        SolverCommand::Run(arguments) => !arguments.leader.quiet,
+        SolverCommand::Serve(_) => true,
+        SolverCommand::Check { .. } | SolverCommand::Schema => false,
+    };
+    log::init(cli.logging.log_format, hint);
     guarded(|| execute(program, &cli.command))
 }
 
 /// Do it, print an error once, choose the exit code.
 fn guarded(work: impl FnOnce() -> Result<Exit, InputError>) -> ExitCode {
-    // A broken invariant has told its story on stderr by then; the exit code is that of a failed run.
+    // A broken invariant is on stderr by then; the exit code is that of a failed run.
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(exit)) => exit.into(),
         Ok(Err(error)) => {
@@ -215,69 +193,75 @@ fn guarded(work: impl FnOnce() -> Result<Exit, InputError>) -> ExitCode {
     }
 }
 
-fn execute(program: &Program, command: &Command) -> Result<Exit, InputError> {
+fn execute(program: &Program, command: &SolverCommand) -> Result<Exit, InputError> {
     match command {
-        Command::Check { input, format, interface } => {
+        SolverCommand::Check { input, answer, interface } => {
             let mesh = interface.as_deref().map(check::read_interface).transpose()?;
             let scene = input.load()?;
             Limits::of(&scene)?;
-            (program.check)(&scene, mesh.as_ref())?.print(*format);
+            (program.check)(&scene, mesh.as_ref())?.print(answer.format);
             Ok(Exit::Done)
         }
-        Command::Schema => {
-            tell(&((program.schema)().to_json() + "\n"));
+        SolverCommand::Schema => {
+            show(&((program.schema)().to_json() + "\n"));
             Ok(Exit::Done)
         }
-        Command::Run { input, out, force, quiet, progress, supervisor, savings } => {
-            let scene = input.load()?;
-            let limits = Limits::of(&scene)?;
-            let out = run_dir::location(out.as_deref(), &scene);
-            start_from::refuse_own(&scene, &out)?;
-            let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
-            let mut solver = (program.build)(&scene, &options)?;
-            let claim = Claim { force: *force, run: None, supervisor: *supervisor };
-            let owner = Arc::new(Owner::claim(&out, &claim)?);
-            owner
-                .write_record()
-                .map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
-            interrupt::install();
-            end_in_time(&owner, *supervisor);
-            let reporter = Reporter::new(*progress);
-            let mut stage =
-                Stage { role: program.role, owner: &owner, supervisor: *supervisor, limits, reporter };
-            let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
-            if !quiet {
-                summary.print_table(&out);
-            }
-            if summary.status != Status::Done {
-                complain(summary.message.as_deref().unwrap_or("the run failed"));
-            }
-            Ok(Exit::of(summary.status))
-        }
-        Command::Serve { input, out, savings, run, part, timeout, wait, supervisor } => {
-            interrupt::install();
-            let connection = Connection {
-                run: run.clone(),
-                name: part.clone().unwrap_or_else(|| program.role.into()),
-                timeout: Duration::from_secs_f64(*timeout),
-                wait: *wait,
-                supervisor: *supervisor,
-            };
-            let built = input.load().and_then(|scene| {
-                let out = run_dir::location(out.as_deref(), &scene);
-                let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
-                let solver = Counted::new((program.build)(&scene, &options)?);
-                Ok(Guest { solver, out, run: run.clone(), scene: scene.fingerprint() })
-            });
-            match built {
-                Ok(mut solver) => Ok(ended(serve::serve(&mut solver, &connection))),
-                Err(error) => {
-                    complain(&error.to_string());
-                    // The coupler would wait for a solver that never comes: tell it why.
-                    let _ = serve::refuse(&error.into(), &connection);
-                    Ok(Exit::BadInput)
-                }
-            }
+        SolverCommand::Run(arguments) => run_alone(program, arguments),
+        SolverCommand::Serve(arguments) => serve_run(program, arguments),
+    }
+}
+
+/// Run the scene with this solver alone.
+fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, InputError> {
+    let RunArguments { input, leader, supervised: Supervised { supervisor }, savings } = arguments;
+    let supervisor = *supervisor;
+    let scene = input.load()?;
+    let limits = Limits::of(&scene)?;
+    let out = leader.results.dir.of(&scene);
+    start_from::refuse_own(&scene, &out)?;
+    let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
+    let mut solver = (program.build)(&scene, &options)?;
+    let claim = Claim { force: leader.results.force, run: None, supervisor };
+    let owner = Arc::new(Owner::claim(&out, &claim)?);
+    owner.write_record().map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
+    interrupt::install();
+    end_in_time(&owner, supervisor);
+    let reporter = Reporter::new(leader.progress);
+    let mut stage = Stage { role: program.role, owner: &owner, supervisor, limits, reporter };
+    let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
+    if !leader.quiet {
+        summary.print_table(&out);
+    }
+    if summary.status != RunStatus::Done {
+        complain(summary.message.as_deref().unwrap_or("the run failed"));
+    }
+    Ok(Exit::of(summary.status))
+}
+
+/// Take part in a run that a coupler leads.
+fn serve_run(program: &Program, arguments: &ServeArguments) -> Result<Exit, InputError> {
+    let run = &arguments.membership.run;
+    interrupt::install();
+    let connection = Connection {
+        run: run.clone(),
+        name: arguments.part.clone().unwrap_or_else(|| program.role.into()),
+        timeout: Duration::from_secs_f64(arguments.timeout),
+        wait: arguments.wait,
+        supervisor: arguments.membership.supervised.supervisor,
+    };
+    let built = arguments.input.load().and_then(|scene| {
+        let out = arguments.dir.of(&scene);
+        let options = Options { out: Some(out.clone()), shortcuts: !arguments.savings.no_shortcuts };
+        let solver = Counted::new((program.build)(&scene, &options)?);
+        Ok(Guest { solver, out, run: run.clone(), scene: scene.fingerprint() })
+    });
+    match built {
+        Ok(mut solver) => Ok(ended(serve::serve(&mut solver, &connection))),
+        Err(error) => {
+            complain(&error.to_string());
+            // The coupler would wait for a solver that never comes: it is given the reason.
+            let _ = serve::refuse(&error.into(), &connection);
+            Ok(Exit::BadInput)
         }
     }
 }
@@ -337,9 +321,9 @@ fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
             }
             let Some(owner) = owner.upgrade() else { return };
             let (status, message) = if lost {
-                (Status::Failed, "the launcher was lost")
+                (RunStatus::Failed, "the launcher was lost")
             } else {
-                (Status::Interrupted, "interrupted")
+                (RunStatus::Interrupted, "interrupted")
             };
             let mut summary = Summary { message: Some(message.into()), ..Summary::new(status) };
             summary.warnings.push("no measures: the run ended in the middle of a window".into());

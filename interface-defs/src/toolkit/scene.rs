@@ -9,7 +9,7 @@ use super::input_error::{InputError, Spot};
 use super::input_file;
 use super::overrides::Override;
 use super::syntax;
-use crate::ipc::domain::fnv1a;
+use crate::ipc::run_id::fnv1a;
 use crate::message::capability;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;

@@ -4,7 +4,7 @@
 use std::io::Write;
 
 /// Text on stdout, as it is.
-pub fn tell(text: &str) {
+pub fn show(text: &str) {
     let mut out = std::io::stdout().lock();
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
 }

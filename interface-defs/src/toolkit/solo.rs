@@ -9,7 +9,7 @@ use super::owner::Owner;
 use super::progress::{Line, Reporter};
 use super::run_dir::HISTORY;
 use super::scene::Scene;
-use super::summary::{Status, Summary, totals};
+use super::summary::{RunStatus, Summary, totals};
 use crate::ipc::interrupt;
 use crate::ipc::serve::{cpu_seconds, peak_memory};
 use crate::message::{Fault, FaultKind, Gauge, Measure, Plan, Progress, Ready, Statistics};
@@ -31,7 +31,7 @@ pub(crate) struct Stage<'a> {
     pub supervisor: Option<u32>,
     /// Bounds of trust.
     pub limits: Limits,
-    /// Who is told how far the run is.
+    /// To whom is reported how far the run is.
     pub reporter: Reporter,
 }
 
@@ -95,7 +95,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     };
     let prepared = started.elapsed().as_secs_f64();
     let warnings = ready.warnings.clone();
-    let mut summary = Summary::new(Status::Done);
+    let mut summary = Summary::new(RunStatus::Done);
     let outcome = Solo::new(solver, ready, out).and_then(|mut solo| {
         let outcome = solo.advance(stage, end_time, output.interval, parts as u64);
         solo.describe(&mut summary);
@@ -118,10 +118,10 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     Ok(summary)
 }
 
-fn ended_by(fault: &Fault) -> (Status, Option<String>) {
+fn ended_by(fault: &Fault) -> (RunStatus, Option<String>) {
     match fault.kind {
-        FaultKind::Interrupted => (Status::Interrupted, Some("interrupted".into())),
-        _ => (Status::Failed, Some(fault.message.clone())),
+        FaultKind::Interrupted => (RunStatus::Interrupted, Some("interrupted".into())),
+        _ => (RunStatus::Failed, Some(fault.message.clone())),
     }
 }
 
@@ -134,7 +134,7 @@ fn failed_at_start(fault: &Fault, owner: &Owner) -> Summary {
 
 fn write(summary: &mut Summary, owner: &Owner) {
     if let Err(what) = owner.write_summary(summary) {
-        summary.status = Status::Failed;
+        summary.status = RunStatus::Failed;
         summary.message = Some(match summary.message.take() {
             Some(before) => format!("{before}\n{what}"),
             None => what,
@@ -142,14 +142,14 @@ fn write(summary: &mut Summary, owner: &Owner) {
     }
 }
 
-fn cost(summary: &mut Summary, role: &str, told: &Statistics, prepared: f64, total: f64) {
-    let cpu = if told.cpu_seconds > 0.0 { told.cpu_seconds } else { cpu_seconds() };
-    let memory = if told.peak_memory > 0 { told.peak_memory } else { peak_memory() };
-    let counts: serde_json::Map<_, _> = told.counts.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
+fn cost(summary: &mut Summary, role: &str, own: &Statistics, prepared: f64, total: f64) {
+    let cpu = if own.cpu_seconds > 0.0 { own.cpu_seconds } else { cpu_seconds() };
+    let memory = if own.peak_memory > 0 { own.peak_memory } else { peak_memory() };
+    let counts: serde_json::Map<_, _> = own.counts.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     summary.cost.insert("wall_s".into(), json!(total));
     summary.cost.insert("stages".into(), json!({ "prepare_s": prepared, "loop_s": total - prepared }));
     let process = json!({ "cpu_s": cpu, "peak_memory_bytes": memory, "counts": counts });
-    totals(&mut summary.cost, &[told]);
+    totals(&mut summary.cost, &[own]);
     summary.cost.insert("peak_memory_bytes".into(), json!(memory));
     summary.cost.insert("processes".into(), json!({ role: process }));
 }
@@ -325,8 +325,8 @@ mod tests {
 
     /// A body in free fall; past `fails_at` it cannot be solved.
     struct Fall {
-        /// What its potential energy is told as, relative to what it is.
-        told: f64,
+        /// What its potential energy is reported as, relative to what it is.
+        shown: f64,
         committed: [f64; 2],
         trial: [f64; 2],
         fails_at: f64,
@@ -338,7 +338,7 @@ mod tests {
 
     impl Fall {
         fn new(fails_at: f64, longest: f64) -> Self {
-            Self { told: 1.0, committed: [0.0; 2], trial: [0.0; 2], fails_at, longest, windows: Vec::new() }
+            Self { shown: 1.0, committed: [0.0; 2], trial: [0.0; 2], fails_at, longest, windows: Vec::new() }
         }
 
         fn answer(state: [f64; 2]) -> [f64; 9] {
@@ -379,7 +379,7 @@ mod tests {
             self.trial = [z + v * h - 0.5 * G * h * h, v - G * h];
             self.windows.push(*window);
             output.copy_from_slice(&Self::answer(self.trial));
-            output[6..].iter_mut().for_each(|potential| *potential *= self.told);
+            output[6..].iter_mut().for_each(|potential| *potential *= self.shown);
             Ok(())
         }
 
@@ -416,7 +416,7 @@ mod tests {
         assert_eq!(rows.iter().map(|r| r[0]).collect::<Vec<_>>(), [0.0, 0.3, 0.6, 0.3 * 3.0, 1.0]);
         // Exact solution; a handful of roundings of numbers of order 5.
         assert!((rows[4][1] + 0.5 * G).abs() < 1e-14 * 5.0 * 10.0, "{:?}", rows[4]);
-        assert_eq!((summary.status, summary.message.as_deref()), (Status::Done, None));
+        assert_eq!((summary.status, summary.message.as_deref()), (RunStatus::Done, None));
         let measures: Vec<_> = summary.measures.iter().map(|m| (m.name.as_str(), m.value, m.time)).collect();
         assert_eq!(measures[..2], [("z_min", rows[4][1], Some(1.0)), ("z_max", 1.0, Some(0.0))]);
         assert_eq!(measures[2].0, "energy_error");
@@ -440,20 +440,20 @@ mod tests {
     fn energy_that_comes_from_nowhere_is_a_warning() {
         let mut fall = Fall::new(f64::INFINITY, f64::INFINITY);
         assert!(run_fall(&mut fall, "end_time = 1.0").0.warnings.is_empty());
-        let mut fall = Fall { told: 0.98, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let mut fall = Fall { shown: 0.98, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, _) = run_fall(&mut fall, "end_time = 1.0");
         // 1 J of 50 J of potential energy is not reported: it seems created, and does not count in the 50 J of speed.
         let error = summary.measure("energy_error").expect("a number");
         assert!((error - 1.0 / 49.0).abs() < 1e-9, "{error}");
-        assert_eq!(summary.status, Status::Done);
+        assert_eq!(summary.status, RunStatus::Done);
         assert!(
             summary.warnings[0].starts_with("energy_error is 2.04 % at 1.000000 s"),
             "{:?}",
             summary.warnings
         );
-        let mut fall = Fall { told: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let mut fall = Fall { shown: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, _) = run_fall(&mut fall, "end_time = 1.0");
-        assert_eq!(summary.status, Status::Unreliable);
+        assert_eq!(summary.status, RunStatus::Unreliable);
         let message = summary.message.expect("says why");
         assert!(
             message.starts_with(
@@ -461,16 +461,16 @@ mod tests {
             ),
             "{message}"
         );
-        let mut fall = Fall { told: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let mut fall = Fall { shown: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, _) = run_fall(&mut fall, "end_time = 1.0\nlimits.energy_error = 0.3");
-        assert_eq!(summary.status, Status::Done);
+        assert_eq!(summary.status, RunStatus::Done);
     }
 
     #[test]
     fn a_run_whose_energy_explodes_ends_at_once_and_keeps_its_rows() {
-        let mut fall = Fall { told: 0.2, ..Fall::new(f64::INFINITY, f64::INFINITY) };
+        let mut fall = Fall { shown: 0.2, ..Fall::new(f64::INFINITY, f64::INFINITY) };
         let (summary, rows) = run_fall(&mut fall, "end_time = 1.0\noutput.interval = 0.1");
-        assert_eq!(summary.status, Status::Failed);
+        assert_eq!(summary.status, RunStatus::Failed);
         // Three windows in a row beyond ten times the bound, then the end.
         assert_eq!(rows.len(), 4);
         let message = summary.message.expect("says why");
@@ -478,7 +478,7 @@ mod tests {
             message.contains("diverged: at t = 0.3") && message.contains("shorten the steps"),
             "{message}"
         );
-        assert!((summary.measures.last().expect("told").value - 4.0).abs() < 1e-9, "{:?}", summary.measures);
+        assert!((summary.measures.last().expect("one").value - 4.0).abs() < 1e-9, "{:?}", summary.measures);
     }
 
     #[test]
@@ -492,7 +492,7 @@ mod tests {
         let (summary, rows) =
             run_fall(&mut Fall::new(0.55, f64::INFINITY), "end_time = 1\noutput.interval = 0.25");
         assert_eq!(rows.len(), 3);
-        assert_eq!(summary.status, Status::Failed);
+        assert_eq!(summary.status, RunStatus::Failed);
         assert_eq!(summary.message.as_deref(), Some("from 0.5 s to 0.75 s: the ground is missing"));
     }
 }

@@ -3,7 +3,7 @@
 use super::input_error::InputError;
 use super::run_dir::{STRUCTURE_STATE, SUMMARY};
 use super::scene::Scene;
-use super::summary::{Status, Summary};
+use super::summary::{RunStatus, Summary};
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
@@ -117,12 +117,12 @@ impl Origin {
                 .try_instead("wait until it has ended, or run it again"));
         };
         let warning = match summary.status {
-            Status::Done => None,
-            Status::Unreliable => Some(format!(
+            RunStatus::Done => None,
+            RunStatus::Unreliable => Some(format!(
                 "{KEY}: the run in {shown} is unreliable{}, and so is what starts from it",
                 summary.message.map_or(String::new(), |why| format!(" ({why})"))
             )),
-            status @ (Status::Failed | Status::Interrupted) => {
+            status @ (RunStatus::Failed | RunStatus::Interrupted) => {
                 let why = summary.message.map_or(String::new(), |why| format!(": {why}"));
                 return Err(refuse(format!(
                     "the run in {shown} did not come to its end, its status is \"{}\"{why}",
@@ -197,17 +197,17 @@ mod tests {
         let dir = temp.path().join("first");
         std::fs::create_dir(&dir).expect("created");
         assert!(refused().contains("has no summary.json"), "{}", refused());
-        for status in [Status::Failed, Status::Interrupted] {
+        for status in [RunStatus::Failed, RunStatus::Interrupted] {
             let summary = Summary { message: Some("because".into()), ..Summary::new(status) };
             summary.write(&dir).expect("written");
             let said = refused();
             assert!(said.contains(status.word()) && said.contains("because"), "{said}");
         }
-        Summary::new(Status::Done).write(&dir).expect("written");
+        Summary::new(RunStatus::Done).write(&dir).expect("written");
         assert!(refused().contains("has left no state of a structure"), "{}", refused());
         std::fs::write(dir.join(STRUCTURE_STATE), "x").expect("written");
         assert_eq!(found().expect("there"), (dir.join(STRUCTURE_STATE), None));
-        Summary::new(Status::Unreliable).write(&dir).expect("written");
+        Summary::new(RunStatus::Unreliable).write(&dir).expect("written");
         assert!(found().expect("there").1.is_some_and(|w| w.contains("unreliable")));
         refuse_own(&scene, &temp.path().join("second")).expect("another");
         let own = refuse_own(&scene, &temp.path().join("./first")).expect_err("its own").to_string();

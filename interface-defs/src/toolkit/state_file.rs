@@ -10,7 +10,7 @@
 //! It is there as a whole or not at all. Whoever writes it says what the content is; nobody else has to read it.
 
 use super::files;
-use crate::ipc::domain::fnv1a;
+use crate::ipc::run_id::fnv1a;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io;

@@ -11,7 +11,7 @@ use std::path::Path;
 /// How the run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Status {
+pub enum RunStatus {
     /// To its end.
     Done,
     /// To its end, but a bound of `[limits]` was passed: not to be trusted.
@@ -22,7 +22,7 @@ pub enum Status {
     Interrupted,
 }
 
-impl Status {
+impl RunStatus {
     /// In a word.
     pub fn word(self) -> &'static str {
         match self {
@@ -52,7 +52,7 @@ pub struct Summary {
     #[serde(default)]
     pub verdict: Vec<String>,
     /// How it ended.
-    pub status: Status,
+    pub status: RunStatus,
     /// Id of the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub run: Option<String>,
@@ -74,7 +74,7 @@ pub struct Summary {
 
 impl Summary {
     /// An empty one.
-    pub fn new(status: Status) -> Self {
+    pub fn new(status: RunStatus) -> Self {
         Self {
             verdict: Vec::new(),
             status,
@@ -211,7 +211,7 @@ mod measures {
     use std::fmt;
 
     #[derive(Serialize, Deserialize)]
-    struct Entry {
+    struct Written {
         value: f64,
         unit: String,
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -224,7 +224,7 @@ mod measures {
         to.collect_map(measures.iter().map(|m| {
             let (name, member) = split_member(&m.name);
             let member = member.map(String::from);
-            (name, Entry { value: m.value, unit: m.unit.clone(), member, time_s: m.time })
+            (name, Written { value: m.value, unit: m.unit.clone(), member, time_s: m.time })
         }))
     }
 
@@ -239,7 +239,7 @@ mod measures {
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
                 let mut out = Vec::new();
-                while let Some((name, entry)) = map.next_entry::<String, Entry>()? {
+                while let Some((name, entry)) = map.next_entry::<String, Written>()? {
                     let name = entry.member.map_or(name.clone(), |member| format!("{name}{MEMBER}{member}"));
                     out.push(Measure { name, value: entry.value, unit: entry.unit, time: entry.time_s });
                 }
@@ -261,7 +261,7 @@ mod tests {
     #[test]
     fn a_summary_reads_back_in_order_and_leaves_no_half_file() {
         let dir = tempfile::tempdir().expect("a directory");
-        let mut summary = Summary::new(Status::Done);
+        let mut summary = Summary::new(RunStatus::Done);
         summary.measures = vec![measure("z", 1.5, Some(0.25)), measure("a", -2e-9, None)];
         summary.cost.insert("windows".into(), 7.into());
         summary.warnings.push("mind the gap".into());
@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn numbers_that_are_not_finite_become_warnings_that_name_them() {
         let dir = tempfile::tempdir().expect("a directory");
-        let mut summary = Summary::new(Status::Failed);
+        let mut summary = Summary::new(RunStatus::Failed);
         summary.measures = vec![measure("peak", f64::NAN, None), measure("depth", 1.0, Some(f64::INFINITY))];
         summary.energy.insert("error".into(), f64::INFINITY.into());
         summary.write(dir.path()).expect("written");
@@ -285,7 +285,7 @@ mod tests {
 
     #[test]
     fn sentences_of_the_verdict_are_lifted_out_of_the_warnings() {
-        let mut summary = Summary::new(Status::Done);
+        let mut summary = Summary::new(RunStatus::Done);
         let warnings = vec!["verdict: rock: stopped by the net".into(), "mind the gap".into()];
         summary.take(&Statistics { warnings, ..Statistics::default() });
         assert_eq!(summary.verdict, ["rock: stopped by the net"]);
@@ -295,7 +295,7 @@ mod tests {
     #[test]
     fn the_member_of_a_group_stands_beside_the_value_and_reads_back() {
         let dir = tempfile::tempdir().expect("a directory");
-        let mut summary = Summary::new(Status::Done);
+        let mut summary = Summary::new(RunStatus::Done);
         summary.add(measure("posts_tension_min @ post 3", -482e3, Some(0.5)));
         summary.write(dir.path()).expect("written");
         let text = std::fs::read_to_string(dir.path().join(SUMMARY)).expect("a file");
@@ -308,7 +308,7 @@ mod tests {
 
     #[test]
     fn a_measure_that_two_parts_report_stands_once_with_its_larger_value() {
-        let mut summary = Summary::new(Status::Done);
+        let mut summary = Summary::new(RunStatus::Done);
         for value in [0.2, 0.4, 0.3] {
             summary.add(measure("max_penetration", value, Some(value)));
         }

@@ -1,7 +1,7 @@
 //! The end of a run on the screen: verdict, the numbers that matter, warnings, where the files are.
 
 use super::run_dir::SUMMARY;
-use super::screen::tell;
+use super::screen::show;
 use super::summary::{Summary, short, split_member};
 use crate::message::Measure;
 use std::fmt::Write as _;
@@ -91,7 +91,7 @@ impl Summary {
 
     /// Print it on stdout.
     pub fn print_table(&self, out: &Path) {
-        tell(&self.table(out));
+        show(&self.table(out));
     }
 }
 
@@ -137,7 +137,7 @@ fn short_in(unit: &str, value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::summary::Status;
+    use super::super::summary::RunStatus;
     use super::*;
 
     fn measure(name: &str, value: f64, time: Option<f64>) -> Measure {
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn verdict_numbers_warnings_and_files_stand_in_this_order() {
-        let mut summary = Summary::new(Status::Unreliable);
+        let mut summary = Summary::new(RunStatus::Unreliable);
         summary.verdict.push("block: stopped by the net".into());
         summary.measures = vec![
             measure("rest_x", 2_600_120.263_49, None),
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn of_many_warnings_of_one_kind_the_first_are_shown_and_how_many_more_there_are() {
-        let mut summary = Summary::new(Status::Done);
+        let mut summary = Summary::new(RunStatus::Done);
         let ruptures = (0..7).map(|i| format!("rupture at t = {}.5 s: element {i} of net broke", i));
         summary.warnings = ruptures.chain(["the last one".into()]).collect();
         let table = summary.table(Path::new("out"));
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn ten_numbers_are_shown_and_how_many_more_there_are() {
-        let mut summary = Summary::new(Status::Done);
+        let mut summary = Summary::new(RunStatus::Done);
         summary.measures = (0..12).map(|i| measure(&format!("gauge{i}_min"), 1.0, None)).collect();
         summary.measures.push(measure("block_max_deflection", 2.0, None));
         summary.measures.push(measure("energy_error", 1e-3, None));

@@ -49,37 +49,20 @@ fn scene(what: &'static str, text: String, said: [&'static str; 3]) -> Mistake {
 
 /// All of them.
 pub fn of_damaged_files() -> Vec<Mistake> {
-    [terrains(), surfaces(), clusters(), nets(), other_scenes()].into_iter().flatten().collect()
+    [kinds_of_terrain(), heights(), surfaces(), clusters(), nets(), other_scenes()]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
-fn terrains() -> Vec<Mistake> {
-    let grid = scenes::valley();
-    let lifted = |z: f64| format!("{z:.3}");
-    let shown = |show: &dyn Fn(f64) -> String| scenes::grid(2.0, scenes::corner(), show);
-    let depths = shown(&|z| format!("{:.3}", -z));
-    let known = "known are .asc, .tif, .xyz";
-    let mut all = vec![
-        hill("hill in mm", 1e3, ["hill.stl", "nothing on Earth is as high", "in metres"]),
-        hill("hill in km", 1e-3, ["scene.toml:4:12", "starts beside the terrain", "in kilometres"]),
-        terrain(
-            "cells in mm",
-            ("valley.asc", scenes::grid(2000.0, scenes::corner(), lifted)),
-            ["scene.toml:4:12", "starts beside the terrain", "is its cell size in millimetres?"],
-        ),
-        terrain(
-            "cells below 0",
-            ("valley.asc", scenes::grid(-2.0, scenes::corner(), lifted)),
-            ["valley.asc:5", "cellsize = -2", "above 0"],
-        ),
+/// Other formats, and files that are cut or empty.
+fn kinds_of_terrain() -> Vec<Mistake> {
+    let (grid, known) = (scenes::valley(), "known are .asc, .tif");
+    vec![
         terrain(
             "points named .laz",
             ("valley.laz", scenes::points(|_, [x, y, z]| format!("{x} {y} {z:.3}"))),
             ["valley.laz", "a list of points", "name it valley.xyz"],
-        ),
-        terrain(
-            "points in km",
-            ("valley.xyz", scenes::points(|_, p| p.map(|x| format!("{:.6}", 1e-3 * x)).join(" "))),
-            ["scene.toml:4:12", "starts beside the terrain", "in kilometres"],
         ),
         terrain(
             "surface named .asc",
@@ -107,6 +90,41 @@ fn terrains() -> Vec<Mistake> {
             ["valley.asc:26", "the file ends after", "of 60 x 40 = 2400 heights"],
         ),
         terrain(
+            "header in another language",
+            ("valley.asc", grid.replace("ncols", "spalten")),
+            ["valley.asc:1", "`spalten` is no line of the header", "ESRI grid"],
+        ),
+        with(
+            ("terrain that nothing uses", format!("{CABLE}[terrain]\nfile = \"valley.asc\"\n")),
+            ("valley.asc", grid),
+            ["scene.toml:15:1", "nothing will use [terrain]", "leave [terrain] out"],
+        ),
+    ]
+}
+
+/// Other units, signs and marks.
+fn heights() -> Vec<Mistake> {
+    let (grid, lifted) = (scenes::valley(), |z: f64| format!("{z:.3}"));
+    let depths = scenes::grid(2.0, scenes::corner(), |z| format!("{:.3}", -z));
+    let mut all = vec![
+        hill("hill in mm", 1e3, ["hill.stl", "nothing on Earth is as high", "in metres"]),
+        hill("hill in km", 1e-3, ["scene.toml:4:12", "starts beside the terrain", "in kilometres"]),
+        terrain(
+            "cells in mm",
+            ("valley.asc", scenes::grid(2000.0, scenes::corner(), lifted)),
+            ["scene.toml:4:12", "starts beside the terrain", "is its cell size in millimetres?"],
+        ),
+        terrain(
+            "cells below 0",
+            ("valley.asc", scenes::grid(-2.0, scenes::corner(), lifted)),
+            ["valley.asc:5", "cellsize = -2", "above 0"],
+        ),
+        terrain(
+            "points in km",
+            ("valley.xyz", scenes::points(|_, p| p.map(|x| format!("{:.6}", 1e-3 * x)).join(" "))),
+            ["scene.toml:4:12", "starts beside the terrain", "in kilometres"],
+        ),
+        terrain(
             "too many heights",
             ("valley.asc", grid.clone() + "1 2 3\n"),
             ["valley.asc:47", "`1` follows the last of 2400 heights", ""],
@@ -126,11 +144,6 @@ fn terrains() -> Vec<Mistake> {
             ("valley.asc", grid.replace(" 11", " 1,1")),
             ["valley.asc:7", "`1,199.297` is no height", "row 1, column 2"],
         ),
-        terrain(
-            "header in another language",
-            ("valley.asc", grid.replace("ncols", "spalten")),
-            ["valley.asc:1", "`spalten` is no line of the header", "ESRI grid"],
-        ),
         with(
             ("start and heights as depths", SLOPE.replace("1202.0", "-1190.0")),
             ("valley.asc", depths.clone()),
@@ -140,11 +153,6 @@ fn terrains() -> Vec<Mistake> {
             "heights as depths",
             ("valley.asc", depths),
             ["scene.toml:9:8", "no land lies below", "turn their sign round"],
-        ),
-        with(
-            ("terrain that nothing uses", format!("{CABLE}[terrain]\nfile = \"valley.asc\"\n")),
-            ("valley.asc", grid),
-            ["scene.toml:15:1", "nothing will use [terrain]", "leave [terrain] out"],
         ),
     ];
     all.iter_mut().filter(|m| m.what.ends_with("as depths")).for_each(|m| m.refused = false);

@@ -3,18 +3,67 @@
 use crate::scenes::{self, MESH, SLOPE};
 use crate::{Mistake, beside};
 
+/// What the mistake is, the scene, the file beside it and its content, then place, cause and cure.
+type File = (&'static str, String, &'static str, Vec<u8>, [&'static str; 3]);
+
+const VALLEY: &str = "file = \"valley.asc\"";
+const SURVEY: &str = "[2683010.0, 1247040.0, 1202.0]";
+const SURFACE: &str = "{ type = \"mesh\", file = \"boulder.stl\" }\ncluster.spheres = 60";
+const CLUSTER: &str = "{ type = \"box\", size = [0.8, 0.7, 0.6] }\ncluster.file = \"spheres.txt\"";
+
+/// The slope with its rock at `place`.
+fn at(place: &str) -> String {
+    SLOPE.replace(SURVEY, place)
+}
+
+/// The slope with the terrain `name`.
+fn named(name: &str) -> String {
+    SLOPE.replace(VALLEY, &format!("file = \"{name}\""))
+}
+
+/// The slope with another shape and cluster.
+fn rocky(how: &str) -> String {
+    SLOPE.replace("{ type = \"box\", size = [0.8, 0.7, 0.6] }\ncluster.spheres = 27", how)
+}
+
 /// Another file in the place of `valley.asc`, `net.msh`, or a shape or cluster from a file.
 pub fn of_files() -> Vec<Mistake> {
-    let valley = "file = \"valley.asc\"";
-    let shape = "{ type = \"box\", size = [0.8, 0.7, 0.6] }\ncluster.spheres = 27";
-    let surface = "{ type = \"mesh\", file = \"boulder.stl\" }\ncluster.spheres = 60";
-    let cluster = "{ type = \"box\", size = [0.8, 0.7, 0.6] }\ncluster.file = \"spheres.txt\"";
-    let at = |place: &'static str| SLOPE.replace("[2683010.0, 1247040.0, 1202.0]", place);
-    let survey = "[2683010.0, 1247040.0, 1202.0]";
-    type File = (&'static str, String, &'static str, Vec<u8>, [&'static str; 3]);
-    let named = |name: &str| SLOPE.replace(valley, &format!("file = \"{name}\""));
-    let rocky = |how: &str| SLOPE.replace(shape, how);
-    let files: Vec<File> = vec![
+    let files = [terrains(), coordinates(), rocks(), clusters(), nets()].into_iter().flatten();
+    let refused = files.map(|(what, scene, name, content, [place, cause, cure])| {
+        let mut all = beside(if scene.contains(VALLEY) { SLOPE } else { "" });
+        all.retain(|(other, _)| *other != name);
+        all.push((name, content));
+        Mistake { what, scene, files: all, set: None, refused: true, place, cause, cure }
+    });
+    let warned = [
+        Mistake {
+            what: "cluster with diameters for radii",
+            scene: rocky(CLUSTER),
+            files: vec![beside(SLOPE).remove(0), ("spheres.txt", scenes::spheres(1.0, 0.2, " ").into())],
+            place: "scene.toml:7:16",
+            cause: "fill a box of 1 m x 0.9 m x 0.8 m",
+            cure: "are its radii diameters",
+            ..Mistake::default()
+        },
+        Mistake {
+            what: "heights in km",
+            scene: at(SURVEY),
+            files: vec![(
+                "valley.asc",
+                scenes::grid(2.0, scenes::corner(), |z| format!("{:.6}", 1e-3 * z)).into(),
+            )],
+            place: "scene.toml:4:12",
+            cause: "starts 1201 m above the terrain",
+            cure: "in kilometres?",
+            ..Mistake::default()
+        },
+    ];
+    refused.chain(warned).collect()
+}
+
+/// Grids and points of another kind or in other units.
+fn terrains() -> Vec<File> {
+    vec![
         (
             "grid named .tif",
             named("valley.tif"),
@@ -24,7 +73,7 @@ pub fn of_files() -> Vec<Mistake> {
         ),
         (
             "GeoTIFF named .asc",
-            at(survey),
+            at(SURVEY),
             "valley.asc",
             b"II*\0\x08\0\0\0".to_vec(),
             ["valley.asc", "it is a GeoTIFF", "name it valley.tif"],
@@ -38,7 +87,7 @@ pub fn of_files() -> Vec<Mistake> {
         ),
         (
             "cells in km",
-            at(survey),
+            at(SURVEY),
             "valley.asc",
             scenes::grid(0.002, scenes::corner(), |z| format!("{z:.3}")).into(),
             ["valley.asc", "all of it would be a cliff", "in kilometres?"],
@@ -52,28 +101,34 @@ pub fn of_files() -> Vec<Mistake> {
         ),
         (
             "heights in mm",
-            at(survey),
+            at(SURVEY),
             "valley.asc",
             scenes::grid(2.0, scenes::corner(), |z| format!("{:.0}", 1e3 * z)).into(),
             ["valley.asc", "nothing on Earth is as high", "in metres"],
         ),
         (
             "heights in feet",
-            at(survey),
+            at(SURVEY),
             "valley.asc",
             scenes::grid(2.0, scenes::corner(), |z| format!("{:.2}", z / 0.3048)).into(),
             ["scene.toml:4:12", "m below the terrain", "in feet?"],
         ),
         (
             "decimal commas",
-            at(survey),
+            at(SURVEY),
             "valley.asc",
             scenes::valley().replace('.', ",").into(),
             ["valley.asc:7", "is no height", "a decimal comma?"],
         ),
+    ]
+}
+
+/// Terrains in other coordinates or axes.
+fn coordinates() -> Vec<File> {
+    vec![
         (
             "columns and rows exchanged",
-            at(survey),
+            at(SURVEY),
             "valley.asc",
             scenes::valley().replace("ncols 60\nnrows 40", "ncols 40\nnrows 60").into(),
             ["valley.asc", "they are exchanged", "write ncols 60"],
@@ -101,60 +156,78 @@ pub fn of_files() -> Vec<Mistake> {
         ),
         (
             "terrain on its side",
-            named("hill.stl").replace(survey, "[10.0, 20.0, 98.0]"),
+            named("hill.stl").replace(SURVEY, "[10.0, 20.0, 98.0]"),
             "hill.stl",
             scenes::hill(|[x, y, z]| [x, z, -y]).into(),
             ["scene.toml:4:12", "starts beside the terrain", "is y upward in the file?"],
         ),
+    ]
+}
+
+/// Surfaces of rocks.
+fn rocks() -> Vec<File> {
+    vec![
         (
             "rock in mm",
-            rocky(surface),
+            rocky(SURFACE),
             "boulder.stl",
             scenes::boulder(1e3, 0).into(),
             ["scene.toml:6:9", "800 m x 700 m x 600 m large", "scale = 0.001"],
         ),
         (
             "open rock",
-            rocky(surface),
+            rocky(SURFACE),
             "boulder.stl",
             scenes::boulder(1.0, 2).into(),
             ["scene.toml:6:9", "the surface is open", "close_holes"],
         ),
         (
             "terrain for the rock",
-            rocky(surface),
+            rocky(SURFACE),
             "boulder.stl",
             scenes::hill(|p| p).into(),
             ["scene.toml:6:9", "the surface is open", "[terrain] file"],
         ),
+    ]
+}
+
+/// Spheres of a cluster.
+fn clusters() -> Vec<File> {
+    vec![
         (
             "cluster with a head line",
-            rocky(cluster),
+            rocky(CLUSTER),
             "spheres.txt",
             ("x,y,z,r\n".to_owned() + &scenes::spheres(1.0, 0.1, ",")).into(),
             ["scene.toml:7:16", "a line of column names?", "Put # before it"],
         ),
         (
             "cluster in mm",
-            rocky(cluster),
+            rocky(CLUSTER),
             "spheres.txt",
             scenes::spheres(1e3, 0.1, " ").into(),
             ["scene.toml:7:16", "fill a box of 800 m", "in millimetres"],
         ),
         (
             "cluster with semicolons",
-            rocky(cluster),
+            rocky(CLUSTER),
             "spheres.txt",
             scenes::spheres(1.0, 0.1, ";").into(),
             ["scene.toml:7:16", "not by semicolons", "blanks or commas"],
         ),
         (
             "surface for the cluster",
-            rocky(cluster),
+            rocky(CLUSTER),
             "spheres.txt",
             scenes::boulder(1.0, 0).into(),
             ["scene.toml:7:16", "a surface in STL", "type = \"mesh\""],
         ),
+    ]
+}
+
+/// Meshes of nets.
+fn nets() -> Vec<File> {
+    vec![
         (
             "net in mm",
             MESH.into(),
@@ -176,35 +249,5 @@ pub fn of_files() -> Vec<Mistake> {
             scenes::valley().into(),
             ["net.msh:1", "begins with $MeshFormat", "gmsh"],
         ),
-    ];
-    let refused = files.into_iter().map(|(what, scene, name, content, [place, cause, cure])| {
-        let mut all = beside(if scene.contains(valley) { SLOPE } else { "" });
-        all.retain(|(other, _)| *other != name);
-        all.push((name, content));
-        Mistake { what, scene, files: all, set: None, refused: true, place, cause, cure }
-    });
-    let warned = [
-        Mistake {
-            what: "cluster with diameters for radii",
-            scene: rocky(cluster),
-            files: vec![beside(SLOPE).remove(0), ("spheres.txt", scenes::spheres(1.0, 0.2, " ").into())],
-            place: "scene.toml:7:16",
-            cause: "fill a box of 1 m x 0.9 m x 0.8 m",
-            cure: "are its radii diameters",
-            ..Mistake::default()
-        },
-        Mistake {
-            what: "heights in km",
-            scene: at(survey),
-            files: vec![(
-                "valley.asc",
-                scenes::grid(2.0, scenes::corner(), |z| format!("{:.6}", 1e-3 * z)).into(),
-            )],
-            place: "scene.toml:4:12",
-            cause: "starts 1201 m above the terrain",
-            cure: "in kilometres?",
-            ..Mistake::default()
-        },
-    ];
-    refused.chain(warned).collect()
+    ]
 }

@@ -13,7 +13,7 @@ use damaged::of_damaged_files;
 use files::of_files;
 use more::of_table;
 use refused::REFUSED;
-use scenes::{BARRIER, CABLE, FALL, MESH, NET, RINGS, SLOPE, SPHERES};
+use scenes::{ALL, MESH, NET, SLOPE};
 use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -168,16 +168,7 @@ fn no_mistake_is_silent_and_each_message_names_cause_place_and_cure() {
 /// Without a mistake nothing is said of them.
 #[test]
 fn the_scenes_themselves_are_without_a_word() {
-    for (name, text) in [
-        ("NET", NET),
-        ("MESH", MESH),
-        ("SLOPE", SLOPE),
-        ("SPHERES", SPHERES),
-        ("CABLE", CABLE),
-        ("FALL", FALL),
-        ("BARRIER", BARRIER),
-        ("RINGS", RINGS),
-    ] {
+    for (name, text) in ALL {
         let right = Mistake { scene: text.into(), files: beside(text), ..Mistake::default() };
         let (code, out, err) = rockfall(&written(&right).path(""), "check", &right, &[]);
         assert!(code == Some(0) && !out.contains("warning:"), "{name}: {out}{err}");

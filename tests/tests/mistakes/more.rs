@@ -3,7 +3,7 @@
 //! Columns: E (refused) or W (warned of), scene, what the mistake is, what is replaced in the scene (`+`: added at its end),
 //! by what, place, cause, cure; then further replacements, in pairs. `\n` is a new line, `\\` a backslash.
 
-use crate::scenes::{BARRIER, CABLE, FALL, MESH, NET, RINGS, SLOPE, SPHERES};
+use crate::scenes::ALL;
 use crate::{Mistake, beside};
 
 /// The mistakes of the table.
@@ -34,17 +34,7 @@ fn replaced(text: &str, from: &str, to: &str) -> String {
 }
 
 fn scene_of(name: &str) -> &'static str {
-    let all = [
-        ("NET", NET),
-        ("MESH", MESH),
-        ("SLOPE", SLOPE),
-        ("SPHERES", SPHERES),
-        ("CABLE", CABLE),
-        ("FALL", FALL),
-        ("BARRIER", BARRIER),
-        ("RINGS", RINGS),
-    ];
-    all.iter().find(|(known, _)| *known == name).expect("a scene").1
+    ALL.iter().find(|(known, _)| *known == name).expect("a scene").1
 }
 
 /// Without escapes.

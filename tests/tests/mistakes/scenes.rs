@@ -2,6 +2,18 @@
 
 use std::f64::consts::TAU;
 
+/// All of them, by name.
+pub const ALL: [(&str, &str); 8] = [
+    ("NET", NET),
+    ("MESH", MESH),
+    ("SLOPE", SLOPE),
+    ("SPHERES", SPHERES),
+    ("CABLE", CABLE),
+    ("FALL", FALL),
+    ("BARRIER", BARRIER),
+    ("RINGS", RINGS),
+];
+
 /// A block above a generated net.
 pub const NET: &str = r#"end_time = 0.8
 gravity = [0.0, 0.0, -9.81]

@@ -8,7 +8,7 @@
 //! outcome depends on nothing but the points.
 //!
 //! At a kink towards the sphere the second of two wires is met with the overlap of their common node,
-//! not with none: the force jumps. [`Crossings`] is the way without a jump: let u be the energy of a
+//! not with none: the force jumps. [`Crossings`](crate::interface_mesh::crossings::Crossings) is the rule without a jump: let u be the energy of a
 //! contact as a function of the distance. For a wire of segments the energy is
 //!
 //! `U = sum over segments u(distance) - sum over inner nodes u(distance)`.
@@ -30,7 +30,6 @@
 //! sum over segments and nodes is the inclusion and exclusion of a wire's parts, derived here.
 
 use crate::geometry::closest::Feature;
-use crate::interface_mesh::{Element, Kind};
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 
@@ -76,84 +75,9 @@ fn order<C: Candidate>(a: &C, b: &C) -> Ordering {
         .then(a.element().cmp(&b.element()))
 }
 
-/// How often each node of the wires is to be subtracted.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Crossings {
-    excess: Vec<f64>,
-}
-
-/// Two segments go straight on if they turn by less than 60 degrees.
-const STRAIGHT: f64 = -0.5;
-
-impl Crossings {
-    /// Of a mesh at t = 0: `nodes` [m] and `elements`, of which the lines count.
-    pub fn new<'a>(nodes: &[Vector3<f64>], elements: impl IntoIterator<Item = &'a Element>) -> Self {
-        let mut ways: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); nodes.len()];
-        for element in elements.into_iter().filter(|e| e.kind == Kind::Line) {
-            let [a, b] = [element.nodes[0] as usize, element.nodes[1] as usize];
-            let way = (nodes[b] - nodes[a]).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
-            ways[a].push(way);
-            ways[b].push(-way);
-        }
-        let excess = |ways: &Vec<Vector3<f64>>| match ways.len() {
-            0 => 0.0,
-            k => (k - straight_pairs(ways).max(1)) as f64,
-        };
-        Self { excess: ways.iter().map(excess).collect() }
-    }
-
-    /// How often node number `node` is to be subtracted.
-    pub fn excess(&self, node: u32) -> f64 {
-        self.excess[node as usize]
-    }
-}
-
-/// Pairs of `ways` that go straight on, the straightest first, each way in one pair.
-fn straight_pairs(ways: &[Vector3<f64>]) -> usize {
-    let mut pairs: Vec<(f64, usize, usize)> = (0..ways.len())
-        .flat_map(|b| (0..b).map(move |a| (a, b)))
-        .map(|(a, b)| (ways[a].dot(&ways[b]), a, b))
-        .filter(|(cos, ..)| *cos < STRAIGHT)
-        .collect();
-    pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-    let mut taken = vec![false; ways.len()];
-    let mut count = 0;
-    for (_, a, b) in pairs {
-        if !taken[a] && !taken[b] {
-            (taken[a], taken[b]) = (true, true);
-            count += 1;
-        }
-    }
-    count
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_node_is_subtracted_once_for_each_wire_that_goes_on_and_for_each_that_ends() {
-        let ways = |degrees: &[f64]| -> Vec<Vector3<f64>> {
-            let way = |d: &f64| Vector3::new(d.to_radians().cos(), d.to_radians().sin(), 0.0);
-            degrees.iter().map(way).collect()
-        };
-        let count = |degrees: &[f64]| {
-            let ways = ways(degrees);
-            let mut nodes = vec![Vector3::zeros()];
-            nodes.extend(&ways);
-            let line = |i: usize| Element { kind: Kind::Line, nodes: [i as u32, 0, i as u32], radius: 0.0 };
-            let lines: Vec<Element> = (1..=ways.len()).map(line).collect();
-            let crossings = Crossings::new(&nodes, &lines);
-            assert!((1..=ways.len()).all(|i| crossings.excess(i as u32) == 0.0), "ends");
-            crossings.excess(0)
-        };
-        assert_eq!(count(&[0.0]), 0.0);
-        assert_eq!(count(&[0.0, 170.0]), 1.0);
-        assert_eq!(count(&[0.0, 90.0]), 1.0);
-        assert_eq!(count(&[0.0, 180.0, 90.0]), 2.0);
-        assert_eq!(count(&[0.0, 90.0, 180.0, 270.0]), 2.0);
-        assert_eq!(count(&[5.0, 125.0, 180.0, 240.0, 300.0, 60.0]), 3.0);
-    }
 
     #[derive(Debug, Clone, Copy, PartialEq)]
     struct Point {

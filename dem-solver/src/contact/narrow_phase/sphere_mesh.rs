@@ -4,10 +4,11 @@
 use crate::contact::broad_phase::mesh_elements::inverse_square;
 use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, MeshPairs, PairElement};
 use crate::contact::narrow_phase::faces::{FacePart, Faces, TouchedFace};
-use crate::contact::narrow_phase::selection::{Candidate, Crossings, keep_contacts};
+use crate::contact::narrow_phase::selection::{Candidate, keep_contacts};
 use crate::geometry::closest::{Feature, on_face, on_line};
 use crate::geometry::sphere::Sphere;
 use crate::interface_mesh::Kind;
+use crate::interface_mesh::crossings::Crossings;
 use crate::interface_mesh::motion::NodeMotion;
 use crate::rock::{Motion, Rock};
 use nalgebra::{Matrix3, Vector3};

@@ -1,7 +1,7 @@
 //! Settings of beams.
 
 use super::Beam;
-use crate::element::cable_part::CableConfig;
+use crate::element::cable_properties::CableConfig;
 use crate::element::part::{NewElements, PartCell, PartSettings, StatedSection, part};
 use crate::read::mesh::Kind;
 use interface_defs::toolkit::input_error::InputError;

@@ -2,7 +2,7 @@
 
 use super::{Fabric, Geometry, Membrane};
 use crate::element::MembraneQuad;
-use crate::element::cable_part::CableConfig;
+use crate::element::cable_properties::CableConfig;
 use crate::element::part::{
     Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part,
 };

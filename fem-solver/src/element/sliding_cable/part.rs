@@ -1,7 +1,7 @@
 //! Settings of sliding ropes.
 
 use super::{Memory, SlidingCable};
-use crate::element::cable_part::CableConfig;
+use crate::element::cable_properties::CableConfig;
 use crate::element::part::{NewElements, PartCell, PartSettings, StatedSection, is_zero, part};
 use crate::read::mesh::Kind;
 use interface_defs::toolkit::input_error::InputError;

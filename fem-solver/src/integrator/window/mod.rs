@@ -13,7 +13,7 @@ use crate::equilibrium::arc_length::Path;
 use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::explicit::Explicit;
 use crate::integrator::implicit::Implicit;
-use crate::integrator::loads::Loads;
+use crate::integrator::interface_force::Loads;
 use crate::integrator::start::Start;
 use crate::linear_algebra::lanes::{add, work};
 use crate::linear_algebra::node_major::{difference_to_node_major, to_node_major};
@@ -374,15 +374,15 @@ impl WindowSolver {
     /// Write the samples of motion that lie at the end of step `step` of `steps`.
     fn answer(&self, step: usize, steps: usize, output: &mut [f64]) {
         let nodes = self.nodes;
-        let due = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
+        let sample_at = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
         if !self.displacement_samples.is_empty()
-            && let Some(sample) = due(self.displacement_samples.len())
+            && let Some(sample) = sample_at(self.displacement_samples.len())
         {
             let to = &mut output[self.displacement_samples[sample].clone()];
             difference_to_node_major(&self.trial.displacement, &self.origin, nodes, to);
         }
         if !self.velocity_samples.is_empty()
-            && let Some(sample) = due(self.velocity_samples.len())
+            && let Some(sample) = sample_at(self.velocity_samples.len())
         {
             to_node_major(&self.trial.velocity, nodes, &mut output[self.velocity_samples[sample].clone()]);
         }

@@ -8,9 +8,9 @@ use crate::element::Cable;
 use crate::linear_algebra::lanes::wide;
 use crate::model::numbering::neighbours_together;
 
-/// Constants of one cable.
+/// ScatteredConstants of one cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Constants {
+struct ScatteredConstants {
     /// Its nodes, in the new numbers.
     nodes: [u32; 2],
     /// `2 D` [m], and 0.
@@ -28,7 +28,7 @@ struct Constants {
 /// The cables of a structure.
 #[derive(Debug, Clone, Default)]
 pub struct Scattered {
-    cables: Vec<Constants>,
+    cables: Vec<ScatteredConstants>,
     /// `max(q_0, floor)` [N/m] and `1 / (4 c)` [m3/N], for the energy.
     stored: Vec<[f64; 2]>,
     /// Old number of each new one.
@@ -51,7 +51,7 @@ impl Scattered {
             (a.min(b), a.max(b), *i)
         });
         let sorted = order.iter().map(|i| &cables[*i]);
-        let constants = sorted.clone().map(|cable| Constants {
+        let constants = sorted.clone().map(|cable| ScatteredConstants {
             nodes: number(cable),
             span2: [2.0 * cable.span.x, 2.0 * cable.span.y, 2.0 * cable.span.z, 0.0],
             square: cable.span.norm_squared(),
@@ -105,7 +105,7 @@ impl Scattered {
     }
 }
 
-impl Constants {
+impl ScatteredConstants {
     /// Relative displacement, `s` with `l^2 = D . D + s`, pull per length.
     #[inline(always)]
     fn stretch(&self, positions: &[[f64; 4]]) -> ([f64; 4], f64, f64) {
@@ -125,7 +125,7 @@ impl Constants {
 
 wide! {
     /// Pulls of all cables; returns the largest tension, squared.
-    fn pulls(cables: &[Constants], positions: &[[f64; 4]], forces: &mut [[f64; 4]]) -> f64 {
+    fn pulls(cables: &[ScatteredConstants], positions: &[[f64; 4]], forces: &mut [[f64; 4]]) -> f64 {
         let mut largest = 0.0;
         for cable in cables {
             let (w, s, q) = cable.stretch(positions);
@@ -150,7 +150,7 @@ wide! {
 
 wide! {
     /// Sum of the energies of all cables.
-    fn energies(cables: &[Constants], stored: &[[f64; 2]], positions: &[[f64; 4]]) -> f64 {
+    fn energies(cables: &[ScatteredConstants], stored: &[[f64; 2]], positions: &[[f64; 4]]) -> f64 {
         let mut sum = 0.0;
         for (cable, [base, inverse]) in cables.iter().zip(stored) {
             let (_, _, q) = cable.stretch(positions);

@@ -5,7 +5,7 @@ mod devices;
 pub mod supports;
 
 use crate::config::Config;
-use crate::element::cable_part::Stated;
+use crate::element::cable_properties::Stated;
 use crate::element::part::StatedSection;
 use crate::model::Model;
 use interface_defs::toolkit::input_error::InputError;

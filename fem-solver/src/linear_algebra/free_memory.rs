@@ -1,4 +1,4 @@
-//! FreeMemory that is shared out once: what fronts leave to their parents takes turns in it.
+//! Memory that is shared out once: what fronts leave to their parents takes turns in it.
 
 use std::ops::Range;
 

@@ -1,0 +1,77 @@
+//! What a run has cost, for `summary.json`: wall time by stage, exchanges, and of each process its time, memory and counts.
+
+use crate::records::Records;
+use interface_defs::ipc::Remote;
+use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
+use interface_defs::toolkit::summary::{Summary, totals};
+use interface_defs::{Participant, Statistics};
+use serde_json::{Map, Value, json};
+use std::time::Instant;
+
+/// When the run began, and when its loop ended.
+pub(crate) struct Clock {
+    /// The program has read its command line.
+    pub started: Instant,
+    /// The last window is committed, or the run has failed.
+    pub loop_ended: Instant,
+}
+
+/// Fill `cost` of `summary`; `statistics` are those of the contact solver and of the structure's, if they could report them.
+pub(crate) fn describe(
+    summary: &mut Summary,
+    records: &Records,
+    clock: &Clock,
+    statistics: Option<&(Statistics, Statistics)>,
+    remotes: &[Remote],
+) {
+    let Clock { started, loop_ended } = *clock;
+    let prepared = records.prepared_at().unwrap_or(loop_ended);
+    let looping = (loop_ended - prepared).as_secs_f64();
+    let exchanges: u64 = remotes.iter().map(Participant::exchanges).sum();
+    let waited: f64 = remotes.iter().map(Participant::waited).sum();
+    let of_solvers: Vec<&Statistics> = statistics.iter().flat_map(|(dem, fem)| [dem, fem]).collect();
+    if !of_solvers.is_empty() {
+        describe_exchange(summary, exchanges, waited, &of_solvers);
+    }
+    let cost = &mut summary.cost;
+    cost.insert("wall_s".into(), json!(started.elapsed().as_secs_f64()));
+    cost.insert("loop_s".into(), json!(looping));
+    let preparing = (prepared - started).as_secs_f64();
+    cost.insert("stages".into(), json!({ "prepare_s": preparing, "loop_s": looping }));
+    cost.insert("exchanges".into(), json!(exchanges));
+    cost.insert("windows".into(), summary.coupling.get("windows").cloned().unwrap_or_default());
+    cost.insert("iterations".into(), summary.coupling.get("iterations").cloned().unwrap_or_default());
+    totals(cost, &of_solvers);
+    cost.insert("processes".into(), processes(records, &of_solvers).into());
+}
+
+/// The mean time of an exchange beside the computing of the solvers.
+fn describe_exchange(summary: &mut Summary, exchanges: u64, waited: f64, of_solvers: &[&Statistics]) {
+    let inside: f64 = of_solvers.iter().map(|s| s.solve_seconds).sum();
+    if of_solvers.iter().all(|s| s.solve_seconds > 0.0) && exchanges > 0 {
+        let each = (waited - inside) / exchanges as f64;
+        summary.cost.insert("exchange_microseconds".into(), json!(1e6 * each));
+    } else {
+        let what = "exchange_microseconds is absent: a solver does not report its seconds inside solve";
+        summary.warnings.push(what.into());
+    }
+}
+
+/// Time, memory and counts of each process.
+fn processes(records: &Records, of_solvers: &[&Statistics]) -> Map<String, Value> {
+    // A run that ended before its second window has none to count.
+    let allocations = records.allocations().map(|n| ("allocations_after_first_window".into(), json!(n)));
+    let counts: Map<_, _> = allocations.into_iter().collect();
+    let own = json!({ "cpu_s": cpu_seconds(), "peak_memory_bytes": peak_memory(), "counts": counts });
+    let of_solver = |s: &Statistics| {
+        let counts: Map<_, _> = s.counts.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
+        json!({
+            "cpu_s": s.cpu_seconds,
+            "solve_s": s.solve_seconds,
+            "peak_memory_bytes": s.peak_memory,
+            "counts": counts,
+        })
+    };
+    let solvers = ["dem", "fem"].into_iter().zip(of_solvers).map(|(name, s)| (name.to_owned(), of_solver(s)));
+    std::iter::once(("coupler".to_owned(), own)).chain(solvers).collect()
+}

@@ -1,0 +1,188 @@
+//! A sparse symmetric matrix: pattern once, numbers and factor as often as needed.
+
+use super::linear_solver::Cholesky;
+
+/// Lower triangle by columns, and its factor.
+pub struct SymmetricMatrix {
+    /// Where each column begins, with its diagonal; one more at the end.
+    starts: Vec<usize>,
+    /// Row of each entry.
+    rows: Vec<usize>,
+    /// Values in the order of the pattern; the last one takes what belongs to no entry.
+    values: Vec<f64>,
+    /// Memory of [`SymmetricMatrix::bound`].
+    sums: Vec<f64>,
+    cholesky: Cholesky,
+}
+
+impl SymmetricMatrix {
+    /// Of order `n`, with a diagonal and these entries `(row, column)` of the lower triangle, which may repeat.
+    pub fn new<'a, I>(n: usize, entries: impl Fn() -> I) -> Self
+    where
+        I: Iterator<Item = &'a (usize, usize)>,
+    {
+        let (starts, rows) = pattern(n, entries);
+        let cholesky = Cholesky::new(n, &starts, &rows);
+        Self { values: vec![0.0; rows.len() + 1], sums: vec![0.0; n], starts, rows, cholesky }
+    }
+
+    /// Its order.
+    pub fn order(&self) -> usize {
+        self.sums.len()
+    }
+
+    /// Position of an entry of the pattern among the values; without one, of what belongs to no entry.
+    pub fn position(&self, entry: Option<(usize, usize)>) -> u32 {
+        let at = entry.map_or(self.rows.len(), |(row, column)| {
+            let inside = self.rows[self.starts[column]..self.starts[column + 1]].binary_search(&row);
+            self.starts[column] + inside.expect("the pattern holds every entry of every element")
+        });
+        at as u32
+    }
+
+    /// Set all values to 0.
+    pub fn clear(&mut self) {
+        self.values.fill(0.0);
+    }
+
+    /// Add to the value at a position.
+    #[inline]
+    pub fn add(&mut self, position: u32, amount: f64) {
+        self.values[position as usize] += amount;
+    }
+
+    /// Add to the diagonal entry of column `j`.
+    #[inline]
+    pub fn add_diagonal(&mut self, j: usize, amount: f64) {
+        self.values[self.starts[j]] += amount;
+    }
+
+    /// Add `amount` to every diagonal entry.
+    pub fn shift(&mut self, amount: f64) {
+        (0..self.order()).for_each(|j| self.add_diagonal(j, amount));
+    }
+
+    /// Take `part` of itself from every diagonal entry.
+    pub fn weaken(&mut self, part: f64) {
+        for j in 0..self.order() {
+            self.values[self.starts[j]] *= 1.0 - part;
+        }
+    }
+
+    /// Largest diagonal entry, not below 0.
+    pub fn largest_diagonal(&self) -> f64 {
+        (0..self.order()).map(|j| self.values[self.starts[j]]).fold(0.0, f64::max)
+    }
+
+    /// Take the unknowns that are `fixed` out of the system: each keeps a diagonal of its own.
+    pub fn leave_out(&mut self, fixed: &[bool]) {
+        if !fixed.contains(&true) {
+            return;
+        }
+        let diagonal = self.largest_diagonal().max(f64::MIN_POSITIVE);
+        for j in 0..self.order() {
+            for at in self.starts[j]..self.starts[j + 1] {
+                let row = self.rows[at];
+                if fixed[j] || fixed[row] {
+                    self.values[at] = if row == j { diagonal } else { 0.0 };
+                }
+            }
+        }
+    }
+
+    /// Factorise; the error is the unknown whose pivot is the first that is not positive.
+    pub fn factorise(&mut self) -> Result<(), usize> {
+        let outcome = self.cholesky.factorise(&self.values[..self.rows.len()]);
+        outcome.map_err(|pivot| pivot.unknown)
+    }
+
+    /// The same with pivots of either sign; returns how many are negative. The error is an unknown where the matrix is no
+    /// number.
+    pub fn factorise_signed(&mut self) -> Result<usize, usize> {
+        let outcome = self.cholesky.factorise_signed(&self.values[..self.rows.len()]);
+        outcome.map_err(|pivot| pivot.unknown)
+    }
+
+    /// Its factor.
+    pub fn factor(&self) -> &Cholesky {
+        &self.cholesky
+    }
+
+    /// Solve in place with the last factor.
+    pub fn solve(&mut self, x: &mut [f64]) {
+        self.cholesky.solve(x);
+    }
+
+    /// Call `take` with two unknowns and the magnitude of the entry between them, for the whole matrix.
+    pub fn magnitudes(&self, mut take: impl FnMut(usize, usize, f64)) {
+        for j in 0..self.order() {
+            for at in self.starts[j]..self.starts[j + 1] {
+                let (row, size) = (self.rows[at], self.values[at].abs());
+                take(j, row, size);
+                if row != j {
+                    take(row, j, size);
+                }
+            }
+        }
+    }
+
+    /// Norm of `|K| x`, entries by their magnitudes.
+    pub fn bound(&mut self, x: &[f64]) -> f64 {
+        self.sums.fill(0.0);
+        for j in 0..self.sums.len() {
+            let (start, end) = (self.starts[j], self.starts[j + 1]);
+            self.sums[j] += self.values[start].abs() * x[j];
+            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
+                self.sums[*row] += value.abs() * x[j];
+                self.sums[j] += value.abs() * x[*row];
+            }
+        }
+        self.sums.iter().map(|s| s * s).sum::<f64>().sqrt()
+    }
+
+    /// `y = K x`.
+    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        for j in 0..self.sums.len() {
+            let (start, end) = (self.starts[j], self.starts[j + 1]);
+            y[j] += self.values[start] * x[j];
+            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
+                y[*row] += value * x[j];
+                y[j] += value * x[*row];
+            }
+        }
+    }
+}
+
+/// Columns of the lower triangle of order `n` that has a diagonal and the given entries `(row, column)`, which may repeat.
+fn pattern<'a, I>(n: usize, entries: impl Fn() -> I) -> (Vec<usize>, Vec<usize>)
+where
+    I: Iterator<Item = &'a (usize, usize)>,
+{
+    let mut next = vec![1_usize; n + 1];
+    next[n] = 0;
+    entries().for_each(|(_, column)| next[*column] += 1);
+    let mut sum = 0;
+    next.iter_mut().for_each(|count| (*count, sum) = (sum, sum + *count));
+    let begins = next.clone();
+    let mut all = vec![0_usize; sum];
+    let mut put = |row: usize, column: usize| {
+        all[next[column]] = row;
+        next[column] += 1;
+    };
+    (0..n).for_each(|j| put(j, j));
+    entries().for_each(|(row, column)| put(*row, *column));
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    for j in 0..n {
+        let column = &mut all[begins[j]..begins[j + 1]];
+        column.sort_unstable();
+        let first = rows.len();
+        for row in column {
+            if rows.len() == first || rows[rows.len() - 1] != *row {
+                rows.push(*row);
+            }
+        }
+        starts.push(rows.len());
+    }
+    (starts, rows)
+}

@@ -1,0 +1,143 @@
+//! Options that several programs have on their command lines: each is declared here, once.
+
+use super::check::Format;
+use super::input_error::InputError;
+use super::log::LogFormat;
+use super::progress::Form;
+use super::run_dir;
+use super::scene::Scene;
+use crate::ipc::RunId;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Which scene.
+#[derive(Debug, Clone, Args)]
+pub struct Input {
+    /// Scene file (TOML, SI units)
+    pub scene: PathBuf,
+    /// Set a value of the scene, as in --set coupling.scheme=weak --set rock.0.cluster.spheres=512
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+}
+
+impl Input {
+    /// The scene with the values that are set.
+    pub fn load(&self) -> Result<Scene, InputError> {
+        Scene::load(&self.scene, &self.sets)
+    }
+}
+
+/// Where the results go.
+#[derive(Debug, Clone, Args)]
+pub struct ResultDir {
+    /// Directory of the results [default: out/NAME for the scene NAME.toml]
+    #[arg(long, value_name = "DIR", help_heading = "Results")]
+    pub out: Option<PathBuf>,
+}
+
+impl ResultDir {
+    /// The directory, for `scene`.
+    pub fn of(&self, scene: &Scene) -> PathBuf {
+        run_dir::location(self.out.as_deref(), scene)
+    }
+}
+
+/// Of a program that owns the directory of the results.
+#[derive(Debug, Clone, Args)]
+pub struct Results {
+    /// Where they go.
+    #[command(flatten)]
+    pub dir: ResultDir,
+    /// Overwrite the run that the directory holds
+    #[arg(long, help_heading = "Results")]
+    pub force: bool,
+}
+
+/// Of a program that leads a run, alone or as the coupler.
+#[derive(Debug, Clone, Args)]
+pub struct Leader {
+    /// Its directory.
+    #[command(flatten)]
+    pub results: Results,
+    /// Print nothing but errors
+    #[arg(long, help_heading = "Results")]
+    pub quiet: bool,
+    /// Print progress on stdout, five times a second
+    #[arg(long, value_enum, value_name = "FORM", help_heading = "Results")]
+    pub progress: Option<Form>,
+}
+
+/// Of a program that another one starts.
+#[derive(Debug, Clone, Args)]
+pub struct Supervised {
+    /// Number of the process that started this one: when it ends, this one ends too
+    #[arg(long, value_name = "PID", help_heading = "Connection")]
+    pub supervisor: Option<u32>,
+}
+
+/// Of a program that takes part in a run with others.
+#[derive(Debug, Clone, Args)]
+pub struct Membership {
+    /// Name of the run, the same for all its programs: 1 to 16 letters, digits, dashes
+    #[arg(long, value_name = "ID", help_heading = "Connection")]
+    pub run: RunId,
+    /// Who started it.
+    #[command(flatten)]
+    pub supervised: Supervised,
+}
+
+/// How `check` answers.
+#[derive(Debug, Clone, Args)]
+pub struct AnswerForm {
+    /// Form of the answer
+    #[arg(long, value_enum, default_value_t, value_name = "FORM")]
+    pub format: Format,
+}
+
+/// How logs look.
+#[derive(Debug, Clone, Args)]
+pub struct Logging {
+    /// Form of the log lines on stderr; with json `rockfall` draws no bar. RUST_LOG=debug prints more
+    #[arg(long, global = true, value_enum, default_value_t, value_name = "FORM")]
+    pub log_format: LogFormat,
+}
+
+/// Of `cluster`: what a cluster is made of, and into which file.
+#[derive(Debug, Clone, Args)]
+pub struct ClusterArguments {
+    /// Closed surface (.stl, .obj), or a built-in shape, as in box:1.2,0.8,0.6; all of them below
+    #[arg(value_name = "SHAPE")]
+    pub shape: String,
+    /// Most spheres, 1 to 50000. A round shape may take fewer: a sphere is one
+    #[arg(long, short = 'n', value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub spheres: u32,
+    /// File to write: `x y z r` per line [m], in the shape's own axes
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Metres per unit of a surface file
+    #[arg(long, value_name = "M", default_value_t = 1.0)]
+    pub scale: f64,
+    /// Close small holes of a surface file, as scans have them; their number and area are printed
+    #[arg(long)]
+    pub close_holes: bool,
+    /// Of several closed surfaces in a file take this one: its number, from 1, or its name in the file
+    #[arg(long, value_name = "NUMBER|NAME")]
+    pub piece: Option<String>,
+    /// `medial`: by the error; `lattice`: equal spheres in rows (boxes; the largest number that fills it)
+    #[arg(long, value_name = "HOW", default_value = "medial", value_parser = ["medial", "lattice"])]
+    pub method: String,
+    /// `volume`: as much outside of the solid as lacks inside; `largest`: as far outside as inside, the
+    /// smallest largest error; `inside`: never outside
+    #[arg(long, value_name = "WHERE", default_value = "volume", value_parser = ["volume", "largest", "inside"])]
+    pub fit: String,
+    /// Least radius [m]: small spheres make edges sharp, and are soft; what only smaller ones reach stays uncovered
+    #[arg(long, value_name = "M", default_value_t = 0.0)]
+    pub smallest_radius: f64,
+    /// Largest distance of the two surfaces [m]: a cluster beyond it is refused. Default: 15 % of the diagonal of the
+    /// shape's box, and no more than 0.9 times the radius of the largest ball that fits into it
+    #[arg(long, value_name = "M")]
+    pub largest_error: Option<f64>,
+    /// Write the spheres (points with a radius) as a VTU file too
+    #[arg(long, value_name = "FILE")]
+    pub vtu: Option<PathBuf>,
+}
