@@ -91,6 +91,41 @@ fn friction_holds_the_ratio_of_the_capstan() {
 }
 
 #[test]
+fn what_it_was_asked_before_changes_no_answer() {
+    let mut noise = random(13);
+    for friction in [0.0, 0.2] {
+        let asked = rope(&points(), 1.01, friction);
+        let start = asked.start_history();
+        let mut torn = start.clone();
+        torn[BROKEN] = 1.0;
+        let places: Vec<Vec<f64>> = (0..3).map(|_| (0..15).map(|_| 0.05 * noise()).collect()).collect();
+        // The same place twice, another history there, a tangent in between, and back.
+        for (place, history) in [(0, &start), (0, &start), (0, &torn), (1, &start), (2, &start), (0, &start)]
+        {
+            let (u, fresh) = (&places[place], asked.clone());
+            let mut forces = [[0.0; 4]; 2];
+            fresh.line_forces(u, history, &mut forces[0]);
+            asked.line_forces(u, history, &mut forces[1]);
+            assert_eq!(forces[0].map(f64::to_bits), forces[1].map(f64::to_bits));
+            assert_eq!(fresh.clone().energy(u, history), asked.energy(u, history));
+            let with_tangent = |rope: &SlidingCable| {
+                let (mut force, mut k, mut after) = (vec![0.0; 15], vec![0.0; 225], history.clone());
+                let mut answer = Answer {
+                    force: &mut force,
+                    tangent: Some(&mut k),
+                    slack: Slack::Exact,
+                    history: &mut after,
+                    tension: 0.0,
+                };
+                rope.respond(u, history, &mut answer);
+                (force, k, after)
+            };
+            assert_eq!(with_tangent(&fresh.clone()), with_tangent(&asked));
+        }
+    }
+}
+
+#[test]
 fn turned_around_it_pulls_the_same() {
     let there = rope(&points(), 1.01, 0.2);
     let mut reversed = points();

@@ -2,6 +2,8 @@
 
 mod event;
 mod rupture;
+#[cfg(test)]
+mod tests;
 
 pub use self::event::{Broken, Event};
 use self::event::{Release, Stretch};
