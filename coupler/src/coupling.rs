@@ -19,7 +19,7 @@ use std::fmt;
 pub enum CouplingError {
     /// A participant failed, was lost, or broke the contract.
     Failed(Failure),
-    /// A window could not be solved, and may not be halved any further.
+    /// A window could not be solved, and is not halved: not allowed, or as short as allowed.
     NotConverged {
         /// Number of the window.
         window: u64,

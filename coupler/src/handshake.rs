@@ -64,13 +64,13 @@ pub fn agree(
         window: settings.time_window,
         takes: takes.to_vec(),
         gives: gives.to_vec(),
-        wall: None,
+        partner_mesh: None,
     };
     let fem_plan = plan(&fields.to_fem, &fields.from_fem);
     let mut fem_ready = fem.prepare(&fem_plan, progress)?;
     let mut dem_plan = plan(&fields.to_dem, &fields.from_dem);
     let structure_mesh = fem_ready.mesh.clone();
-    dem_plan.wall = Some(structure_mesh.clone());
+    dem_plan.partner_mesh = Some(structure_mesh.clone());
     let mut dem_ready = dem.prepare(&dem_plan, progress)?;
 
     if fields.to_dem.iter().any(|f| f.name == name::BROKEN) && structure_mesh.lines != dem_ready.mesh.lines {

@@ -47,7 +47,8 @@ fn measure(spheres: u32, contact: &str, radius: f64, ends: bool) {
     let scene = Scene::from_text("cost.toml", &text).expect("a scene");
     let options = Options { out: None, shortcuts: true };
     let mut solver = DemSolver::new(&scene, &options).unwrap_or_else(|e| panic!("{e}"));
-    let mut plan = Plan { end_time: 1.0, window: STEP, wall: Some(net(radius, 0.05)), ..Plan::default() };
+    let mut plan =
+        Plan { end_time: 1.0, window: STEP, partner_mesh: Some(net(radius, 0.05)), ..Plan::default() };
     for field in [name::DISPLACEMENT, name::VELOCITY] {
         plan.takes.push(FieldSpec::nodal(field, 3, Sampling::FromStart));
     }

@@ -24,7 +24,7 @@ struct NetLanding {
     energy: f64,
 }
 
-/// What the structure meets of the rocks under the law that holds between them; laws for terrain and between rocks do not
+/// The contact of the rocks with the structure under the law that holds between them; laws for terrain and between rocks do not
 /// count. Empty where no law is for the structure.
 pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
     let mut numbers = BTreeMap::new();

@@ -26,7 +26,7 @@ impl Solver for Weight {
         }
     }
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
-        let mesh = plan.wall.clone().ok_or(Fault::input("a weight needs a wall to hang on"))?;
+        let mesh = plan.partner_mesh.clone().ok_or(Fault::input("a weight needs a wall to hang on"))?;
         let initial = vec![0.0; Layout::new(&plan.gives, &mesh, 0).len()];
         Ok(Ready { mesh, initial, ..Default::default() })
     }

@@ -160,7 +160,11 @@ impl Gauge {
 
     /// Whether it is a mean over a window, so that values times lengths are the impulse; all others are of its end.
     pub fn is_mean(&self) -> bool {
-        self.unit == "N" && self.name.contains("reaction")
+        const OF_SUPPORTS: [&str; 8] =
+            ["_fx", "_fy", "_fz", "_fx_sum", "_fy_sum", "_fz_sum", "_force_min", "_force_max"];
+        const OF_THE_END: [&str; 3] = ["_tension", "_tension_min", "_tension_max"];
+        let ends_in = |all: &[&str]| all.iter().any(|end| self.name.ends_with(end));
+        self.unit == "N" && !ends_in(&OF_THE_END) && (self.name.contains("reaction") || ends_in(&OF_SUPPORTS))
     }
 }
 

@@ -77,7 +77,8 @@ fn mesh_bytes(bytes: Bytes) -> Bytes {
 fn messages_to_a_solver_are_these_bytes() {
     golden(ToSolver::Connect, Bytes::message(0));
     assert_eq!(encode(&ToSolver::Connect), [1, 0, 0, 0, 0]);
-    let plan = Plan { end_time: 1.5, window: 1e-3, takes: vec![force()], gives: vec![], wall: Some(mesh()) };
+    let plan =
+        Plan { end_time: 1.5, window: 1e-3, takes: vec![force()], gives: vec![], partner_mesh: Some(mesh()) };
     let bytes = force_bytes(Bytes::message(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
     golden(ToSolver::Prepare(plan), mesh_bytes(bytes));
     golden(ToSolver::Explain, Bytes::message(2));

@@ -39,7 +39,7 @@ pub trait Solver {
 
     /// Build everything: form finding, search trees, factorisation patterns. May take long; report
     /// progress at least once a second. A structure offers its interface mesh in [`Ready::mesh`];
-    /// a contact solver works on the mesh of [`Plan::wall`] and returns the mesh that it uses.
+    /// a contact solver works on the mesh of [`Plan::partner_mesh`] and returns the mesh that it uses.
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault>;
 
     /// Advance the committed state over `window` under `input` (layout: fields of [`Plan::takes`])

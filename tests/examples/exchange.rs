@@ -28,7 +28,7 @@ impl Solver for Echo {
         }
     }
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
-        let mesh = plan.wall.clone().unwrap_or_default();
+        let mesh = plan.partner_mesh.clone().unwrap_or_default();
         let initial = vec![0.0; Layout::new(&plan.gives, &mesh, 0).len()];
         Ok(Ready { mesh, initial, ..Default::default() })
     }
@@ -125,8 +125,12 @@ fn measure(doubles: usize, wait: Wait, rounds: usize) -> Result<Vec<f64>, Box<dy
     let mut children = names.map(start).into_iter().collect::<Result<Vec<_>, _>>()?;
     let field = FieldSpec::nodal("numbers", 3, Sampling::Once);
     let mesh = InterfaceMesh { coordinates: vec![0.0; doubles], ..Default::default() };
-    let plan =
-        Plan { takes: vec![field.clone()], gives: vec![field], wall: Some(mesh), ..Default::default() };
+    let plan = Plan {
+        takes: vec![field.clone()],
+        gives: vec![field],
+        partner_mesh: Some(mesh),
+        ..Default::default()
+    };
     for remote in &mut remotes {
         remote.hello()?;
         remote.prepare(&plan, &mut |_| Ok(()))?;

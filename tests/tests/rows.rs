@@ -3,16 +3,17 @@
 use tests::{Bench, Ended, scene};
 
 fn drop_test(bench: &Bench, out: &str, interval: &str) -> Ended {
-    let sets = ["end_time=0.66", interval].map(|set| ["--set", set]).concat();
+    // A support of its own, and a rope whose name says that it is none.
+    let gauges = "gauge=[{ name = \"held\", quantity = \"force\", at = [1.95, 0.0, 0.0] }, \
+                  { name = \"reaction\", quantity = \"tension\", at = [0.0, 0.0, 0.0] }]";
+    let sets = ["end_time=0.66", interval, gauges].map(|set| ["--set", set]).concat();
     bench.done(&scene("walenstadt-compare"), out, &sets)
 }
 
-fn impulse(run: &Ended) -> f64 {
+fn impulse(run: &Ended, column: &str) -> f64 {
     let mut before = 0.0;
     let time = run.column("time_s").into_iter();
-    time.zip(run.column("reaction_z_N"))
-        .map(|(t, force)| force * (t - std::mem::replace(&mut before, t)))
-        .sum()
+    time.zip(run.column(column)).map(|(t, force)| force * (t - std::mem::replace(&mut before, t))).sum()
 }
 
 #[test]
@@ -32,6 +33,14 @@ fn a_flight_has_a_row_per_interval_and_contact_one_per_window() {
     let windows = time[first..].windows(2).all(|pair| pair[1] - pair[0] < 5.1e-5);
     assert!(windows && (time.last().expect("rows") - 0.66).abs() < 1e-9);
     assert_eq!(every.column("time_s").len(), 13_200);
-    let (some, all) = (impulse(&sparse), impulse(&every));
-    assert!((some / all - 1.0).abs() < 1e-9, "{some} {all}");
+    for column in ["reaction_z_N", "held_fz_N"] {
+        let (some, all) = (impulse(&sparse, column), impulse(&every, column));
+        assert!((some / all - 1.0).abs() < 1e-9, "{column}: {some} {all}");
+    }
+    // A tension is that of the row's end, whatever it is called.
+    let tension = |run: &Ended, at: f64| {
+        let rows = run.column("time_s").into_iter().zip(run.column("reaction_tension_max_N"));
+        rows.into_iter().find(|(t, _)| (t - at).abs() < 1e-9).expect("a row").1
+    };
+    assert_eq!(tension(&sparse, 0.5), tension(&every, 0.5));
 }

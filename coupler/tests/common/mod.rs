@@ -196,7 +196,7 @@ impl Solver for Sphere {
     }
 
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
-        let mesh = plan.wall.clone().unwrap_or_default();
+        let mesh = plan.partner_mesh.clone().unwrap_or_default();
         let gauges = energies("sphere");
         let fields = Layout::new(&plan.gives, &mesh, 0).len();
         let mut initial = vec![0.0; fields + 3 * gauges.len()];

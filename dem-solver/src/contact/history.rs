@@ -51,7 +51,8 @@ impl Transfer {
     }
 
     /// Find for each of `contacts`, which `view` shows, its history in `before`; both are ordered by sphere. `neighbours` says
-    /// whether two elements share a node; `beside`: what sets in beside a contact that stays takes over that one's.
+    /// whether two elements share a node; `beside`: what sets in takes over the history that is nearest in
+    /// direction, whether that contact stays or has ended.
     pub fn find<'c, C, S: Successor>(
         &mut self,
         contacts: &'c [C],
@@ -118,7 +119,8 @@ fn inherit<H: Successor>(
 /// Angle between two contacts up to which one that sets in takes over the spring of the other [rad].
 const BESIDE: f64 = 0.3;
 
-/// What sets in beside a contact that stays begins with that one's spring: a part beyond a kink and the node or edge
+/// What sets in begins with the spring of the nearest in direction that the sphere had, whether that stays or has ended: a part
+/// beyond a kink and the node or edge
 /// that is subtracted then cancel. For those of which `found` has [`NONE`], after [`inherit`].
 fn inherit_beside<H: Successor>(
     contact: impl Fn(usize) -> H,

@@ -69,12 +69,12 @@ impl Candidate for SurfaceContact {
 /// The contacts, and buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceContacts {
-    /// The contacts, by sphere, in the order of the hierarchy.
+    /// The contacts, by sphere, in the order in which `selection` keeps them.
     pub contacts: Vec<SurfaceContact>,
     transfer: Transfer,
     rows: Rows,
     spare: Vec<SurfaceContact>,
-    rock_contacts: Vec<TouchedFace>,
+    touched_faces: Vec<TouchedFace>,
     faces: Faces,
     /// The histories after the step.
     pub histories: Vec<SurfaceHistory>,
@@ -183,8 +183,8 @@ impl SurfaceContacts {
         self.spare.clear();
         self.spare.extend(self.contacts.drain(first..));
         let centre = position + self.spare[0].centre;
-        self.rock_contacts.clear();
-        self.rock_contacts.extend(self.spare.iter().map(|contact| {
+        self.touched_faces.clear();
+        self.touched_faces.extend(self.spare.iter().map(|contact| {
             let corners = ground.corners(contact.triangle);
             let closest = on_face(&centre, corners.each_ref());
             let nodes = ground.triangles[contact.triangle as usize];
@@ -197,7 +197,7 @@ impl SurfaceContacts {
         }));
         let at = |node: u32| ground.nodes[node as usize] - centre;
         let (contacts, spare) = (&mut self.contacts, &self.spare);
-        self.faces.share_out(&self.rock_contacts, at, |shared| {
+        self.faces.share_out(&self.touched_faces, at, |shared| {
             let face = spare[shared.face];
             let (beyond, feature) = match shared.part {
                 FacePart::Face => return contacts.push(face),

@@ -238,7 +238,7 @@ fn in_terrain(start: &StartPose, ground: &Terrain, motion: &Motion, down: &Vecto
     deepest
 }
 
-/// Refuse rocks that start with their surface in the net, which is `wall`; what the user should know of others.
+/// Refuse rocks that start with their surface in the net, which is `contact_mesh`; what the user should know of others.
 pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Result<Vec<String>, InputError> {
     let settings = &model.settings;
     let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);

@@ -76,7 +76,7 @@ impl SphereTree {
         }
     }
 
-    /// Call `found` with the number of every sphere whose bounding box meets the box from `lowest`
+    /// Call `found` with the number of every sphere whose bounding box overlaps the box from `lowest`
     /// to `highest` [m], in no particular order. Allocates nothing.
     pub fn near(&self, lowest: &Vector3<f64>, highest: &Vector3<f64>, mut found: impl FnMut(u32)) {
         let query = Bounds::around(lowest, highest);

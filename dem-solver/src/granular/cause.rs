@@ -18,7 +18,7 @@ pub fn of(model: &GranularModel, state: &GranularState, h: f64) -> String {
         );
     }
     let fastest = state.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
-    // Two that meet head on are assumed there.
+    // Two that collide head on are assumed there.
     let possible = 0.5 * steps.speed;
     let lost = state.velocity.iter().any(|v| !v.norm().is_finite());
     if lost || fastest > GAINED * possible {

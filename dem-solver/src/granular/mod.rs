@@ -1,10 +1,10 @@
-//! Thousands of separate spheres that meet each other and the surfaces of a box.
+//! Thousands of separate spheres that touch each other and the sides of a box.
 //!
 //! - [`forces`]: what the pairs do, in an order that does not depend on threads
 //! - [`run`]: the steps of a window
 //! - [`state`]: what is committed and what is tried
 //! - [`steps`]: the largest stable step; [`cause`](mod@cause): why a step went wrong
-//! - [`fields`](mod@fields), [`check`](mod@check): what is told of it
+//! - [`fields`](mod@fields), [`check`](mod@check): what is reported of it
 
 pub mod cause;
 pub mod check;
@@ -305,7 +305,7 @@ impl Solver for GranularSolver {
     }
 
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
-        if plan.wall.is_some() || !plan.takes.is_empty() || !plan.gives.is_empty() {
+        if plan.partner_mesh.is_some() || !plan.takes.is_empty() || !plan.gives.is_empty() {
             return Err(Fault::input("[[spheres]] run alone: they have no interface with a structure"));
         }
         if let (Some(interval), Some(out)) = (self.model.settings.fields, &self.options.out) {

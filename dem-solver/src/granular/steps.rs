@@ -1,6 +1,6 @@
 //! The largest stable step of many spheres, and the step that is taken.
 //!
-//! Two cases, the stiffer counts. An impact: two of the smallest spheres meet as fast as the scene can
+//! Two cases, the stiffer counts. An impact: two of the smallest spheres collide as fast as the scene can
 //! make them fall, `w^2 = k / m*`. A packing: a sphere of mass m has N = 12 neighbours that move against
 //! it, `w^2 <= 2 N k / m` (the largest sum of a row of the stiffness over the mass bounds every
 //! frequency), each pressed with the weight of a column of the greatest height. Where friction holds,
@@ -46,7 +46,7 @@ impl GranularSteps {
         let gravity = settings.gravity.norm();
         let height = height(settings, start);
         let fastest = start.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        // Two may meet head on.
+        // Two may collide head on.
         let speed = 2.0 * (fastest * fastest + 2.0 * gravity * height).sqrt();
         let speed = if speed > 0.0 { speed } else { 1.0 };
         let mut steps =

@@ -1,10 +1,18 @@
-//! Flight in closed form, for windows in which no rock can meet the mesh.
+//! Flight in closed form, for windows in which no rock can touch the mesh.
 //!
 //! Position, velocity and orientation are exact at any time, as those of the steps are. Switching this off changes no more than rounding.
 
+use crate::integrator::schedule::Task;
+use crate::integrator::terrain_stage::steps_per_look;
+use crate::integrator::window::RockIntegrator;
+use crate::model::Model;
+use crate::model::impact::Passage;
+use crate::model::state::State;
+use crate::results::gauges::Moment;
 use crate::rock::rotation::{is_spherical, turn};
 use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
+use std::ops::Range;
 
 /// The steps (1 to `steps`) whose ends must be looked at so that smallest and largest values are those
 /// of all steps: every one where a rock turns, else the first, the last and those beside an apex.
@@ -60,5 +68,69 @@ pub fn motion_at(
         angular_momentum: *momentum,
         acceleration: *gravity,
         torque: Vector3::zeros(),
+    }
+}
+
+impl RockIntegrator {
+    /// Fly the steps `range` in closed form.
+    pub(super) fn fly(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        task: Task,
+        range: Range<usize>,
+        output: &mut [f64],
+    ) {
+        let Task { window, cut, input } = task;
+        let gravity = model.settings.gravity;
+        self.starts.clear();
+        self.starts.extend(state.bodies.iter().map(|b| b.motion));
+        let look = steps_per_look(cut.h);
+        if model.ground.is_some() {
+            // Of all steps those at which a stepping run would look at the height.
+            let first = (range.start / look + 1) * look;
+            self.instants.clear();
+            self.instants.extend((first..range.end).step_by(look));
+            self.instants.push(range.end);
+        } else {
+            instants(&self.starts, &model.rocks, &gravity, cut.steps, cut.h, &mut self.instants);
+        }
+        for body in &mut state.bodies {
+            state.dissipated += body.tangential_energy;
+            body.part();
+        }
+        state.dissipated += state.between_rocks.tangential_energy;
+        state.between_rocks.end();
+        let mut from = range.start;
+        for i in 0..self.instants.len() {
+            let to = self.instants[i];
+            let time = |step: usize| if step == cut.steps { window.length } else { cut.h * step as f64 };
+            let since = time(to) - time(range.start);
+            for (r, body) in state.bodies.iter_mut().enumerate() {
+                let rock = &model.rocks[r];
+                let before = body.motion;
+                let earlier = time(from) - time(range.start);
+                body.motion = motion_at(rock, &self.starts[r], (&before, earlier), &gravity, since);
+                let passage = Passage {
+                    start: window.start + time(from),
+                    length: time(to) - time(from),
+                    before: &before,
+                    after: &body.motion,
+                    touched: None,
+                    behind: false,
+                };
+                body.track.follow(rock, &model.settings, self.rest.as_ref(), &passage);
+                if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+                    let due = to.is_multiple_of(look) || to == cut.steps;
+                    terrain.flew(model, ground, r, body, window.start + time(to), due);
+                }
+            }
+            self.judge_partings(model, state, 0, input);
+            if self.reads_steps(model) {
+                self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
+            }
+            from = to;
+        }
+        self.counts.flight_steps += range.len() as u64;
     }
 }

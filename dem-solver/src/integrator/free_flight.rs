@@ -1,6 +1,6 @@
-//! For how many steps a rock is certain to meet nothing of the terrain: then it flies in closed form.
+//! For how many steps a rock is certain to touch nothing of the terrain: then it flies in closed form.
 //!
-//! First the triangles around it are asked when it may meet them; where there are none, the sphere around the whole
+//! First the triangles around it are asked when it may touch them; where there are none, the sphere around the whole
 //! rock is swept along its parabola. The answer follows from the state alone, so that equal input gives equal bytes.
 
 use crate::contact::broad_phase::terrain_pairs::TerrainPairs;

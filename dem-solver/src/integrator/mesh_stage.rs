@@ -16,7 +16,7 @@ use interface_defs::Fault;
 /// at 6 m/s a pass over the mesh each 9 ms.
 const NEAR_SKIN: f64 = 0.15;
 
-/// A window as the zone sees it.
+/// A window for the surroundings of one rock.
 #[derive(Clone, Copy)]
 pub struct MeshWindow<'a> {
     /// What does not change.
@@ -106,7 +106,7 @@ impl MeshStage {
         view.model.rocks[self.rock].reach + view.contact_mesh.largest_radius + self.pairs.skin()
     }
 
-    /// Bound on the way of any node since the near list was made.
+    /// Bound on the displacement of any node since the near list was made.
     fn furthest(&self, view: MeshWindow) -> f64 {
         let largest = view.fields.displacements(view.input).map(|u| largest_difference(u, &self.reference));
         3.0_f64.sqrt() * largest.fold(0.0, f64::max)
@@ -206,7 +206,7 @@ impl MeshStage {
         });
     }
 
-    /// Mark the nodes of every element that touches: where a bound was too narrow, what happened is told all the same.
+    /// Mark the nodes of every element that touches: where a bound was too narrow, what happened is reported all the same.
     pub fn mark_touched(&self, view: MeshWindow, marks: &mut [f64]) {
         for contact in &self.evaluation.touch.contacts {
             let number = self.pairs.elements[contact.element as usize].number;

@@ -15,7 +15,7 @@ use crate::rock::{Motion, Rock};
 use interface_defs::Fault;
 use nalgebra::Vector3;
 
-/// Largest way of one rock past another in one step, as a share of the smaller of their spheres' radii.
+/// Largest displacement of one rock past another in one step, as a share of the smaller of their spheres' radii.
 const LARGEST_STRIDE: f64 = 0.5;
 
 /// Largest overlap, in radii of the smaller sphere: the other's surface has reached its centre.
@@ -253,7 +253,7 @@ impl NearRocksPair {
     }
 }
 
-/// Fail the window if two rocks have passed each other too fast to be met, or too deep.
+/// Fail the window if two rocks have passed each other too fast to be seen, or overlap too far.
 fn watch(
     model: &Model,
     two: &RockPair,

@@ -19,7 +19,7 @@ impl SecondaryImpacts {
     ///
     /// A kick reverses the speed v of two surfaces past each other at most: an impulse of `2 m* v`, with
     /// `1/m* = 1/M_1 + 1/M_2` (the ground's is 0), whose lever makes spin of it as well. Who is kicked may come upon others: pairs are
-    /// asked again until no more are near. That a second kick may be harder for the first is not reckoned with.
+    /// asked again until no more are near. That a second kick may be harder for the first is left out.
     pub fn find(&mut self, model: &Model, rock_stage: &RockStage, state: &State, length: f64) {
         let (ways, earlier) = (&mut self.ways, &mut self.earlier);
         for buffer in [&mut *ways, &mut *earlier] {
@@ -30,7 +30,7 @@ impl SecondaryImpacts {
         if rock_stage.is_empty() && !stands {
             return;
         }
-        // Speed of a rock's surface past its centre, and way of its surface by an impulse of 1 N s.
+        // Speed of a rock's surface past its centre, and displacement of its surface by an impulse of 1 N s.
         let surface = |r: usize| {
             let (rock, motion) = (&model.rocks[r], &state.bodies[r].motion);
             motion.angular_momentum.norm() / rock.inertia.min() * rock.reach

@@ -3,7 +3,7 @@
 //! Position Verlet: half a step of drift (position, orientation), forces once in the middle, a whole
 //! kick (velocity, angular momentum), half a step of drift. Everything of the state so stands at the
 //! same instant, and a force that is constant over a window does exactly the work F . du. All rocks
-//! drift before any force is computed: two that meet see each other at one instant.
+//! drift before any force is computed: two that touch see each other at one instant.
 //!
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.

@@ -3,7 +3,7 @@
 //! The step of a scene is that of the shortest contact that is possible: the largest face, flat, at the highest speed
 //! that the terrain allows. Most contacts are longer: of a corner, of an edge, at a tenth of that speed. Here the duration
 //! is asked of the contact at hand, by the same formula: the spheres that touch or are about to, what inertia
-//! each of them meets, how fast they come nearer, and what energy is in their springs (so that the answer does not
+//! resists each of them, how fast they come nearer, and what energy is in their springs (so that the answer does not
 //! change while an impact turns speed into overlap and back). Everything follows from the state at the stretch's start,
 //! and no sphere that was not counted can be reached within it.
 
@@ -27,7 +27,7 @@ const NEAR: f64 = 0.1;
 const NEAR_WHOLE: f64 = 0.01;
 /// Most steps of the scene in a stretch.
 const MOST: usize = 64;
-/// Smallest approach that is reckoned with, as a share of the speed of the rock's fastest point.
+/// Smallest approach that is taken into account, as a share of the speed of the rock's fastest point.
 const SLOWEST: f64 = 0.1;
 
 /// Steps of the scene, and the equal parts in which they are taken.

@@ -1,4 +1,4 @@
-//! The contacts of rocks with the terrain in a step, and the rows of their way.
+//! The contacts of rocks with the terrain in a step, and the rows of their trajectories.
 
 use crate::contact::broad_phase::terrain_pairs::TerrainPairs;
 use crate::contact::pipeline::Sums;
@@ -30,7 +30,7 @@ fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<Sur
     Some(SurfaceLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
 }
 
-/// What surrounds the rocks, and what is to be told of their ways.
+/// What surrounds the rocks, and the rows of their trajectories.
 #[derive(Debug, Clone)]
 pub struct TerrainStage {
     /// What is near each rock.
@@ -177,7 +177,7 @@ impl TerrainStage {
         }
     }
 
-    /// Follow a rock's way to the instant `end` [s] of a flight. `look`: whether its height is due.
+    /// Follow a rock's trajectory to the instant `end` [s] of a flight. `look`: whether its height is due.
     pub fn flew(
         &mut self,
         model: &Model,
@@ -194,7 +194,7 @@ impl TerrainStage {
         }
     }
 
-    /// A window ends at `state.time`: has a way ended with it?
+    /// A window ends at `state.time`: has a trajectory ended with it?
     pub fn end(&mut self, model: &Model, ground: &Terrain, state: &mut State) {
         let (time, down) = (state.time, model.settings.down());
         for (number, body) in state.bodies.iter_mut().enumerate() {

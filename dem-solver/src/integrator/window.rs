@@ -2,7 +2,6 @@
 
 use crate::contact::broad_phase::mesh_pairs::Instant;
 use crate::integrator::box_stage::{self, BoxStage};
-use crate::integrator::closed_form;
 use crate::integrator::free_flight::clear_of_all;
 use crate::integrator::load::StepLoad;
 use crate::integrator::mesh_stage::{MeshStage, MeshWindow, add_forces};
@@ -10,12 +9,11 @@ use crate::integrator::rock_stage::RockStage;
 use crate::integrator::schedule::{Cut, SubStep, Task};
 use crate::integrator::secondary_impacts::SecondaryImpacts;
 use crate::integrator::sub_stepping::SubSteps;
-use crate::integrator::terrain_stage::{TerrainStage, steps_per_look};
+use crate::integrator::terrain_stage::TerrainStage;
 use crate::interface_mesh::motion::MotionFields;
 use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Counts;
 use crate::model::Model;
-use crate::model::impact::Passage;
 use crate::model::runout::jump_height;
 use crate::model::state::State;
 use crate::results::gauges::{Gauges, Moment};
@@ -39,7 +37,7 @@ pub struct RockIntegrator {
     /// Numbers of a request and of its answer.
     lengths: (usize, usize),
     pub(super) gauges: Gauges,
-    /// What the rocks meet of the terrain.
+    /// What the rocks touch of the terrain.
     pub(super) terrain: Option<TerrainStage>,
     /// Their contacts with each other.
     pub(super) rock_stage: RockStage,
@@ -54,8 +52,8 @@ pub struct RockIntegrator {
     most_contacts: usize,
     /// The net at rest.
     pub(super) rest: Option<AtRest>,
-    starts: Vec<Motion>,
-    instants: Vec<usize>,
+    pub(super) starts: Vec<Motion>,
+    pub(super) instants: Vec<usize>,
 }
 
 /// Where the answer's fields lie.
@@ -64,14 +62,14 @@ pub(super) struct Answer {
     pub(super) means: Vec<usize>,
     ends: Vec<usize>,
     pub(super) reach: Option<Range<usize>>,
-    gauges: usize,
+    pub(super) gauges: usize,
 }
 
 impl RockIntegrator {
     /// For a checked plan.
     pub fn new(model: &Model, contact_mesh: Option<ContactMesh>, plan: &Plan, rows: bool) -> Self {
         let empty = InterfaceMesh::default();
-        let mesh = plan.wall.as_ref().unwrap_or(&empty);
+        let mesh = plan.partner_mesh.as_ref().unwrap_or(&empty);
         let takes = Layout::new(&plan.takes, mesh, 0);
         let gives = Layout::new(&plan.gives, mesh, Gauges::count(&model.settings));
         let fields = MotionFields::new(&takes);
@@ -156,7 +154,7 @@ impl RockIntegrator {
         }
     }
 
-    /// Rows of the ways over terrain in the window solved last.
+    /// Rows of the trajectories over terrain in the window solved last.
     pub fn rows(&self) -> &[Row] {
         self.terrain.as_ref().and_then(|t| t.rows.as_deref()).unwrap_or_default()
     }
@@ -299,7 +297,7 @@ impl RockIntegrator {
         Ok(())
     }
 
-    /// Look around; true if no rock can meet the mesh within the window.
+    /// Look around; true if no rock can touch the mesh within the window.
     fn begin(
         &mut self,
         model: &Model,
@@ -327,64 +325,8 @@ impl RockIntegrator {
         Ok(flies)
     }
 
-    /// Fly the steps `range` in closed form.
-    fn fly(&mut self, model: &Model, state: &mut State, task: Task, range: Range<usize>, output: &mut [f64]) {
-        let Task { window, cut, input } = task;
-        let gravity = model.settings.gravity;
-        self.starts.clear();
-        self.starts.extend(state.bodies.iter().map(|b| b.motion));
-        let look = steps_per_look(cut.h);
-        if model.ground.is_some() {
-            // Of all steps those at which a stepping run would look at the height.
-            let first = (range.start / look + 1) * look;
-            self.instants.clear();
-            self.instants.extend((first..range.end).step_by(look));
-            self.instants.push(range.end);
-        } else {
-            closed_form::instants(&self.starts, &model.rocks, &gravity, cut.steps, cut.h, &mut self.instants);
-        }
-        for body in &mut state.bodies {
-            state.dissipated += body.tangential_energy;
-            body.part();
-        }
-        state.dissipated += state.between_rocks.tangential_energy;
-        state.between_rocks.end();
-        let mut from = range.start;
-        for i in 0..self.instants.len() {
-            let to = self.instants[i];
-            let time = |step: usize| if step == cut.steps { window.length } else { cut.h * step as f64 };
-            let since = time(to) - time(range.start);
-            for (r, body) in state.bodies.iter_mut().enumerate() {
-                let rock = &model.rocks[r];
-                let before = body.motion;
-                let earlier = time(from) - time(range.start);
-                body.motion =
-                    closed_form::motion_at(rock, &self.starts[r], (&before, earlier), &gravity, since);
-                let passage = Passage {
-                    start: window.start + time(from),
-                    length: time(to) - time(from),
-                    before: &before,
-                    after: &body.motion,
-                    touched: None,
-                    behind: false,
-                };
-                body.track.follow(rock, &model.settings, self.rest.as_ref(), &passage);
-                if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-                    let due = to.is_multiple_of(look) || to == cut.steps;
-                    terrain.flew(model, ground, r, body, window.start + time(to), due);
-                }
-            }
-            self.judge_partings(model, state, 0, input);
-            if self.reads_steps(model) {
-                self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
-            }
-            from = to;
-        }
-        self.counts.flight_steps += range.len() as u64;
-    }
-
     /// Whether somebody asks for the smallest and largest values of all steps.
-    fn reads_steps(&self, model: &Model) -> bool {
+    pub(super) fn reads_steps(&self, model: &Model) -> bool {
         self.contact_mesh.is_some() || model.ground.is_none()
     }
 

@@ -124,7 +124,7 @@ impl ContactMesh {
         of(a).zip(of(b)).is_some_and(|(a, b)| a.shares_a_node(b))
     }
 
-    /// `sum N_a^2 / m_a` of a point with these nodes and weights [1/kg]; 0 where masses are not told.
+    /// `sum N_a^2 / m_a` of a point with these nodes and weights [1/kg]; 0 where masses are not known.
     #[inline]
     pub fn inverse_mass(&self, nodes: [u32; 3], [na, nb, nc]: [f64; 3]) -> f64 {
         let Some(inverse) = &self.inverse_mass else { return 0.0 };

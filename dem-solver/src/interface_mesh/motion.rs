@@ -100,7 +100,8 @@ pub struct NodeMotion {
     origin: Vec<Vector3<f64>>,
     /// Displacement over each segment [m].
     increment: Vec<Vector3<f64>>,
-    /// Transmitted velocities at the segment's ends [m/s], where a node is held still; else empty.
+    /// Velocities at the segment's ends [m/s], once any node is held still: its transmitted ones, the chord's for the others; else
+    /// empty.
     transmitted: Vec<[Vector3<f64>; 2]>,
     /// Length of a segment [s].
     pub segment: f64,

@@ -1,4 +1,4 @@
-//! The law applied to several contacts at once: what [`Law::answer`] does to one, with each quantity in a column.
+//! The law applied to several contacts at once: what [`Law::respond`] does to one, with each quantity in a column.
 //!
 //! Roots and quotients take most of the time of a contact; a processor forms four at once as fast as one. The expressions are
 //! those of the scalar code in the same order and without fused products, so that the bytes are the same (a test compares

@@ -1,4 +1,4 @@
-//! The law applied to one contact at one instant: what two bodies that meet do to each other.
+//! The law applied to one contact at one instant: what two bodies in contact do to each other.
 //!
 //! The first body is a sphere of a rock, the other a mesh or another sphere; the law does not see
 //! which. The normal points from the first into the other, `v_n > 0` means approaching, the force on
@@ -12,7 +12,7 @@ use crate::law::normal::Load;
 use crate::law::tangential::into_plane;
 use nalgebra::Vector3;
 
-/// Two bodies that meet. All vectors in one frame.
+/// Two bodies in contact. All vectors in one frame.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactPoint {
     /// Unit vector from the first into the other.
@@ -21,9 +21,9 @@ pub struct ContactPoint {
     pub overlap: f64,
     /// Effective radius: the sphere's at a mesh, `R1 R2 / (R1 + R2)` of two spheres [m].
     pub radius: f64,
-    /// Velocity of the first history the other at the contact point [m/s].
+    /// Velocity of the first past the other at the contact point [m/s].
     pub velocity: Vector3<f64>,
-    /// Angular velocity of the first history the other [rad/s]; read where there is rolling resistance.
+    /// Angular velocity of the first past the other [rad/s]; read where there is rolling resistance.
     pub spin: Vector3<f64>,
     /// Least inertia against that spin, shared among the body's contacts [kg m2]; read likewise.
     pub inertia: f64,

@@ -19,12 +19,12 @@ pub struct Damping {
 }
 
 impl Damping {
-    /// `2 g sqrt(m*)` [kg^(1/2)]; times `sqrt(k)` it is the dashpot's coefficient. `wall` is
-    /// `sum N_a^2 / m_a` [1/kg].
+    /// `2 g sqrt(m*)` [kg^(1/2)]; times `sqrt(k)` it is the dashpot's coefficient. `partner` is
+    /// the inverse mass that the partner shows at the point, of a mesh `sum N_a^2 / m_a` [1/kg].
     #[inline]
-    pub fn coefficient(&self, rock_mass: f64, contacts: usize, contact_mesh: f64) -> f64 {
+    pub fn coefficient(&self, rock_mass: f64, contacts: usize, partner: f64) -> f64 {
         let inverse = match self.mass {
-            EffectiveMass::Local => contacts as f64 / rock_mass + contact_mesh,
+            EffectiveMass::Local => contacts as f64 / rock_mass + partner,
             EffectiveMass::Rock => 1.0 / rock_mass,
         };
         2.0 * self.ratio / inverse.sqrt()

@@ -41,7 +41,7 @@ pub enum PartnerKind {
 pub struct Law {
     /// Elastic force along the normal.
     pub normal: Normal,
-    /// On terrain: of the rock as a whole ([`whole`]).
+    /// On terrain: of the rock as a whole ([`crate::contact::whole_rock`]).
     pub whole: bool,
     /// Dashpot; `None`: elastic.
     pub damping: Option<Damping>,

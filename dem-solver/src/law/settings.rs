@@ -153,9 +153,9 @@ pub enum RollingName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HierarchyName {
-    /// As `nearest` there.
+    /// As `dem.contact_selection = "nearest"`.
     Nearest,
-    /// As `continuous` there.
+    /// As `dem.contact_selection = "continuous"`.
     Continuous,
 }
 

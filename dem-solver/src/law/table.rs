@@ -35,10 +35,10 @@ impl Laws {
         named.or_else(|| self.settings.iter().position(|s| s.between.is_none()))
     }
 
-    /// Numbers of the laws of material `rock` with each of `walls`. Errs with the first of those that
+    /// Numbers of the laws of material `rock` with each of `surfaces`. Errs with the first of those that
     /// has none.
-    pub fn row<'a>(&self, rock: &str, walls: &'a [String]) -> Result<Vec<u16>, &'a str> {
-        walls.iter().map(|w| self.number(rock, w).map(|n| n as u16).ok_or(w.as_str())).collect()
+    pub fn row<'a>(&self, rock: &str, surfaces: &'a [String]) -> Result<Vec<u16>, &'a str> {
+        surfaces.iter().map(|w| self.number(rock, w).map(|n| n as u16).ok_or(w.as_str())).collect()
     }
 
     /// The laws with surfaces that may apply to something of material `material`.
@@ -55,7 +55,7 @@ impl Laws {
         self.surfaces.iter().any(|law| law.damping.is_some_and(|d| d.mass == EffectiveMass::Local))
     }
 
-    /// The same with the rock's whole mass in every dashpot: for a mesh whose masses are not told.
+    /// The same with the rock's whole mass in every dashpot: for a mesh whose masses are not known.
     pub fn without_local_masses(mut self) -> Self {
         for law in &mut self.surfaces {
             law.use_rocks_mass();
@@ -133,8 +133,8 @@ mod tests {
         let laws = Laws::new(&tables(&text)).expect("two tables");
         assert_eq!(laws.number("net", "granite"), Some(0));
         assert_eq!(laws.number("granite", "granite"), Some(1));
-        let walls = ["soil", "net"].map(String::from);
-        let row = laws.row("granite", &walls).expect("all have a law");
+        let surfaces = ["soil", "net"].map(String::from);
+        let row = laws.row("granite", &surfaces).expect("all have a law");
         let materials = [1, 0, 1];
         let of_rock = SurfaceLaws { laws: &laws.surfaces, row: &row, materials: &materials };
         let moduli = [0, 1, 2].map(|e| of_rock.of(e).normal.modulus());
@@ -145,6 +145,6 @@ mod tests {
         assert_eq!(laws.of("net").count(), 2);
         assert_eq!(laws.of("soil").count(), 1);
         let only = Laws::new(&tables(&part("between = [\"granite\", \"net\"]", "1e9"))).expect("one");
-        assert_eq!(only.row("granite", &walls), Err("soil"));
+        assert_eq!(only.row("granite", &surfaces), Err("soil"));
     }
 }

@@ -2,13 +2,13 @@
 //!
 //! Over a step h with slip rate v_t in the middle, `k_t = k_n 4 G* / E*` (Mindlin; with a rigid mesh
 //! `k_n 2 (1 - nu) / (2 - nu)`) and dashpot `c_t = 2 g sqrt(m* k_t)`:
-//! - `f = b f_n - k_t v_t h/2` in the middle. Incremental: b = 1. Scaled on unloading:
+//! - `f = b f_0 - k_t v_t h/2` in the middle, from `f_0` at the start. Incremental: b = 1. Scaled on unloading:
 //!   `b = min(sqrt(d / d_old), sqrt(k / k_old))` where the overlap shrinks, else 1: the grip goes with the contact area.
 //!   Secant: b is the ratio of the stiffnesses, so that the force is `-k_t(d)` times the slip;
 //! - limit `mu F_n`: an elastic part beyond it is scaled to it and has no dashpot; else the dashpot is
-//!   scaled until the sum is at the limit. `mu = mu_d + (mu_s - mu_d) exp(-b |v_t|)` where the scene
+//!   scaled until the sum is at the limit. `mu = mu_d + (mu_s - mu_d) exp(-decay |v_t|)` where the scene
 //!   names a dynamic coefficient;
-//! - `f_(n+1) = f - k_t v_t h/2`, within the limit.
+//! - `f_1 = f - k_t v_t h/2`, within the limit.
 //!
 //! Two half increments make the middle force of second order; in stick, slip times force is then the
 //! change of `f^2 / (2 k_t)` to rounding, so that a loss is a loss. Spin about the normal turns the
@@ -72,7 +72,8 @@ impl Tangential {
         }
     }
 
-    /// Coulomb coefficient at the slip rate `slip` [m/s].
+    /// Coulomb coefficient at the slip rate `slip` [m/s]. A dependence on anything but `sliding` must be asked for in
+    /// [`crate::law::block`] too, where eight contacts are computed at once.
     #[inline]
     pub fn coefficient(&self, slip: &Vector3<f64>) -> f64 {
         match &self.sliding {

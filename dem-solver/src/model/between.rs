@@ -7,15 +7,19 @@ use crate::settings::{RockSettings, Settings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
-/// For each rock the numbers of its laws with `walls`. Errs with what is missing, and what to try.
-pub fn rows(laws: &Laws, settings: &Settings, walls: &[String]) -> Result<Vec<Vec<u16>>, (String, String)> {
+/// For each rock the numbers of its laws with `surfaces`. Errs with what is missing, and what to try.
+pub fn rows(
+    laws: &Laws,
+    settings: &Settings,
+    surfaces: &[String],
+) -> Result<Vec<Vec<u16>>, (String, String)> {
     let row = |rock: &RockSettings| {
-        laws.row(&rock.material, walls).map_err(|wall| {
+        laws.row(&rock.material, surfaces).map_err(|surface| {
             let rock = &rock.material;
             (
-                format!("no table [[contact]] is for `{rock}` and `{wall}`"),
+                format!("no table [[contact]] is for `{rock}` and `{surface}`"),
                 format!(
-                    "add one with between = [\"{rock}\", \"{wall}\"], or one without `between` for all others"
+                    "add one with between = [\"{rock}\", \"{surface}\"], or one without `between` for all others"
                 ),
             )
         })

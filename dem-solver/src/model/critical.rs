@@ -2,10 +2,10 @@
 //!
 //! What is assumed of the impact: the rock may fall freely until `end_time` and then lands on a fixed,
 //! rigid mesh, flat (every sphere of its largest face touches, each with its share of the mass) or on
-//! one sphere. The overlap is that of such an impact, at most half a radius, where the watch on
-//! penetration warns. A yielding net is softer; with the masses of its nodes, which act at the contact
+//! one sphere. The overlap is that of such an impact, at most half a radius, the default of
+//! `limits.penetration`. A yielding net is softer; with the masses of its nodes, which act at the contact
 //! once rock and net are computed together, the limit is another one, `2 sqrt(m_node / k)`. Two rocks
-//! meet as fast as both can fall, flat or on one sphere each.
+//! touch as fast as both can fall, flat or on one sphere each.
 //!
 //! For position Verlet whose velocity-dependent forces see `v + h/2 a` with the acceleration of the
 //! step before, an oscillator of frequency w and damping ratio z is stable up to

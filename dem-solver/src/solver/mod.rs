@@ -247,7 +247,7 @@ impl DemSolver {
         plan: &Plan,
         warnings: &mut Vec<String>,
     ) -> Result<Option<ContactMesh>, Fault> {
-        let Some(mesh) = &plan.wall else { return Ok(None) };
+        let Some(mesh) = &plan.partner_mesh else { return Ok(None) };
         let mut contact_mesh = ContactMesh::new(mesh)?.from(&self.model.origin);
         let Some(laws) = &self.model.laws else {
             return Err(Fault::input(
@@ -330,13 +330,13 @@ impl Solver for DemSolver {
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         check_plan(&self.hello(), plan)?;
-        if plan.wall.is_none()
+        if plan.partner_mesh.is_none()
             && let Some(what) = self.idle_selection()
         {
             return Err(Fault::input(format!("{what}; leave it out")));
         }
         let mut warnings = [&self.notices[..], &self.cautions].concat();
-        if plan.wall.is_some() {
+        if plan.partner_mesh.is_some() {
             progress(Progress {
                 what: "preparing contact with the structure's mesh".into(),
                 done: f64::NAN,
@@ -360,7 +360,7 @@ impl Solver for DemSolver {
         {
             self.trajectory = Some(Trajectory::create(out, &self.model, &self.committed)?);
         }
-        let mesh = plan.wall.clone().unwrap_or_default();
+        let mesh = plan.partner_mesh.clone().unwrap_or_default();
         Ok(Ready { mesh, gauges: Gauges::declared(&self.model), initial, warnings })
     }
 

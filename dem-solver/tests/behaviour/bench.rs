@@ -51,7 +51,7 @@ impl Setup {
         let field =
             |name, sampling| FieldSpec { samples: self.samples, ..FieldSpec::nodal(name, 3, sampling) };
         let mut plan =
-            Plan { end_time: 1.0, window: 1e-3, wall: self.contact_mesh.clone(), ..Plan::default() };
+            Plan { end_time: 1.0, window: 1e-3, partner_mesh: self.contact_mesh.clone(), ..Plan::default() };
         if self.contact_mesh.is_some() {
             plan.takes.push(field(name::DISPLACEMENT, Sampling::FromStart));
             if self.velocity {

@@ -232,7 +232,7 @@ fn a_rock_that_starts_in_the_net_is_refused_by_check_and_run_in_the_same_words()
         let checked = check_with(&scene, Some(&mesh)).map(|_| ()).map_err(|e| e.to_string());
         let mut solver =
             DemSolver::new(&scene, &Options::default()).unwrap_or_else(|e| panic!("{e}")).guarded();
-        let plan = Plan { end_time: 1.0, window: 1e-3, wall: Some(mesh), ..Plan::default() };
+        let plan = Plan { end_time: 1.0, window: 1e-3, partner_mesh: Some(mesh), ..Plan::default() };
         let prepared = solver.prepare(&plan, &mut |_| Ok(())).map(|_| ());
         if let Err(fault) = &prepared {
             assert_eq!(fault.kind, FaultKind::Input);

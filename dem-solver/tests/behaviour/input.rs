@@ -114,7 +114,8 @@ fn a_wall_without_a_contact_law_is_refused() {
     let mut solver =
         DemSolver::new(&scene(&format!("end_time = 1.0\n{}", cube(1, ROCK))), &Options::default())
             .unwrap_or_else(|e| panic!("{e}"));
-    let plan = Plan { end_time: 1.0, window: 1e-3, wall: Some(fixed_plane(1.0, 1)), ..Plan::default() };
+    let plan =
+        Plan { end_time: 1.0, window: 1e-3, partner_mesh: Some(fixed_plane(1.0, 1)), ..Plan::default() };
     let fault = solver.prepare(&plan, &mut |_| Ok(())).expect_err("no law");
     assert_eq!(fault.kind, FaultKind::Input);
     assert!(fault.message.contains("[[contact]]"));
@@ -126,8 +127,13 @@ fn a_plan_that_asks_for_what_was_not_offered_is_refused() {
     let try_plan = |field: FieldSpec| {
         let mut solver = DemSolver::new(&scene(&text), &Options::default()).unwrap_or_else(|e| panic!("{e}"));
         let contact_mesh = Some(fixed_plane(1.0, 1));
-        let plan =
-            Plan { end_time: 1.0, window: 1e-3, wall: contact_mesh, gives: vec![field], ..Plan::default() };
+        let plan = Plan {
+            end_time: 1.0,
+            window: 1e-3,
+            partner_mesh: contact_mesh,
+            gives: vec![field],
+            ..Plan::default()
+        };
         solver.prepare(&plan, &mut |_| Ok(())).expect_err("not offered").message
     };
     assert!(try_plan(FieldSpec::nodal(name::CONTACT_TANGENT, 9, Sampling::Once)).contains("contact_tangent"));

@@ -59,7 +59,7 @@ impl Bench {
         let plan = Plan {
             end_time: 1.0,
             window: 1e-3,
-            wall: Some(mesh.clone()),
+            partner_mesh: Some(mesh.clone()),
             takes: vec![
                 field(name::DISPLACEMENT, Sampling::FromStart),
                 field(name::VELOCITY, Sampling::FromStart),

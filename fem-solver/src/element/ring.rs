@@ -30,7 +30,7 @@ pub struct Mechanism {
     pub start: f64,
     /// Stiffness of loading [N/m].
     pub stiffness: f64,
-    /// Stiffness of unloading over that of loading, above 1.
+    /// Stiffness of unloading over that of loading, 1 or more.
     pub unloading: f64,
     /// Range of forces over which it goes slack [N], in a search for a rest shape; 0 = at a corner.
     pub ease: f64,
@@ -142,7 +142,8 @@ impl Ring {
         sum
     }
 
-    /// RingConstants of its formulas, over its `N` nodes.
+    /// What its formulas need, over its `N` nodes. The force without easing is computed there ([`RingConstants::pull`]), by the same
+    /// law as [`Mechanism::force`]: they change together.
     pub fn constants<const N: usize>(&self) -> RingConstants<N> {
         let spans = std::array::from_fn(|i| self.spans[i].into());
         RingConstants { spans, perimeter: (&self.perimeter).into(), width: (&self.width).into() }

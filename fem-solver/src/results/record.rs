@@ -36,7 +36,7 @@ impl Supports {
         }
     }
 
-    /// Force of the supports on the structure, where `force` is that of load and elements, in the step with its middle at
+    /// Force of the supports on the structure, where `force` is that of load and elements, less the inertia of held nodes that move, in the step with its middle at
     /// `time` [s].
     fn reaction(&self, force: &[f64], u: &[f64], time: f64) -> [f64; 3] {
         [0, 1, 2].map(|c: usize| {
@@ -54,7 +54,7 @@ pub struct Step<'a> {
     pub end: f64,
     /// Its length [s].
     pub length: f64,
-    /// Force of load and elements on every degree of freedom [N]: its mean over the step, in statics that at its end.
+    /// Force of load and elements, less the inertia of held nodes that move, on every degree of freedom [N]: its mean over the step, in statics that at its end.
     pub force: &'a [f64],
     /// Displacement at which that holds [m].
     pub middle: &'a [f64],

@@ -11,7 +11,7 @@ pub enum Exit {
     Done = 0,
     /// The run failed or was interrupted; what was computed until then is on disk.
     Failed = 1,
-    /// Bad input; nothing was started.
+    /// Bad input; nothing was computed.
     BadInput = 2,
     /// Computed to the end, but a bound of `[limits]` was passed.
     Unreliable = 3,

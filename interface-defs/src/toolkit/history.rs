@@ -1,4 +1,4 @@
-//! `history.csv`: one row per committed window, header names with units.
+//! `history.csv`: rows of numbers under a header of names with units.
 
 use crate::message::Gauge;
 use std::fs::File;

@@ -108,7 +108,7 @@ pub fn inverse_square(edge: &Vector3<f64>) -> f64 {
 /// from the committed state, the window and the mesh's motion alone.
 #[derive(Debug, Clone, Copy)]
 pub struct Sweep {
-    /// Furthest way of the centre in free flight [m].
+    /// Furthest that the centre flies [m].
     pub travel: f64,
     /// Allowance for everything that is not the straight flight of the unturned rock [m].
     allowance: f64,
@@ -149,8 +149,8 @@ impl Sweep {
     /// Calls `found` with each listed element that the rock may reach; `found` ends it by returning
     /// false.
     ///
-    /// An element counts if it meets the box around all spheres, seen from the flying rock, and was
-    /// within [`Sweep::need`] (and its own way) at the start. Both conditions leave the list aside,
+    /// An element counts if it overlaps the box around all spheres, seen from the flying rock, and was
+    /// within [`Sweep::need`] (and its own displacement) at the start. Both conditions leave the list aside,
     /// so that equal input gives equal answers.
     pub fn reached(
         &self,

@@ -55,7 +55,7 @@ pub struct MeshPairs {
     /// Nodes relative to the rock's centre when the pairs were searched [m].
     relative: Vec<Vector3<f64>>,
     orientation: UnitQuaternion<f64>,
-    /// Straight flight of the rock, against which the mesh's way is measured.
+    /// Straight flight of the rock, against which the mesh's displacement is measured.
     course: Drift,
     /// For each sample of the mesh's motion: how far a node is from where the search saw it, relative
     /// to the rock on its course [m].
@@ -90,7 +90,7 @@ pub struct Instant {
 }
 
 impl MeshPairs {
-    /// An empty list with room for what a rock usually meets.
+    /// An empty list with room for what a rock usually touches.
     pub fn new(rock: &Rock, contact_mesh: &ContactMesh, segments: usize) -> Self {
         let nodes = contact_mesh.nodes.len();
         Self {

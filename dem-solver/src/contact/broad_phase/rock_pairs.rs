@@ -1,7 +1,7 @@
 //! Pairs of spheres of two rocks that may touch, and for how long two rocks are certain not to.
 //!
 //! A pair is listed while its surfaces are closer than a skin. The list is good until the second rock,
-//! seen from the first, has moved by the skin: by the way of its centre and by its turn.
+//! seen from the first, has moved by the skin: by the displacement of its centre and by its turn.
 
 use crate::contact::broad_phase::cell_grid::SpherePairs;
 use crate::geometry::sphere_tree::SphereTree;

@@ -46,7 +46,7 @@ pub struct TerrainPairs {
     pub faces: Vec<Face>,
     /// A sphere around each: centre and radius [m].
     round: Vec<(Vector3<f64>, f64)>,
-    /// The place of one of them that was lately met first.
+    /// The place of one of them that was lately touched first.
     first: usize,
     near_at: Vector3<f64>,
     coverage: f64,

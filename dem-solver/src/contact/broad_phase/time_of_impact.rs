@@ -1,4 +1,4 @@
-//! When a flying rock may meet a triangle.
+//! When a flying rock may touch a triangle.
 //!
 //! A triangle is convex: it lies behind the plane through its point that is closest to a sphere, and until
 //! the sphere has reached that plane they cannot touch. Along the plane's normal the sphere's centre moves

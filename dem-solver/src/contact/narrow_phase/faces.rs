@@ -14,7 +14,7 @@
 //!
 //! An edge of m faces counts `-(m - 1)`, a corner of k faces `1 - k` and each of its edges' `m - 1`. What parts a
 //! sphere does not reach is not asked: where an edge or a corner is within it, all their faces are. Faces must share the nodes
-//! at which they meet: two that lie on each other with nodes of their own count twice.
+//! that they share: two that lie on each other with nodes of their own count twice.
 
 use crate::contact::broad_phase::mesh_elements::inverse_square;
 use crate::geometry::closest::{Feature, on_line};
@@ -50,13 +50,13 @@ pub enum FacePart {
 /// A contact of the sphere, if it reaches the point.
 #[derive(Debug, Clone, Copy)]
 pub struct Shared {
-    /// Place of a face that it belongs to among those met.
+    /// Place of a face that it belongs to among those touched.
     pub face: usize,
     /// What it stands for.
     pub part: FacePart,
-    /// From the sphere's centre to its point [m]; of a face as it was met.
+    /// From the sphere's centre to its point [m]; of a face as it was touched.
     pub to_point: Vector3<f64>,
-    /// Weights of the face's nodes there; of a face as it was met.
+    /// Weights of the face's nodes there; of a face as it was touched.
     pub weights: [f64; 3],
     /// How often it counts.
     pub share: f64,
@@ -91,11 +91,11 @@ pub struct Faces {
 }
 
 impl Faces {
-    /// Call `found` with the contacts of a sphere with the faces `rock_contacts`, which are all that it overlaps; `at` gives a
+    /// Call `found` with the contacts of a sphere with the faces `touched_faces`, which are all that it overlaps; `at` gives a
     /// node's place from the sphere's centre [m].
     pub fn share_out(
         &mut self,
-        rock_contacts: &[TouchedFace],
+        touched_faces: &[TouchedFace],
         at: impl Fn(u32) -> Vector3<f64>,
         mut found: impl FnMut(Shared),
     ) {
@@ -106,10 +106,10 @@ impl Faces {
             nodes.sort_unstable();
             nodes
         };
-        for (k, face) in rock_contacts.iter().enumerate() {
+        for (k, face) in touched_faces.iter().enumerate() {
             // A line, a point, and the twin of another are nothing of their own.
             let [a, b, c] = sorted(face);
-            if a == b || b == c || rock_contacts[..k].iter().any(|twin| sorted(twin) == [a, b, c]) {
+            if a == b || b == c || touched_faces[..k].iter().any(|twin| sorted(twin) == [a, b, c]) {
                 continue;
             }
             self.count(k, face);
@@ -127,7 +127,7 @@ impl Faces {
             if edge.faces < 2.0 && edge.share == 0.0 {
                 continue;
             }
-            let face = &rock_contacts[edge.face];
+            let face = &touched_faces[edge.face];
             let [a, b] = edge.ends.map(|k| at(face.nodes[k]));
             let way = b - a;
             let closest = on_line(&Vector3::zeros(), &a, &way, inverse_square(&way));

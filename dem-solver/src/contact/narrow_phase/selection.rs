@@ -7,7 +7,7 @@
 //! is not transitive: points are taken in the order (distance, feature, element), so that the
 //! outcome depends on nothing but the points.
 //!
-//! At a kink towards the sphere the second of two wires is met with the overlap of their common node,
+//! At a kink towards the sphere the second of two wires is touched with the overlap of their common node,
 //! not with none: the force jumps. [`Crossings`](crate::interface_mesh::crossings::Crossings) is the rule without a jump: let u be the energy of a
 //! contact as a function of the distance. For a wire of segments the energy is
 //!
@@ -35,7 +35,7 @@ use std::cmp::Ordering;
 
 /// Share by which a point may lie before the plane and still count as on it.
 ///
-/// Points of one plane meet the rule as equals but for rounding: of coordinates of some 1000 m
+/// Points of one plane are equal under the rule but for rounding: of coordinates of some 1000 m
 /// against distances of some centimetres, 1e-11. Two faces whose kink is below sqrt(2 * 1e-10), that
 /// is 1.4e-5 rad, count as one plane.
 const LEVEL: f64 = 1e-10;

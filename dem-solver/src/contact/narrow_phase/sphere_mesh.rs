@@ -85,14 +85,14 @@ struct Segment {
 pub struct MeshContacts {
     /// From the rock's own frame to space.
     pub rotation: Matrix3<f64>,
-    /// The contacts, by sphere, in the order of the hierarchy.
+    /// The contacts, by sphere, in the order in which `selection` keeps them.
     pub contacts: Vec<MeshContact>,
     nodes: Vec<Vector3<f64>>,
     segments: Vec<Segment>,
     corners: Vec<Corner>,
     spare: Vec<MeshContact>,
     faces: Faces,
-    rock_contacts: Vec<TouchedFace>,
+    touched_faces: Vec<TouchedFace>,
 }
 
 impl MeshContacts {
@@ -161,14 +161,14 @@ impl MeshContacts {
         self.spare.sort_by_key(|c| !is_face(c));
         let faces = self.spare.iter().take_while(|c| is_face(c)).count();
         let (faces, points) = self.spare.split_at_mut(faces);
-        self.rock_contacts.clear();
-        self.rock_contacts.extend(faces.iter().map(|face| {
+        self.touched_faces.clear();
+        self.touched_faces.extend(faces.iter().map(|face| {
             let PairElement { nodes, number, .. } = list.elements[face.element as usize];
             TouchedFace { nodes, number, weights: face.weights, feature: face.feature }
         }));
         let at = |node: u32| self.nodes[node as usize] - sphere.centre;
         let contacts = &mut self.contacts;
-        self.faces.share_out(&self.rock_contacts, at, |shared| {
+        self.faces.share_out(&self.touched_faces, at, |shared| {
             let face = faces[shared.face];
             let (node, feature) = match shared.part {
                 FacePart::Face => return contacts.push(face),

@@ -30,7 +30,7 @@ impl Ball {
     }
 }
 
-/// Ball `a` meets `b` (infinite radius and mass: a mesh) until they part, `steps` in an undamped contact.
+/// Ball `a` touches `b` (infinite radius and mass: a mesh) until they part, `steps` in an undamped contact.
 fn impact(law: &Law, a: &mut Ball, b: &mut Ball, steps: f64) {
     let radius = 1.0 / (1.0 / a.radius + 1.0 / b.radius);
     let mass = 1.0 / (1.0 / a.mass + 1.0 / b.mass);

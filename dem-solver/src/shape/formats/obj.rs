@@ -1,7 +1,7 @@
 //! Wavefront OBJ: corners and faces; everything else of the format is passed over. Faces with more than
 //! three corners are cut into a fan.
 //!
-//! Own code: the crate for it works in single precision unless told otherwise and names no line.
+//! Own code: the crate for it works in single precision unless set otherwise and names no line.
 
 use super::format::{Facets, Indexed, SurfaceFormat, too_many};
 use crate::input::{ReadError, lines, point, shown};

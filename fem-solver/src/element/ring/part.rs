@@ -13,12 +13,12 @@ part! {
         diameter: f64,
         /// Stiffness of its perimeter, beyond its length [N/m].
         perimeter_stiffness: f64,
-        /// Stiffness of each diagonal, beyond the diameter [N/m].
+        /// Stiffness of each width (diagonal, or of 3 points the median beyond 3/4 of the diameter), beyond the diameter [N/m].
         bending_stiffness: f64,
         /// Length of the perimeter at which it becomes taut [m]. Default that of the circle.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         perimeter: Option<f64>,
-        /// Stiffness of unloading over that of loading, of the perimeter and of the diagonals. Default `[3, 100]`.
+        /// Stiffness of unloading over that of loading, of the perimeter and of the widths. Default `[3, 100]`.
         #[serde(default = "unloading")]
         unloading: [f64; 2],
         /// Mass of each ring [kg].
