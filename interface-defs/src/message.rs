@@ -97,7 +97,7 @@ pub struct Plan {
     /// Fields of each answer, in this order; the gauges of [`Ready`] follow.
     pub gives: Vec<FieldSpec>,
     /// For a contact solver: the structure's interface mesh at t = 0.
-    pub wall: Option<InterfaceMesh>,
+    pub partner_mesh: Option<InterfaceMesh>,
 }
 
 /// How far the preparation is.

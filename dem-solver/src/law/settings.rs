@@ -11,8 +11,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The contact law of a pair of materials. A net and a terrain are rigid unless their modulus is given; two rocks in
 /// contact are both elastic.
-///
-/// Keys that one law alone has are set aside in `own`, and read by that law.
+// Keys that one law alone has are set aside in `own`, and read by that law.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", deny_unknown_fields)]
 #[schemars(transform = with_own_keys)]
@@ -115,6 +114,9 @@ fn with_own_keys(schema: &mut Schema) {
         }
     }
 }
+
+/// Least restitution that is computed.
+const LEAST_RESTITUTION: f64 = 1e-6;
 
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
@@ -225,6 +227,7 @@ impl ContactSettings {
                 return Err(invalid(key, format!("{key} = {v}: it must lie above 0")));
             }
         }
+        self.check_law(scene, number)?;
         self.check_numbers(&invalid)?;
         let not_negative = [
             ("friction", Some(self.friction)),
@@ -241,12 +244,13 @@ impl ContactSettings {
             }
         }
         self.check_sides(&invalid)?;
-        self.check_parts(&invalid)?;
-        self.check_law(&invalid)
+        self.check_parts(&invalid)
     }
 
     /// What only the law knows.
-    fn check_law(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
+    fn check_law(&self, scene: &Scene, number: usize) -> Result<(), InputError> {
+        let place = |key: &str| format!("contact.{number}.{key}");
+        let invalid = |key: &str, what: String| scene.invalid(&place(key), what);
         let name = self.law.name();
         let own = own_keys::of(self.law);
         if let Some(key) = self.own.keys().find(|key| !own.contains(*key)) {
@@ -254,15 +258,19 @@ impl ContactSettings {
             return Err(invalid(key, format!("`{key}` belongs to law = \"{owner}\", and this is `{name}`"))
                 .try_instead(format!("leave it out, or write law = \"{owner}\"")));
         }
-        match self.law.build(&self.own, self.sides(PartnerKind::Surface).as_ref()) {
+        // A Poisson's ratio that is missing is asked for later.
+        let sides =
+            self.young.map(|young| Elastic { own: (young, self.poisson.unwrap_or(0.0)), other: None });
+        match self.law.build(&self.own, sides.as_ref()) {
             Ok(_) => Ok(()),
+            Err(refusal) if refusal.misread => Err(scene.misread(&place(&refusal.key), &refusal.what)),
             Err(refusal) => {
                 let what = if refusal.what.starts_with("it ") {
                     refusal.what.replacen("it", &format!("`{name}`"), 1)
                 } else {
                     refusal.what
                 };
-                let error = invalid(refusal.key, what);
+                let error = invalid(&refusal.key, what);
                 Err(match refusal.cure {
                     Some(cure) => error.try_instead(cure),
                     None => error,
@@ -316,6 +324,11 @@ impl ContactSettings {
                     "the contact has neither restitution nor damping_ratio".into(),
                 )
                 .try_instead("restitution = 1 is a contact without a dashpot"));
+            }
+            (Some(e), None) if e > 0.0 && e < LEAST_RESTITUTION => {
+                let what = format!("a restitution of {e:e}: its dashpot would ask for steps of no length");
+                return Err(invalid("restitution", what)
+                    .try_instead(format!("{LEAST_RESTITUTION:e} and more can be computed")));
             }
             (Some(e), None) if !(e > 0.0 && e <= 1.0) => {
                 let what = format!("a restitution of {e}: above 0 up to 1 is possible");

@@ -63,7 +63,7 @@ pub fn from_raster(raster: &Raster, nodata: NoData, file: &str) -> Result<Triang
             return Err(InputError::in_file(
                 file,
                 format!(
-                    "{missing} of {} cells have no height, the first in row {} and column {}",
+                    "{missing} of {} cells have no height, the first in row {} from the north and column {}",
                     raster.heights.len(),
                     first / columns + 1,
                     first % columns + 1

@@ -204,7 +204,9 @@ fn holes_are_refused_with_their_place_or_cut_out() {
     let bytes = std::fs::read(dir.path().join("t.asc")).expect("read");
     let refused = read("t.asc", &bytes, |_| {}).expect_err("a hole");
     assert!(
-        refused.starts_with("t.asc: 1 of 63 cells have no height, the first in row 4 and column 5"),
+        refused.starts_with(
+            "t.asc: 1 of 63 cells have no height, the first in row 4 from the north and column 5"
+        ),
         "{refused}"
     );
     assert!(refused.contains("nodata = \"cut\""), "{refused}");

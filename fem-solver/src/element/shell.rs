@@ -342,6 +342,9 @@ impl PartSettings for ShellPart {
         if self.rupture_force.is_some() {
             return Err(key.invalid("rupture_force", "a shell does not break"));
         }
+        if self.radius.is_some() {
+            return Err(key.invalid("radius", "a shell is touched at its faces, it has no radius"));
+        }
         let poisson = poisson(key, self.poisson)?;
         let (thickness, density) = (self.thickness, self.density);
         for nodes in triangles(cell) {

@@ -95,6 +95,19 @@ impl<'de> Deserializer<'de> for Exact<'de> {
         visitor.visit_newtype_struct(self)
     }
 
+    /// The reader of the crate takes a list for the fields in their order: `processes = ["a"]` named a program.
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Mismatch> {
+        if let DeValue::Array(_) = self.0.get_ref() {
+            return Err(Mismatch::custom("invalid type: sequence, expected a map").at(self.0.span()));
+        }
+        self.deserialize_any(visitor)
+    }
+
     fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Mismatch> {
         self.tuple(length, visitor)
     }
@@ -120,7 +133,7 @@ impl<'de> Deserializer<'de> for Exact<'de> {
     }
 
     forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf unit unit_struct seq map struct
+        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf unit unit_struct seq map
         identifier ignored_any
     }
 }

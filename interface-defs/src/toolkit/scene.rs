@@ -182,6 +182,12 @@ impl Scene {
         }
     }
 
+    /// An error about the value at a dotted key that a reader refuses in the words `raw` of serde.
+    pub fn misread(&self, key: &str, raw: &str) -> InputError {
+        let (what, hint) = explain(raw);
+        self.invalid(key, what).try_if(hint)
+    }
+
     /// A warning that begins with its key (`rock.0.density: ...`) with the place of that key before it; any other as it is.
     pub fn placed(&self, warning: &str) -> String {
         let key = warning.split_once(": ").map_or("", |(key, _)| key);

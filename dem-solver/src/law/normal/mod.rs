@@ -7,7 +7,7 @@ pub mod hertz;
 pub mod linear;
 
 use super::elastic::Elastic;
-use super::restitution;
+use super::{own_keys, restitution};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -39,11 +39,11 @@ macro_rules! laws {
             /// The law, from its own keys and the moduli of both sides.
             ///
             /// # Errors
-            /// As [`NormalLaw::new`]; of the key `law` where its own keys cannot be read.
+            /// As [`NormalLaw::new`]; of one of its own keys in the reader's words where it cannot be read.
             pub fn build(self, own: &toml::Table, sides: Option<&Elastic>) -> Result<Normal, Refusal> {
                 match self {
                     $(Self::$kind => {
-                        let keys = own.clone().try_into().map_err(|e: toml::de::Error| Refusal::of("law", e.message()))?;
+                        let keys = own_keys::read(own)?;
                         Ok(Normal::$kind(<$law>::new(keys, sides)?))
                     })+
                 }
@@ -177,17 +177,19 @@ pub trait NormalLaw: Copy {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal {
     /// The key of `[[contact]]`.
-    pub key: &'static str,
+    pub key: String,
     /// What is wrong.
     pub what: String,
     /// What to try.
     pub cure: Option<String>,
+    /// Whether these are the words of the reader of the scene, which it explains itself.
+    pub misread: bool,
 }
 
 impl Refusal {
     /// Of a key.
-    pub fn of(key: &'static str, what: impl Into<String>) -> Self {
-        Self { key, what: what.into(), cure: None }
+    pub fn of(key: impl Into<String>, what: impl Into<String>) -> Self {
+        Self { key: key.into(), what: what.into(), cure: None, misread: false }
     }
 
     /// With what to try.

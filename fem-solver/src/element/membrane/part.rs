@@ -33,8 +33,8 @@ part! {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         along: Option<[f64; 3]>,
         /// Whether it carries no compression, isotropic only. Default true.
-        #[serde(default = "crate::element::part::yes")]
-        wrinkles: bool,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        wrinkles: Option<bool>,
     }
 }
 
@@ -42,16 +42,33 @@ impl MembranePart {
     fn fabric(&self, key: &Key) -> Result<Fabric, InputError> {
         Ok(match self.young[..] {
             [young] => {
+                if self.shear != 0.0 {
+                    return Err(
+                        key.invalid("shear", "`shear` is between two fibres, and `young` is one number")
+                    );
+                }
                 let poisson = poisson(key, self.poisson)?;
                 let [first, second] = self.prestress;
-                Fabric::Isotropic { young, poisson, prestress: [first, second, 0.0], wrinkles: self.wrinkles }
+                Fabric::Isotropic {
+                    young,
+                    poisson,
+                    prestress: [first, second, 0.0],
+                    wrinkles: self.wrinkles.unwrap_or(true),
+                }
             }
-            [first, second] => Fabric::Fibres {
-                directions: [Vector2::x(), Vector2::y()],
-                young: [first, second],
-                prestress: self.prestress,
-                shear: self.shear,
-            },
+            [first, second] => {
+                let idle = [("poisson", self.poisson.is_some()), ("wrinkles", self.wrinkles.is_some())];
+                if let Some((name, _)) = idle.into_iter().find(|(_, stated)| *stated) {
+                    let what = format!("`{name}` is of an isotropic membrane, and `young` of two fibres");
+                    return Err(key.invalid(name, what));
+                }
+                Fabric::Fibres {
+                    directions: [Vector2::x(), Vector2::y()],
+                    young: [first, second],
+                    prestress: self.prestress,
+                    shear: self.shear,
+                }
+            }
             _ => return Err(key.invalid("young", "write one modulus (isotropic) or two (fibres)")),
         })
     }
@@ -80,6 +97,9 @@ impl PartSettings for MembranePart {
         }
         if self.rupture_force.is_some() {
             return Err(key.invalid("rupture_force", "a membrane does not break"));
+        }
+        if self.radius.is_some() {
+            return Err(key.invalid("radius", "a membrane is touched at its faces, it has no radius"));
         }
         let (thickness, density, fabric) = (self.thickness, self.density, self.fabric(key)?);
         if let &[a, b, c, d] = cell.nodes {
