@@ -235,12 +235,12 @@ impl OnMesh<'_> {
 impl Partner for OnMesh<'_> {
     type Contact = MeshContact;
 
-    #[inline]
+    #[inline(always)]
     fn law(&self, contact: &MeshContact) -> u16 {
         self.scene.laws.number(self.element(contact).number)
     }
 
-    #[inline]
+    #[inline(always)]
     fn site(&self, contact: &MeshContact) -> Site {
         let radius = self.scene.rock.spheres[contact.sphere as usize].radius;
         Site {
@@ -253,12 +253,12 @@ impl Partner for OnMesh<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn velocity(&self, contact: &MeshContact, _: &Site) -> Vector3<f64> {
         point_velocity(self.node_velocities, contact, self.element(contact))
     }
 
-    #[inline]
+    #[inline(always)]
     fn dashpot(&mut self, contact: &MeshContact, law: &Law) -> f64 {
         let mass = self.scene.rock.mass;
         law.damping.as_ref().map_or(0.0, |damping| {
@@ -267,20 +267,20 @@ impl Partner for OnMesh<'_> {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn history(&mut self, number: usize, _: &MeshContact) -> History {
         let rotation = &self.touch.rotation;
         let own = |history: History| history.turned(|v| rotation.tr_mul(v));
         self.transfer.of(number, self.before).map_or(History::default(), own)
     }
 
-    #[inline]
+    #[inline(always)]
     fn jump(&self, contact: &MeshContact) -> Vector3<f64> {
         let Some(seam) = &self.scene.seam else { return Vector3::zeros() };
         self.touch.rotation.tr_mul(&jump(seam, self.scene, self.element(contact), contact.weights))
     }
 
-    #[inline]
+    #[inline(always)]
     fn keep(&mut self, contact: &MeshContact, site: &Site, history: History) {
         let rotation = &self.touch.rotation;
         self.histories.push(SurfaceHistory {
@@ -291,7 +291,7 @@ impl Partner for OnMesh<'_> {
         });
     }
 
-    #[inline]
+    #[inline(always)]
     fn react(&mut self, contact: &MeshContact, _: &Site, force: &Vector3<f64>, _: &Vector3<f64>) {
         // A wire has no twist that could take a moment.
         let nodes = self.element(contact).nodes;

@@ -300,12 +300,12 @@ fn dashpot(law: &Law, mass: f64, count: usize) -> f64 {
 impl<'a> Partner for OnSurface<'a> {
     type Contact = SurfaceContact;
 
-    #[inline]
+    #[inline(always)]
     fn law(&self, contact: &SurfaceContact) -> u16 {
         self.laws.number(contact.triangle)
     }
 
-    #[inline]
+    #[inline(always)]
     fn site(&self, contact: &SurfaceContact) -> Site {
         Site {
             normal: contact.normal,
@@ -317,7 +317,7 @@ impl<'a> Partner for OnSurface<'a> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn dashpot(&mut self, contact: &SurfaceContact, law: &Law) -> f64 {
         if !std::ptr::eq(law, self.known.0) {
             self.known = (self.laws.of(contact.triangle), dashpot(law, self.mass, self.count));
@@ -325,12 +325,12 @@ impl<'a> Partner for OnSurface<'a> {
         self.known.1
     }
 
-    #[inline]
+    #[inline(always)]
     fn history(&mut self, number: usize, _: &SurfaceContact) -> History {
         self.transfer.of(number, self.before).unwrap_or_default()
     }
 
-    #[inline]
+    #[inline(always)]
     fn keep(&mut self, contact: &SurfaceContact, site: &Site, history: History) {
         let (sphere, element) = (contact.sphere, contact.key);
         self.histories.push(SurfaceHistory { sphere, element, normal: site.normal, history });

@@ -217,8 +217,7 @@ fn choose(first: bool, a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 wide! {
     /// The elastic load, and the normal force with the dashpot.
     fn press(law: &Law, given: &Given, found: &mut Found) {
-        let loads = [&mut found.stiffness, &mut found.elastic, &mut found.energy];
-        law.normal.loads(&given.radius, &given.overlap, loads);
+        [found.stiffness, found.elastic, found.energy] = law.normal.loads(&given.radius, &given.overlap);
         let has_dashpot = law.damping.is_some();
         for l in 0..WIDTH {
             let n = [given.normal[0][l], given.normal[1][l], given.normal[2][l]];

@@ -63,16 +63,18 @@ macro_rules! laws {
                 match self { $(Self::$kind(law) => law.load(radius, overlap),)+ }
             }
 
-            /// The same of `N` contacts: stiffness [N/m], force [N], energy [J].
+            /// The same of `N` contacts: stiffness [N/m], force [N], energy [J]. In columns of its own, which nothing else can
+            /// lie in: else they are not computed in wide registers.
             #[inline(always)]
-            pub fn loads<const N: usize>(&self, radius: &[f64; N], overlap: &[f64; N], to: [&mut [f64; N]; 3]) {
-                let [stiffness, force, energy] = to;
+            pub fn loads<const N: usize>(&self, radius: &[f64; N], overlap: &[f64; N]) -> [[f64; N]; 3] {
+                let mut columns = [[0.0; N]; 3];
                 match self {
                     $(Self::$kind(law) => for l in 0..N {
                         let load = law.load(radius[l], overlap[l]);
-                        (stiffness[l], force[l], energy[l]) = (load.stiffness, load.force, load.energy);
+                        (columns[0][l], columns[1][l], columns[2][l]) = (load.stiffness, load.force, load.energy);
                     })+
                 }
+                columns
             }
 
             /// With which powers its energy grows.
