@@ -143,7 +143,7 @@ impl Ring {
     }
 
     /// What its formulas need, over its `N` nodes. The force without easing is computed there ([`RingConstants::pull`]), by the same
-    /// law as [`Mechanism::force`]: they change together.
+    /// law as `Mechanism::force`: they change together.
     pub fn constants<const N: usize>(&self) -> RingConstants<N> {
         let spans = std::array::from_fn(|i| self.spans[i].into());
         RingConstants { spans, perimeter: (&self.perimeter).into(), width: (&self.width).into() }
