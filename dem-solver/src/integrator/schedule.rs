@@ -75,16 +75,16 @@ pub struct Passed {
     pub look: bool,
 }
 
-/// Part number `part` of `parts` equal ones of the stretch of `steps` steps that begins with number `step`.
+/// Part number `part` of `parts` equal ones of the group of `steps` steps that begins with number `step`.
 #[derive(Debug, Clone, Copy)]
 pub struct SubStep {
-    /// First step of the stretch.
+    /// First step of the group.
     pub step: usize,
-    /// Steps in the stretch.
+    /// Steps in the group.
     pub steps: usize,
     /// Number of the part, from 0.
     pub part: usize,
-    /// Parts of the stretch.
+    /// Parts of the group.
     pub parts: usize,
 }
 

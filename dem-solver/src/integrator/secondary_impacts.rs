@@ -10,7 +10,7 @@ use crate::model::state::State;
 #[derive(Debug, Clone, Default)]
 pub struct SecondaryImpacts {
     /// Furthest that any point of the rock may get off its flight [m]; 0 where nothing is near enough.
-    pub ways: Vec<f64>,
+    pub displacements: Vec<f64>,
     earlier: Vec<f64>,
 }
 
@@ -21,8 +21,8 @@ impl SecondaryImpacts {
     /// `1/m* = 1/M_1 + 1/M_2` (the ground's is 0), whose lever makes spin of it as well. Who is kicked may come upon others: pairs are
     /// asked again until no more are near. That a second kick may be harder for the first is left out.
     pub fn find(&mut self, model: &Model, rock_stage: &RockStage, state: &State, length: f64) {
-        let (ways, earlier) = (&mut self.ways, &mut self.earlier);
-        for buffer in [&mut *ways, &mut *earlier] {
+        let (displacements, earlier) = (&mut self.displacements, &mut self.earlier);
+        for buffer in [&mut *displacements, &mut *earlier] {
             buffer.clear();
             buffer.resize(model.rocks.len(), 0.0);
         }
@@ -42,8 +42,8 @@ impl SecondaryImpacts {
         let pull = model.settings.gravity.norm() * length;
         let mut near = 0;
         for _ in 0..=model.rocks.len() {
-            earlier.copy_from_slice(ways);
-            ways.fill(0.0);
+            earlier.copy_from_slice(displacements);
+            displacements.fill(0.0);
             let mut now = 0;
             for [a, b] in rock_stage.pairs() {
                 let [first, second] = [a, b].map(|r| &state.bodies[r].motion);
@@ -55,17 +55,17 @@ impl SecondaryImpacts {
                 now += 1;
                 let mass = 1.0 / (1.0 / model.rocks[a].mass + 1.0 / model.rocks[b].mass);
                 let impulse = 2.0 * mass * (past + surface(a) + surface(b));
-                ways[a] += impulse * yields(a);
-                ways[b] += impulse * yields(b);
+                displacements[a] += impulse * yields(a);
+                displacements[b] += impulse * yields(b);
             }
-            for (r, way) in ways.iter_mut().enumerate().filter(|_| stands) {
+            for (r, displacement) in displacements.iter_mut().enumerate().filter(|_| stands) {
                 let motion = &state.bodies[r].motion;
                 let speed = motion.velocity.norm() + pull;
                 let reach = model.trees[r].reach + speed * length + earlier[r];
                 let on_terrain = || model.ground.as_ref().is_some_and(|g| g.is_near(&motion.position, reach));
                 if on_terrain() || is_near(model, r, motion, reach - model.trees[r].reach) {
                     now += 1;
-                    *way += 2.0 * model.rocks[r].mass * (speed + surface(r)) * yields(r);
+                    *displacement += 2.0 * model.rocks[r].mass * (speed + surface(r)) * yields(r);
                 }
             }
             if now == near {
@@ -108,12 +108,14 @@ mod tests {
         let window = Window { number: 1, iteration: 1, start: 0.0, length };
         solver.solve(&window, &[], &mut output).unwrap_or_else(|f| panic!("{f}"));
         solver.commit().expect("committed");
-        let bodies = solver.state().bodies.iter().zip(&start.bodies).zip(&secondary_impacts.ways);
-        let off =
-            |((after, before), way): ((&crate::model::state::Body, &crate::model::state::Body), &f64)| {
-                let flight = before.motion.position + before.motion.velocity * length;
-                ((after.motion.position - flight).norm(), *way)
-            };
+        let bodies = solver.state().bodies.iter().zip(&start.bodies).zip(&secondary_impacts.displacements);
+        let off = |((after, before), displacement): (
+            (&crate::model::state::Body, &crate::model::state::Body),
+            &f64,
+        )| {
+            let flight = before.motion.position + before.motion.velocity * length;
+            ((after.motion.position - flight).norm(), *displacement)
+        };
         bodies.map(off).collect()
     }
 
@@ -129,7 +131,7 @@ mod tests {
         let seen = thrown(&rocks);
         println!("off the flight and bound [m]: {seen:?}");
         assert!(seen[0].0 > 0.5 && seen[2].0 > 0.3, "both are thrown: {seen:?}");
-        assert!(seen.iter().all(|(off, way)| off <= way), "{seen:?}");
+        assert!(seen.iter().all(|(off, displacement)| off <= displacement), "{seen:?}");
         // No more than a few times what happens.
         assert!(seen[0].1 < 20.0 * seen[0].0, "{seen:?}");
     }

@@ -22,7 +22,7 @@ use crate::rock::{Motion, Rock, rotation};
 use interface_defs::Fault;
 
 impl RockIntegrator {
-    /// One part of a stretch of the window's steps; mostly a step.
+    /// One part of a group of the window's steps; mostly a step.
     pub(super) fn step(
         &mut self,
         model: &Model,

@@ -1,10 +1,10 @@
-//! How finely a stretch of steps over terrain is cut while a rock touches.
+//! How finely a group of steps over terrain is cut while a rock touches.
 //!
 //! The step of a scene is that of the shortest contact that is possible: the largest face, flat, at the highest speed
 //! that the terrain allows. Most contacts are longer: of a corner, of an edge, at a tenth of that speed. Here the duration
 //! is asked of the contact at hand, by the same formula: the spheres that touch or are about to, what inertia
 //! resists each of them, how fast they come nearer, and what energy is in their springs (so that the answer does not
-//! change while an impact turns speed into overlap and back). Everything follows from the state at the stretch's start,
+//! change while an impact turns speed into overlap and back). Everything follows from the state at the group's start,
 //! and no sphere that was not counted can be reached within it.
 
 use crate::contact::broad_phase::terrain_pairs::TerrainPairs;
@@ -21,11 +21,11 @@ use crate::settings::{DemSettings, EffectiveMass, RollingName};
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
 
-/// Spheres within this share of the smallest radius count; a stretch ends before a rock has moved by it.
+/// Spheres within this share of the smallest radius count; a group ends before a rock has moved by it.
 const NEAR: f64 = 0.1;
 /// The same of a rock that touches as a whole, in its radius.
 const NEAR_WHOLE: f64 = 0.01;
-/// Most steps of the scene in a stretch.
+/// Most steps of the scene in a group.
 const MOST: usize = 64;
 /// Smallest approach that is taken into account, as a share of the speed of the rock's fastest point.
 const SLOWEST: f64 = 0.1;
@@ -58,7 +58,7 @@ struct NearSpheres {
     energy: f64,
 }
 
-/// The stretch that the only rock, with the state `body`, takes next, of at most `most` steps of `h` [s].
+/// The group of steps that the only rock, with the state `body`, takes next, of at most `most` steps of `h` [s].
 pub fn next(
     model: &Model,
     ground: &Terrain,

@@ -68,9 +68,9 @@ impl TerrainStage {
         [sum(|a| a.searches), sum(|a| a.refreshes)]
     }
 
-    /// The stretch that the rock takes next, of at most `most` steps of `h` [s]: several at once, and cut as its
+    /// The steps that the rock takes next together, of at most `most` steps of `h` [s]: several at once, and cut as its
     /// contact asks for, where the scene leaves that open and one rock alone touches.
-    pub fn stretch(
+    pub fn sub_steps(
         &mut self,
         model: &Model,
         ground: &Terrain,

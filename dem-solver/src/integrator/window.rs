@@ -314,7 +314,7 @@ impl RockIntegrator {
         let mut flies = model.shortcuts;
         self.secondary_impacts.find(model, &self.rock_stage, state, length);
         for ((stage, body), kick) in
-            self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.ways)
+            self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.displacements)
         {
             stage.begin(view, &body.motion, *kick)?;
             if let Some(reach) = &self.answer.reach {
@@ -354,7 +354,7 @@ impl RockIntegrator {
                 }
                 next_try = step + FEWEST;
             }
-            let SubSteps { steps, parts } = self.stretch(model, state, cut, step);
+            let SubSteps { steps, parts } = self.sub_steps(model, state, cut, step);
             for part in 0..parts {
                 self.step(model, state, task, SubStep { step, steps, part, parts }, output)?;
             }
@@ -378,10 +378,10 @@ impl RockIntegrator {
     }
 
     /// The steps that are taken next, and how they are cut; one where a mesh moves.
-    fn stretch(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> SubSteps {
+    fn sub_steps(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> SubSteps {
         match (&self.contact_mesh, &mut self.terrain, &model.ground) {
             (None, Some(terrain), Some(ground)) if self.sides.is_none() => {
-                terrain.stretch(model, ground, &state.bodies, cut.h, cut.steps - step)
+                terrain.sub_steps(model, ground, &state.bodies, cut.h, cut.steps - step)
             }
             _ => SubSteps::ONE,
         }

@@ -61,18 +61,18 @@ mod tests {
 
     #[test]
     fn a_node_is_subtracted_once_for_each_wire_that_goes_on_and_for_each_that_ends() {
-        let ways = |degrees: &[f64]| -> Vec<Vector3<f64>> {
-            let way = |d: &f64| Vector3::new(d.to_radians().cos(), d.to_radians().sin(), 0.0);
-            degrees.iter().map(way).collect()
+        let directions = |degrees: &[f64]| -> Vec<Vector3<f64>> {
+            let direction = |d: &f64| Vector3::new(d.to_radians().cos(), d.to_radians().sin(), 0.0);
+            degrees.iter().map(direction).collect()
         };
         let count = |degrees: &[f64]| {
-            let ways = ways(degrees);
+            let directions = directions(degrees);
             let mut nodes = vec![Vector3::zeros()];
-            nodes.extend(&ways);
+            nodes.extend(&directions);
             let line = |i: usize| Element { kind: Kind::Line, nodes: [i as u32, 0, i as u32], radius: 0.0 };
-            let lines: Vec<Element> = (1..=ways.len()).map(line).collect();
+            let lines: Vec<Element> = (1..=directions.len()).map(line).collect();
             let crossings = Crossings::new(&nodes, &lines);
-            assert!((1..=ways.len()).all(|i| crossings.excess(i as u32) == 0.0), "ends");
+            assert!((1..=directions.len()).all(|i| crossings.excess(i as u32) == 0.0), "ends");
             crossings.excess(0)
         };
         assert_eq!(count(&[0.0]), 0.0);

@@ -9,9 +9,10 @@ use interface_defs::toolkit::scene::Scene;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+// Keys that one law alone has are set aside in `own`, and read by that law.
+
 /// The contact law of a pair of materials. A net and a terrain are rigid unless their modulus is given; two rocks in
 /// contact are both elastic.
-// Keys that one law alone has are set aside in `own`, and read by that law.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", deny_unknown_fields)]
 #[schemars(transform = with_own_keys)]

@@ -228,6 +228,17 @@ mod tests {
         assert_eq!(Tangential { history: secant, ..LAW }.carried(1e-3, 0.0), 1.0);
     }
 
+    /// The energy of the spring is f^2 / (2 k_t), and k_t goes with the overlap as the law says.
+    #[test]
+    fn unloading_makes_no_energy_however_fast_the_stiffness_falls() {
+        for stiffening in [0.0, 0.5, 1.0, 1.7, 2.0, 4.0] {
+            for less in [1e-6, 0.1, 0.5, 0.999] {
+                let energy = left_on_unloading(less, 1.0, stiffening).powi(2) / less.powf(stiffening);
+                assert!(energy <= 1.0 + 1e-14, "{stiffening} {less}: {energy}");
+            }
+        }
+    }
+
     #[test]
     fn a_dashpot_against_the_spring_is_cut_where_the_sum_reaches_the_limit() {
         let grip = LAW.grip(1e5, 1e3, Vector3::x() * 40.0, Vector3::x(), 100.0, 1e-9);

@@ -8,6 +8,7 @@ mod energy;
 mod extremes;
 mod gate;
 mod granular;
+mod holes;
 mod impact;
 mod input;
 mod keys;

@@ -1,7 +1,7 @@
 //! Runs that start from the end of another.
 
 use crate::common::{Run, coupled_plan, off, scene};
-use crate::fields::array;
+use crate::fields::lines;
 use crate::rest::barrier;
 use fem_solver::FemSolver;
 use fem_solver::config::structure::FormFinding;
@@ -352,16 +352,6 @@ fn a_state_of_another_structure_is_refused_with_what_differs() {
     std::fs::write(dir.join(STRUCTURE_STATE), &whole).expect("written");
     Summary::new(RunStatus::Failed).write(dir).expect("written");
     assert!(refused(&with(&top, &text)).contains("its status is \"failed\""));
-}
-
-/// Lines of a part in a field file: place along x and height of both ends.
-fn lines(file: &Path, part: f64) -> Vec<[(f64, f64); 2]> {
-    let (points, parts) = (array(file, "Points"), array(file, "part"));
-    // Integers of 64 bits, read as numbers of as many.
-    let ends: Vec<usize> = array(file, "connectivity").iter().map(|x| x.to_bits() as usize).collect();
-    let at = |node: usize| (points[3 * node], points[3 * node + 2]);
-    let own = ends.chunks_exact(2).zip(&parts).filter(|(_, p)| **p == part);
-    own.map(|(line, _)| [at(line[0]), at(line[1])]).collect()
 }
 
 /// Least distance of the top rope from the bottom rope in each field of a field file, by samples 2.5 mm apart.

@@ -28,6 +28,16 @@ pub fn array(file: &Path, name: &str) -> Vec<f64> {
     out.chunks_exact(8).map(|c| f64::from_le_bytes(c.try_into().unwrap())).collect()
 }
 
+/// Lines of a part in a field file: place along x and height of both ends.
+pub fn lines(file: &Path, part: f64) -> Vec<[(f64, f64); 2]> {
+    let (points, parts) = (array(file, "Points"), array(file, "part"));
+    // Integers of 64 bits, read as numbers of as many.
+    let ends: Vec<usize> = array(file, "connectivity").iter().map(|x| x.to_bits() as usize).collect();
+    let at = |node: usize| (points[3 * node], points[3 * node + 2]);
+    let own = ends.chunks_exact(2).zip(&parts).filter(|(_, p)| **p == part);
+    own.map(|(line, _)| [at(line[0]), at(line[1])]).collect()
+}
+
 /// Run `text` for one window and give the directory of its fields.
 fn fields(text: &str, dir: &Path) -> std::path::PathBuf {
     let options = Options { out: Some(dir.to_owned()), shortcuts: true };

@@ -2,7 +2,7 @@
 //!
 //! Beside the nearest point the double hierarchy keeps a second one as soon as it lies before the first one's tangent plane.
 //! At a kink towards the sphere that is where the foot leaves the edge and enters the next face: a contact sets in there with
-//! the overlap that the edge has, and force and energy jump. As with wires ([`crate::contact::narrow_phase::selection`]) the way without a jump is a sum over
+//! the overlap that the edge has, and force and energy jump. As with wires ([`crate::contact::narrow_phase::selection`]) what has no jump is a sum over
 //! all parts of the surface, u being the energy of a contact as a function of the distance:
 //!
 //! `U = sum over faces u(distance) - sum over inner edges u(distance) + sum over inner corners u(distance)`.
