@@ -16,6 +16,8 @@ pub struct Side {
     pub program: String,
     /// Its gauges.
     pub gauges: Vec<Gauge>,
+    /// Layout of the requests to it.
+    pub request: Layout,
     /// Layout of its answers.
     pub layout: Layout,
     /// Its part in the balance of energy.
@@ -27,8 +29,9 @@ pub struct Side {
 impl Side {
     fn new(program: String, plan: &Plan, ready: Ready) -> Self {
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
+        let request = Layout::new(&plan.takes, &ready.mesh, 0);
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        Self { program, gauges: ready.gauges, layout, account, initial: ready.initial }
+        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial }
     }
 }
 
@@ -92,13 +95,11 @@ pub fn agree(
     let mut warnings = std::mem::take(&mut fem_ready.warnings);
     warnings.append(&mut dem_ready.warnings);
 
-    let to_dem = Layout::new(&dem_plan.takes, &dem_ready.mesh, 0);
-    let to_fem = Layout::new(&fem_plan.takes, &structure_mesh, 0);
     let (dem_side, fem_side) = (
         Side::new(format!("{} ({})", dem.name(), dem_hello.program), &dem_plan, dem_ready),
         Side::new(format!("{} ({})", fem.name(), fem_hello.program), &fem_plan, fem_ready),
     );
-    let places = Places::new(&to_dem, &dem_side.layout, &to_fem, &fem_side.layout, settings.samples as usize);
+    let places = Places::new(&dem_side, &fem_side, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::fmt;
 
 /// Version of the contract that this crate speaks.
-pub const PROTOCOL: u8 = 1;
+pub const PROTOCOL: u8 = 2;
 
 /// Longest message that is read [bytes]: a mesh of some ten million nodes.
 const LONGEST: usize = 1 << 30;
@@ -19,6 +19,8 @@ const LONGEST: usize = 1 << 30;
 pub mod capability {
     /// Solving A, B, A from one committed state gives equal bytes: needed by strong coupling.
     pub const REPEATABLE: &str = "repeatable";
+    /// The solver takes fields for selected nodes alone: see [`crate::selection`].
+    pub const SELECTS: &str = "selects";
     /// The solver can write its committed state to disk and start again from it.
     pub const CHECKPOINT: &str = "checkpoint";
     /// Begin of the word that says which scene the solver read; behind it 16 hexadecimal digits, the 64-bit FNV-1a hash
@@ -179,6 +181,8 @@ pub enum FaultKind {
     Broken,
     /// The user has interrupted the solver.
     Interrupted,
+    /// A contact solver must see nodes that are not selected: the coupler asks which.
+    Beyond,
 }
 
 /// Why a solver did not do what was asked: what, where, the numbers, what to try.

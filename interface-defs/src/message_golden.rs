@@ -13,7 +13,7 @@ struct Bytes(Vec<u8>);
 
 impl Bytes {
     fn message(variant: u32) -> Self {
-        Self(vec![1]).u32(variant)
+        Self(vec![2]).u32(variant)
     }
     fn byte(mut self, x: u8) -> Self {
         self.0.push(x);
@@ -76,7 +76,7 @@ fn mesh_bytes(bytes: Bytes) -> Bytes {
 #[test]
 fn messages_to_a_solver_are_these_bytes() {
     golden(ToSolver::Connect, Bytes::message(0));
-    assert_eq!(encode(&ToSolver::Connect), [1, 0, 0, 0, 0]);
+    assert_eq!(encode(&ToSolver::Connect), [2, 0, 0, 0, 0]);
     let plan =
         Plan { end_time: 1.5, window: 1e-3, takes: vec![force()], gives: vec![], partner_mesh: Some(mesh()) };
     let bytes = force_bytes(Bytes::message(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
@@ -124,13 +124,14 @@ fn enums_have_the_numbers_of_the_page() {
     use Sampling::*;
     assert_eq!([AtEnds, FromStart, Means, Once].map(|s| number(encode(&s))), [0, 1, 2, 3]);
     assert_eq!(
-        [Place::Node, Place::Line, Place::Face, Place::Whole].map(|p| number(encode(&p))),
-        [0, 1, 2, 3]
+        [Place::Node, Place::Line, Place::Face, Place::Whole, Place::Pair].map(|p| number(encode(&p))),
+        [0, 1, 2, 3, 4]
     );
     let roles = [Role::None, Role::Kinetic, Role::Potential, Role::Stored, Role::Dissipated, Role::Received];
     assert_eq!(roles.map(|r| number(encode(&r))), [0, 1, 2, 3, 4, 5]);
-    let kinds = [FaultKind::Input, FaultKind::Window, FaultKind::Broken, FaultKind::Interrupted];
-    assert_eq!(kinds.map(|k| number(encode(&k))), [0, 1, 2, 3]);
+    let kinds =
+        [FaultKind::Input, FaultKind::Window, FaultKind::Broken, FaultKind::Interrupted, FaultKind::Beyond];
+    assert_eq!(kinds.map(|k| number(encode(&k))), [0, 1, 2, 3, 4]);
 }
 
 #[test]
@@ -138,12 +139,14 @@ fn headers_have_the_layout_of_the_page() {
     use std::mem::{offset_of, size_of};
     assert_eq!(
         (size_of::<ControlHeader>(), size_of::<RequestHeader>(), size_of::<AnswerHeader>()),
-        (24, 48, 48)
+        (24, 64, 64)
     );
     assert_eq!((offset_of!(ControlHeader, part), offset_of!(ControlHeader, more)), (8, 16));
     assert_eq!((offset_of!(RequestHeader, window), offset_of!(RequestHeader, iteration)), (16, 24));
     assert_eq!((offset_of!(RequestHeader, command), offset_of!(RequestHeader, start)), (28, 32));
     assert_eq!((offset_of!(AnswerHeader, status), offset_of!(AnswerHeader, length)), (28, 40));
+    assert_eq!((offset_of!(RequestHeader, selection), offset_of!(RequestHeader, listed)), (48, 52));
+    assert_eq!((offset_of!(RequestHeader, nodes), offset_of!(AnswerHeader, listed)), (56, 52));
 }
 
 #[test]
@@ -151,8 +154,8 @@ fn what_is_no_message_is_refused_with_the_reason() {
     let refused = |bytes: &[u8]| decode::<ToSolver>(bytes).unwrap_err();
     assert_eq!(refused(&[]), DecodeError::Protocol(None));
     assert_eq!(refused(&[0, 0, 0, 0, 0]), DecodeError::Protocol(Some(0)));
-    assert!(refused(&[0]).to_string().contains("speaks protocol 0, this program speaks protocol 1"));
-    for malformed in [&[1, 9, 0, 0, 0][..], &[1, 0, 0], &[1, 0, 0, 0, 0, 7]] {
+    assert!(refused(&[0]).to_string().contains("speaks protocol 0, this program speaks protocol 2"));
+    for malformed in [&[2, 9, 0, 0, 0][..], &[2, 0, 0], &[2, 0, 0, 0, 0, 7]] {
         assert!(matches!(refused(malformed), DecodeError::Malformed(_)), "{malformed:?}");
     }
     // A length that no memory holds is not asked for.
