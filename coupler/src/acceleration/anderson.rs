@@ -23,12 +23,12 @@ pub struct Anderson {
     /// Most earlier iterations of the window that are used, 1 to 50.
     pub columns: usize,
     #[serde(skip)]
-    secants: Secants,
+    secants: Box<Secants>,
 }
 
 impl Default for Anderson {
     fn default() -> Self {
-        Self { initial: 0.5, columns: 8, secants: Secants::default() }
+        Self { initial: 0.5, columns: 8, secants: Box::default() }
     }
 }
 
