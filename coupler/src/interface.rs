@@ -104,6 +104,8 @@ pub struct Interface {
     judged: Vec<bool>,
     /// The same, as ranges.
     in_reach: Vec<Range<usize>>,
+    /// The same, one by one.
+    nodes: Vec<u32>,
     /// Iterate and residual of the judged nodes, packed: displacement, then velocity times the window.
     packed: Vec<f64>,
     packed_residual: Vec<f64>,
@@ -129,6 +131,7 @@ impl Interface {
                 all.push(0..u.len() / 3);
                 all
             },
+            nodes: Vec::with_capacity(u.len() / 3),
             packed: Vec::with_capacity(2 * samples * u.len()),
             packed_residual: Vec::with_capacity(2 * samples * u.len()),
             mapping,
@@ -241,17 +244,18 @@ impl Interface {
     /// The next iterate: judged nodes by `acceleration`, displacement and velocity by one factor; the
     /// others, which touch nothing, take the answer.
     pub fn accelerate(&mut self, acceleration: &mut dyn Acceleration, length: f64) {
-        let Self { iterate, answer, judged, packed, packed_residual, .. } = self;
-        let nodes = || judged.iter().enumerate().filter(|(_, judged)| **judged).map(|(node, _)| node);
+        let Self { iterate, answer, judged, nodes, packed, packed_residual, .. } = self;
+        nodes.clear();
+        nodes.extend((0..judged.len() as u32).filter(|node| judged[*node as usize]));
         packed.clear();
         packed_residual.clear();
         for (x, y, unit) in iterate.paired(answer, length) {
-            for i in nodes().flat_map(|node| 3 * node..3 * node + 3) {
+            for i in nodes.iter().map(|node| 3 * *node as usize).flat_map(|first| first..first + 3) {
                 packed.push(x[i] * unit);
                 packed_residual.push((y[i] - x[i]) * unit);
             }
         }
-        acceleration.update(packed, packed_residual);
+        acceleration.update(packed, packed_residual, nodes);
         let mut next = packed.iter();
         for (x, y, unit) in iterate.paired(answer, length) {
             for (node, judged) in judged.iter().enumerate() {
