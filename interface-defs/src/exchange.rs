@@ -83,7 +83,7 @@ impl Exchange {
             }
             Command::State => {
                 let (fields, list) = output.split_at_mut(self.gives.len());
-                solver.state(fields)?;
+                solver.committed(fields)?;
                 let pairs = self.selection.pairs.iter().flatten();
                 list.iter_mut().zip(pairs).for_each(|(o, place)| *o = f64::from(*place));
                 Ok(list.len() as u32)

@@ -66,7 +66,7 @@ pub trait Solver {
     }
 
     /// Of a structure that selects: write the committed state to `output`, laid out as an answer.
-    fn state(&mut self, output: &mut [f64]) -> Result<(), Fault> {
+    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
         let _ = output;
         Err(Fault::broken("it was asked for its committed state, which it has not declared"))
     }
@@ -105,8 +105,8 @@ impl<S: Solver + ?Sized> Solver for Box<S> {
     fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
         (**self).select(selection)
     }
-    fn state(&mut self, output: &mut [f64]) -> Result<(), Fault> {
-        (**self).state(output)
+    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
+        (**self).committed(output)
     }
     fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
         (**self).reach(window, input, nodes)
