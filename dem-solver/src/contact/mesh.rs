@@ -13,7 +13,7 @@ use super::history::{Successor, SurfaceHistory, Transfer};
 use super::narrow_phase::sphere_mesh::{MeshContact, MeshContacts};
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
 use crate::interface_mesh::ContactMesh;
-use crate::interface_mesh::motion::NodeMotion;
+use crate::interface_mesh::motion::{MotionFields, NodeMotion};
 use crate::law::Law;
 use crate::law::contact_point::History;
 use crate::law::table::SurfaceLaws;
@@ -40,17 +40,22 @@ pub struct MeshScene<'a> {
 /// Where two windows join. The motion of a window is a prediction; the next one begins where the structure really is.
 #[derive(Debug, Clone, Copy)]
 pub struct Seam<'a> {
-    /// Displacement of all nodes at the end of the window before, as it was predicted [m].
+    /// Displacement of the nodes that are sent at the end of the window before, as it was predicted [m]; not a number
+    /// where nothing is known.
     pub predicted: &'a [f64],
     /// Their displacement at the start of this one [m].
     pub actual: &'a [f64],
+    /// Where a node's numbers are.
+    pub fields: &'a MotionFields,
 }
 
 impl Seam<'_> {
     /// What a node has moved from the one to the other [m].
     fn of_node(&self, node: u32) -> Vector3<f64> {
-        let at = 3 * node as usize;
-        Vector3::from_fn(|i, _| self.actual[at + i] - self.predicted[at + i])
+        let Some(place) = self.fields.place(node) else { return Vector3::zeros() };
+        let at = 3 * place as usize;
+        let jump = Vector3::from_fn(|i, _| self.actual[at + i] - self.predicted[at + i]);
+        if jump.sum().is_nan() { Vector3::zeros() } else { jump }
     }
 }
 
@@ -61,6 +66,8 @@ pub struct MeshForces {
     pub touch: MeshContacts,
     /// Forces on the nodes of the pair list [N], along the axes of space.
     pub node_forces: Vec<Vector3<f64>>,
+    /// Stiffness of the contacts on each of these nodes, about [N/m].
+    pub node_stiffness: Vec<f64>,
     node_velocities: Vec<Vector3<f64>>,
     transfer: Transfer,
     rows: Rows,
@@ -73,6 +80,7 @@ impl MeshForces {
     pub fn reserve(&mut self, nodes: usize, elements: usize, contacts: usize) {
         self.touch.reserve(nodes, elements, contacts);
         self.node_forces.reserve(nodes);
+        self.node_stiffness.reserve(nodes);
         self.node_velocities.reserve(nodes);
         self.transfer.reserve(contacts);
         self.rows.reserve(contacts);
@@ -107,12 +115,14 @@ impl MeshForces {
         self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.contact_mesh.crossings.as_ref());
         self.histories.clear();
         self.node_forces.clear();
+        self.node_stiffness.clear();
         self.node_velocities.clear();
         let fastest = self.node_motion(scene, now, at);
         if self.touch.contacts.is_empty() {
             return Sums { fastest, ..Sums::default() };
         }
         self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
+        self.node_stiffness.resize(scene.list.nodes.len(), 0.0);
         if scene.laws.any(|law| law.remembers()) {
             self.transfer_histories(scene, fastest * h, before);
         }
@@ -120,9 +130,9 @@ impl MeshForces {
         let count = self.touch.count();
         let inertia = scene.rock.inertia.min() / count as f64;
         let mover = Mover { velocity, spin, relative_spin: spin, inertia };
-        let Self { touch, node_forces, node_velocities, transfer, rows, histories } = self;
+        let Self { touch, node_forces, node_stiffness, node_velocities, transfer, rows, histories } = self;
         let mut partner =
-            OnMesh { scene, touch, count, node_velocities, node_forces, transfer, before, histories };
+            OnMesh { scene, touch, count, node_velocities, node_forces, node_stiffness, transfer, before, histories };
         let mut sums = forces(&mut partner, &touch.contacts, &mover, scene.laws.laws, rows, h);
         sums.turn(&touch.rotation);
         sums.fastest = fastest;
@@ -220,6 +230,7 @@ struct OnMesh<'a> {
     count: usize,
     node_velocities: &'a [Vector3<f64>],
     node_forces: &'a mut [Vector3<f64>],
+    node_stiffness: &'a mut [f64],
     transfer: &'a Transfer,
     before: &'a [SurfaceHistory],
     histories: &'a mut Vec<SurfaceHistory>,
@@ -292,11 +303,14 @@ impl Partner for OnMesh<'_> {
     }
 
     #[inline(always)]
-    fn react(&mut self, contact: &MeshContact, _: &Site, force: &Vector3<f64>, _: &Vector3<f64>) {
+    fn react(&mut self, contact: &MeshContact, site: &Site, force: &Vector3<f64>, _: &Vector3<f64>) {
         // A wire has no twist that could take a moment.
         let nodes = self.element(contact).nodes;
+        // Of a Hertzian spring; one without a power is softer.
+        let stiffness = 1.5 * force.norm() / site.overlap;
         for (node, weight) in nodes.into_iter().zip(contact.weights) {
             self.node_forces[node as usize] -= force * weight;
+            self.node_stiffness[node as usize] += stiffness * weight * weight;
         }
     }
 }

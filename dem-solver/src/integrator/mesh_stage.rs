@@ -6,11 +6,13 @@ use crate::contact::broad_phase::mesh_elements::{NearList, NodeBox, Sweep};
 use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPairs};
 use crate::contact::mesh::{MeshForces, MeshScene, Seam};
 use crate::interface_mesh::ContactMesh;
-use crate::interface_mesh::motion::{MotionFields, NodeMotion, largest_difference};
+use crate::interface_mesh::local_net::LocalNet;
+use crate::interface_mesh::motion::{MotionFields, NodeMotion};
 use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::rock::Motion;
 use interface_defs::Fault;
+use interface_defs::message::FaultKind;
 
 /// Skin of the near list, as a share of the rock's reach: for the rock of the drop test
 /// at 6 m/s a pass over the mesh each 9 ms.
@@ -29,8 +31,13 @@ pub struct MeshWindow<'a> {
     pub input: &'a [f64],
     /// Length of the window [s].
     pub length: f64,
-    /// In its first step: displacement of all nodes at the end of the window before, if a contact remembers it [m].
+    /// Largest distance that a node that is not sent has moved since the surroundings were listed [m].
+    pub travel: f64,
+    /// In its first step: displacement of the nodes that are sent at the end of the window before, if a contact remembers
+    /// it [m].
     pub predicted: Option<&'a [f64]>,
+    /// The net where it is advanced here; else it moves as the input says.
+    pub net: Option<&'a LocalNet>,
 }
 
 /// The surroundings of one rock.
@@ -90,11 +97,35 @@ impl MeshStage {
         self.moved = self.furthest(view);
         let need = sweep.need(rock, view.contact_mesh).max(self.need_of_pairs(view));
         if !self.near.covers(&start.position, 3.0 * self.moved, need) {
-            self.rebuild(view, start, 0, need);
+            self.rebuild(view, start, 0, need)?;
         }
         self.read(view)?;
         self.pairs.begin(start, &self.motion);
         Ok(())
+    }
+
+    /// List the surroundings anew for a window that begins with the rock at `start`; returns the nodes.
+    pub fn list(&mut self, view: MeshWindow, start: &Motion, kick: f64) -> Result<&[u32], Fault> {
+        let rock = &view.model.rocks[self.rock];
+        let (gravity, segments) = (&view.model.settings.gravity, view.fields.segments());
+        let sweep = Sweep::new(rock, start, gravity, view.length, segments).kicked(kick);
+        let need = sweep.need(rock, view.contact_mesh).max(self.need_of_pairs(view));
+        self.rebuild(view, start, 0, need)?;
+        Ok(&self.near.nodes)
+    }
+
+    /// Time from `now` on in which the rock touches nothing, were the net to stay as it is [s].
+    pub fn free_time(&self, view: MeshWindow, now: &Motion) -> f64 {
+        let rock = &view.model.rocks[self.rock];
+        if !self.near.elements.is_empty() {
+            return 0.0;
+        }
+        let gap = self.near.covered(&now.position, 3.0 * self.moved) - self.need_of_pairs(view);
+        let (speed, pull) = (now.velocity.norm(), view.model.settings.gravity.norm());
+        // gap = speed t + pull t^2 / 2, in the form that does not cancel.
+        let root = (speed * speed + 2.0 * pull * gap.max(0.0)).sqrt();
+        if gap > 0.0 { 2.0 * gap / (speed + root).max(f64::MIN_POSITIVE) } else { 0.0 }
+            .min(rock.reach / speed.max(f64::MIN_POSITIVE))
     }
 
     /// Nothing that was listed counts any more: the mesh has other elements.
@@ -108,12 +139,17 @@ impl MeshStage {
 
     /// Bound on the displacement of any node since the near list was made.
     fn furthest(&self, view: MeshWindow) -> f64 {
-        let largest = view.fields.displacements(view.input).map(|u| largest_difference(u, &self.reference));
-        3.0_f64.sqrt() * largest.fold(0.0, f64::max)
+        (3.0_f64.sqrt() * view.fields.furthest(view.input, &self.reference)).max(view.travel)
     }
 
-    /// List what is near `now`, the mesh as at sample `sample`, good for `need` and a skin.
-    fn rebuild(&mut self, view: MeshWindow, now: &Motion, sample: usize, need: f64) {
+    /// List what is near `now`, the mesh as at sample `sample`, good for `need` and a skin. It takes all nodes.
+    fn rebuild(&mut self, view: MeshWindow, now: &Motion, sample: usize, need: f64) -> Result<(), Fault> {
+        if view.fields.is_partial() {
+            return Err(Fault {
+                kind: FaultKind::Beyond,
+                message: format!("rock `{}` may come upon nodes that are not sent", view.model.rocks[self.rock].name),
+            });
+        }
         let rock = &view.model.rocks[self.rock];
         if let Some(displacement) = view.fields.displacements(view.input).nth(sample) {
             self.reference.copy_from_slice(displacement);
@@ -125,6 +161,7 @@ impl MeshStage {
         self.near.build(view.contact_mesh, at, now.position, coverage);
         self.pairs.invalidate();
         self.refreshes += 1;
+        Ok(())
     }
 
     fn read(&mut self, view: MeshWindow) -> Result<(), Fault> {
@@ -147,12 +184,18 @@ impl MeshStage {
     /// Make sure that every pair that touches at `now` is listed.
     pub fn update(&mut self, view: MeshWindow, now: &Motion, at: Instant) -> Result<(), Fault> {
         let rock = &view.model.rocks[self.rock];
-        if self.pairs.is_good(rock, now, at) {
+        if let Some(net) = view.net {
+            let place = |node: &u32| view.fields.place(*node).map(|at| net.node(at as usize));
+            self.motion.place(self.near.nodes.iter().filter_map(place));
+            if self.pairs.is_good_for(rock, now, &self.motion) {
+                return Ok(());
+            }
+        } else if self.pairs.is_good(rock, now, at) {
             return Ok(());
         }
         let need = self.need_of_pairs(view);
         if !self.near.covers(&now.position, self.moved, need) {
-            self.rebuild(view, now, at.segment, need);
+            self.rebuild(view, now, at.segment, need)?;
             self.read(view)?;
         }
         let tree = &view.model.trees[self.rock];
@@ -167,7 +210,7 @@ impl MeshStage {
         let rock = &view.model.rocks[self.rock];
         let seam = view.predicted.and_then(|predicted| {
             let actual = view.fields.displacements(view.input).next()?;
-            Some(Seam { predicted, actual })
+            Some(Seam { predicted, actual, fields: view.fields })
         });
         let scene = MeshScene {
             rock,
@@ -178,6 +221,17 @@ impl MeshStage {
             seam,
         };
         (&mut self.evaluation, scene)
+    }
+
+    /// Add forces and stiffnesses of the contacts to the nodes of a net that is advanced here.
+    pub fn load(&self, fields: &MotionFields, net: &mut LocalNet) {
+        let of = self.pairs.numbers.iter().zip(&self.evaluation.node_forces).zip(&self.evaluation.node_stiffness);
+        for ((number, force), stiffness) in of {
+            let Some(place) = fields.place(*number) else { continue };
+            let place = place as usize;
+            net.force[3 * place..][..3].iter_mut().zip(force.iter()).for_each(|(sum, f)| *sum += f);
+            net.stiffness[place] += stiffness;
+        }
     }
 
     /// Displacement of the listed nodes over segment `segment` [m], in the order of the pair list.
@@ -200,7 +254,9 @@ impl MeshStage {
         let elements = &view.contact_mesh.elements;
         self.reached(view, start, |number| {
             for &node in elements[number as usize].own_nodes() {
-                marks[node as usize] = 1.0;
+                if let Some(place) = view.fields.place(node) {
+                    marks[place as usize] = 1.0;
+                }
             }
             true
         });
@@ -211,7 +267,9 @@ impl MeshStage {
         for contact in &self.evaluation.touch.contacts {
             let number = self.pairs.elements[contact.element as usize].number;
             for &node in view.contact_mesh.elements[number as usize].own_nodes() {
-                marks[node as usize] = 1.0;
+                if let Some(place) = view.fields.place(node) {
+                    marks[place as usize] = 1.0;
+                }
             }
         }
     }
@@ -225,9 +283,16 @@ impl MeshStage {
 }
 
 /// Add the forces on the mesh's nodes, times `share`, to the field that begins at `field`.
-pub fn add_forces(stage: &MeshStage, output: &mut [f64], field: usize, share: f64) {
+pub fn add_forces(
+    stage: &MeshStage,
+    fields: &MotionFields,
+    output: &mut [f64],
+    field: usize,
+    share: f64,
+) {
     for (number, force) in stage.pairs.numbers.iter().zip(&stage.evaluation.node_forces) {
-        let at = field + 3 * *number as usize;
+        let Some(place) = fields.place(*number) else { continue };
+        let at = field + 3 * place as usize;
         for (o, f) in output[at..at + 3].iter_mut().zip(force.iter()) {
             *o += f * share;
         }

@@ -1,6 +1,7 @@
 //! How a window is cut into steps, and where in the mesh's motion they lie.
 
 use crate::contact::broad_phase::mesh_pairs::Instant;
+use crate::interface_mesh::local_net::NetStep;
 use interface_defs::Window;
 
 /// How a window is cut.
@@ -17,9 +18,11 @@ pub struct Cut {
 impl Cut {
     /// Equal steps, none longer than `step` [s], none over the border of a segment or of one of
     /// `samples` equal parts: their work and their means are exact.
-    pub fn new(window: &Window, step: f64, segments: usize, samples: &[usize]) -> Self {
+    ///
+    /// `finer` times as many where a contact asks for it.
+    pub fn new(window: &Window, step: f64, segments: usize, samples: &[usize], finer: usize) -> Self {
         let unit = samples.iter().filter(|p| **p > 0).fold(segments, |unit, p| lcm(unit, *p));
-        let steps = window.steps(step).div_ceil(unit) * unit;
+        let steps = window.steps(step).div_ceil(unit) * unit * finer;
         Self { steps, h: window.length / steps as f64, segments }
     }
 
@@ -94,6 +97,11 @@ impl SubStep {
         if self.parts == self.steps { cut.h } else { cut.h * self.steps as f64 / self.parts as f64 }
     }
 
+    /// It as a step of the net, which is cut as the window is.
+    pub fn of_net(&self, cut: Cut) -> NetStep {
+        NetStep { number: self.step, steps: cut.steps, h: cut.h, segments: cut.segments }
+    }
+
     /// It as a step of the window.
     pub fn span(&self, task: Task) -> Span {
         Span { start: task.window.start + self.start(task.cut), h: self.length(task.cut) }
@@ -149,7 +157,7 @@ mod tests {
         for (step, segments, samples, expected) in
             [(1e-3, 1, [1, 0], 1), (1e-4, 4, [4, 4], 12), (1e-4, 1, [3, 0], 12), (1.0, 8, [8, 0], 8)]
         {
-            assert_eq!(Cut::new(&window, step, segments, &samples).steps, expected);
+            assert_eq!(Cut::new(&window, step, segments, &samples, 1).steps, expected);
         }
     }
 }

@@ -39,6 +39,7 @@ impl RockIntegrator {
             self.middles.push(middle(rock, &body.motion, h));
             self.loads.push(StepLoad::default());
         }
+        self.net_to_middle(task, part);
         for rock in 0..model.rocks.len() {
             self.on_mesh(model, state, rock, task, part, output)?;
             self.on_terrain(model, state, rock, span)?;
@@ -52,6 +53,7 @@ impl RockIntegrator {
             self.gauges.spring(rock, load.elastic + body.tangential_energy);
         }
         self.on_other_rocks(model, state, span)?;
+        self.kick_net(state, task, part, output);
         for rock in 0..model.rocks.len() {
             self.kick(model, state, rock, task, part)?;
         }
@@ -74,9 +76,10 @@ impl RockIntegrator {
         let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
         let first = part.step == 0 && part.part == 0 && !state.predicted.is_empty();
         let predicted = first.then_some(state.predicted.as_slice());
-        let view =
-            MeshWindow { model, contact_mesh, fields: &self.fields, input, length: window.length, predicted };
-        let at = cut.middle(part.step);
+        let (net, travel) = (self.live.then_some(&self.net), self.travel);
+        let (fields, length) = (&self.fields, window.length);
+        let view = MeshWindow { model, contact_mesh, fields, input, length, travel, predicted, net };
+        let at = if self.live { cut.middle(part.step).alone() } else { cut.middle(part.step) };
         let stage = &mut self.mesh_stages[rock];
         stage.update(view, now, at)?;
         let (evaluation, scene) = stage.parts(view);
@@ -105,19 +108,42 @@ impl RockIntegrator {
         std::mem::swap(&mut body.histories, &mut evaluation.histories);
         self.counts.contact_evaluations += contacts as u64;
         if contacts > 0 {
-            let share = cut.segments as f64 / cut.steps as f64;
-            let pairs = stage.evaluation.node_forces.iter().zip(stage.increments(at.segment));
-            state.received -= pairs.map(|(f, du)| f.dot(du)).sum::<f64>() * share;
+            if !self.live {
+                let share = cut.segments as f64 / cut.steps as f64;
+                let pairs = stage.evaluation.node_forces.iter().zip(stage.increments(at.segment));
+                state.received -= pairs.map(|(f, du)| f.dot(du)).sum::<f64>() * share;
+            }
             let samples = self.answer.means.len();
             if samples > 0 {
                 let field = self.answer.means[part.step * samples / cut.steps];
-                add_forces(stage, output, field, samples as f64 / cut.steps as f64);
+                add_forces(stage, &self.fields, output, field, samples as f64 / cut.steps as f64);
             }
             if let Some(reach) = &self.answer.reach {
                 stage.mark_touched(view, &mut output[reach.clone()]);
             }
+            if self.live {
+                stage.load(&self.fields, &mut self.net);
+            }
         }
         Ok(())
+    }
+
+    /// The net's drift to the middle of the step, where it is advanced here.
+    fn net_to_middle(&mut self, task: Task, part: SubStep) {
+        if self.live {
+            let step = part.of_net(task.cut);
+            let reference = self.fields.ends_of(step.number / (step.steps / step.segments));
+            self.net.to_middle(step, reference, task.input);
+        }
+    }
+
+    /// Its kick and the second half of its drift.
+    fn kick_net(&mut self, state: &mut State, task: Task, part: SubStep, output: &mut [f64]) {
+        if self.live {
+            let step = part.of_net(task.cut);
+            state.received -= self.net.kick(step, &self.local, task.input);
+            self.net.answer(step, &self.local, output);
+        }
     }
 
     /// Forces of the terrain.

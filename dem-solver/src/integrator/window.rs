@@ -10,6 +10,7 @@ use crate::integrator::schedule::{Cut, SubStep, Task};
 use crate::integrator::secondary_impacts::SecondaryImpacts;
 use crate::integrator::sub_stepping::SubSteps;
 use crate::integrator::terrain_stage::TerrainStage;
+use crate::interface_mesh::local_net::{COARSEST, LocalFields, LocalNet};
 use crate::interface_mesh::motion::MotionFields;
 use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Counts;
@@ -20,7 +21,7 @@ use crate::results::gauges::{Gauges, Moment};
 use crate::results::outline::Outline;
 use crate::results::trajectory::Row;
 use crate::rock::Motion;
-use interface_defs::{Fault, InterfaceMesh, Layout, Plan, Sampling, Window, name};
+use interface_defs::{Fault, FieldSpec, InterfaceMesh, Items, Layout, Plan, Sampling, Selection, Window, name};
 use std::ops::Range;
 
 /// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
@@ -34,8 +35,23 @@ pub struct RockIntegrator {
     /// Where the request says which lines of the mesh are broken.
     broken: Option<Range<usize>>,
     pub(super) answer: Answer,
-    /// Numbers of a request and of its answer.
-    lengths: (usize, usize),
+    /// Layouts of a request and of its answer.
+    takes: Layout,
+    gives: Layout,
+    /// All nodes, lines and faces of the mesh.
+    all: Items,
+    /// Lines that the request speaks of, where it does not of all.
+    lines: Option<Vec<u32>>,
+    /// Where the request says how far other nodes have moved, and the answer how long nothing touches.
+    travel_at: Option<Range<usize>>,
+    free_time_at: Option<Range<usize>>,
+    pub(super) travel: f64,
+    /// What the plan has for a net that is advanced here, and whether it has all.
+    pub(super) local: LocalFields,
+    is_local: bool,
+    pub(super) net: LocalNet,
+    /// Whether the net is advanced here in the window under way.
+    pub(super) live: bool,
     pub(super) gauges: Gauges,
     /// What the rocks touch of the terrain.
     pub(super) terrain: Option<TerrainStage>,
@@ -56,13 +72,35 @@ pub struct RockIntegrator {
     pub(super) instants: Vec<usize>,
 }
 
+/// How a window went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solved {
+    /// It is solved.
+    Done,
+    /// Contacts on the net's own masses ask for shorter steps: solve it again.
+    TooCoarse,
+}
+
 /// Where the answer's fields lie.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Answer {
     pub(super) means: Vec<usize>,
     ends: Vec<usize>,
     pub(super) reach: Option<Range<usize>>,
     pub(super) gauges: usize,
+}
+
+impl Answer {
+    fn lay_out(&mut self, gives: &Layout) {
+        for (starts, sampling) in [(&mut self.means, Sampling::Means), (&mut self.ends, Sampling::AtEnds)] {
+            let force = |f: &&FieldSpec| f.name == name::FORCE && f.sampling == sampling;
+            let count = gives.fields().find(force).map_or(0, |f| f.samples as usize);
+            starts.clear();
+            starts.extend((0..count).filter_map(|i| Some(gives.sample(name::FORCE, sampling, i)?.start)));
+        }
+        self.reach = gives.sample(name::REACH, Sampling::Once, 0);
+        self.gauges = gives.gauges().start;
+    }
 }
 
 impl RockIntegrator {
@@ -72,18 +110,7 @@ impl RockIntegrator {
         let mesh = plan.partner_mesh.as_ref().unwrap_or(&empty);
         let takes = Layout::new(&plan.takes, mesh, 0);
         let gives = Layout::new(&plan.gives, mesh, Gauges::count(&model.settings));
-        let fields = MotionFields::new(&takes);
-        let starts_of = |sampling| {
-            let spec = plan.gives.iter().find(|f| f.name == name::FORCE && f.sampling == sampling);
-            let count = spec.map_or(0, |f| f.samples as usize);
-            (0..count).filter_map(|i| Some(gives.sample(name::FORCE, sampling, i)?.start)).collect::<Vec<_>>()
-        };
-        let answer = Answer {
-            means: starts_of(Sampling::Means),
-            ends: starts_of(Sampling::AtEnds),
-            reach: gives.sample(name::REACH, Sampling::Once, 0),
-            gauges: gives.gauge(0).start,
-        };
+        let fields = MotionFields::new(&takes, mesh.node_count());
         let mesh_stages = match &contact_mesh {
             Some(contact_mesh) => {
                 (0..model.rocks.len()).map(|r| MeshStage::new(model, r, contact_mesh, &fields)).collect()
@@ -97,12 +124,22 @@ impl RockIntegrator {
                 0
             }
         };
-        Self {
+        let mut integrator = Self {
             mesh_stages,
             fields,
-            broken: takes.sample(name::BROKEN, Sampling::Once, 0),
-            answer,
-            lengths: (takes.len(), gives.len()),
+            broken: None,
+            answer: Answer::default(),
+            takes,
+            gives,
+            all: Items::of(mesh),
+            lines: None,
+            travel_at: None,
+            free_time_at: None,
+            travel: 0.0,
+            local: LocalFields::default(),
+            is_local: LocalFields::are_in(plan),
+            net: LocalNet::default(),
+            live: false,
             gauges: Gauges::new(&model.settings, model.origin),
             terrain: model.ground.as_ref().map(|_| TerrainStage::new(model, rows)),
             rock_stage: RockStage::new(model),
@@ -116,7 +153,72 @@ impl RockIntegrator {
             starts: Vec::with_capacity(model.rocks.len()),
             instants: Vec::with_capacity(16 * model.rocks.len() + 16),
             contact_mesh,
+        };
+        integrator.lay_out();
+        integrator
+    }
+
+    /// Find the fields in the layouts of request and answer.
+    fn lay_out(&mut self) {
+        let Self { takes, gives, fields, local, answer, .. } = self;
+        fields.lay_out(takes);
+        local.lay_out(takes, gives);
+        answer.lay_out(gives);
+        self.broken = takes.sample(name::BROKEN, Sampling::Once, 0);
+        self.travel_at = takes.sample(name::TRAVEL, Sampling::Once, 0);
+        self.free_time_at = gives.sample(name::FREE_TIME, Sampling::Once, 0);
+    }
+
+    /// From now on requests and answers are of the nodes of `selection`; `None`: of all. What `state` remembers of nodes goes
+    /// with them.
+    pub fn select(&mut self, selection: Option<&Selection>, state: &mut State) {
+        let predicted = std::mem::take(&mut state.predicted);
+        let place = |node: u32| self.fields.place(node).map(|at| 3 * at as usize);
+        if !predicted.is_empty() {
+            let mut remember = |node: u32| match place(node).and_then(|at| predicted.get(at..at + 3)) {
+                Some(u) => state.predicted.extend_from_slice(u),
+                None => state.predicted.extend([f64::NAN; 3]),
+            };
+            match selection {
+                Some(selection) => selection.nodes.iter().for_each(|node| remember(*node)),
+                None => (0..self.all.nodes as u32).for_each(remember),
+            }
         }
+        let items = selection.map_or(self.all, Selection::items);
+        self.takes.resize(&items);
+        self.gives.resize(&items);
+        self.fields.select(selection);
+        self.lines = selection.map(|s| s.lines.clone());
+        self.lay_out();
+        if let (Some(selection), Some(mesh), true) = (selection, &self.contact_mesh, self.is_local) {
+            self.net.select(selection, &mesh.nodes, mesh.inverse_mass.as_deref());
+        }
+    }
+
+    /// The nodes that windows as long as `window` need from `state` on, of an input that has all.
+    pub fn reach(
+        &mut self,
+        model: &Model,
+        state: &State,
+        window: &Window,
+        input: &[f64],
+        nodes: &mut Vec<u32>,
+    ) -> Result<(), Fault> {
+        let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
+        self.fields.see(input);
+        self.secondary_impacts.find(model, &self.rock_stage, state, window.length);
+        let (fields, length) = (&self.fields, window.length);
+        let view =
+            MeshWindow { model, contact_mesh, fields, input, length, travel: 0.0, predicted: None, net: None };
+        nodes.clear();
+        for ((stage, body), kick) in
+            self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.displacements)
+        {
+            nodes.extend_from_slice(stage.list(view, &body.motion, *kick)?);
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        Ok(())
     }
 
     /// Make room in `state` for what its contacts remember.
@@ -183,8 +285,8 @@ impl RockIntegrator {
     /// The answer as it would stand at t = 0, with the mesh at rest; also fills in what the state
     /// knows of its contacts.
     pub fn initial(&mut self, model: &Model, state: &mut State, plan: &Plan) -> Result<Vec<f64>, Fault> {
-        let input = vec![0.0; self.lengths.0];
-        let mut output = vec![0.0; self.lengths.1];
+        let input = vec![0.0; self.takes.len()];
+        let mut output = vec![0.0; self.gives.len()];
         // A window of no length would have no steps; reach looks as far as the plan's window.
         let length =
             if plan.window > 0.0 && plan.window.is_finite() { plan.window } else { model.steps.step };
@@ -212,17 +314,24 @@ impl RockIntegrator {
         window: &Window,
         input: &[f64],
         output: &mut [f64],
-    ) -> Result<(), Fault> {
+    ) -> Result<Solved, Fault> {
         self.check_request(window, input, output)?;
         output.fill(0.0);
+        self.travel = self.travel_at.as_ref().map_or(0.0, |at| input[at.start]);
+        self.live = false;
+        self.fields.see(input);
         let torn = self.tear(state, input);
         self.elongate(state, window.start, input);
         let flies = self.begin(model, state, window.length, input, output)?;
         if torn {
             self.end_contacts_with_broken(model, state, window.length, input)?;
         }
-        let cut = self.cut(model, window);
+        let cut = self.cut(model, window, state.finer);
         let task = Task { window, cut, input };
+        self.live = self.is_local && self.fields.is_partial() && !(flies && model.shortcuts);
+        if self.live {
+            self.net.begin(&self.local, input, cut.h);
+        }
         self.gauges.begin(&mut output[self.answer.gauges..]);
         let flies = flies && (model.ground.is_some() || self.free_time(model, state, 0.0) > window.length);
         if flies && model.ground.is_none() {
@@ -232,18 +341,41 @@ impl RockIntegrator {
         } else {
             self.step_through(model, state, task, flies, output)?;
         }
+        if self.live {
+            let coarseness = self.net.coarseness.sqrt();
+            if coarseness > COARSEST {
+                return Ok(Solved::TooCoarse);
+            }
+            if coarseness < 0.4 * COARSEST && state.finer > 1 {
+                state.finer /= 2;
+            }
+        }
         state.time = window.end();
+        self.write_free_time(model, state, input, window.length, output);
         self.remember_motion(state, window.length, input);
         if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
             terrain.end(model, ground, state);
         }
-        Ok(())
+        Ok(Solved::Done)
+    }
+
+    /// Say how long nothing will touch the net.
+    fn write_free_time(&self, model: &Model, state: &State, input: &[f64], length: f64, output: &mut [f64]) {
+        let (Some(at), Some(contact_mesh)) = (&self.free_time_at, &self.contact_mesh) else { return };
+        let (fields, travel) = (&self.fields, self.travel);
+        let view = MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
+        let times = self.mesh_stages.iter().zip(&state.bodies).map(|(s, b)| s.free_time(view, &b.motion));
+        let others = if self.rock_stage.is_empty() { f64::INFINITY } else { length };
+        output[at.start] = times.fold(others, f64::min);
     }
 
     /// Keep where the mesh is said to be at the window's end, if a contact remembers its slip.
     fn remember_motion(&self, state: &mut State, length: f64, input: &[f64]) {
         state.predicted.clear();
-        if state.bodies.iter().any(|b| !b.histories.is_empty()) {
+        let remembers = state.bodies.iter().any(|b| !b.histories.is_empty());
+        if remembers && self.live {
+            state.predicted.extend_from_slice(self.net.displacement());
+        } else if remembers {
             self.fields.seen_at_end(input, length, &mut state.predicted);
         }
     }
@@ -253,7 +385,7 @@ impl RockIntegrator {
         if !(window.length > 0.0 && window.length.is_finite()) {
             return Err(Fault::broken(format!("a window of {} s cannot be solved", window.length)));
         }
-        let (takes, gives) = self.lengths;
+        let (takes, gives) = (self.takes.len(), self.gives.len());
         if (input.len(), output.len()) != (takes, gives) {
             return Err(Fault::broken(format!(
                 "the request has {} numbers and room for {}, by the plan they are {takes} and {gives}",
@@ -264,19 +396,19 @@ impl RockIntegrator {
         Ok(())
     }
 
-    fn cut(&self, model: &Model, window: &Window) -> Cut {
-        let samples = [self.answer.means.len(), self.answer.ends.len()];
-        Cut::new(window, model.steps.step, self.fields.segments(), &samples)
+    fn cut(&self, model: &Model, window: &Window, finer: usize) -> Cut {
+        let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own_samples()];
+        Cut::new(window, model.steps.step, self.fields.segments(), &samples, finer)
     }
 
     /// Take broken lines out of the mesh; true if there are more of them than the state knows.
     fn tear(&mut self, state: &mut State, input: &[f64]) -> bool {
         let (Some(at), Some(contact_mesh)) = (&self.broken, &mut self.contact_mesh) else { return false };
         let flags = &input[at.clone()];
-        if contact_mesh.tear(flags) {
+        if contact_mesh.tear(flags, self.lines.as_deref()) {
             self.mesh_stages.iter_mut().for_each(MeshStage::forget);
         }
-        let count = flags.iter().filter(|f| **f != 0.0).count();
+        let count = contact_mesh.broken_count();
         std::mem::replace(&mut state.broken, count) != count
     }
 
@@ -310,13 +442,15 @@ impl RockIntegrator {
             terrain.begin();
         }
         let Some(contact_mesh) = &self.contact_mesh else { return Ok(model.shortcuts) };
-        let view = MeshWindow { model, contact_mesh, fields: &self.fields, input, length, predicted: None };
+        let (fields, travel) = (&self.fields, self.travel);
+        let view = MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
+        let drift = if self.is_local { self.net.drift(&self.local, input, length) } else { 0.0 };
         let mut flies = model.shortcuts;
         self.secondary_impacts.find(model, &self.rock_stage, state, length);
         for ((stage, body), kick) in
             self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.displacements)
         {
-            stage.begin(view, &body.motion, *kick)?;
+            stage.begin(view, &body.motion, *kick + drift)?;
             if let Some(reach) = &self.answer.reach {
                 stage.mark_reach(view, &body.motion, &mut output[reach.clone()]);
             }
@@ -424,7 +558,9 @@ impl RockIntegrator {
             self.counts.contact_evaluations += state.between_rocks.contacts as u64;
         }
         let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
-        let view = MeshWindow { model, contact_mesh, fields: &self.fields, input, length, predicted: None };
+        let (net, travel) = (self.live.then_some(&self.net), self.travel);
+        let (fields, at) = (&self.fields, if self.live { at.alone() } else { at });
+        let view = MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net };
         for (stage, body) in self.mesh_stages.iter_mut().zip(&mut state.bodies) {
             let (on_others, contacts) = (body.elastic, body.contacts);
             stage.update(view, &body.motion, at)?;
@@ -432,7 +568,7 @@ impl RockIntegrator {
             if let Some((output, field)) = &mut field {
                 let sums = evaluation.forces(scene, &body.motion, at, 0.0, &body.histories);
                 body.elastic = on_others + sums.elastic;
-                add_forces(stage, output, *field, 1.0);
+                add_forces(stage, fields, output, *field, 1.0);
             } else {
                 body.elastic = on_others + evaluation.energy(scene, &body.motion, at);
             }

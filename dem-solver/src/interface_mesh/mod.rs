@@ -6,6 +6,7 @@
 
 pub mod crossings;
 pub mod element;
+pub mod local_net;
 pub mod motion;
 
 use crate::geometry::shared_nodes::{Unshared, first_fault};
@@ -72,13 +73,15 @@ impl ContactMesh {
 
     /// From now on the lines with a number other than 0 in `flags` are broken, and no others. Returns whether anything has
     /// changed. What a broken line held at its ends and nothing else does is gone with it.
-    pub fn tear(&mut self, flags: &[f64]) -> bool {
+    /// `lines` are the lines that `flags` speak of; `None`: all.
+    pub fn tear(&mut self, flags: &[f64], lines: Option<&[u32]>) -> bool {
         if self.broken.is_empty() && flags.iter().all(|f| *f == 0.0) {
             return false;
         }
         self.broken.resize(self.elements.len(), false);
         let mut changed = false;
-        for (broken, flag) in self.broken.iter_mut().zip(flags) {
+        for (at, flag) in flags.iter().enumerate() {
+            let broken = &mut self.broken[lines.map_or(at, |lines| lines[at] as usize)];
             changed |= *broken != (*flag != 0.0);
             *broken = *flag != 0.0;
         }
@@ -87,6 +90,11 @@ impl ContactMesh {
             self.crossings = Some(Crossings::new(&self.nodes, whole.map(|(element, _)| element)));
         }
         changed
+    }
+
+    /// How many elements are broken.
+    pub fn broken_count(&self) -> usize {
+        self.broken.iter().filter(|broken| **broken).count()
     }
 
     /// Whether an element is broken.

@@ -5,22 +5,80 @@
 //! one place has a structure behind it that was not moved (a predictor of order 0): there the
 //! transmitted velocity is the better one for dashpot and friction.
 
-use interface_defs::{Layout, Sampling, name};
+use interface_defs::{Layout, Sampling, Selection, name};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// Where the mesh's motion lies in the input of a window.
+/// Where the mesh's motion lies in the input of a window. The input may name selected nodes alone; where the others were
+/// seen last is remembered for what may be coarse.
 #[derive(Debug, Clone, Default)]
 pub struct MotionFields {
     displacement: Vec<Range<usize>>,
     velocity: Vec<Range<usize>>,
+    /// Place of each node of the mesh in a sample; [`Selection::OUT`] if it is not sent.
+    place: Vec<u32>,
+    /// The nodes that are sent; all if `whole`.
+    nodes: Vec<u32>,
+    whole: bool,
+    /// Displacement of all nodes as they were seen last [m]; kept up where some are not sent.
+    seen: Vec<f64>,
 }
 
 impl MotionFields {
-    /// From the layout of the plan's input.
-    pub fn new(layout: &Layout) -> Self {
-        let samples = |field| (0..).map_while(|i| within(layout, field, i)).collect();
-        Self { displacement: samples(name::DISPLACEMENT), velocity: samples(name::VELOCITY) }
+    /// From the layout of the plan's input, for `nodes` nodes.
+    pub fn new(layout: &Layout, nodes: usize) -> Self {
+        let mut fields = Self {
+            place: (0..nodes as u32).collect(),
+            nodes: Vec::with_capacity(nodes),
+            whole: true,
+            seen: vec![0.0; 3 * nodes],
+            ..Self::default()
+        };
+        fields.lay_out(layout);
+        fields
+    }
+
+    /// The same fields lie elsewhere.
+    pub fn lay_out(&mut self, layout: &Layout) {
+        for (places, field) in
+            [(&mut self.displacement, name::DISPLACEMENT), (&mut self.velocity, name::VELOCITY)]
+        {
+            places.clear();
+            places.extend((0..).map_while(|i| within(layout, field, i)));
+        }
+    }
+
+    /// From now on the nodes of `selection` are sent; `None`: all.
+    pub fn select(&mut self, selection: Option<&Selection>) {
+        self.nodes.clear();
+        self.whole = selection.is_none();
+        for (node, place) in (0..).zip(&mut self.place) {
+            *place = selection.map_or(node, |s| s.place(node).map_or(Selection::OUT, |at| at as u32));
+        }
+        self.nodes.extend(selection.iter().flat_map(|s| &s.nodes));
+    }
+
+    /// Whether nodes are missing in the input.
+    pub fn is_partial(&self) -> bool {
+        !self.whole
+    }
+
+    /// The nodes that are sent, if they are not all.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// Remember where nodes are at the start of a window.
+    pub fn see(&mut self, input: &[f64]) {
+        let Some(first) = self.displacement.first() else { return };
+        let sample = &input[first.clone()];
+        if self.whole {
+            self.seen.copy_from_slice(sample);
+            return;
+        }
+        for (node, u) in self.nodes.iter().zip(sample.as_chunks::<3>().0) {
+            self.seen[3 * *node as usize..][..3].copy_from_slice(u);
+        }
     }
 
     /// Parts of the window between which the motion is linear, at least 1.
@@ -28,26 +86,59 @@ impl MotionFields {
         self.displacement.len().saturating_sub(1).max(1)
     }
 
-    /// The samples of the displacement of all nodes; none if the mesh stands still.
+    /// The samples of the displacement of the nodes that are sent; none if the mesh stands still.
     pub fn displacements<'a>(&'a self, input: &'a [f64]) -> impl Iterator<Item = &'a [f64]> {
         self.displacement.iter().map(|range| &input[range.clone()])
     }
 
-    /// Displacement of `node` in sample `sample` [m].
+    /// Displacement of `node` in sample `sample` [m]; of one that is not sent, where it was seen last.
     pub fn displacement(&self, input: &[f64], sample: usize, node: u32) -> Vector3<f64> {
-        self.displacement
-            .get(sample)
-            .map_or_else(Vector3::zeros, |range| of_node(&input[range.clone()], node))
+        let Some(range) = self.displacement.get(sample) else { return Vector3::zeros() };
+        match self.place(node) {
+            Some(place) => of_node(&input[range.clone()], place),
+            None => of_node(&self.seen, node),
+        }
     }
 
-    /// Displacement of all nodes at both ends of segment `s`.
+    /// Place of a node in a sample.
+    #[inline]
+    pub fn place(&self, node: u32) -> Option<u32> {
+        Some(self.place[node as usize]).filter(|place| *place != Selection::OUT)
+    }
+
+    /// Largest distance, in any component, between the nodes that are sent and `reference`, which has all [m].
+    pub fn furthest(&self, input: &[f64], reference: &[f64]) -> f64 {
+        let samples = self.displacements(input);
+        if self.whole {
+            return samples.map(|u| largest_difference(u, reference)).fold(0.0, f64::max);
+        }
+        let mut most = 0.0_f64;
+        for sample in samples {
+            for (node, u) in self.nodes.iter().zip(sample.as_chunks::<3>().0) {
+                let from = &reference[3 * *node as usize..][..3];
+                for i in 0..3 {
+                    let apart = (u[i] - from[i]).abs();
+                    most = if apart > most { apart } else { most };
+                }
+            }
+        }
+        most
+    }
+
+    /// Where displacement and velocity at both ends of segment `s` lie in the input.
+    pub fn ends_of(&self, s: usize) -> [Range<usize>; 4] {
+        let (u, v) = (&self.displacement, &self.velocity);
+        [u[s].clone(), u[s + 1].clone(), v[s].clone(), v[s + 1].clone()]
+    }
+
+    /// Displacement of the nodes that are sent at both ends of segment `s`.
     fn ends<'a>(&self, input: &'a [f64], s: usize) -> Option<(&'a [f64], &'a [f64])> {
         Some((&input[self.displacement.get(s)?.clone()], &input[self.displacement.get(s + 1)?.clone()]))
     }
 
-    /// Displacement of all nodes at the end of a window of `length` [s] as contacts have seen it: the last sample, and
-    /// for a node that all samples leave at one place what its transmitted velocity makes of it. Nothing if the mesh
-    /// stands still.
+    /// Displacement of the nodes that are sent at the end of a window of `length` [s] as contacts have seen it: the last
+    /// sample, and for a node that all samples leave at one place what its transmitted velocity makes of it. Nothing if
+    /// the mesh stands still.
     pub fn seen_at_end(&self, input: &[f64], length: f64, seen: &mut Vec<f64>) {
         seen.clear();
         let Some((last, earlier)) = self.displacement.split_last() else { return };
@@ -57,27 +148,28 @@ impl MotionFields {
         }
         let segments = self.segments();
         let share = length / segments as f64;
-        for node in 0..(seen.len() / 3) as u32 {
-            let end = of_node(&input[last.clone()], node);
-            if earlier.iter().any(|range| of_node(&input[range.clone()], node) != end) {
+        for place in 0..(seen.len() / 3) as u32 {
+            let end = of_node(&input[last.clone()], place);
+            if earlier.iter().any(|range| of_node(&input[range.clone()], place) != end) {
                 continue;
             }
-            let at = |sample| self.velocity(input, sample, node);
+            let at = |sample| self.velocity(input, sample, place);
             let moved = (0..segments).map(|s| (at(s) + at(s + 1)) * (0.5 * share)).sum::<Vector3<f64>>();
-            for (seen, moved) in seen[3 * node as usize..].iter_mut().zip(moved.iter()) {
+            for (seen, moved) in seen[3 * place as usize..].iter_mut().zip(moved.iter()) {
                 *seen += moved;
             }
         }
     }
 
-    fn velocity(&self, input: &[f64], sample: usize, node: u32) -> Vector3<f64> {
+    /// Velocity in sample `sample` of the node that is sent at `place` [m/s].
+    pub fn velocity(&self, input: &[f64], sample: usize, place: u32) -> Vector3<f64> {
         // The velocity may come in fewer samples than the displacement.
         let (have, all) = (self.velocity.len(), self.segments() + 1);
         if have == 0 {
             return Vector3::zeros();
         }
         let at = (sample * (have - 1)).div_ceil(all - 1).min(have - 1);
-        of_node(&input[self.velocity[at].clone()], node)
+        of_node(&input[self.velocity[at].clone()], place)
     }
 }
 
@@ -107,6 +199,8 @@ pub struct NodeMotion {
     pub segment: f64,
     /// Its inverse [1/s].
     rate: f64,
+    /// Whether this is one instant of nodes whose further course is not known.
+    instant: bool,
 }
 
 impl NodeMotion {
@@ -128,6 +222,25 @@ impl NodeMotion {
         (self.segment, self.rate) = (0.0, 0.0);
     }
 
+    /// Nodes that a step's middle finds at these positions [m] with these velocities [m/s].
+    pub fn place(&mut self, nodes: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>) {
+        self.origin.clear();
+        self.transmitted.clear();
+        for (position, velocity) in nodes {
+            self.origin.push(position);
+            self.transmitted.push([velocity; 2]);
+        }
+        self.count = self.origin.len();
+        self.increment.clear();
+        self.increment.resize(self.count, Vector3::zeros());
+        self.instant = true;
+    }
+
+    /// Whether it is known where the nodes will be.
+    pub fn has_course(&self) -> bool {
+        !self.instant
+    }
+
     /// Read the motion of `nodes` over a window of `length` [s]. `rest` has all nodes at t = 0.
     ///
     /// Errs with the first node whose displacement is not finite.
@@ -140,6 +253,7 @@ impl NodeMotion {
         length: f64,
     ) -> Result<(), u32> {
         let segments = fields.segments();
+        self.instant = false;
         self.count = nodes.len();
         self.segment = length / segments as f64;
         self.rate = segments as f64 / length;
@@ -153,7 +267,8 @@ impl NodeMotion {
                 break;
             };
             for &node in nodes {
-                let (from, to) = (of_node(start, node), of_node(end, node));
+                let place = fields.place[node as usize];
+                let (from, to) = (of_node(start, place), of_node(end, place));
                 if !(from.sum() + to.sum()).is_finite() {
                     return Err(node);
                 }
@@ -168,14 +283,15 @@ impl NodeMotion {
     fn read_transmitted(&mut self, fields: &MotionFields, input: &[f64], nodes: &[u32]) {
         let zero = Vector3::zeros();
         let held = |a: usize, this: &Self| this.increment[a..].iter().step_by(this.count).all(|d| *d == zero);
-        let moving = |a: usize| (0..=fields.segments()).any(|s| fields.velocity(input, s, nodes[a]) != zero);
+        let velocity = |s: usize, a: usize| fields.velocity(input, s, fields.place[nodes[a] as usize]);
+        let moving = |a: usize| (0..=fields.segments()).any(|s| velocity(s, a) != zero);
         if fields.velocity.is_empty() || !(0..self.count).any(|a| held(a, self) && moving(a)) {
             return;
         }
         for s in 0..fields.segments() {
-            for (a, &node) in nodes.iter().enumerate() {
+            for a in 0..nodes.len() {
                 let ends = match held(a, self) {
-                    true => [fields.velocity(input, s, node), fields.velocity(input, s + 1, node)],
+                    true => [velocity(s, a), velocity(s + 1, a)],
                     false => [self.increment[s * self.count + a] * self.rate; 2],
                 };
                 self.transmitted.push(ends);
@@ -237,7 +353,7 @@ mod tests {
         let mesh = InterfaceMesh { coordinates: vec![0.0; 6], ..Default::default() };
         let spec = |name| FieldSpec { samples, ..FieldSpec::nodal(name, 3, Sampling::FromStart) };
         let layout = Layout::new(&[spec(name::DISPLACEMENT), spec(name::VELOCITY)], &mesh, 0);
-        (MotionFields::new(&layout), layout.len())
+        (MotionFields::new(&layout, 2), layout.len())
     }
 
     #[test]

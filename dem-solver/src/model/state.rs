@@ -23,9 +23,11 @@ pub struct State {
     pub received: f64,
     /// Number of broken lines of the mesh.
     pub broken: usize,
-    /// Displacement of all nodes at this instant, as the window that ends here predicted it [m]; empty where no contact
-    /// remembers its slip.
+    /// Displacement of the nodes that are sent at this instant, as the window that ends here predicted it [m]; empty where no
+    /// contact remembers its slip.
     pub predicted: Vec<f64>,
+    /// How many times finer than the scene says the steps are, because a contact on the net's own masses asks for it.
+    pub finer: usize,
 }
 
 /// State of one rock.
@@ -169,13 +171,14 @@ impl State {
             received: 0.0,
             broken: 0,
             predicted: Vec::new(),
+            finer: 1,
         }
     }
 
     /// Become `other`, without allocating while its histories fit.
     pub fn copy(&mut self, other: &Self) {
         (self.time, self.dissipated, self.received) = (other.time, other.dissipated, other.received);
-        self.broken = other.broken;
+        (self.broken, self.finer) = (other.broken, other.finer);
         self.predicted.clone_from(&other.predicted);
         for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
             mine.motion = theirs.motion;

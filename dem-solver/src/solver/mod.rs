@@ -8,7 +8,7 @@ use crate::contact::whole_rock::Whole;
 use crate::gate;
 use crate::geometry::sphere_tree::SphereTree;
 use crate::integrator::rock_stage::{DEEPEST_AT_START, RockStage};
-use crate::integrator::window::RockIntegrator;
+use crate::integrator::window::{RockIntegrator, Solved};
 use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::crossings::Crossings;
 use crate::law::table::Laws;
@@ -29,9 +29,12 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{
-    Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Solver, Statistics, Window, name,
+    Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Selection, Solver, Statistics, Window, name,
 };
 use nalgebra::Vector3;
+
+/// Most times that steps are made finer where a contact asks for it.
+const FINEST: usize = 64;
 
 /// Most samples per window of any field.
 const MOST_SAMPLES: u32 = 64;
@@ -313,16 +316,24 @@ impl Solver for DemSolver {
         };
         Hello {
             program: format!("dem-solver {}", env!("CARGO_PKG_VERSION")),
-            capabilities: vec![capability::REPEATABLE.into()],
+            capabilities: vec![capability::REPEATABLE.into(), capability::SELECTS.into()],
             takes: vec![
                 field(name::DISPLACEMENT, 3, Sampling::FromStart, MOST_SAMPLES),
                 field(name::VELOCITY, 3, Sampling::FromStart, MOST_SAMPLES),
                 FieldSpec { place: Place::Line, ..field(name::BROKEN, 1, Sampling::Once, 1) },
+                field(name::FORCE, 3, Sampling::Means, MOST_SAMPLES),
+                field(name::LOCAL_FORCE, 3, Sampling::Once, 1),
+                field(name::LOCAL_FORCE_RATE, 3, Sampling::Once, 1),
+                FieldSpec { place: Place::Pair, ..field(name::LOCAL_TANGENT, 9, Sampling::Once, 1) },
+                FieldSpec { place: Place::Whole, ..field(name::LOCAL_DAMPING, 1, Sampling::Once, 1) },
+                FieldSpec { place: Place::Whole, ..field(name::TRAVEL, 1, Sampling::Once, 1) },
             ],
             gives: vec![
                 field(name::FORCE, 3, Sampling::Means, MOST_SAMPLES),
                 field(name::FORCE, 3, Sampling::AtEnds, MOST_SAMPLES),
                 field(name::REACH, 1, Sampling::Once, 1),
+                field(name::DISPLACEMENT, 3, Sampling::AtEnds, MOST_SAMPLES),
+                FieldSpec { place: Place::Whole, ..field(name::FREE_TIME, 1, Sampling::Once, 1) },
             ],
             largest_window: f64::INFINITY,
         }
@@ -366,8 +377,32 @@ impl Solver for DemSolver {
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
         let run = self.run.as_mut().ok_or_else(|| Fault::broken("asked to solve before it was prepared"))?;
-        self.trial.copy(&self.committed);
-        run.solve(&self.model, &mut self.trial, window, input, output)
+        let mut finer = self.committed.finer;
+        loop {
+            self.trial.copy(&self.committed);
+            self.trial.finer = finer;
+            match run.solve(&self.model, &mut self.trial, window, input, output)? {
+                Solved::Done => return Ok(()),
+                Solved::TooCoarse if finer >= FINEST => {
+                    return Err(Fault::window(format!(
+                        "the contacts are so stiff, or nodes of the net so light, that {FINEST} times as many steps as \
+                         dem.time_step makes are not enough; shorten it"
+                    )));
+                }
+                Solved::TooCoarse => finer *= 2,
+            }
+        }
+    }
+
+    fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
+        let run = self.run.as_mut().ok_or_else(|| Fault::broken("asked to select before it was prepared"))?;
+        run.select(selection.as_deref(), &mut self.committed);
+        Ok(())
+    }
+
+    fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
+        let run = self.run.as_mut().ok_or_else(|| Fault::broken("asked for its reach before it was prepared"))?;
+        run.reach(&self.model, &self.committed, window, input, nodes)
     }
 
     fn commit(&mut self) -> Result<(), Fault> {

@@ -42,7 +42,7 @@ impl NearList {
     /// True if every element within `need` [m] of `centre` is listed, now that no node is further
     /// than `moved` [m] from where it was when the list was made.
     pub fn covers(&self, centre: &Vector3<f64>, moved: f64, need: f64) -> bool {
-        (centre - self.centre).norm() + moved + need <= self.coverage
+        self.covered(centre, moved) >= need
     }
 
     /// The list is no longer good.
@@ -63,12 +63,15 @@ impl NearList {
             self.place[node as usize] = u32::MAX;
         }
         self.elements.clear();
+        let mut nearest = f64::INFINITY;
         for (number, element) in (0..).zip(&contact_mesh.elements) {
             if contact_mesh.is_broken(number as usize) {
                 continue;
             }
             let [a, b, c] = element.nodes.map(&at);
-            if distance(element.kind, &centre, [&a, &b, &c]) > coverage {
+            let distance = distance(element.kind, &centre, [&a, &b, &c]);
+            nearest = nearest.min(distance);
+            if distance > coverage {
                 continue;
             }
             let nodes = element.nodes.map(|node| {
@@ -81,8 +84,21 @@ impl NearList {
             });
             self.elements.push(NearElement { number, nodes });
         }
+        if self.elements.is_empty() {
+            // An empty list is good until the nearest element is near.
+            self.coverage = nearest.min(FAR);
+        }
+    }
+
+    /// Distance from `centre` within which nothing is left out, now that no node is further than `moved` [m] from where it was
+    /// when the list was made [m].
+    pub fn covered(&self, centre: &Vector3<f64>, moved: f64) -> f64 {
+        self.coverage - (centre - self.centre).norm() - moved
     }
 }
+
+/// Coverage of a list of a mesh without elements [m].
+const FAR: f64 = 1e9;
 
 /// Distance of an element from `centre` [m].
 fn distance(kind: Kind, centre: &Vector3<f64>, [a, b, c]: [&Vector3<f64>; 3]) -> f64 {

@@ -89,6 +89,13 @@ pub struct Instant {
     pub elapsed: f64,
 }
 
+impl Instant {
+    /// The same for nodes of which nothing but this instant is known.
+    pub fn alone(self) -> Self {
+        Self { segment: 0, along: 0.0, ..self }
+    }
+}
+
 impl MeshPairs {
     /// An empty list with room for what a rock usually touches.
     pub fn new(rock: &Rock, contact_mesh: &ContactMesh, segments: usize) -> Self {
@@ -157,7 +164,21 @@ impl MeshPairs {
         moved + off_course + 2.0 * turn.imag().norm() * rock.arm <= self.skin
     }
 
-    /// Search the pairs at `now`.
+    /// The same for nodes that stand where `nodes` has them at this instant, whatever their course.
+    pub fn is_good_for(&self, rock: &Rock, now: &Motion, nodes: &NodeMotion) -> bool {
+        if !self.valid {
+            return false;
+        }
+        let mut most = 0.0_f64;
+        for (a, seen) in self.relative.iter().enumerate() {
+            let apart = (nodes.position(0, a, 0.0) - now.position - seen).norm_squared();
+            most = if apart > most { apart } else { most };
+        }
+        let turn = self.orientation.inverse() * now.orientation;
+        most.sqrt() + 2.0 * turn.imag().norm() * rock.arm <= self.skin
+    }
+
+    /// Search the pairs at `now`; of nodes without a course these are good until [`MeshPairs::is_good_for`] says no.
     pub fn search(
         &mut self,
         rock: &Rock,
@@ -209,7 +230,9 @@ impl MeshPairs {
         self.pairs.sort_unstable();
         self.course = Drift { position: now.position, velocity: now.velocity, since: at.elapsed };
         self.searched = Some((at.segment, at.along));
-        self.measure(nodes, at.segment + 1);
+        if nodes.has_course() {
+            self.measure(nodes, at.segment + 1);
+        }
     }
 
     fn clear(&mut self, near_nodes: usize) {

@@ -1,0 +1,336 @@
+//! The net as the contact solver advances it itself within a window, so that the window may last as long as the structure's
+//! own time scale instead of the contact's.
+//!
+//! The request has a reference motion `u*(t)` of the selected nodes, which the structure follows under the forces `F*`, and what
+//! is left over, `r = local_force + local_force_rate t`. In the first iteration of a window the reference is straight,
+//! `F* = 0`, and `r` is what accelerates the structure there; in later ones it is the structure's last answer under the force sent
+//! last, and `r = 0`. Contact forces `F` move the nodes off it by `d`:
+//!
+//! ```text
+//! m d'' = F - F* + r - K d - alpha m d'
+//! ```
+//!
+//! with lumped masses `m`, the tangents `K` of the elements between selected nodes (nodes outside stay on their reference), and
+//! mass-proportional damping `alpha`. The scheme is that of the rocks, position Verlet; `K d` varies slowly and is applied every
+//! few steps as one impulse (multiple time stepping: Grubmueller et al. (1991), Mol. Simul. 6, 121).
+//!
+//! Such a window is right while no disturbance leaves the patch and comes back: the coupler compares the motion found here
+//! with the structure's answer.
+
+use interface_defs::{Layout, Place, Plan, Sampling, Selection, name};
+use nalgebra::Vector3;
+use std::ops::Range;
+
+/// Share of the critical step of the patch up to which `K d` is held back.
+const SLOW: f64 = 0.2;
+/// Most steps between two impulses of `K d`.
+const MOST_HELD_BACK: usize = 16;
+/// Largest step times frequency of a contact on the masses of its nodes; 2 is the limit of stability.
+pub const COARSEST: f64 = 0.7;
+
+/// Where the request has what a yielding net needs, and the answer its motion.
+#[derive(Debug, Clone, Default)]
+pub struct LocalFields {
+    force: Vec<Range<usize>>,
+    residual: Option<Range<usize>>,
+    rate: Option<Range<usize>>,
+    tangent: Option<Range<usize>>,
+    damping: Option<Range<usize>>,
+    /// Begin of each sample of the net's motion in the answer.
+    own: Vec<usize>,
+}
+
+impl LocalFields {
+    /// Whether a plan has all that is needed.
+    pub fn are_in(plan: &Plan) -> bool {
+        let has = |name: &str| plan.takes.iter().any(|f| f.name == name);
+        [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE, name::LOCAL_TANGENT].into_iter().all(has)
+    }
+
+    /// Find the fields in the layouts of request and answer.
+    pub fn lay_out(&mut self, takes: &Layout, gives: &Layout) {
+        self.force.clear();
+        self.force.extend((0..).map_while(|i| sample(takes, name::FORCE, Sampling::Means, i)));
+        let once = |name| takes.sample(name, Sampling::Once, 0);
+        (self.residual, self.rate) = (once(name::LOCAL_FORCE), once(name::LOCAL_FORCE_RATE));
+        (self.tangent, self.damping) = (once(name::LOCAL_TANGENT), once(name::LOCAL_DAMPING));
+        self.own.clear();
+        let own = (0..).map_while(|i| sample(gives, name::DISPLACEMENT, Sampling::AtEnds, i));
+        self.own.extend(own.map(|range| range.start));
+    }
+
+    /// Samples of the net's motion in the answer.
+    pub fn own_samples(&self) -> usize {
+        self.own.len()
+    }
+}
+
+/// Sample `number` of a field, if the plan has so many.
+fn sample(layout: &Layout, name: &str, sampling: Sampling, number: usize) -> Option<Range<usize>> {
+    let spec = layout.fields().find(|f| f.name == name && f.sampling == sampling)?;
+    (number < spec.sample_count()).then(|| layout.sample(name, sampling, number)).flatten()
+}
+
+/// Whether a field belongs to a yielding net; [`Place::Pair`] has no other.
+pub fn is_local(field: &interface_defs::FieldSpec) -> bool {
+    field.place == Place::Pair || field.name.starts_with("local_")
+}
+
+/// The selected nodes within a window. Vectors run over the nodes, three components each.
+#[derive(Debug, Clone, Default)]
+pub struct LocalNet {
+    /// At rest [m].
+    rest: Vec<f64>,
+    /// One over the mass [1/kg], three times; 0 where a node is held.
+    inverse_mass: Vec<f64>,
+    pairs: Vec<[u32; 2]>,
+    /// Blocks of the tangent, row by row [N/m].
+    blocks: Vec<[f64; 9]>,
+    /// Displacement and velocity of the reference at the ends of the segment under way, in the request.
+    segment: Option<[Range<usize>; 4]>,
+    /// Off the reference [m], its rate [m/s], and its acceleration in the step before without and by `K d` [m/s2].
+    off: Vec<f64>,
+    off_rate: Vec<f64>,
+    fast: Vec<f64>,
+    slow: Vec<f64>,
+    /// Displacement at the start of the step under way [m].
+    before: Vec<f64>,
+    /// Displacement [m] and velocity [m/s] in its middle.
+    middle: Vec<f64>,
+    velocity: Vec<f64>,
+    /// Contact force on the nodes in it [N].
+    pub force: Vec<f64>,
+    /// Stiffness of the contacts on each node [N/m].
+    pub stiffness: Vec<f64>,
+    damping: f64,
+    /// Steps between two impulses of `K d`.
+    stride: usize,
+    /// Largest step times frequency of a contact so far.
+    pub coarseness: f64,
+}
+
+/// A step of a net, and where it is in the window.
+#[derive(Debug, Clone, Copy)]
+pub struct NetStep {
+    /// Number, from 0.
+    pub number: usize,
+    /// Steps of the window.
+    pub steps: usize,
+    /// Length [s].
+    pub h: f64,
+    /// Parts of the window between the samples of the reference.
+    pub segments: usize,
+}
+
+impl NetStep {
+    fn per_segment(&self) -> usize {
+        self.steps / self.segments
+    }
+}
+
+impl LocalNet {
+    /// Other nodes are selected; `rest` and `inverse_mass` are of all nodes.
+    pub fn select(&mut self, selection: &Selection, rest: &[Vector3<f64>], inverse_mass: Option<&[f64]>) {
+        self.rest.clear();
+        self.inverse_mass.clear();
+        for &node in &selection.nodes {
+            self.rest.extend_from_slice(rest[node as usize].as_slice());
+            let inverse = inverse_mass.map_or(0.0, |all| all[node as usize]);
+            self.inverse_mass.extend([inverse; 3]);
+        }
+        self.pairs.clone_from(&selection.pairs);
+        self.blocks.resize(self.pairs.len(), [0.0; 9]);
+        let numbers = self.rest.len();
+        for vector in [&mut self.off, &mut self.off_rate, &mut self.fast, &mut self.slow] {
+            vector.resize(numbers, 0.0);
+        }
+        for vector in [&mut self.before, &mut self.middle, &mut self.velocity, &mut self.force] {
+            vector.resize(numbers, 0.0);
+        }
+        self.stiffness.resize(numbers / 3, 0.0);
+    }
+
+    /// Begin a window that is cut into steps of `h` [s].
+    pub fn begin(&mut self, fields: &LocalFields, input: &[f64], h: f64) {
+        let numbers = self.rest.len();
+        for vector in [&mut self.off, &mut self.off_rate, &mut self.slow, &mut self.force] {
+            vector.fill(0.0);
+        }
+        self.damping = fields.damping.as_ref().map_or(0.0, |at| input[at.start]);
+        self.fast.fill(0.0);
+        if let Some(at) = &fields.residual {
+            for i in 0..numbers {
+                self.fast[i] = input[at.start + i] * self.inverse_mass[i];
+            }
+        }
+        self.coarseness = 0.0;
+        self.stride = 1;
+        let Some(at) = &fields.tangent else { return };
+        let blocks = input[at.clone()].as_chunks::<9>().0;
+        self.blocks.copy_from_slice(blocks);
+        // Gershgorin: no frequency of the patch is above the largest sum of a row over its mass. `force` is free here.
+        let sums = &mut self.force;
+        for (&[i, j], block) in self.pairs.iter().zip(blocks) {
+            for row in 0..3 {
+                for column in 0..3 {
+                    let size = block[3 * row + column].abs();
+                    sums[3 * i as usize + row] += size;
+                    if i != j {
+                        sums[3 * j as usize + column] += size;
+                    }
+                }
+            }
+        }
+        let fastest = sums.iter().zip(&self.inverse_mass).map(|(k, w)| k * w).fold(0.0, f64::max);
+        let held = SLOW * 2.0 / fastest.sqrt() / h;
+        self.stride = if held >= 1.0 { (held as usize).min(MOST_HELD_BACK) } else { 1 };
+        self.force.fill(0.0);
+    }
+
+    /// Largest distance that the leftover force alone moves a node off the reference in `time` [m].
+    pub fn drift(&self, fields: &LocalFields, input: &[f64], time: f64) -> f64 {
+        let Some(at) = &fields.residual else { return 0.0 };
+        let forces = input[at.clone()].iter().zip(&self.inverse_mass);
+        let fastest = forces.map(|(f, w)| (f * w).abs()).fold(0.0, f64::max);
+        3.0_f64.sqrt() * 0.5 * fastest * time * time
+    }
+
+    /// Drift to the middle of a step; `reference` are displacement and velocity at both ends of its segment, in the request.
+    pub fn to_middle(&mut self, step: NetStep, reference: [Range<usize>; 4], input: &[f64]) {
+        let per = step.per_segment();
+        let along = ((step.number % per) as f64 + 0.5) / per as f64;
+        self.segment = Some(reference);
+        let [value, rate] = self.hermite(along, per as f64 * step.h);
+        let [u0, u1, v0, v1] = self.samples(input);
+        let half = 0.5 * step.h;
+        for i in 0..self.rest.len() {
+            let star = value[0] * u0[i] + value[1] * u1[i] + value[2] * v0[i] + value[3] * v1[i];
+            let star_rate = rate[0] * u0[i] + rate[1] * u1[i] + rate[2] * v0[i] + rate[3] * v1[i];
+            self.middle[i] = star + self.off[i] + half * self.off_rate[i];
+            self.velocity[i] = star_rate + self.off_rate[i] + half * (self.fast[i] + self.slow[i]);
+        }
+        self.force.fill(0.0);
+        self.stiffness.fill(0.0);
+        // The displacement at the start is asked for where a force acts.
+        let start = (step.number % per) as f64 / per as f64;
+        let [value, _] = self.hermite(start, per as f64 * step.h);
+        for i in 0..self.rest.len() {
+            let star = value[0] * u0[i] + value[1] * u1[i] + value[2] * v0[i] + value[3] * v1[i];
+            self.before[i] = star + self.off[i];
+        }
+    }
+
+    /// The kick of the contact forces, and the drift to the step's end. Returns the work of the contact forces on the net [J].
+    pub fn kick(&mut self, step: NetStep, fields: &LocalFields, input: &[f64]) -> f64 {
+        let (h, per) = (step.h, step.per_segment());
+        let time = (step.number as f64 + 0.5) * h;
+        let bins = fields.force.len();
+        let star = (bins > 0).then(|| &input[fields.force[step.number * bins / step.steps].clone()]);
+        let zero = |at: &Option<Range<usize>>| at.as_ref().map(|at| &input[at.clone()]);
+        let (residual, rate) = (zero(&fields.residual), zero(&fields.rate));
+        let held_back = self.held_back(step);
+        if held_back > 0.0 {
+            self.pull_back(h);
+        }
+        for i in 0..self.rest.len() {
+            let mut force = self.force[i] - star.map_or(0.0, |f| f[i]);
+            force += residual.map_or(0.0, |r| r[i]) + rate.map_or(0.0, |r| r[i]) * time;
+            let drifted = self.off[i] + 0.5 * h * self.off_rate[i];
+            self.fast[i] = force * self.inverse_mass[i] - self.damping * self.off_rate[i];
+            self.off_rate[i] += h * (self.fast[i] + held_back * self.slow[i]);
+            self.off[i] = drifted + 0.5 * h * self.off_rate[i];
+        }
+        for (k, w) in self.stiffness.iter().zip(self.inverse_mass.as_chunks::<3>().0) {
+            self.coarseness = self.coarseness.max(k * w[0] * h * h);
+        }
+        let along = ((step.number % per) as f64 + 1.0) / per as f64;
+        let [value, rate] = self.hermite(along, per as f64 * h);
+        let [u0, u1, v0, v1] = self.samples(input);
+        let mut work = 0.0;
+        for i in 0..self.rest.len() {
+            let star = value[0] * u0[i] + value[1] * u1[i] + value[2] * v0[i] + value[3] * v1[i];
+            let star_rate = rate[0] * u0[i] + rate[1] * u1[i] + rate[2] * v0[i] + rate[3] * v1[i];
+            self.middle[i] = star + self.off[i];
+            self.velocity[i] = star_rate + self.off_rate[i];
+            work += self.force[i] * (self.middle[i] - self.before[i]);
+        }
+        work
+    }
+
+    /// Steps whose `K d` is applied in this one: all of its group, in the middle of it.
+    fn held_back(&self, step: NetStep) -> f64 {
+        let first = step.number / self.stride * self.stride;
+        let group = self.stride.min(step.steps - first);
+        if step.number == first + group / 2 { group as f64 } else { 0.0 }
+    }
+
+    /// Acceleration by `K d` in the middle of the step.
+    fn pull_back(&mut self, h: f64) {
+        let half = 0.5 * h;
+        // Room that is free until the step's end.
+        let at = &mut self.velocity;
+        for i in 0..at.len() {
+            at[i] = self.off[i] + half * self.off_rate[i];
+        }
+        self.slow.fill(0.0);
+        for (&[i, j], k) in self.pairs.iter().zip(&self.blocks) {
+            let (a, b) = (3 * i as usize, 3 * j as usize);
+            let d = [at[b], at[b + 1], at[b + 2]];
+            for row in 0..3 {
+                self.slow[a + row] -= k[3 * row] * d[0] + k[3 * row + 1] * d[1] + k[3 * row + 2] * d[2];
+            }
+            if i != j {
+                let d = [at[a], at[a + 1], at[a + 2]];
+                for row in 0..3 {
+                    self.slow[b + row] -= k[row] * d[0] + k[3 + row] * d[1] + k[6 + row] * d[2];
+                }
+            }
+        }
+        for (slow, w) in self.slow.iter_mut().zip(&self.inverse_mass) {
+            *slow *= w;
+        }
+    }
+
+    /// Weights of displacements and velocities at the ends of a segment of `length` [s]: cubic Hermite polynomials and their
+    /// rates, at the share `t` of it.
+    fn hermite(&self, t: f64, length: f64) -> [[f64; 4]; 2] {
+        let (t2, t3) = (t * t, t * t * t);
+        let value = [
+            2.0 * t3 - 3.0 * t2 + 1.0,
+            3.0 * t2 - 2.0 * t3,
+            (t3 - 2.0 * t2 + t) * length,
+            (t3 - t2) * length,
+        ];
+        let bend = 6.0 * (t2 - t) / length;
+        [value, [bend, -bend, 3.0 * t2 - 4.0 * t + 1.0, 3.0 * t2 - 2.0 * t]]
+    }
+
+    fn samples<'a>(&self, input: &'a [f64]) -> [&'a [f64]; 4] {
+        let ranges = self.segment.as_ref().expect("a step has begun");
+        [0, 1, 2, 3].map(|i| &input[ranges[i].clone()])
+    }
+
+    /// Position [m] and velocity [m/s] of the node at `place`, in the middle of the step under way or, once that has ended, at
+    /// its end.
+    #[inline]
+    pub fn node(&self, place: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let at = 3 * place;
+        let of = |v: &[f64]| Vector3::new(v[at], v[at + 1], v[at + 2]);
+        (of(&self.rest) + of(&self.middle), of(&self.velocity))
+    }
+
+    /// Write the displacement at the end of step `step` to the answer if a sample lies there.
+    pub fn answer(&self, step: NetStep, fields: &LocalFields, output: &mut [f64]) {
+        let samples = fields.own.len();
+        let done = (step.number + 1) * samples;
+        if samples > 0 && done.is_multiple_of(step.steps) {
+            let at = fields.own[done / step.steps - 1];
+            output[at..at + self.middle.len()].copy_from_slice(&self.middle);
+        }
+    }
+
+    /// Displacement at the end of the last step [m].
+    pub fn displacement(&self) -> &[f64] {
+        &self.middle
+    }
+}
