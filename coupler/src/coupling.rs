@@ -5,13 +5,14 @@ use crate::counts::Counts;
 use crate::energy::{Balance, Both};
 use crate::handshake::{Agreement, Side, agree};
 use crate::interface::Interface;
+use crate::patch::Patch;
 use crate::schedule::{Schedule, Span};
-use crate::seat::Seat;
+use crate::seat::{Answered, Ask, Seat};
 use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use crate::trust::Causes;
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::limits::Limits;
-use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
+use interface_defs::{Command, Failure, Layout, Participant, Statistics, ipc::interrupt};
 use std::fmt;
 
 /// Why the run ended before its time.
@@ -128,7 +129,24 @@ struct Gauges {
     fem: Vec<f64>,
     energies: Both,
     touches: bool,
+    /// Time in which nothing will touch [s].
+    free_time: f64,
+    /// Distance that nodes of the net have moved that are not selected [m].
+    travel: f64,
 }
+
+/// How a pass went.
+enum Passed {
+    /// Both solvers have answered.
+    Done,
+    /// One could not; why.
+    Failed(String),
+    /// Other nodes are selected now: the window begins anew.
+    Reselected,
+}
+
+/// Times that a window may begin anew with other nodes.
+const MOST_SELECTIONS: u32 = 4;
 
 /// A window that was accepted.
 #[derive(Clone, Copy)]
@@ -197,6 +215,9 @@ impl<'a> Coupling<'a> {
                 Outcome::Accepted(accepted) => {
                     self.book(accepted, &agreement.interface);
                     agreement.interface.commit();
+                    if let Some(patch) = &mut agreement.patch {
+                        patch.moved(self.gauges.travel, span.length);
+                    }
                     schedule.accept();
                     self.check_energy(span.end())?;
                 }
@@ -255,19 +276,35 @@ impl<'a> Coupling<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Outcome, CouplingError> {
         let most = self.settings.iterations();
-        let tolerance = self.settings.tolerances();
         let mut residual = Residual::default();
-        agreement.interface.predict(self.settings.predictor, span.length);
-        self.settings.acceleration.start_window(agreement.interface.unknowns());
-        for iteration in 1..=most {
-            if let Some(reason) = self.pass(span, iteration, agreement, observer)? {
-                return Ok(Outcome::Rejected(reason));
+        let (mut iteration, mut selections) = (1, 0);
+        if agreement.patch.as_ref().is_some_and(Patch::is_open) {
+            self.reselect(span, agreement)?;
+        }
+        self.begin(span, agreement);
+        let yields = agreement.interface.yields();
+        let tolerance = if yields { self.settings.of_yielding() } else { self.settings.tolerances() };
+        while iteration <= most {
+            match self.pass(span, iteration, agreement, observer)? {
+                Passed::Done => {}
+                Passed::Failed(reason) => return Ok(Outcome::Rejected(reason)),
+                Passed::Reselected if selections == MOST_SELECTIONS => {
+                    let what = format!("{selections} selections of nodes were not enough");
+                    return Ok(Outcome::Rejected(what));
+                }
+                Passed::Reselected => {
+                    self.begin(span, agreement);
+                    (iteration, selections) = (1, selections + 1);
+                    continue;
+                }
             }
+            let interface = &mut agreement.interface;
             residual = match self.settings.scheme {
-                Scheme::Weak => agreement.interface.displacement_residual(),
-                Scheme::Strong => agreement.interface.residual(span.length),
+                _ if yields => interface.yielding_residual(),
+                Scheme::Weak => interface.displacement_residual(),
+                Scheme::Strong => interface.residual(span.length),
             };
-            let factor = self.settings.acceleration.factor();
+            let factor = if yields { 1.0 } else { self.settings.acceleration.factor() };
             observer
                 .iteration(&Iteration { span, iteration, residual, factor })
                 .map_err(CouplingError::Output)?;
@@ -280,8 +317,12 @@ impl<'a> Coupling<'a> {
                 }));
             }
             if iteration < most {
-                agreement.interface.accelerate(&mut *self.settings.acceleration, span.length);
+                match yields {
+                    true => interface.adopt(),
+                    false => interface.accelerate(&mut *self.settings.acceleration, span.length),
+                }
             }
+            iteration += 1;
         }
         if self.settings.on_no_convergence == OnNoConvergence::Accept {
             return Ok(Outcome::Accepted(Accepted { span, iterations: most, residual, converged: false }));
@@ -297,36 +338,127 @@ impl<'a> Coupling<'a> {
         )))
     }
 
-    /// One pass: motion to the contact solver, its force to the structure. `Some` is why it failed.
+    /// The first iterate of a window.
+    fn begin(&mut self, span: Span, agreement: &mut Agreement) {
+        agreement.interface.predict(self.settings.predictor, span.length);
+        self.settings.acceleration.start_window(agreement.interface.unknowns());
+    }
+
+    /// One pass: motion to the contact solver, its force to the structure.
     fn pass(
         &mut self,
         span: Span,
         iteration: u32,
         agreement: &mut Agreement,
         observer: &mut dyn Observer,
-    ) -> Result<Option<String>, CouplingError> {
+    ) -> Result<Passed, CouplingError> {
         self.counts.iterations += 1;
-        let Agreement { interface, dem, fem, .. } = agreement;
-        self.dem.send(span, iteration, dem, &mut |payload| interface.write_motion(payload))?;
+        let Agreement { interface, dem, fem, patch, .. } = &mut *agreement;
+        let selection = u32::from(patch.is_some());
+        let mut ask = Ask::solve(dem, selection);
+        let (fields, mut travel) = (ask.sends, 0.0);
+        if let Some(patch) = patch {
+            (ask.listed, ask.nodes) = patch.to_announce();
+            ask.sends += ask.listed;
+            travel = patch.expected_travel(span.length);
+        }
+        self.dem.send((span, iteration), ask, &mut |payload| {
+            let (payload, list) = payload.split_at_mut(fields);
+            interface.write_motion(payload, iteration, travel);
+            if let Some(patch) = patch {
+                patch.announce(list);
+            }
+        })?;
         // Files are written while the contact solver is at work.
         self.report(observer)?;
-        if let Some(reason) = self.dem.receive(span, dem)? {
-            return Ok(Some(reason));
+        match self.dem.receive(span, dem)? {
+            Answered::Done => {}
+            Answered::Failed(reason) => return Ok(Passed::Failed(reason)),
+            Answered::Beyond => {
+                self.reselect(span, agreement)?;
+                return Ok(Passed::Reselected);
+            }
+        }
+        if let Some(patch) = patch {
+            patch.is_announced();
         }
         let force = self.dem.participant.answer();
-        self.fem.send(span, iteration, fem, &mut |payload| interface.write_force(force, payload))?;
+        let ask = Ask::solve(fem, selection);
+        self.fem.send((span, iteration), ask, &mut |payload| interface.write_force(force, payload))?;
         let gauges = &mut self.gauges;
         keep(&mut gauges.dem, &dem.layout, force);
-        gauges.energies.dem = dem.account.energies(force);
+        gauges.energies.dem = dem.account.energies(&force[dem.layout.gauges()]);
         gauges.touches = interface.touches(force);
-        if let Some(reason) = self.fem.receive(span, fem)? {
-            return Ok(Some(reason));
+        gauges.free_time = interface.free_time(force);
+        match self.fem.receive(span, fem)? {
+            Answered::Done => {}
+            Answered::Failed(reason) => return Ok(Passed::Failed(reason)),
+            Answered::Beyond => return Err(no_selection(self.fem.participant.name())),
         }
         let motion = self.fem.participant.answer();
         interface.take_motion(motion);
+        gauges.travel = interface.travel(motion);
         keep(&mut gauges.fem, &fem.layout, motion);
-        gauges.energies.fem = fem.account.energies(motion);
-        Ok(None)
+        gauges.energies.fem = fem.account.energies(&motion[fem.layout.gauges()]);
+        if let Some(patch) = patch.as_mut().filter(|_| gauges.travel > travel) {
+            // What the contact solver was told to expect has been exceeded.
+            patch.expect(gauges.travel, span.length);
+            self.reselect(span, agreement)?;
+            return Ok(Passed::Reselected);
+        }
+        Ok(Passed::Done)
+    }
+
+    /// Select the nodes that cross anew: all of the committed state to the contact solver, which lists what it must see; that to
+    /// the structure, which says how these nodes are coupled.
+    fn reselect(&mut self, span: Span, agreement: &mut Agreement) -> Result<(), CouplingError> {
+        let Agreement { interface, dem, fem, patch, .. } = agreement;
+        let Some(patch) = patch else { return Err(no_selection(self.dem.participant.name())) };
+        let all = patch.all();
+        for side in [&mut *dem, &mut *fem] {
+            side.request.resize(&all);
+            side.layout.resize(&all);
+        }
+        let state = Ask {
+            command: Command::State,
+            selection: 0,
+            listed: 0,
+            nodes: 0,
+            sends: 0,
+            expects: Some(fem.layout.len()),
+        };
+        self.fem.send((span, 1), state, &mut |_| ())?;
+        done(self.fem.receive(span, fem)?, self.fem.participant.name())?;
+        interface.select(dem, fem, all.nodes, false, self.fem.participant.answer());
+        interface.predict(self.settings.predictor, span.length);
+        let reach = Ask { command: Command::Reach, sends: dem.request.len(), expects: Some(0), ..state };
+        self.dem.send((span, 1), reach, &mut |payload| interface.write_motion(payload, 1, 0.0))?;
+        done(self.dem.receive(span, dem)?, self.dem.participant.name())?;
+        let breaks = |solver: &str, what: String| Failure::Contract { solver: solver.into(), what };
+        patch
+            .select(self.dem.participant.answer())
+            .map_err(|what| breaks(self.dem.participant.name(), what))?;
+        let nodes = patch.nodes().len();
+        let state = Ask { selection: 1, listed: nodes, nodes, sends: nodes, expects: None, ..state };
+        self.fem.send((span, 1), state, &mut |list| patch.announce(list))?;
+        done(self.fem.receive(span, fem)?, self.fem.participant.name())?;
+        let answer = self.fem.participant.answer();
+        let fields = answer.len() - self.fem.participant.listed();
+        patch.set_pairs(&answer[fields..]).map_err(|what| breaks(self.fem.participant.name(), what))?;
+        let items = patch.items();
+        for side in [&mut *dem, &mut *fem] {
+            side.request.resize(&items);
+            side.layout.resize(&items);
+        }
+        if fields != fem.layout.len() {
+            let what = format!(
+                "its committed state has {fields} numbers, its fields and gauges make {}",
+                fem.layout.len()
+            );
+            return Err(breaks(self.fem.participant.name(), what).into());
+        }
+        interface.select(dem, fem, nodes, true, &answer[..fields]);
+        Ok(())
     }
 
     /// Count and book an accepted window.
@@ -367,6 +499,21 @@ impl<'a> Coupling<'a> {
             reason,
             advice,
         })
+    }
+}
+
+/// An answer that only a solver with a part of the net may give, of one that has all.
+fn no_selection(solver: &str) -> CouplingError {
+    let what = "answered status 3, beyond the selection, to a request for all nodes".into();
+    Failure::Contract { solver: solver.into(), what }.into()
+}
+
+/// A request that cannot fail.
+fn done(answered: Answered, solver: &str) -> Result<(), CouplingError> {
+    match answered {
+        Answered::Done => Ok(()),
+        Answered::Failed(what) => Err(Failure::Contract { solver: solver.into(), what }.into()),
+        Answered::Beyond => Err(no_selection(solver)),
     }
 }
 

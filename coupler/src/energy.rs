@@ -18,19 +18,19 @@ impl Account {
     /// Of a solver with these gauges; `initial` is its answer at t = 0.
     pub fn new(gauges: &[Gauge], layout: &Layout, initial: &[f64]) -> Self {
         let with_role = gauges.iter().enumerate().filter(|(_, g)| g.role != Role::None);
-        let places: Vec<_> = with_role.map(|(i, g)| (g.role, layout.gauge(i).start)).collect();
+        let places: Vec<_> = with_role.map(|(i, g)| (g.role, 3 * i)).collect();
         let has = |role| gauges.iter().any(|g| g.role == role);
         let complete = [Role::Kinetic, Role::Potential, Role::Stored, Role::Dissipated, Role::Received]
             .into_iter()
             .all(has);
         let mut account = Self { places, start: Energies::default(), complete };
-        account.start = account.energies(initial);
+        account.start = account.energies(&initial[layout.gauges()]);
         account
     }
 
-    /// Energies in an answer.
-    pub fn energies(&self, answer: &[f64]) -> Energies {
-        Energies::of(self.places.iter().map(|(role, place)| (*role, answer[*place])))
+    /// Energies among the gauges of an answer, three numbers each.
+    pub fn energies(&self, gauges: &[f64]) -> Energies {
+        Energies::of(self.places.iter().map(|(role, place)| (*role, gauges[*place])))
     }
 
     /// Energies at t = 0.

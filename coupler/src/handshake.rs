@@ -3,6 +3,7 @@
 use crate::energy::Account;
 use crate::interface::{Interface, Places};
 use crate::mapping::{AnyMapper, Identity, NearestNeighbor};
+use crate::patch::Patch;
 use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
@@ -43,6 +44,8 @@ pub struct Agreement {
     pub dem: Side,
     /// The structure's solver.
     pub fem: Side,
+    /// The part of the net that crosses the interface; `None`: all of it, always.
+    pub patch: Option<Patch>,
     /// What the user should know.
     pub warnings: Vec<String>,
 }
@@ -99,13 +102,16 @@ pub fn agree(
         Side::new(format!("{} ({})", dem.name(), dem_hello.program), &dem_plan, dem_ready),
         Side::new(format!("{} ({})", fem.name(), fem_hello.program), &fem_plan, fem_ready),
     );
+    let patch = (!fields.local.is_empty() && mapping.is_identity())
+        .then(|| Patch::new(structure_mesh.clone(), settings.rings));
     let places = Places::new(&dem_side, &fem_side, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]
     };
-    let interface = Interface::new(mapping, places, last(name::DISPLACEMENT), last(name::VELOCITY));
-    Ok(Agreement { interface, dem: dem_side, fem: fem_side, warnings })
+    let mut interface = Interface::new(mapping, places, last(name::DISPLACEMENT), last(name::VELOCITY));
+    interface.pass_on(&fields.local, &dem_side, &fem_side);
+    Ok(Agreement { interface, dem: dem_side, fem: fem_side, patch, warnings })
 }
 
 fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
@@ -146,6 +152,8 @@ struct Fields {
     from_dem: Vec<FieldSpec>,
     to_fem: Vec<FieldSpec>,
     from_fem: Vec<FieldSpec>,
+    /// Fields of a yielding net that are passed on from the structure; none if there is no such net.
+    local: Vec<FieldSpec>,
 }
 
 fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Result<Fields, Failure> {
@@ -203,7 +211,64 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     if settings.scheme == Scheme::Strong {
         from_dem.extend(find(&dem.gives, name::REACH, Once));
     }
-    Ok(Fields { to_dem, from_dem, to_fem, from_fem })
+    let mut local = Vec::new();
+    if settings.yielding_net {
+        match local_fields(dem, fem, &find) {
+            Ok(of) => {
+                tracing::info!("the contact solver advances the net in reach itself");
+                local = of.local;
+                from_fem.extend(local.iter().cloned().chain(of.travel.clone()));
+                to_dem.extend(local.iter().cloned().chain([of.star]).chain(of.travel));
+                from_dem.extend([of.own].into_iter().chain(of.free_time));
+                from_dem
+                    .extend(find(&dem.gives, name::REACH, Once).filter(|_| settings.scheme == Scheme::Weak));
+            }
+            Err(what) => tracing::warn!(
+                "coupling.yielding_net: {what}; the net is moved by the structure alone, and the window must be short"
+            ),
+        }
+    }
+    Ok(Fields { to_dem, from_dem, to_fem, from_fem, local })
+}
+
+/// What a yielding net needs of both solvers.
+struct LocalFields {
+    local: Vec<FieldSpec>,
+    star: FieldSpec,
+    own: FieldSpec,
+    travel: Option<FieldSpec>,
+    free_time: Option<FieldSpec>,
+}
+
+/// The fields of a yielding net, or what is missing.
+fn local_fields(
+    dem: &Hello,
+    fem: &Hello,
+    find: &impl Fn(&[FieldSpec], &str, Sampling) -> Option<FieldSpec>,
+) -> Result<LocalFields, String> {
+    for hello in [dem, fem] {
+        if !hello.can(capability::SELECTS) {
+            return Err(format!("{} cannot select nodes of the net", hello.program));
+        }
+    }
+    let both = |name: &str| {
+        let given = find(&fem.gives, name, Sampling::Once)
+            .ok_or_else(|| format!("{} does not offer \"{name}\"", fem.program))?;
+        let taken = find(&dem.takes, name, Sampling::Once);
+        taken.filter(|t| *t == given).ok_or_else(|| format!("{} does not take \"{name}\"", dem.program))
+    };
+    let needed = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE, name::LOCAL_TANGENT];
+    let mut local = needed.into_iter().map(both).collect::<Result<Vec<_>, _>>()?;
+    local.extend(both(name::LOCAL_DAMPING));
+    let lacks = |what: &str| format!("{} lacks {what}", dem.program);
+    Ok(LocalFields {
+        local,
+        star: find(&dem.takes, name::FORCE, Sampling::Means).ok_or_else(|| lacks("\"force\" as input"))?,
+        own: find(&dem.gives, name::DISPLACEMENT, Sampling::AtEnds)
+            .ok_or_else(|| lacks("\"displacement\" in its answer"))?,
+        travel: both(name::TRAVEL).ok(),
+        free_time: find(&dem.gives, name::FREE_TIME, Sampling::Once),
+    })
 }
 
 /// The user's input is refused: exit code 2.

@@ -9,10 +9,11 @@ use crate::energy::Work;
 use crate::handshake::Side;
 use crate::mapping::Matrix;
 use crate::predictor::predict;
-use interface_defs::{Layout, Sampling, name};
+use interface_defs::{FieldSpec, Layout, Sampling, name};
 use std::ops::Range;
 
 /// Where the fields that the coupler knows lie in the four payloads.
+#[derive(Debug, Clone, Default)]
 pub struct Places {
     /// `[sample]`: start, then the ends of the parts; to the contact solver.
     pub dem_displacement: Vec<Range<usize>>,
@@ -36,29 +37,50 @@ pub struct Places {
     pub velocity: Vec<Range<usize>>,
     /// From the structure: its broken lines.
     pub broken: Option<Range<usize>>,
+    /// To the contact solver: means over the parts of the force under which the motion sent was computed.
+    pub star: Vec<Range<usize>>,
+    /// From the contact solver: its own motion of the net at the ends of the parts.
+    pub own: Vec<Range<usize>>,
+    /// From the structure.
+    pub travel: Option<Range<usize>>,
+    /// To the contact solver: the sum of what came, and what may come.
+    pub dem_travel: Option<Range<usize>>,
+    /// From the contact solver.
+    pub free_time: Option<Range<usize>>,
 }
 
 impl Places {
     /// From the layouts of the four payloads, with `samples` parts per window.
     pub fn new(dem: &Side, fem: &Side, samples: usize) -> Self {
+        let mut places = Self::default();
+        places.lay_out(dem, fem, samples);
+        places
+    }
+
+    /// The same fields lie elsewhere.
+    pub fn lay_out(&mut self, dem: &Side, fem: &Side, samples: usize) {
         let (to_dem, from_dem, to_fem, from_fem) = (&dem.request, &dem.layout, &fem.request, &fem.layout);
-        let all = |layout: &Layout, name: &str, sampling: Sampling, count: usize| -> Vec<Range<usize>> {
-            (0..count).filter_map(|i| layout.sample(name, sampling, i)).collect()
+        let all = |ranges: &mut Vec<Range<usize>>, layout: &Layout, name, sampling, count: usize| {
+            ranges.clear();
+            ranges.extend((0..count).filter_map(|i| layout.sample(name, sampling, i)));
         };
         use Sampling::{AtEnds, FromStart, Means, Once};
-        Self {
-            dem_displacement: all(to_dem, name::DISPLACEMENT, FromStart, samples + 1),
-            dem_velocity: all(to_dem, name::VELOCITY, FromStart, samples + 1),
-            dem_force: all(from_dem, name::FORCE, Means, samples),
-            dem_end_force: all(from_dem, name::FORCE, AtEnds, samples),
-            reach: from_dem.sample(name::REACH, Once, 0),
-            dem_broken: to_dem.sample(name::BROKEN, Once, 0),
-            broken: from_fem.sample(name::BROKEN, Once, 0),
-            force: all(to_fem, name::FORCE, Means, samples),
-            end_force: all(to_fem, name::FORCE, AtEnds, samples),
-            displacement: all(from_fem, name::DISPLACEMENT, AtEnds, samples),
-            velocity: all(from_fem, name::VELOCITY, AtEnds, samples),
-        }
+        all(&mut self.dem_displacement, to_dem, name::DISPLACEMENT, FromStart, samples + 1);
+        all(&mut self.dem_velocity, to_dem, name::VELOCITY, FromStart, samples + 1);
+        all(&mut self.star, to_dem, name::FORCE, Means, samples);
+        all(&mut self.dem_force, from_dem, name::FORCE, Means, samples);
+        all(&mut self.dem_end_force, from_dem, name::FORCE, AtEnds, samples);
+        all(&mut self.own, from_dem, name::DISPLACEMENT, AtEnds, samples);
+        all(&mut self.force, to_fem, name::FORCE, Means, samples);
+        all(&mut self.end_force, to_fem, name::FORCE, AtEnds, samples);
+        all(&mut self.displacement, from_fem, name::DISPLACEMENT, AtEnds, samples);
+        all(&mut self.velocity, from_fem, name::VELOCITY, AtEnds, samples);
+        self.reach = from_dem.sample(name::REACH, Once, 0);
+        self.dem_broken = to_dem.sample(name::BROKEN, Once, 0);
+        self.broken = from_fem.sample(name::BROKEN, Once, 0);
+        self.travel = from_fem.sample(name::TRAVEL, Once, 0);
+        self.dem_travel = to_dem.sample(name::TRAVEL, Once, 0);
+        self.free_time = from_dem.sample(name::FREE_TIME, Once, 0);
     }
 }
 
@@ -74,6 +96,15 @@ impl Motion {
         Self { u: vec![vec![0.0; len]; samples], v: vec![vec![0.0; len]; samples] }
     }
 
+    fn resize(&mut self, len: usize) {
+        self.u.iter_mut().chain(&mut self.v).for_each(|sample| sample.resize(len, 0.0));
+    }
+
+    fn copy(&mut self, other: &Self) {
+        self.u.clone_from(&other.u);
+        self.v.clone_from(&other.v);
+    }
+
     /// Every sample of displacement and velocity beside that of `other`, with the factor to metres.
     fn paired<'a>(
         &'a mut self,
@@ -85,11 +116,30 @@ impl Motion {
     }
 }
 
+/// A field of one sample that is passed on from the structure to the contact solver.
+#[derive(Debug, Clone)]
+struct Passed {
+    name: String,
+    from: Range<usize>,
+    to: Range<usize>,
+    /// As committed, and in the structure's last answer.
+    committed: Vec<f64>,
+    trial: Vec<f64>,
+    /// Whether it belongs to the straight motion that a window begins with, and to no later iterate.
+    first: bool,
+}
+
 /// State of the interface.
 pub struct Interface {
     /// H, from the structure to the contact solver's mesh.
     pub mapping: Matrix,
     places: Places,
+    /// Fields that the contact solver gets as the structure has them when the window begins.
+    passed: Vec<Passed>,
+    /// Whether all of this is of selected nodes alone; the meshes are equal then.
+    selected: bool,
+    /// Where the contact solver has moved the net itself, by samples; empty if it does not.
+    own: Vec<Vec<f64>>,
     /// At the committed time.
     committed_u: Vec<f64>,
     committed_v: Vec<f64>,
@@ -134,8 +184,84 @@ impl Interface {
             nodes: Vec::with_capacity(u.len() / 3),
             packed: Vec::with_capacity(2 * samples * u.len()),
             packed_residual: Vec::with_capacity(2 * samples * u.len()),
+            passed: Vec::new(),
+            selected: false,
+            own: vec![vec![0.0; u.len()]; places.own.len()],
             mapping,
             places,
+        }
+    }
+
+    /// Pass these fields of the structure on to the contact solver.
+    pub fn pass_on(&mut self, fields: &[FieldSpec], dem: &Side, fem: &Side) {
+        let first = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE];
+        self.passed = fields
+            .iter()
+            .filter_map(|field| {
+                let from = fem.layout.sample(&field.name, Sampling::Once, 0)?;
+                let to = dem.request.sample(&field.name, Sampling::Once, 0)?;
+                let values = vec![0.0; from.len()];
+                Some(Passed {
+                    name: field.name.clone(),
+                    from,
+                    to,
+                    committed: values.clone(),
+                    trial: values,
+                    first: first.contains(&field.name.as_str()),
+                })
+            })
+            .collect();
+    }
+
+    /// Lay everything out for the payloads as they are now, which hold `nodes` nodes, and begin from `state`, the structure's
+    /// answer with its committed state.
+    pub fn select(&mut self, dem: &Side, fem: &Side, nodes: usize, selected: bool, state: &[f64]) {
+        let len = 3 * nodes;
+        self.selected = selected;
+        self.places.lay_out(dem, fem, self.iterate.u.len());
+        for field in &mut self.passed {
+            field.from = fem.layout.sample(&field.name, Sampling::Once, 0).unwrap_or_default();
+            field.to = dem.request.sample(&field.name, Sampling::Once, 0).unwrap_or_default();
+            field.committed.clear();
+            field.committed.extend_from_slice(&state[field.from.clone()]);
+            field.trial.clone_from(&field.committed);
+        }
+        self.iterate.resize(len);
+        self.answer.resize(len);
+        self.own.iter_mut().chain(&mut self.force).for_each(|sample| sample.resize(len, 0.0));
+        self.judged.clear();
+        self.judged.resize(nodes, false);
+        self.in_reach.clear();
+        let last = |places: &[Range<usize>]| places.last().cloned().expect("chosen for every structure");
+        for (committed, place) in [
+            (&mut self.committed_u, last(&self.places.displacement)),
+            (&mut self.committed_v, last(&self.places.velocity)),
+        ] {
+            committed.clear();
+            committed.extend_from_slice(&state[place]);
+        }
+        if let Some(place) = &self.places.broken {
+            self.committed_broken.clear();
+            self.committed_broken.extend_from_slice(&state[place.clone()]);
+            self.broken.clone_from(&self.committed_broken);
+        }
+    }
+
+    /// Whether the contact solver advances the net itself.
+    pub fn yields(&self) -> bool {
+        self.selected && !self.own.is_empty()
+    }
+
+    /// Largest speed of a node in the committed state, in any component [m/s].
+    pub fn fastest(&self) -> f64 {
+        self.committed_v.iter().fold(0.0, |most, v| v.abs().max(most))
+    }
+
+    /// `contact = H structure`.
+    fn consistent(&self, structure: &[f64], contact: &mut [f64]) {
+        match self.selected {
+            true => contact.copy_from_slice(structure),
+            false => self.mapping.consistent(structure, contact),
         }
     }
 
@@ -150,25 +276,40 @@ impl Interface {
     }
 
     /// The iterate, mapped into the request to the contact solver.
-    pub fn write_motion(&self, payload: &mut [f64]) {
+    pub fn write_motion(&self, payload: &mut [f64], iteration: u32, travel: f64) {
         let starts = [
             (&self.places.dem_displacement, &self.committed_u),
             (&self.places.dem_velocity, &self.committed_v),
         ];
         for (places, start) in starts {
             if let Some(place) = places.first() {
-                self.mapping.consistent(start, &mut payload[place.clone()]);
+                self.consistent(start, &mut payload[place.clone()]);
             }
         }
         let ends =
             [(&self.places.dem_displacement, &self.iterate.u), (&self.places.dem_velocity, &self.iterate.v)];
         for (places, samples) in ends {
             for (place, sample) in places.iter().skip(1).zip(samples) {
-                self.mapping.consistent(sample, &mut payload[place.clone()]);
+                self.consistent(sample, &mut payload[place.clone()]);
             }
         }
         if let Some(place) = &self.places.dem_broken {
             payload[place.clone()].copy_from_slice(&self.committed_broken);
+        }
+        for (place, force) in self.places.star.iter().zip(&self.force) {
+            match iteration {
+                1 => payload[place.clone()].fill(0.0),
+                _ => payload[place.clone()].copy_from_slice(force),
+            }
+        }
+        for field in &self.passed {
+            match iteration > 1 && field.first {
+                true => payload[field.to.clone()].fill(0.0),
+                false => payload[field.to.clone()].copy_from_slice(&field.committed),
+            }
+        }
+        if let Some(place) = &self.places.dem_travel {
+            payload[place.clone()].fill(travel);
         }
     }
 
@@ -179,17 +320,25 @@ impl Interface {
             let means = &from_dem[place.clone()];
             match self.places.force.get(part) {
                 Some(to) => {
-                    self.mapping.conservative(means, &mut payload[to.clone()]);
+                    conservative(&self.mapping, self.selected, means, &mut payload[to.clone()]);
                     force.copy_from_slice(&payload[to.clone()]);
                 }
-                None => self.mapping.conservative(means, force),
+                None => conservative(&self.mapping, self.selected, means, force),
             }
         }
         for (place, to) in self.places.dem_end_force.iter().zip(&self.places.end_force) {
-            self.mapping.conservative(&from_dem[place.clone()], &mut payload[to.clone()]);
+            let to = &mut payload[to.clone()];
+            conservative(&self.mapping, self.selected, &from_dem[place.clone()], to);
+        }
+        for (place, own) in self.places.own.iter().zip(&mut self.own) {
+            own.copy_from_slice(&from_dem[place.clone()]);
         }
         if let Some(reach) = &self.places.reach {
-            self.mapping.mark(&from_dem[reach.clone()], &mut self.judged);
+            let marks = &from_dem[reach.clone()];
+            match self.selected {
+                true => self.judged.iter_mut().zip(marks).for_each(|(judged, mark)| *judged = *mark != 0.0),
+                false => self.mapping.mark(marks, &mut self.judged),
+            }
             self.in_reach.clear();
             self.in_reach.extend(ranges(&self.judged));
         }
@@ -211,6 +360,36 @@ impl Interface {
         if let Some(place) = &self.places.broken {
             self.broken.copy_from_slice(&from_structure[place.clone()]);
         }
+        for field in &mut self.passed {
+            field.trial.copy_from_slice(&from_structure[field.from.clone()]);
+        }
+    }
+
+    /// How far the structure says that nodes have moved in its last answer [m].
+    pub fn travel(&self, from_structure: &[f64]) -> f64 {
+        self.places.travel.as_ref().map_or(0.0, |at| from_structure[at.start])
+    }
+
+    /// How long the contact solver says that nothing will touch [s].
+    pub fn free_time(&self, from_dem: &[f64]) -> f64 {
+        self.places.free_time.as_ref().map_or(0.0, |at| from_dem[at.start])
+    }
+
+    /// Distance between the net as the contact solver has moved it and the structure's answer, over the judged nodes.
+    pub fn yielding_residual(&self) -> Residual {
+        let mut residual = Residual::default();
+        for (own, answer) in self.own.iter().zip(&self.answer.u) {
+            let apart = largest_distance(answer, own, &self.in_reach);
+            residual.displacement = residual.displacement.max(apart);
+            let increment = largest_distance(answer, &self.committed_u, &self.in_reach);
+            residual.displacement_increment = residual.displacement_increment.max(increment);
+        }
+        residual
+    }
+
+    /// The structure's answer is the next iterate.
+    pub fn adopt(&mut self) {
+        self.iterate.copy(&self.answer);
     }
 
     /// Residual in displacement `answer - iterate` over the judged nodes; nothing else of it is known then.
@@ -270,15 +449,16 @@ impl Interface {
     /// solver saw. They differ by mean force times residual.
     pub fn work(&self) -> Work {
         let mut work = Work::default();
+        let seen = if self.yields() { &self.own } else { &self.iterate.u };
         for (sample, force) in self.force.iter().enumerate() {
             let (from_answer, from_iterate) = match sample {
                 0 => (&self.committed_u, &self.committed_u),
-                _ => (&self.answer.u[sample - 1], &self.iterate.u[sample - 1]),
+                _ => (&self.answer.u[sample - 1], &seen[sample - 1]),
             };
             for (i, f) in force.iter().enumerate().filter(|(_, f)| **f != 0.0) {
                 work.touched = true;
                 work.structure += f * (self.answer.u[sample][i] - from_answer[i]);
-                work.mesh += f * (self.iterate.u[sample][i] - from_iterate[i]);
+                work.mesh += f * (seen[sample][i] - from_iterate[i]);
             }
         }
         work
@@ -292,6 +472,15 @@ impl Interface {
             std::mem::swap(&mut self.committed_v, v);
         }
         self.committed_broken.copy_from_slice(&self.broken);
+        self.passed.iter_mut().for_each(|field| std::mem::swap(&mut field.committed, &mut field.trial));
+    }
+}
+
+/// `structure = H^T contact`.
+fn conservative(mapping: &Matrix, selected: bool, contact: &[f64], structure: &mut [f64]) {
+    match selected {
+        true => structure.copy_from_slice(contact),
+        false => mapping.conservative(contact, structure),
     }
 }
 

@@ -9,7 +9,7 @@
 //! - before the loop: [`program`] (command line), [`settings`] (the table `[coupling]`: keys, defaults, checks), [`handshake`]
 //!   (who is there, which fields cross the interface, the interface mesh)
 //! - in a window: [`schedule`] (which window is next), [`predictor`] (first iterate), [`interface`] (motion and force on both
-//!   meshes), [`mapping`] (the matrix between them), `seat` (asks one solver), [`convergence`] (residual and tolerances),
+//!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), [`convergence`] (residual and tolerances),
 //!   [`acceleration`] (residual to next iterate)
 //! - after it: [`energy`] (balance and work at the interface), [`counts`], [`records`] (result files) with `rows` (which windows
 //!   become rows), [`trust`] (what speaks against a run), `cost`
@@ -25,6 +25,7 @@ pub mod energy;
 pub mod handshake;
 pub mod interface;
 pub mod mapping;
+pub mod patch;
 pub mod predictor;
 pub mod program;
 pub mod records;

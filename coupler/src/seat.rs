@@ -5,6 +5,46 @@ use crate::schedule::Span;
 use interface_defs::message::FaultKind;
 use interface_defs::{Command, Failure, Participant, Request, RequestHeader, Statistics, Status};
 
+/// How a participant answered.
+#[derive(Debug)]
+pub(crate) enum Answered {
+    /// As asked.
+    Done,
+    /// It could not; a shorter window may do. Why.
+    Failed(String),
+    /// It must see more nodes than are selected.
+    Beyond,
+}
+
+/// What is asked beside the window.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ask {
+    /// The command, without a commit.
+    pub command: Command,
+    /// 0: all nodes; 1: those selected.
+    pub selection: u32,
+    /// Numbers at the payload's end that select, and how many of them are nodes.
+    pub listed: usize,
+    pub nodes: usize,
+    /// Numbers of the request, and of the answer's fields and gauges.
+    pub sends: usize,
+    pub expects: Option<usize>,
+}
+
+impl Ask {
+    /// To solve a window, payloads as they are laid out for `side`.
+    pub fn solve(side: &Side, selection: u32) -> Self {
+        Self {
+            command: Command::Solve,
+            selection,
+            listed: 0,
+            nodes: 0,
+            sends: side.request.len(),
+            expects: Some(side.layout.len()),
+        }
+    }
+}
+
 /// A participant, and what it does not know yet.
 pub(crate) struct Seat<'a> {
     pub participant: &'a mut dyn Participant,
@@ -25,44 +65,48 @@ impl<'a> Seat<'a> {
         self.participant.finish(std::mem::take(&mut self.commit_due))
     }
 
-    /// Ask for a window. The acceptance of the window before travels with the first request.
+    /// Ask for a window, or as `ask` says. The acceptance of the window before travels with the first request.
     pub fn send(
         &mut self,
-        span: Span,
-        iteration: u32,
-        side: &Side,
+        (span, iteration): (Span, u32),
+        ask: Ask,
         fill: &mut dyn FnMut(&mut [f64]),
     ) -> Result<(), Failure> {
         let commits = std::mem::take(&mut self.commit_due);
-        let command = if commits { Command::CommitAndSolve } else { Command::Solve };
+        let command = if commits { ask.command.after_commit() } else { ask.command };
         let header = RequestHeader {
             window: span.number,
             iteration,
             command: command as u32,
             start: span.start,
             length: span.length,
+            selection: ask.selection,
+            listed: ask.listed as u32,
+            nodes: ask.nodes as u32,
             ..Default::default()
         };
         self.asked = true;
-        let request = Request { header, sends: side.request.len(), expects: side.layout.len() };
-        self.participant.send(request, fill)
+        self.participant.send(Request { header, sends: ask.sends, expects: ask.expects }, fill)
     }
 
-    /// Wait for its answer, all numbers finite. `Some` is why this window failed.
-    pub fn receive(&mut self, span: Span, side: &Side) -> Result<Option<String>, Failure> {
+    /// Wait for its answer, all numbers finite.
+    pub fn receive(&mut self, span: Span, side: &Side) -> Result<Answered, Failure> {
         let status = self.participant.receive()?;
         self.asked = false;
+        if status == Status::Beyond {
+            return Ok(Answered::Beyond);
+        }
         if status == Status::Failed {
             let fault = self.participant.explain()?;
             let solver = self.participant.name().to_string();
             return match fault.kind {
-                FaultKind::Window => Ok(Some(format!("{solver}: {fault}"))),
+                FaultKind::Window => Ok(Answered::Failed(format!("{solver}: {fault}"))),
                 _ => Err(Failure::Fault { solver, fault }),
             };
         }
         let payload = self.participant.answer();
         if is_finite(payload) {
-            return Ok(None);
+            return Ok(Answered::Done);
         }
         let index = payload.iter().position(|x| !x.is_finite()).expect("one is not finite");
         let what = match (side.layout.owner(index), side.layout.gauge_owner(index)) {

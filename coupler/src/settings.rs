@@ -56,6 +56,19 @@ pub struct CouplingSettings {
     /// Parts of a window for which motion and mean force are exchanged: more resolve a contact that
     /// is shorter than the window.
     pub samples: u32,
+    /// The contact solver advances the net in reach itself, with masses and tangents of the structure: windows of 1 ms then
+    /// take one iteration. A structure that offers no tangents is coupled without, and the log says so.
+    pub yielding_net: bool,
+    /// Largest distance [m] between the net as the contact solver has moved it and the structure's answer, for a window of a
+    /// yielding net to be accepted; or this share of the window's increment, `yielding_share`.
+    pub yielding_tolerance: f64,
+    /// The same, relative to the window's increment.
+    pub yielding_share: f64,
+    /// Rings of nodes around those in reach that a yielding net has.
+    pub rings: u32,
+    /// Longest window while nothing is in reach [s]: the output interval.
+    #[serde(skip)]
+    pub flight_window: f64,
     /// What to do with a window that did not converge.
     pub on_no_convergence: OnNoConvergence,
     /// Shortest window that halving may reach [s]. Default: `time_window / 64`.
@@ -83,6 +96,11 @@ impl Default for CouplingSettings {
             max_iterations: 30,
             predictor: 1,
             samples: 1,
+            yielding_net: false,
+            yielding_tolerance: 1e-5,
+            yielding_share: 0.02,
+            rings: 2,
+            flight_window: 0.0,
             on_no_convergence: OnNoConvergence::Halve,
             min_window: None,
             acceleration: AnyAcceleration::default(),
@@ -98,6 +116,9 @@ fn is_open(window: &f64) -> bool {
 
 /// Longest part of a strong window that resolves a mean over 1 ms [s].
 const RESOLVED: f64 = 1e-3;
+
+/// Part of a window of a yielding net for which motion and mean force are exchanged, if the scene does not say [s].
+const PART_OF_YIELDING: f64 = 6.25e-5;
 
 /// Absolute tolerance from which on something is said [m].
 const COARSE: f64 = 1e-3;
@@ -137,6 +158,13 @@ impl CouplingSettings {
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
         coupling.check_against_run(scene)?;
         coupling.scene = Some(scene.fingerprint());
+        let named = |key: &str| {
+            let document = scene.document().ok();
+            document.is_some_and(|d| d.get("coupling").is_some_and(|table| table.get(key).is_some()))
+        };
+        if coupling.yielding_net && !named("samples") && !is_open(&coupling.time_window) {
+            coupling.samples = (coupling.time_window / PART_OF_YIELDING).ceil().clamp(1.0, 64.0) as u32;
+        }
         Ok(coupling)
     }
 
@@ -267,6 +295,11 @@ impl CouplingSettings {
     /// Tolerances.
     pub fn tolerances(&self) -> Tolerance {
         Tolerance { relative: self.tolerance, absolute: self.absolute_tolerance }
+    }
+
+    /// Tolerances of a yielding net: of the distance of the two motions of the net.
+    pub fn of_yielding(&self) -> Tolerance {
+        Tolerance { relative: self.yielding_share, absolute: self.yielding_tolerance }
     }
 
     /// Shortest window that halving may reach [s].

@@ -101,8 +101,8 @@ pub struct Request {
     pub header: RequestHeader,
     /// Numbers that are sent.
     pub sends: usize,
-    /// Numbers of the answer's fields and gauges; what it lists comes on top.
-    pub expects: usize,
+    /// Numbers of the answer's fields and gauges; what it lists comes on top. `None`: its list says how many they are.
+    pub expects: Option<usize>,
 }
 
 /// A solver as the coupler sees it. Once prepared it has two verbs: send and receive.
@@ -125,6 +125,9 @@ pub trait Participant {
     /// Payload of the answer received last, as the solver wrote it, not copied: fields of the plan,
     /// then three numbers per gauge, then what it lists.
     fn answer(&self) -> &[f64];
+
+    /// How many numbers at its end are a list.
+    fn listed(&self) -> usize;
 
     /// Why the last solve failed.
     fn explain(&mut self) -> Result<Fault, Failure>;
@@ -149,6 +152,7 @@ pub struct InProcess<S> {
     output: Vec<f64>,
     pending: Option<RequestHeader>,
     fault: Option<Fault>,
+    listed: usize,
     sequence: u64,
     waited: f64,
 }
@@ -164,6 +168,7 @@ impl<S: Solver> InProcess<S> {
             output: Vec::new(),
             pending: None,
             fault: None,
+            listed: 0,
             sequence: 0,
             waited: 0.0,
         }
@@ -210,12 +215,17 @@ impl<S: Solver> Participant for InProcess<S> {
         });
         self.waited += started.elapsed().as_secs_f64();
         let status = outcome.as_ref().map_or_else(status_of, |_| Status::Done);
+        self.listed = *outcome.as_ref().unwrap_or(&0) as usize;
         self.fault = outcome.err();
         Ok(status)
     }
 
     fn answer(&self) -> &[f64] {
         &self.output
+    }
+
+    fn listed(&self) -> usize {
+        self.listed
     }
 
     fn explain(&mut self) -> Result<Fault, Failure> {

@@ -140,7 +140,7 @@ fn measure(doubles: usize, wait: Wait, rounds: usize) -> Result<Vec<f64>, Box<dy
         let started = Instant::now();
         for remote in &mut remotes {
             let header = RequestHeader { command: Command::Solve as u32, length: 1.0, ..Default::default() };
-            let request = Request { header, sends: doubles, expects: doubles };
+            let request = Request { header, sends: doubles, expects: Some(doubles) };
             remote.send(request, &mut |payload| payload.fill(round as f64))?;
             remote.receive()?;
         }

@@ -131,8 +131,17 @@ impl MeshForces {
         let inertia = scene.rock.inertia.min() / count as f64;
         let mover = Mover { velocity, spin, relative_spin: spin, inertia };
         let Self { touch, node_forces, node_stiffness, node_velocities, transfer, rows, histories } = self;
-        let mut partner =
-            OnMesh { scene, touch, count, node_velocities, node_forces, node_stiffness, transfer, before, histories };
+        let mut partner = OnMesh {
+            scene,
+            touch,
+            count,
+            node_velocities,
+            node_forces,
+            node_stiffness,
+            transfer,
+            before,
+            histories,
+        };
         let mut sums = forces(&mut partner, &touch.contacts, &mover, scene.laws.laws, rows, h);
         sums.turn(&touch.rotation);
         sums.fastest = fastest;

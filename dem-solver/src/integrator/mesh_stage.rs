@@ -147,7 +147,10 @@ impl MeshStage {
         if view.fields.is_partial() {
             return Err(Fault {
                 kind: FaultKind::Beyond,
-                message: format!("rock `{}` may come upon nodes that are not sent", view.model.rocks[self.rock].name),
+                message: format!(
+                    "rock `{}` may come upon nodes that are not sent",
+                    view.model.rocks[self.rock].name
+                ),
             });
         }
         let rock = &view.model.rocks[self.rock];
@@ -225,7 +228,8 @@ impl MeshStage {
 
     /// Add forces and stiffnesses of the contacts to the nodes of a net that is advanced here.
     pub fn load(&self, fields: &MotionFields, net: &mut LocalNet) {
-        let of = self.pairs.numbers.iter().zip(&self.evaluation.node_forces).zip(&self.evaluation.node_stiffness);
+        let of =
+            self.pairs.numbers.iter().zip(&self.evaluation.node_forces).zip(&self.evaluation.node_stiffness);
         for ((number, force), stiffness) in of {
             let Some(place) = fields.place(*number) else { continue };
             let place = place as usize;
@@ -283,13 +287,7 @@ impl MeshStage {
 }
 
 /// Add the forces on the mesh's nodes, times `share`, to the field that begins at `field`.
-pub fn add_forces(
-    stage: &MeshStage,
-    fields: &MotionFields,
-    output: &mut [f64],
-    field: usize,
-    share: f64,
-) {
+pub fn add_forces(stage: &MeshStage, fields: &MotionFields, output: &mut [f64], field: usize, share: f64) {
     for (number, force) in stage.pairs.numbers.iter().zip(&stage.evaluation.node_forces) {
         let Some(place) = fields.place(*number) else { continue };
         let at = field + 3 * place as usize;

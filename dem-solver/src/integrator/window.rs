@@ -21,7 +21,9 @@ use crate::results::gauges::{Gauges, Moment};
 use crate::results::outline::Outline;
 use crate::results::trajectory::Row;
 use crate::rock::Motion;
-use interface_defs::{Fault, FieldSpec, InterfaceMesh, Items, Layout, Plan, Sampling, Selection, Window, name};
+use interface_defs::{
+    Fault, FieldSpec, InterfaceMesh, Items, Layout, Plan, Sampling, Selection, Window, name,
+};
 use std::ops::Range;
 
 /// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
@@ -208,8 +210,16 @@ impl RockIntegrator {
         self.fields.see(input);
         self.secondary_impacts.find(model, &self.rock_stage, state, window.length);
         let (fields, length) = (&self.fields, window.length);
-        let view =
-            MeshWindow { model, contact_mesh, fields, input, length, travel: 0.0, predicted: None, net: None };
+        let view = MeshWindow {
+            model,
+            contact_mesh,
+            fields,
+            input,
+            length,
+            travel: 0.0,
+            predicted: None,
+            net: None,
+        };
         nodes.clear();
         for ((stage, body), kick) in
             self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.displacements)
@@ -363,7 +373,8 @@ impl RockIntegrator {
     fn write_free_time(&self, model: &Model, state: &State, input: &[f64], length: f64, output: &mut [f64]) {
         let (Some(at), Some(contact_mesh)) = (&self.free_time_at, &self.contact_mesh) else { return };
         let (fields, travel) = (&self.fields, self.travel);
-        let view = MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
+        let view =
+            MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
         let times = self.mesh_stages.iter().zip(&state.bodies).map(|(s, b)| s.free_time(view, &b.motion));
         let others = if self.rock_stage.is_empty() { f64::INFINITY } else { length };
         output[at.start] = times.fold(others, f64::min);
@@ -443,7 +454,8 @@ impl RockIntegrator {
         }
         let Some(contact_mesh) = &self.contact_mesh else { return Ok(model.shortcuts) };
         let (fields, travel) = (&self.fields, self.travel);
-        let view = MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
+        let view =
+            MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
         let drift = if self.is_local { self.net.drift(&self.local, input, length) } else { 0.0 };
         let mut flies = model.shortcuts;
         self.secondary_impacts.find(model, &self.rock_stage, state, length);

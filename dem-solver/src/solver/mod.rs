@@ -29,7 +29,8 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{
-    Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Selection, Solver, Statistics, Window, name,
+    Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Selection, Solver, Statistics,
+    Window, name,
 };
 use nalgebra::Vector3;
 
@@ -401,7 +402,8 @@ impl Solver for DemSolver {
     }
 
     fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
-        let run = self.run.as_mut().ok_or_else(|| Fault::broken("asked for its reach before it was prepared"))?;
+        let run =
+            self.run.as_mut().ok_or_else(|| Fault::broken("asked for its reach before it was prepared"))?;
         run.reach(&self.model, &self.committed, window, input, nodes)
     }
 

@@ -126,7 +126,8 @@ pub struct Remote {
     lengths: (usize, usize),
     pending: Option<FieldPending>,
     asked: RequestHeader,
-    expects: usize,
+    expects: Option<usize>,
+    listed: usize,
     response: Option<FieldResponse>,
     sequence: u64,
     sent_at: Instant,
@@ -152,7 +153,8 @@ impl Remote {
             lengths: (0, 0),
             pending: None,
             asked: RequestHeader::default(),
-            expects: 0,
+            expects: None,
+            listed: 0,
             response: None,
             sequence: 0,
             sent_at: Instant::now(),
@@ -363,8 +365,9 @@ impl Participant for Remote {
         }
         let status = Status::from_number(header.status).expect("compared with the request");
         let got = response.payload().len();
-        let expected = self.expects + header.listed as usize;
-        if status == Status::Done && got != expected {
+        self.listed = header.listed as usize;
+        let expected = self.expects.map_or(got, |fields| fields + self.listed);
+        if status == Status::Done && (got != expected || got < self.listed) {
             return Err(self.breaks(format!(
                 "window {}: its answer has {got} numbers, its fields and gauges make {expected}",
                 asked.window
@@ -376,6 +379,10 @@ impl Participant for Remote {
 
     fn answer(&self) -> &[f64] {
         self.response.as_ref().expect("received before it is read").payload()
+    }
+
+    fn listed(&self) -> usize {
+        self.listed
     }
 
     fn explain(&mut self) -> Result<Fault, Failure> {
