@@ -18,7 +18,7 @@ use crate::state::inherited::{End, Inherited};
 use crate::state::{Critical, CriticalKind, State};
 use interface_defs::field::{FieldSpec, Layout, Place, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
-use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
+use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics};
 use interface_defs::solver::{OnProgress, Solver, Window};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;
@@ -186,7 +186,7 @@ impl FemSolver {
         };
         prepared.report_broken(&[], &mut initial);
         self.prepared = Some(prepared);
-        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
+        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings, ..Ready::default() })
     }
 
     /// Leave the state at the end for a run that starts from it: that of a run that has come to its end, and no other.
@@ -349,16 +349,16 @@ impl Solver for FemSolver {
         }
         Hello {
             program: concat!("fem-solver ", env!("CARGO_PKG_VERSION")).into(),
-            capabilities: vec![capability::REPEATABLE.into()],
+            repeats: Some(0.0),
             takes: Needs::of(Scheme::of(&self.config.fem)).fields(),
             gives,
-            largest_window: f64::INFINITY,
+            ..Hello::default()
         }
     }
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         self.check_plan(plan)?;
-        let mut report = |what| progress(Progress { what, done: f64::NAN });
+        let mut report = |what| progress(Progress { what, done: f64::NAN, ..Progress::default() });
         let start = Start::new(&self.scene, &self.config, &self.model, self.inherited.as_ref(), &mut report)?;
         self.begin(start, plan)
     }
