@@ -101,7 +101,8 @@ fn what_is_selected_is_answered_as_among_all_bit_for_bit() {
         let (mut broken, gauges) = (0.0, all.ready.gauges.len());
         // Two patches, one after the other, then all.
         for (window, first) in [9, 9, 9, 16, 16, 16, 0, 0].into_iter().enumerate() {
-            let nodes = if first > 0 { vec![first, first + 1, first + 7, first + 8] } else { (0..42).collect() };
+            let nodes =
+                if first > 0 { vec![first, first + 1, first + 7, first + 8] } else { (0..42).collect() };
             selection.set(&mesh, nodes.iter().copied()).expect("nodes of the mesh");
             part.solver.select((first > 0).then_some(&mut selection)).expect("selects");
             let takes = places(&fields.takes, &all, &selection, 0);

@@ -46,8 +46,7 @@ impl Answer {
     pub(super) fn select(&mut self, selected: Option<(&[u32], Items)>) {
         self.shown.select(selected.map(|(nodes, _)| nodes));
         self.layout.resize(&selected.map_or(self.whole, |(_, items)| items));
-        let motion =
-            [(name::DISPLACEMENT, &mut self.displacement), (name::VELOCITY, &mut self.velocity)];
+        let motion = [(name::DISPLACEMENT, &mut self.displacement), (name::VELOCITY, &mut self.velocity)];
         for (field, samples) in motion {
             for (s, at) in samples.iter_mut().enumerate() {
                 if let Some(place) = self.layout.sample(field, Sampling::AtEnds, s) {
