@@ -27,6 +27,7 @@ pub mod capability {
 pub type NamedValues = Vec<(String, String)>;
 
 /// From the coupler to a solver.
+#[expect(clippy::large_enum_variant, reason = "a run has five such messages")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ToSolver {
     /// Who are you? Answered by [`FromSolver::Hello`].
