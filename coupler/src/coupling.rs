@@ -207,7 +207,9 @@ impl<'a> Coupling<'a> {
     ) -> Result<(), CouplingError> {
         let mut schedule =
             Schedule::new(self.settings.time_window, self.end_time, self.settings.shortest_window());
-        while let Some(span) = schedule.next() {
+        loop {
+            self.stretch(&mut schedule, agreement);
+            let Some(span) = schedule.next() else { return Ok(()) };
             if interrupt::requested() {
                 return Err(Failure::Interrupted.into());
             }
@@ -224,7 +226,14 @@ impl<'a> Coupling<'a> {
                 Outcome::Rejected(reason) => self.reject(span, reason, &mut schedule)?,
             }
         }
-        Ok(())
+    }
+
+    /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
+    fn stretch(&self, schedule: &mut Schedule, agreement: &Agreement) {
+        let free = self.gauges.free_time.min(agreement.largest_window);
+        if agreement.patch.is_some() && self.settings.flight_window > 0.0 && !self.gauges.touches {
+            schedule.stretch(free, self.settings.flight_window);
+        }
     }
 
     /// An energy error far beyond its bound ends the run at once.

@@ -99,9 +99,10 @@ struct Prepared {
 impl Prepared {
     fn new(arguments: &RunArguments) -> Result<Self, InputError> {
         let scene = arguments.input.load()?;
-        let settings = CouplingSettings::of(&scene)?;
+        let mut settings = CouplingSettings::of(&scene)?;
         let processes = Processes::of(&scene)?;
         let output = Output::of(&scene)?;
+        settings.flight_window = output.interval;
         let limits = Limits::of(&scene)?;
         let end_time = scene.end_time()?;
         let Results { dir, force } = &arguments.leader.results;
