@@ -5,6 +5,7 @@ use crate::interface::{Interface, Places};
 use crate::mapping::{AnyMapper, Identity, NearestNeighbor};
 use crate::patch::Patch;
 use crate::settings::{CouplingSettings, Scheme};
+use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::{
     Failure, Fault, FieldSpec, Gauge, Hello, Layout, Participant, Plan, Ready, Sampling, name,

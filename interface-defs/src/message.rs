@@ -246,6 +246,11 @@ impl Fault {
         Self::new(FaultKind::Window, message)
     }
 
+    /// The contact solver must see nodes that are not selected.
+    pub fn beyond(message: impl Into<String>) -> Self {
+        Self::new(FaultKind::Beyond, message)
+    }
+
     /// The solver cannot go on.
     pub fn broken(message: impl Into<String>) -> Self {
         Self::new(FaultKind::Broken, message)

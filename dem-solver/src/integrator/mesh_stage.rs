@@ -12,7 +12,6 @@ use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::rock::Motion;
 use interface_defs::Fault;
-use interface_defs::message::FaultKind;
 
 /// Skin of the near list, as a share of the rock's reach: for the rock of the drop test
 /// at 6 m/s a pass over the mesh each 9 ms.
@@ -145,13 +144,8 @@ impl MeshStage {
     /// List what is near `now`, the mesh as at sample `sample`, good for `need` and a skin. It takes all nodes.
     fn rebuild(&mut self, view: MeshWindow, now: &Motion, sample: usize, need: f64) -> Result<(), Fault> {
         if view.fields.is_partial() {
-            return Err(Fault {
-                kind: FaultKind::Beyond,
-                message: format!(
-                    "rock `{}` may come upon nodes that are not sent",
-                    view.model.rocks[self.rock].name
-                ),
-            });
+            let rock = &view.model.rocks[self.rock].name;
+            return Err(Fault::beyond(format!("rock `{rock}` may come upon nodes that are not sent")));
         }
         let rock = &view.model.rocks[self.rock];
         if let Some(displacement) = view.fields.displacements(view.input).nth(sample) {

@@ -23,6 +23,7 @@ use crate::results::{self, map, measures, verdict};
 use crate::rock::Rock;
 use crate::settings::{BoxSettings, ContactSelection, STRUCTURE, Settings, limits};
 use crate::terrain::Terrain;
+use interface_defs::message::capability;
 use interface_defs::message::{Hello, Measure};
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
