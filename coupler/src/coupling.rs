@@ -307,14 +307,14 @@ impl<'a> Coupling<'a> {
     ) -> Result<Option<String>, CouplingError> {
         self.counts.iterations += 1;
         let Agreement { interface, dem, fem, .. } = agreement;
-        self.dem.send(span, iteration, &mut |payload| interface.write_motion(payload))?;
+        self.dem.send(span, iteration, dem, &mut |payload| interface.write_motion(payload))?;
         // Files are written while the contact solver is at work.
         self.report(observer)?;
         if let Some(reason) = self.dem.receive(span, dem)? {
             return Ok(Some(reason));
         }
         let force = self.dem.participant.answer();
-        self.fem.send(span, iteration, &mut |payload| interface.write_force(force, payload))?;
+        self.fem.send(span, iteration, fem, &mut |payload| interface.write_force(force, payload))?;
         let gauges = &mut self.gauges;
         keep(&mut gauges.dem, &dem.layout, force);
         gauges.energies.dem = dem.account.energies(force);

@@ -6,6 +6,7 @@
 use crate::acceleration::Acceleration;
 use crate::convergence::{Residual, largest_distance};
 use crate::energy::Work;
+use crate::handshake::Side;
 use crate::mapping::Matrix;
 use crate::predictor::predict;
 use interface_defs::{Layout, Sampling, name};
@@ -39,13 +40,8 @@ pub struct Places {
 
 impl Places {
     /// From the layouts of the four payloads, with `samples` parts per window.
-    pub fn new(
-        to_dem: &Layout,
-        from_dem: &Layout,
-        to_fem: &Layout,
-        from_fem: &Layout,
-        samples: usize,
-    ) -> Self {
+    pub fn new(dem: &Side, fem: &Side, samples: usize) -> Self {
+        let (to_dem, from_dem, to_fem, from_fem) = (&dem.request, &dem.layout, &fem.request, &fem.layout);
         let all = |layout: &Layout, name: &str, sampling: Sampling, count: usize| -> Vec<Range<usize>> {
             (0..count).filter_map(|i| layout.sample(name, sampling, i)).collect()
         };
@@ -108,6 +104,8 @@ pub struct Interface {
     judged: Vec<bool>,
     /// The same, as ranges.
     in_reach: Vec<Range<usize>>,
+    /// The same, one by one.
+    nodes: Vec<u32>,
     /// Iterate and residual of the judged nodes, packed: displacement, then velocity times the window.
     packed: Vec<f64>,
     packed_residual: Vec<f64>,
@@ -133,6 +131,7 @@ impl Interface {
                 all.push(0..u.len() / 3);
                 all
             },
+            nodes: Vec::with_capacity(u.len() / 3),
             packed: Vec::with_capacity(2 * samples * u.len()),
             packed_residual: Vec::with_capacity(2 * samples * u.len()),
             mapping,
@@ -245,17 +244,18 @@ impl Interface {
     /// The next iterate: judged nodes by `acceleration`, displacement and velocity by one factor; the
     /// others, which touch nothing, take the answer.
     pub fn accelerate(&mut self, acceleration: &mut dyn Acceleration, length: f64) {
-        let Self { iterate, answer, judged, packed, packed_residual, .. } = self;
-        let nodes = || judged.iter().enumerate().filter(|(_, judged)| **judged).map(|(node, _)| node);
+        let Self { iterate, answer, judged, nodes, packed, packed_residual, .. } = self;
+        nodes.clear();
+        nodes.extend((0..judged.len() as u32).filter(|node| judged[*node as usize]));
         packed.clear();
         packed_residual.clear();
         for (x, y, unit) in iterate.paired(answer, length) {
-            for i in nodes().flat_map(|node| 3 * node..3 * node + 3) {
+            for i in nodes.iter().map(|node| 3 * *node as usize).flat_map(|first| first..first + 3) {
                 packed.push(x[i] * unit);
                 packed_residual.push((y[i] - x[i]) * unit);
             }
         }
-        acceleration.update(packed, packed_residual);
+        acceleration.update(packed, packed_residual, nodes);
         let mut next = packed.iter();
         for (x, y, unit) in iterate.paired(answer, length) {
             for (node, judged) in judged.iter().enumerate() {

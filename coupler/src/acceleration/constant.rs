@@ -21,7 +21,7 @@ impl Default for Constant {
 impl Acceleration for Constant {
     fn start_window(&mut self, _most: usize) {}
 
-    fn update(&mut self, x: &mut [f64], residual: &[f64]) {
+    fn update(&mut self, x: &mut [f64], residual: &[f64], _nodes: &[u32]) {
         relax(x, residual, self.factor);
     }
 

@@ -3,7 +3,9 @@
 mod aitken;
 mod anderson;
 mod constant;
+mod nodes;
 mod none;
+mod secants;
 
 use crate::registry::registry;
 
@@ -13,7 +15,11 @@ pub trait Acceleration {
     fn start_window(&mut self, most: usize);
 
     /// Overwrite `x` with the next iterate, given `residual = H(x) - x` (same length, one unit: metres).
-    fn update(&mut self, x: &mut [f64], residual: &[f64]);
+    ///
+    /// `nodes` says whose numbers these are: ascending numbers of the structure's interface nodes. `x` consists of blocks
+    /// (samples of displacement, then of velocity), each with three numbers for each of `nodes`. The nodes may differ
+    /// between two iterations, the number of blocks may not.
+    fn update(&mut self, x: &mut [f64], residual: &[f64], nodes: &[u32]);
 
     /// Relaxation factor used last.
     fn factor(&self) -> f64;
@@ -49,14 +55,14 @@ fn relax(x: &mut [f64], residual: &[f64], factor: f64) {
 mod tests {
     use super::*;
 
-    /// Iterates of `x = 1 - 0.2 x` from 0.3, two equal unknowns.
+    /// Iterates of `x = 1 - 0.2 x` from 0.3, three equal unknowns.
     fn iterates(method: &mut dyn Acceleration) -> Vec<f64> {
-        method.start_window(2);
-        let mut x = [0.3; 2];
+        method.start_window(3);
+        let mut x = [0.3; 3];
         (0..60)
             .map(|_| {
                 let residual = x.map(|x| 1.0 - 1.2 * x);
-                method.update(&mut x, &residual);
+                method.update(&mut x, &residual, &[0]);
                 assert_eq!(x[0], x[1]);
                 x[0]
             })

@@ -13,7 +13,7 @@ pub struct NoRelaxation {}
 impl Acceleration for NoRelaxation {
     fn start_window(&mut self, _most: usize) {}
 
-    fn update(&mut self, x: &mut [f64], residual: &[f64]) {
+    fn update(&mut self, x: &mut [f64], residual: &[f64], _nodes: &[u32]) {
         relax(x, residual, 1.0);
     }
 
