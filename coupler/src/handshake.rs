@@ -4,7 +4,6 @@ use crate::energy::Account;
 use crate::interface::{Interface, Places};
 use crate::mapping::{AnyMapper, Identity, NearestNeighbor};
 use crate::settings::{CouplingSettings, Scheme};
-use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::{
     Failure, Fault, FieldSpec, Gauge, Hello, Layout, Participant, Plan, Ready, Sampling, name,
@@ -67,14 +66,16 @@ pub fn agree(
         window: settings.time_window,
         takes: takes.to_vec(),
         gives: gives.to_vec(),
-        partner_mesh: None,
+        ..Plan::default()
     };
     let fem_plan = plan(&fields.to_fem, &fields.from_fem);
     let mut fem_ready = fem.prepare(&fem_plan, progress)?;
+    check_single(fem.name(), &fem_ready)?;
     let mut dem_plan = plan(&fields.to_dem, &fields.from_dem);
     let structure_mesh = fem_ready.mesh.clone();
     dem_plan.partner_mesh = Some(structure_mesh.clone());
     let mut dem_ready = dem.prepare(&dem_plan, progress)?;
+    check_single(dem.name(), &dem_ready)?;
 
     if fields.to_dem.iter().any(|f| f.name == name::BROKEN) && structure_mesh.lines != dem_ready.mesh.lines {
         return Err(Failure::Contract {
@@ -109,13 +110,15 @@ pub fn agree(
 }
 
 fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
-    if settings.scheme == Scheme::Strong && !hello.can(capability::REPEATABLE) {
+    if settings.scheme == Scheme::Strong && hello.repeats.is_none() {
         return Err(refuse(format!(
-            "strong coupling repeats windows, and {solver} ({}) does not declare \"{}\"; \
+            "strong coupling repeats windows, and {solver} ({}) says that it cannot repeat one; \
              use coupling.scheme = \"weak\" or another solver",
-            hello.program,
-            capability::REPEATABLE
+            hello.program
         )));
+    }
+    if let Some(repeats) = hello.repeats {
+        check_repeats(settings, solver, hello, repeats)?;
     }
     // NaN is no limit anyone meant.
     if hello.largest_window < settings.time_window || hello.largest_window.is_nan() {
@@ -127,11 +130,49 @@ fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) 
     Ok(())
 }
 
+/// Iterations of a solver that repeats itself only to a tolerance agree no better than that.
+fn check_repeats(
+    settings: &CouplingSettings,
+    solver: &str,
+    hello: &Hello,
+    repeats: f64,
+) -> Result<(), Failure> {
+    let program = &hello.program;
+    if !(0.0..1.0).contains(&repeats) {
+        return Err(Failure::Contract {
+            solver: solver.into(),
+            what: format!(
+                "{program} says that it repeats a window to {repeats}; 0 to 1 can be meant, 0 is exact"
+            ),
+        });
+    }
+    if settings.scheme == Scheme::Strong && repeats > settings.tolerance {
+        return Err(refuse(format!(
+            "coupling.tolerance is {:e}, {solver} ({program}) repeats a window to {repeats:e} only: iterations would end by \
+             chance; raise coupling.tolerance above that, or use coupling.scheme = \"weak\"",
+            settings.tolerance
+        )));
+    }
+    Ok(())
+}
+
+/// The layout has room for several interface meshes; the loop couples one.
+fn check_single(solver: &str, ready: &Ready) -> Result<(), Failure> {
+    let more = ready.more_meshes.len();
+    let what = || {
+        format!(
+            "it offers {} interface meshes, this version couples one: send it as Ready.mesh alone",
+            more + 1
+        )
+    };
+    if more == 0 { Ok(()) } else { Err(Failure::Contract { solver: solver.into(), what: what() }) }
+}
+
 /// Programs that have read different scenes compute different things, and nobody would see it.
 fn check_scene(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
-    let theirs = hello.capabilities.iter().find(|word| word.starts_with(capability::SCENE));
-    match (&settings.scene, theirs) {
-        (Some(ours), Some(theirs)) if ours != theirs => Err(refuse(format!(
+    let theirs = &hello.scene;
+    match &settings.scene {
+        Some(ours) if !theirs.is_empty() && ours != theirs => Err(refuse(format!(
             "{solver} ({}) and the coupler have read different scenes ({theirs}, {ours}); start all programs of a run \
              with one scene file and the same --set",
             hello.program
@@ -151,7 +192,7 @@ struct Fields {
 fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Result<Fields, Failure> {
     let samples = settings.samples;
     let find = |list: &[FieldSpec], name: &str, sampling: Sampling| {
-        let found = list.iter().find(|f| f.name == name && f.sampling == sampling)?;
+        let found = list.iter().find(|f| f.name == name && f.sampling == sampling && f.interface == 0)?;
         let samples = if sampling == Sampling::Once { 1 } else { samples };
         (found.samples >= samples).then(|| FieldSpec { samples, ..found.clone() })
     };

@@ -78,12 +78,14 @@ pub struct FieldSpec {
     pub sampling: Sampling,
     /// Number of parts of the window, at least 1.
     pub samples: u32,
+    /// Number of the interface mesh that it belongs to, 0 = the first. This version knows no other.
+    pub interface: u32,
 }
 
 impl FieldSpec {
     /// A nodal field with one sample.
     pub fn nodal(name: &str, components: u32, sampling: Sampling) -> Self {
-        Self { name: name.into(), components, place: Place::Node, sampling, samples: 1 }
+        Self { name: name.into(), components, place: Place::Node, sampling, samples: 1, interface: 0 }
     }
 
     /// Numbers in one sample.

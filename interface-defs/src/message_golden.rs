@@ -50,15 +50,17 @@ fn force() -> FieldSpec {
         place: Place::Node,
         sampling: Sampling::Means,
         samples: 4,
+        interface: 0,
     }
 }
 
 fn force_bytes(bytes: Bytes) -> Bytes {
-    bytes.text("force").u32(3).u32(0).u32(2).u32(4)
+    bytes.text("force").u32(3).u32(0).u32(2).u32(4).u32(0)
 }
 
 fn mesh() -> InterfaceMesh {
     InterfaceMesh {
+        name: "net".into(),
         coordinates: vec![0.0, 1.0, 2.0],
         lines: vec![[0, 0]],
         faces: vec![[0, 0, 0]],
@@ -69,18 +71,34 @@ fn mesh() -> InterfaceMesh {
 }
 
 fn mesh_bytes(bytes: Bytes) -> Bytes {
-    let bytes = bytes.u64(3).f64(0.0).f64(1.0).f64(2.0).u64(1).u32(0).u32(0).u64(1).u32(0).u32(0).u32(0);
+    let bytes =
+        bytes.text("net").u64(3).f64(0.0).f64(1.0).f64(2.0).u64(1).u32(0).u32(0).u64(1).u32(0).u32(0).u32(0);
     bytes.u64(1).f64(0.002).u64(1).f64(0.5).u64(1).text("mid").u64(1).u32(0)
+}
+
+fn option() -> NamedValues {
+    vec![("later".into(), "7".into())]
+}
+
+fn option_bytes(bytes: Bytes) -> Bytes {
+    bytes.u64(1).text("later").text("7")
 }
 
 #[test]
 fn messages_to_a_solver_are_these_bytes() {
     golden(ToSolver::Connect, Bytes::message(0));
     assert_eq!(encode(&ToSolver::Connect), [2, 0, 0, 0, 0]);
-    let plan =
-        Plan { end_time: 1.5, window: 1e-3, takes: vec![force()], gives: vec![], partner_mesh: Some(mesh()) };
+    let plan = Plan {
+        end_time: 1.5,
+        window: 1e-3,
+        takes: vec![force()],
+        gives: vec![],
+        partner_mesh: Some(mesh()),
+        more_meshes: vec![mesh()],
+        options: option(),
+    };
     let bytes = force_bytes(Bytes::message(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
-    golden(ToSolver::Prepare(plan), mesh_bytes(bytes));
+    golden(ToSolver::Prepare(plan), option_bytes(mesh_bytes(mesh_bytes(bytes).u64(1))));
     golden(ToSolver::Explain, Bytes::message(2));
     golden(ToSolver::Finish { commit: true }, Bytes::message(3).byte(1));
     golden(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::message(4).text("fem was lost"));
@@ -90,20 +108,33 @@ fn messages_to_a_solver_are_these_bytes() {
 fn messages_from_a_solver_are_these_bytes() {
     let hello = Hello {
         program: "p 1".into(),
-        capabilities: vec!["repeatable".into()],
+        capabilities: vec!["selects".into()],
+        scene: "fnv1a64:0".into(),
+        repeats: Some(1e-13),
         takes: vec![],
         gives: vec![force()],
         largest_window: 0.25,
+        options: option(),
     };
-    let bytes = Bytes::message(0).text("p 1").u64(1).text("repeatable").u64(0).u64(1);
-    golden(FromSolver::Hello(hello), force_bytes(bytes).f64(0.25));
-    let progress = Progress { what: "form finding".into(), done: 0.5 };
-    golden(FromSolver::Progress(progress), Bytes::message(1).text("form finding").f64(0.5));
+    let bytes = Bytes::message(0).text("p 1").u64(1).text("selects").text("fnv1a64:0").byte(1).f64(1e-13);
+    golden(FromSolver::Hello(hello), option_bytes(force_bytes(bytes.u64(0).u64(1)).f64(0.25)));
+    let bytes = Bytes::message(0).u64(0).u64(0).u64(0).byte(0).u64(0).u64(0).f64(f64::INFINITY).u64(0);
+    golden(FromSolver::Hello(Hello::default()), bytes);
+    let progress = Progress { what: "form finding".into(), done: 0.5, options: option() };
+    golden(FromSolver::Progress(progress), option_bytes(Bytes::message(1).text("form finding").f64(0.5)));
     let gauge = Gauge { name: "sag".into(), unit: "m".into(), role: Role::Stored, extremes: true };
-    let ready = Ready { mesh: mesh(), gauges: vec![gauge], initial: vec![0.5], warnings: vec!["w".into()] };
+    let ready = Ready {
+        mesh: mesh(),
+        gauges: vec![gauge],
+        initial: vec![0.5],
+        warnings: vec!["w".into()],
+        more_meshes: vec![mesh()],
+        options: option(),
+    };
     let bytes = mesh_bytes(Bytes::message(2)).u64(1).text("sag").text("m").u32(3).byte(1);
-    golden(FromSolver::Ready(ready), bytes.u64(1).f64(0.5).u64(1).text("w"));
-    golden(FromSolver::Fault(Fault::window("slack")), Bytes::message(3).u32(1).text("slack"));
+    let bytes = mesh_bytes(bytes.u64(1).f64(0.5).u64(1).text("w").u64(1));
+    golden(FromSolver::Ready(ready), option_bytes(bytes));
+    golden(FromSolver::Fault(Fault::window("slack")), Bytes::message(3).u32(1).text("slack").u64(0));
     let measure = |time| Measure { name: "peak".into(), value: 2.0, unit: "N".into(), time };
     let statistics = Statistics {
         measures: vec![measure(Some(0.5)), measure(None)],
@@ -112,10 +143,11 @@ fn messages_from_a_solver_are_these_bytes() {
         cpu_seconds: 1.0,
         solve_seconds: 2.0,
         peak_memory: 3,
+        options: option(),
     };
     let bytes = Bytes::message(4).u64(2).text("peak").f64(2.0).text("N").byte(1).f64(0.5);
     let bytes = bytes.text("peak").f64(2.0).text("N").byte(0).u64(1).text("steps").u64(7).u64(0);
-    golden(FromSolver::Statistics(statistics), bytes.f64(1.0).f64(2.0).u64(3));
+    golden(FromSolver::Statistics(statistics), option_bytes(bytes.f64(1.0).f64(2.0).u64(3)));
 }
 
 #[test]

@@ -19,13 +19,7 @@ struct Echo;
 
 impl Solver for Echo {
     fn hello(&self) -> Hello {
-        Hello {
-            program: "echo".into(),
-            capabilities: vec![],
-            takes: vec![],
-            gives: vec![],
-            largest_window: f64::INFINITY,
-        }
+        Hello { program: "echo".into(), ..Hello::default() }
     }
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
         let mesh = plan.partner_mesh.clone().unwrap_or_default();

@@ -177,7 +177,7 @@ impl FemSolver {
         };
         prepared.report_broken(&[], &mut initial);
         self.prepared = Some(prepared);
-        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
+        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings, ..Ready::default() })
     }
 
     /// Leave the state at the end for a run that starts from it: that of a run that has come to its end, and no other.
@@ -342,10 +342,11 @@ impl Solver for FemSolver {
         gives.extend(local::offered(&self.model, &self.config.fem).unwrap_or_default());
         Hello {
             program: concat!("fem-solver ", env!("CARGO_PKG_VERSION")).into(),
-            capabilities: vec![capability::REPEATABLE.into(), capability::SELECTS.into()],
+            capabilities: vec![capability::SELECTS.into()],
+            repeats: Some(0.0),
             takes: Needs::of(Scheme::of(&self.config.fem)).fields(),
             gives,
-            largest_window: f64::INFINITY,
+            ..Hello::default()
         }
     }
 
@@ -358,7 +359,7 @@ impl Solver for FemSolver {
                 "the structure offers no forces and tangents for a net that yields in the contact solver: {why}"
             );
         }
-        let mut report = |what| progress(Progress { what, done: f64::NAN });
+        let mut report = |what| progress(Progress { what, done: f64::NAN, ..Progress::default() });
         let start = Start::new(&self.scene, &self.config, &self.model, self.inherited.as_ref(), &mut report)?;
         self.begin(start, plan)
     }

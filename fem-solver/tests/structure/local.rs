@@ -92,7 +92,7 @@ fn plan(sampling: Sampling) -> Plan {
             once(name::LOCAL_DAMPING, 1, Place::Whole),
             once(name::LOCAL_FORCE_RATE, 3, Place::Node),
         ],
-        partner_mesh: None,
+        ..Plan::default()
     }
 }
 

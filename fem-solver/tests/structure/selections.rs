@@ -54,6 +54,7 @@ fn plan(force: &[Sampling]) -> Plan {
             once(name::TRAVEL, Place::Whole),
         ],
         partner_mesh: None,
+        ..Plan::default()
     }
 }
 

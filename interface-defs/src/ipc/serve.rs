@@ -267,7 +267,7 @@ impl Session<'_> {
         let mut aborted = None;
         let mut report = |progress| {
             if interrupt::requested() {
-                return Err(Fault { kind: FaultKind::Interrupted, message: "interrupted".into() });
+                return Err(Fault::new(FaultKind::Interrupted, "interrupted"));
             }
             let mut control = self.control.borrow_mut();
             let lost = |e: Failure| Fault::broken(e.to_string());
