@@ -2,6 +2,7 @@
 
 use super::alloc::allocations;
 use crate::message::{Fault, Hello, Plan, Ready, Statistics};
+use crate::selection::Selection;
 use crate::solver::{OnProgress, Solver, Window};
 
 /// Adds the count `allocations_after_first_window` to the statistics of `solver`. It counts where the
@@ -45,6 +46,18 @@ impl<S: Solver> Solver for Counted<S> {
         let outcome = self.count(Solver::commit);
         self.committed = true;
         outcome
+    }
+
+    fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
+        self.count(|solver| solver.select(selection))
+    }
+
+    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
+        self.count(|solver| solver.committed(output))
+    }
+
+    fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
+        self.count(|solver| solver.reach(window, input, nodes))
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {

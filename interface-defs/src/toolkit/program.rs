@@ -23,6 +23,7 @@ use crate::ipc::{RunId, TIMEOUT, Wait, interrupt};
 use crate::mesh::InterfaceMesh;
 use crate::message::{Fault, Hello, Plan, Ready, Statistics};
 use crate::participant::Failure;
+use crate::selection::Selection;
 use crate::solver::{OnProgress, Solver, Window};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::path::PathBuf;
@@ -287,6 +288,18 @@ impl Solver for Guest {
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
         self.solver.solve(window, input, output)
+    }
+
+    fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
+        self.solver.select(selection)
+    }
+
+    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
+        self.solver.committed(output)
+    }
+
+    fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
+        self.solver.reach(window, input, nodes)
     }
 
     fn commit(&mut self) -> Result<(), Fault> {
