@@ -145,6 +145,9 @@ enum Passed {
     Reselected,
 }
 
+/// Most iterations of a window of a yielding net: one that needs more is too long.
+const MOST_YIELDING: u32 = 4;
+
 /// Times that a window may begin anew with other nodes.
 const MOST_SELECTIONS: u32 = 4;
 
@@ -284,7 +287,7 @@ impl<'a> Coupling<'a> {
         agreement: &mut Agreement,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, CouplingError> {
-        let most = self.settings.iterations();
+        let mut most = self.settings.iterations();
         let mut residual = Residual::default();
         let (mut iteration, mut selections) = (1, 0);
         if agreement.patch.as_ref().is_some_and(Patch::is_open) {
@@ -292,6 +295,7 @@ impl<'a> Coupling<'a> {
         }
         self.begin(span, agreement);
         let yields = agreement.interface.yields();
+        most = if yields { most.min(MOST_YIELDING) } else { most };
         let tolerance = if yields { self.settings.of_yielding() } else { self.settings.tolerances() };
         while iteration <= most {
             match self.pass(span, iteration, agreement, observer)? {
@@ -309,7 +313,7 @@ impl<'a> Coupling<'a> {
             }
             let interface = &mut agreement.interface;
             residual = match self.settings.scheme {
-                _ if yields => interface.yielding_residual(),
+                _ if yields => interface.yielding_residual(iteration),
                 Scheme::Weak => interface.displacement_residual(),
                 Scheme::Strong => interface.residual(span.length),
             };

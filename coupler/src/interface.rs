@@ -375,14 +375,19 @@ impl Interface {
         self.places.free_time.as_ref().map_or(0.0, |at| from_dem[at.start])
     }
 
-    /// Distance between the net as the contact solver has moved it and the structure's answer, over the judged nodes.
-    pub fn yielding_residual(&self) -> Residual {
+    /// Distance between the net as the contact solver has moved it and the structure's answer, over the judged nodes; from
+    /// the second iteration on what the answer has changed, where that is less: the two motions come no nearer than the
+    /// parts of the window allow, over which force is a mean.
+    pub fn yielding_residual(&self, iteration: u32) -> Residual {
         let mut residual = Residual::default();
         for (own, answer) in self.own.iter().zip(&self.answer.u) {
             let apart = largest_distance(answer, own, &self.in_reach);
             residual.displacement = residual.displacement.max(apart);
             let increment = largest_distance(answer, &self.committed_u, &self.in_reach);
             residual.displacement_increment = residual.displacement_increment.max(increment);
+        }
+        if iteration > 1 {
+            residual.displacement = residual.displacement.min(self.displacement_residual().displacement);
         }
         residual
     }
