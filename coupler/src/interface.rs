@@ -8,6 +8,7 @@ use crate::convergence::{Residual, largest_distance};
 use crate::energy::Work;
 use crate::handshake::Side;
 use crate::mapping::Matrix;
+use crate::passing::Passing;
 use crate::predictor::predict;
 use interface_defs::{Layout, Sampling, name};
 use std::ops::Range;
@@ -89,6 +90,8 @@ impl Motion {
 pub struct Interface {
     /// H, from the structure to the contact solver's mesh.
     pub mapping: Matrix,
+    /// Fields that are passed on as they are.
+    pub passing: Passing,
     places: Places,
     /// At the committed time.
     committed_u: Vec<f64>,
@@ -135,6 +138,7 @@ impl Interface {
             packed: Vec::with_capacity(2 * samples * u.len()),
             packed_residual: Vec::with_capacity(2 * samples * u.len()),
             mapping,
+            passing: Passing::default(),
             places,
         }
     }
@@ -170,11 +174,13 @@ impl Interface {
         if let Some(place) = &self.places.dem_broken {
             payload[place.clone()].copy_from_slice(&self.committed_broken);
         }
+        self.passing.write_to_contact(payload);
     }
 
     /// The contact solver's answer, mapped into the request to the structure. The mean force is kept
     /// for the booking of work.
     pub fn write_force(&mut self, from_dem: &[f64], payload: &mut [f64]) {
+        self.passing.write_to_structure(from_dem, payload);
         for (part, (place, force)) in self.places.dem_force.iter().zip(&mut self.force).enumerate() {
             let means = &from_dem[place.clone()];
             match self.places.force.get(part) {
@@ -202,6 +208,7 @@ impl Interface {
 
     /// Keep the structure's answer.
     pub fn take_motion(&mut self, from_structure: &[f64]) {
+        self.passing.take(from_structure);
         for (place, u) in self.places.displacement.iter().zip(&mut self.answer.u) {
             u.copy_from_slice(&from_structure[place.clone()]);
         }
@@ -292,6 +299,7 @@ impl Interface {
             std::mem::swap(&mut self.committed_v, v);
         }
         self.committed_broken.copy_from_slice(&self.broken);
+        self.passing.commit();
     }
 }
 
