@@ -59,7 +59,9 @@ pub fn pushes(space: &Space) -> Vec<Push> {
     for arm in space.arms() {
         for knob in space.knobs.iter().filter(|knob| space.uses(&arm, knob) && knob.number_at(1.0).is_some())
         {
-            let coupled = arm.is_empty() || knob.name == "window" || knob.needs.is_some();
+            // Steps with every scheme, as some bear longer windows than others.
+            let is_step = knob.name.ends_with("_step") && !arm.contains_key("integrator");
+            let coupled = arm.is_empty() || knob.name == "window" || knob.needs.is_some() || is_step;
             let push = |coarser| Push { arm: arm.clone(), knob: knob.clone(), coarser };
             match knob.class {
                 Class::Numerical if coupled => all.push(push(true)),
@@ -79,8 +81,8 @@ pub struct Atlas<'a, 'w> {
     pub work: &'a mut Work<'w>,
     /// Wall time of all runs together [s].
     pub budget: f64,
-    /// The longest window that was found to hold [s], of the scene's own arm.
-    pub longest_window: Option<f64>,
+    /// The longest window that was found to hold [s], by arm.
+    pub longest_windows: Vec<(Point, f64)>,
 }
 
 /// How a value fared.
@@ -141,16 +143,21 @@ impl Atlas<'_, '_> {
         let value = |factor| push.knob.number_at(factor);
         found.holds = good.and_then(value);
         found.breaks = bad.and_then(|(factor, symptom)| Some((value(factor)?, symptom)));
-        if push.knob.name == "window" && push.arm.is_empty() {
-            self.longest_window = found.holds;
+        if let (true, Some(longest)) = (push.knob.name == "window", found.holds) {
+            self.longest_windows.push((push.arm.clone(), longest));
         }
         Ok(found)
+    }
+
+    /// The longest window that holds where the others stand so [s].
+    fn longest_window(&self, push: &Push) -> Option<f64> {
+        self.longest_windows.iter().find(|(arm, _)| *arm == push.arm).map(|(_, longest)| *longest)
     }
 
     /// Run the scene with the knob's value times `factor`.
     fn fare(&mut self, push: &Push, factor: f64) -> Result<Fared, Stop> {
         let Some(sets) = self.sets(push, factor) else {
-            let longest = self.longest_window.map_or("unknown".into(), three);
+            let longest = self.longest_window(push).map_or("unknown".into(), three);
             let what =
                 format!("a step is never longer than a part of a window, and windows hold up to {longest} s");
             return Ok(Fared::Not(what));
@@ -220,7 +227,7 @@ impl Atlas<'_, '_> {
         let samples = space.knob("samples").and_then(|knob| knob.as_number(0)).unwrap_or(1.0);
         let (own, least) = (window.as_number(0)?, push.knob.number_at(factor)? * samples);
         let length = least * (own / least).floor().max(1.0);
-        if length > own && self.longest_window.is_none_or(|longest| length > longest) {
+        if length > own && self.longest_window(push).is_none_or(|longest| length > longest) {
             return None;
         }
         sets.push(format!("coupling.time_window={}", super::knobs::float(length)));

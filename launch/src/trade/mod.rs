@@ -179,7 +179,7 @@ fn push_all(
         return Ok(());
     }
     let pushes = atlas::pushes(&study.space);
-    let mut atlas = atlas::Atlas { study, work, budget: arguments.budget, longest_window: None };
+    let mut atlas = atlas::Atlas { study, work, budget: arguments.budget, longest_windows: Vec::new() };
     for push in &pushes {
         let mut one = atlas.push(push)?;
         one.theory = atlas::theory(push, &atlas.study.space, &arguments.input, events);

@@ -276,7 +276,7 @@ fn a_push_ends_where_the_scene_breaks() {
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
     explore(&mut study, &mut work, &arguments, super::plan::next_of_reference).expect("explored");
     let all = pushes(&study.space);
-    let mut atlas = Atlas { study: &mut study, work: &mut work, budget: 1e4, longest_window: None };
+    let mut atlas = Atlas { study: &mut study, work: &mut work, budget: 1e4, longest_windows: Vec::new() };
     let found: Vec<_> = all.iter().map(|push| atlas.push(push).expect("pushed")).collect();
     let one = |name: &str, strong: bool| {
         let at = found.iter().find(|f| f.push.knob.name == name && f.push.arm.is_empty() != strong);
