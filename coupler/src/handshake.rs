@@ -22,13 +22,17 @@ pub struct Side {
     pub account: Account,
     /// Its answer at t = 0.
     pub initial: Vec<f64>,
+    /// Whether it solves a window again from the committed state.
+    pub repeatable: bool,
 }
 
 impl Side {
-    fn new(program: String, plan: &Plan, ready: Ready) -> Self {
+    fn new(name: &str, hello: &Hello, plan: &Plan, ready: Ready) -> Self {
+        let program = format!("{name} ({})", hello.program);
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        Self { program, gauges: ready.gauges, layout, account, initial: ready.initial }
+        let repeatable = hello.can(capability::REPEATABLE);
+        Self { program, gauges: ready.gauges, layout, account, initial: ready.initial, repeatable }
     }
 }
 
@@ -95,15 +99,25 @@ pub fn agree(
     let to_dem = Layout::new(&dem_plan.takes, &dem_ready.mesh, 0);
     let to_fem = Layout::new(&fem_plan.takes, &structure_mesh, 0);
     let (dem_side, fem_side) = (
-        Side::new(format!("{} ({})", dem.name(), dem_hello.program), &dem_plan, dem_ready),
-        Side::new(format!("{} ({})", fem.name(), fem_hello.program), &fem_plan, fem_ready),
+        Side::new(dem.name(), &dem_hello, &dem_plan, dem_ready),
+        Side::new(fem.name(), &fem_hello, &fem_plan, fem_ready),
     );
     let places = Places::new(&to_dem, &dem_side.layout, &to_fem, &fem_side.layout, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]
     };
-    let interface = Interface::new(mapping, places, last(name::DISPLACEMENT), last(name::VELOCITY));
+    if settings.measures_force() && places.dem_force.is_empty() {
+        return Err(refuse(format!(
+            "coupling.measure: {} gives no mean force over the parts of a window, so that it cannot be judged; measure displacement \
+             and velocity",
+            dem_side.program
+        )));
+    }
+    let mut interface = Interface::new(mapping, places, last(name::DISPLACEMENT), last(name::VELOCITY));
+    if settings.measures_force() {
+        interface.follow_force();
+    }
     Ok(Agreement { interface, dem: dem_side, fem: fem_side, warnings })
 }
 
