@@ -2,7 +2,7 @@
 
 use crate::energy::Account;
 use crate::interface::{Interface, Places};
-use crate::mapping::{AnyMapper, Identity, NearestNeighbor};
+use crate::mapping::map;
 use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
@@ -83,18 +83,14 @@ pub fn agree(
             what: "it takes the field \"broken\", and its mesh has other lines than the structure's".into(),
         });
     }
-    let mapper = settings.mapping.clone().unwrap_or_else(|| {
-        if structure_mesh.same_nodes(&dem_ready.mesh) {
-            AnyMapper::Identity(Identity {})
-        } else {
-            AnyMapper::NearestNeighbor(NearestNeighbor {})
-        }
-    });
-    let mapping = mapper
-        .matrix(&structure_mesh, &dem_ready.mesh)
+    let (mapping, quality) = map(settings.mapping.as_ref(), &structure_mesh, &dem_ready.mesh)
         .map_err(|what| refuse(format!("coupling.mapping: {what}")))?;
     let mut warnings = std::mem::take(&mut fem_ready.warnings);
     warnings.append(&mut dem_ready.warnings);
+    if !mapping.is_identity() {
+        tracing::info!("mapping: {quality}");
+        warnings.extend(quality.warnings());
+    }
 
     let to_dem = Layout::new(&dem_plan.takes, &dem_ready.mesh, 0);
     let to_fem = Layout::new(&fem_plan.takes, &structure_mesh, 0);

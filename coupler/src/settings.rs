@@ -67,7 +67,7 @@ pub struct CouplingSettings {
     pub min_window: Option<f64>,
     /// How a residual becomes the next iterate.
     pub acceleration: AnyAcceleration,
-    /// How the meshes are connected. Default: `identity` for equal meshes, else `nearest_neighbor`.
+    /// How the meshes are connected. Default: node to node for equal meshes; for others one must be named.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<AnyMapper>,
     /// Fingerprint of the scene that was read, compared with those of the solvers; `None`: it is not compared.
@@ -266,6 +266,9 @@ impl CouplingSettings {
                     ),
                 ));
             }
+        }
+        if let Some(mapping) = &self.mapping {
+            mapping.check().map_err(|(key, what)| (format!("mapping.{key}"), what))?;
         }
         self.acceleration.check().map_err(|(key, what)| (format!("acceleration.{key}"), what))
     }
