@@ -9,7 +9,6 @@ use crate::schedule::{Schedule, Span};
 use crate::seat::Seat;
 use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use crate::trust::Causes;
-use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
@@ -343,14 +342,14 @@ impl<'a> Coupling<'a> {
     ) -> Result<Option<String>, CouplingError> {
         self.counts.iterations += 1;
         let Agreement { interface, dem, fem, .. } = agreement;
-        self.dem.send(span, iteration, &mut |payload| interface.write_motion(payload))?;
+        self.dem.send(span, iteration, dem, &mut |payload| interface.write_motion(payload))?;
         // Files are written while the contact solver is at work.
         self.report(observer)?;
         if let Some(reason) = self.dem.receive(span, dem)? {
             return Ok(Some(reason));
         }
         let force = self.dem.participant.answer();
-        self.fem.send(span, iteration, &mut |payload| interface.write_force(force, payload))?;
+        self.fem.send(span, iteration, fem, &mut |payload| interface.write_force(force, payload))?;
         let gauges = &mut self.gauges;
         keep(&mut gauges.dem, &dem.layout, force);
         gauges.energies.dem = dem.account.energies(force);
@@ -396,10 +395,10 @@ impl<'a> Coupling<'a> {
         }
         let advice = match once {
             Some(side) => format!(
-                "the window cannot be tried again at half its length, since {} does not declare \"{}\" (PROTOCOL.md, \"The rule\"): \
-                 it may have advanced already; try a shorter coupling.time_window from the start, or a solver that repeats",
-                side.program,
-                capability::REPEATABLE
+                "the window cannot be tried again at half its length, since {} does not repeat one (Hello, `repeats`; PROTOCOL.md, \
+                 \"The rule\") and may have advanced already; try a shorter coupling.time_window from the start, or a solver that \
+                 repeats",
+                side.program
             ),
             None if stops => "coupling.on_no_convergence = \"halve\" would try shorter windows".into(),
             None => format!(

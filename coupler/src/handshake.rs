@@ -4,7 +4,6 @@ use crate::energy::Account;
 use crate::interface::{Interface, Places};
 use crate::mapping::map;
 use crate::settings::{CouplingSettings, Scheme};
-use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::{
     Failure, Fault, FieldSpec, Gauge, Hello, Layout, Participant, Plan, Ready, Sampling, name,
@@ -16,6 +15,8 @@ pub struct Side {
     pub program: String,
     /// Its gauges.
     pub gauges: Vec<Gauge>,
+    /// Layout of the requests to it.
+    pub request: Layout,
     /// Layout of its answers.
     pub layout: Layout,
     /// Its part in the balance of energy.
@@ -30,9 +31,10 @@ impl Side {
     fn new(name: &str, hello: &Hello, plan: &Plan, ready: Ready) -> Self {
         let program = format!("{name} ({})", hello.program);
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
+        let request = Layout::new(&plan.takes, &ready.mesh, 0);
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        let repeatable = hello.can(capability::REPEATABLE);
-        Self { program, gauges: ready.gauges, layout, account, initial: ready.initial, repeatable }
+        let repeatable = hello.repeats.is_some();
+        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial, repeatable }
     }
 }
 
@@ -68,14 +70,16 @@ pub fn agree(
         window: settings.time_window,
         takes: takes.to_vec(),
         gives: gives.to_vec(),
-        partner_mesh: None,
+        ..Plan::default()
     };
     let fem_plan = plan(&fields.to_fem, &fields.from_fem);
     let mut fem_ready = fem.prepare(&fem_plan, progress)?;
+    check_single(fem.name(), &fem_ready)?;
     let mut dem_plan = plan(&fields.to_dem, &fields.from_dem);
     let structure_mesh = fem_ready.mesh.clone();
     dem_plan.partner_mesh = Some(structure_mesh.clone());
     let mut dem_ready = dem.prepare(&dem_plan, progress)?;
+    check_single(dem.name(), &dem_ready)?;
 
     if fields.to_dem.iter().any(|f| f.name == name::BROKEN) && structure_mesh.lines != dem_ready.mesh.lines {
         return Err(Failure::Contract {
@@ -92,13 +96,11 @@ pub fn agree(
         warnings.extend(quality.warnings());
     }
 
-    let to_dem = Layout::new(&dem_plan.takes, &dem_ready.mesh, 0);
-    let to_fem = Layout::new(&fem_plan.takes, &structure_mesh, 0);
     let (dem_side, fem_side) = (
         Side::new(dem.name(), &dem_hello, &dem_plan, dem_ready),
         Side::new(fem.name(), &fem_hello, &fem_plan, fem_ready),
     );
-    let places = Places::new(&to_dem, &dem_side.layout, &to_fem, &fem_side.layout, settings.samples as usize);
+    let places = Places::new(&dem_side, &fem_side, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]
@@ -118,13 +120,15 @@ pub fn agree(
 }
 
 fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
-    if settings.scheme == Scheme::Strong && !hello.can(capability::REPEATABLE) {
+    if settings.scheme == Scheme::Strong && hello.repeats.is_none() {
         return Err(refuse(format!(
-            "strong coupling repeats windows, and {solver} ({}) does not declare \"{}\"; \
+            "strong coupling repeats windows, and {solver} ({}) says that it cannot repeat one; \
              use coupling.scheme = \"weak\" or another solver",
-            hello.program,
-            capability::REPEATABLE
+            hello.program
         )));
+    }
+    if let Some(repeats) = hello.repeats {
+        check_repeats(settings, solver, hello, repeats)?;
     }
     // NaN is no limit anyone meant.
     if hello.largest_window < settings.time_window || hello.largest_window.is_nan() {
@@ -136,11 +140,49 @@ fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) 
     Ok(())
 }
 
+/// Iterations of a solver that repeats itself only to a tolerance agree no better than that.
+fn check_repeats(
+    settings: &CouplingSettings,
+    solver: &str,
+    hello: &Hello,
+    repeats: f64,
+) -> Result<(), Failure> {
+    let program = &hello.program;
+    if !(0.0..1.0).contains(&repeats) {
+        return Err(Failure::Contract {
+            solver: solver.into(),
+            what: format!(
+                "{program} says that it repeats a window to {repeats}; 0 to 1 can be meant, 0 is exact"
+            ),
+        });
+    }
+    if settings.scheme == Scheme::Strong && repeats > settings.tolerance {
+        return Err(refuse(format!(
+            "coupling.tolerance is {:e}, {solver} ({program}) repeats a window to {repeats:e} only: iterations would end by \
+             chance; raise coupling.tolerance above that, or use coupling.scheme = \"weak\"",
+            settings.tolerance
+        )));
+    }
+    Ok(())
+}
+
+/// The layout has room for several interface meshes; the loop couples one.
+fn check_single(solver: &str, ready: &Ready) -> Result<(), Failure> {
+    let more = ready.more_meshes.len();
+    let what = || {
+        format!(
+            "it offers {} interface meshes, this version couples one: send it as Ready.mesh alone",
+            more + 1
+        )
+    };
+    if more == 0 { Ok(()) } else { Err(Failure::Contract { solver: solver.into(), what: what() }) }
+}
+
 /// Programs that have read different scenes compute different things, and nobody would see it.
 fn check_scene(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
-    let theirs = hello.capabilities.iter().find(|word| word.starts_with(capability::SCENE));
-    match (&settings.scene, theirs) {
-        (Some(ours), Some(theirs)) if ours != theirs => Err(refuse(format!(
+    let theirs = &hello.scene;
+    match &settings.scene {
+        Some(ours) if !theirs.is_empty() && ours != theirs => Err(refuse(format!(
             "{solver} ({}) and the coupler have read different scenes ({theirs}, {ours}); start all programs of a run \
              with one scene file and the same --set",
             hello.program
@@ -160,7 +202,7 @@ struct Fields {
 fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Result<Fields, Failure> {
     let samples = settings.samples;
     let find = |list: &[FieldSpec], name: &str, sampling: Sampling| {
-        let found = list.iter().find(|f| f.name == name && f.sampling == sampling)?;
+        let found = list.iter().find(|f| f.name == name && f.sampling == sampling && f.interface == 0)?;
         let samples = if sampling == Sampling::Once { 1 } else { samples };
         (found.samples >= samples).then(|| FieldSpec { samples, ..found.clone() })
     };

@@ -6,6 +6,7 @@
 use crate::acceleration::Acceleration;
 use crate::convergence::{Field, Judged, Measure, Residual, largest_distance};
 use crate::energy::Work;
+use crate::handshake::Side;
 use crate::mapping::Matrix;
 use crate::predictor::predict;
 use interface_defs::{Layout, Sampling, name};
@@ -39,13 +40,8 @@ pub struct Places {
 
 impl Places {
     /// From the layouts of the four payloads, with `samples` parts per window.
-    pub fn new(
-        to_dem: &Layout,
-        from_dem: &Layout,
-        to_fem: &Layout,
-        from_fem: &Layout,
-        samples: usize,
-    ) -> Self {
+    pub fn new(dem: &Side, fem: &Side, samples: usize) -> Self {
+        let (to_dem, from_dem, to_fem, from_fem) = (&dem.request, &dem.layout, &fem.request, &fem.layout);
         let all = |layout: &Layout, name: &str, sampling: Sampling, count: usize| -> Vec<Range<usize>> {
             (0..count).filter_map(|i| layout.sample(name, sampling, i)).collect()
         };

@@ -3,7 +3,7 @@
 use crate::handshake::Side;
 use crate::schedule::Span;
 use interface_defs::message::FaultKind;
-use interface_defs::{Command, Failure, Participant, RequestHeader, Statistics, Status};
+use interface_defs::{Command, Failure, Participant, Request, RequestHeader, Statistics, Status};
 
 /// A participant, and what it does not know yet.
 pub(crate) struct Seat<'a> {
@@ -30,6 +30,7 @@ impl<'a> Seat<'a> {
         &mut self,
         span: Span,
         iteration: u32,
+        side: &Side,
         fill: &mut dyn FnMut(&mut [f64]),
     ) -> Result<(), Failure> {
         let commits = std::mem::take(&mut self.commit_due);
@@ -43,7 +44,8 @@ impl<'a> Seat<'a> {
             ..Default::default()
         };
         self.asked = true;
-        self.participant.send(header, fill)
+        let request = Request { header, sends: side.request.len(), expects: side.layout.len() };
+        self.participant.send(request, fill)
     }
 
     /// Wait for its answer, all numbers finite. `Some` is why this window failed.

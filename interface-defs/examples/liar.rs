@@ -2,14 +2,15 @@
 //!
 //! For tests of the coupler: `liar LIE serve SCENE --run ID --as fem`, where `LIE` is `none`, `run`,
 //! `sequence`, `window`, `iteration`, `length`, `short` (payload), `nan`, `infinite-gauge`, `protocol`,
-//! `garbage`, `silent`, `status`, `mute` (never joins), `unrepeatable` or `small-window`.
+//! `garbage`, `silent`, `status`, `mute` (never joins), `unrepeatable`, `rough` (repeats
+//! to 1 %), `rougher` (to 200 %), `small-window` or `two-meshes`.
 //! As a structure it is one node that does not move.
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{EventId, FileName, NodeBuilder, NodeName, Path, SemanticString, ServiceName, ipc};
 use interface_defs::ipc::channel::ControlHeader;
 use interface_defs::ipc::domain::Domain;
 use interface_defs::ipc::run_id::fnv1a;
-use interface_defs::message::{FromSolver, ToSolver, capability, decode, encode};
+use interface_defs::message::{FromSolver, ToSolver, decode, encode};
 use interface_defs::{
     AnswerHeader, Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Ready, RequestHeader, Sampling, Statistics,
     Status, name,
@@ -19,22 +20,31 @@ use std::time::Duration;
 type Failure = Box<dyn std::error::Error>;
 
 fn hello(lie: &str) -> Hello {
-    let repeatable = if lie == "unrepeatable" { vec![] } else { vec![capability::REPEATABLE.to_string()] };
     Hello {
         program: format!("liar ({lie})"),
-        capabilities: repeatable,
+        repeats: match lie {
+            "unrepeatable" => None,
+            "rough" => Some(1e-2),
+            "rougher" => Some(2.0),
+            _ => Some(0.0),
+        },
+        // Unknown to every version: passed over.
+        options: vec![("colour".into(), "red".into())],
         takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)],
         gives: vec![
             FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::AtEnds),
             FieldSpec::nodal(name::VELOCITY, 3, Sampling::AtEnds),
         ],
         largest_window: if lie == "small-window" { 1e-9 } else { f64::INFINITY },
+        ..Hello::default()
     }
 }
 
-fn ready() -> Ready {
+fn ready(lie: &str) -> Ready {
     let mesh = InterfaceMesh { coordinates: vec![0.0; 3], masses: vec![1.0], ..Default::default() };
-    Ready { mesh, gauges: vec![Gauge::new("truth", "1")], initial: vec![0.0; 9], warnings: vec![] }
+    let more_meshes = if lie == "two-meshes" { vec![mesh.clone()] } else { vec![] };
+    let gauges = vec![Gauge::new("truth", "1")];
+    Ready { mesh, gauges, initial: vec![0.0; 9], more_meshes, ..Ready::default() }
 }
 
 fn reply(message: ToSolver, lie: &str, fields: &mut Vec<FieldSpec>) -> FromSolver {
@@ -42,7 +52,7 @@ fn reply(message: ToSolver, lie: &str, fields: &mut Vec<FieldSpec>) -> FromSolve
         ToSolver::Connect => FromSolver::Hello(hello(lie)),
         ToSolver::Prepare(plan) => {
             *fields = plan.gives;
-            FromSolver::Ready(ready())
+            FromSolver::Ready(ready(lie))
         }
         ToSolver::Explain => FromSolver::Fault(Fault::window("no reason")),
         ToSolver::Finish { .. } | ToSolver::Abort { .. } => FromSolver::Statistics(Statistics::default()),

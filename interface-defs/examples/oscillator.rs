@@ -3,7 +3,6 @@
 //! In a scene: `[processes] fem = "target/release/examples/oscillator"`; by hand:
 //! `oscillator serve SCENE --run ID --as fem`. Position Verlet under the mean force, mass 20 kg, 2e5 N/m.
 use interface_defs::ipc::serve::{Connection, serve};
-use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::*;
 
@@ -20,20 +19,21 @@ impl Solver for Oscillator {
     fn hello(&self) -> Hello {
         Hello {
             program: "oscillator".into(),
-            capabilities: vec![capability::REPEATABLE.into()],
+            repeats: Some(0.0), // it repeats a window to equal bytes
             takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)],
             gives: vec![
                 FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::AtEnds),
                 FieldSpec::nodal(name::VELOCITY, 3, Sampling::AtEnds),
             ],
             largest_window: 1e-3, // well below its period of 63 ms
+            ..Default::default()
         }
     }
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
         let mesh = InterfaceMesh { coordinates: vec![0.0; 3], masses: vec![MASS], ..Default::default() };
         let gauges = vec![Gauge { extremes: true, ..Gauge::new("oscillator_uz", "m") }];
         let initial = vec![0.0; Layout::new(&plan.gives, &mesh, gauges.len()).len()];
-        Ok(Ready { mesh, gauges, initial, warnings: vec![] })
+        Ok(Ready { mesh, gauges, initial, ..Default::default() })
     }
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
         let ([u, v], h) = (self.committed, window.length);

@@ -4,7 +4,6 @@
 //! preparing (reporting progress), and SECONDS in window number WINDOW; before each sleep it creates the
 //! file MARK. Otherwise one node that does not move.
 use interface_defs::ipc::serve::{Connection, serve};
-use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::*;
 use std::time::Duration;
@@ -20,13 +19,13 @@ impl Solver for Sleeper {
     fn hello(&self) -> Hello {
         Hello {
             program: "sleeper".into(),
-            capabilities: vec![capability::REPEATABLE.into()],
+            repeats: Some(0.0), // it repeats a window to equal bytes
             takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)],
             gives: vec![
                 FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::AtEnds),
                 FieldSpec::nodal(name::VELOCITY, 3, Sampling::AtEnds),
             ],
-            largest_window: f64::INFINITY,
+            ..Default::default()
         }
     }
     fn prepare(&mut self, _: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
@@ -36,7 +35,11 @@ impl Solver for Sleeper {
         let naps = (self.prepare / 0.1) as u32;
         for nap in 0..naps {
             std::thread::sleep(Duration::from_millis(100));
-            progress(Progress { what: "sleeping".into(), done: f64::from(nap) / f64::from(naps) })?;
+            progress(Progress {
+                what: "sleeping".into(),
+                done: f64::from(nap) / f64::from(naps),
+                ..Default::default()
+            })?;
         }
         let mesh = InterfaceMesh { coordinates: vec![0.0; 3], masses: vec![1.0], ..Default::default() };
         Ok(Ready { mesh, initial: vec![0.0; 6], ..Default::default() })

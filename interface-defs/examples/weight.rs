@@ -3,7 +3,6 @@
 //! In a scene: `[processes] dem = "target/release/examples/weight"`; by hand:
 //! `weight serve SCENE --run ID --as dem`. It has no state: its force follows from the wall's motion.
 use interface_defs::ipc::serve::{Connection, serve};
-use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::*;
 
@@ -16,13 +15,13 @@ impl Solver for Weight {
     fn hello(&self) -> Hello {
         Hello {
             program: "weight".into(),
-            capabilities: vec![capability::REPEATABLE.into()],
+            repeats: Some(0.0), // it repeats a window to equal bytes
             takes: vec![FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::FromStart)],
             gives: vec![
                 FieldSpec::nodal(name::FORCE, 3, Sampling::Means),
                 FieldSpec::nodal(name::FORCE, 3, Sampling::AtEnds),
             ],
-            largest_window: f64::INFINITY,
+            ..Default::default()
         }
     }
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {

@@ -8,7 +8,7 @@ use crate::mesh::InterfaceMesh;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Names that version 1 gives a meaning. Any other name is passed on where giver and taker agree.
+/// Names that version 2 gives a meaning. Any other name is passed on where giver and taker agree.
 pub mod name {
     /// Displacement of the interface nodes since t = 0 [m], 3 components.
     pub const DISPLACEMENT: &str = "displacement";
@@ -21,20 +21,20 @@ pub mod name {
     /// 1 for each line that is broken and touches nothing any more, else 0: from the structure at the window's end, to the
     /// contact solver as committed when the window begins.
     pub const BROKEN: &str = "broken";
-    /// Optional: d(force)/d(displacement) of the contacts, negated, one 3x3 block per node [N/m].
-    pub const CONTACT_TANGENT: &str = "contact_tangent";
-    /// Optional: d(force)/d(velocity) of the contacts, negated, one 3x3 block per node [N s/m].
-    pub const CONTACT_DAMPING: &str = "contact_damping";
-    /// Optional, for a mesh that yields in the contact solver: mass felt by a node [kg].
-    pub const LOCAL_MASS: &str = "local_mass";
-    /// Optional, for a yielding mesh: internal force plus load at the window's start [N], 3 components.
+    /// For a net that yields in the contact solver: internal force plus load at the window's start [N], 3 components.
     pub const LOCAL_FORCE: &str = "local_force";
-    /// Optional, for a yielding mesh: `[T/L, EA/L^3]` of each line, block `T/L I + EA/L^3 d d^T` [N/m, N/m3].
-    pub const LOCAL_LINE_TANGENT: &str = "local_line_tangent";
-    /// Optional, for a yielding mesh of any element: one 3x3 tangent block per node [N/m].
+    /// For a yielding net: how fast that force changes at the window's start, because all nodes move [N/s], 3 components.
+    pub const LOCAL_FORCE_RATE: &str = "local_force_rate";
+    /// For a yielding net: block of the tangent for each pair of selected nodes, `-d(force on the first)/d(displacement of
+    /// the second)`, row by row [N/m], 9 components.
     pub const LOCAL_TANGENT: &str = "local_tangent";
-    /// Optional, for a yielding mesh: mass-proportional damping alpha [1/s], one number.
+    /// For a yielding net: mass-proportional damping alpha [1/s], one number.
     pub const LOCAL_DAMPING: &str = "local_damping";
+    /// From a structure: largest distance that any interface node has moved in the window [m]; to the contact solver: the
+    /// sum of these since it was asked for its reach, and what may come in this window.
+    pub const TRAVEL: &str = "travel";
+    /// From a contact solver: time from the window's end in which nothing touches the net [s], one number.
+    pub const FREE_TIME: &str = "free_time";
 }
 
 /// What a field is attached to.
@@ -48,6 +48,8 @@ pub enum Place {
     Face,
     /// One item for the whole interface.
     Whole,
+    /// One item per pair of coupled nodes among those selected ([`crate::selection::Selection::pairs`]).
+    Pair,
 }
 
 /// Where in the window the samples of a field lie.
@@ -76,21 +78,24 @@ pub struct FieldSpec {
     pub sampling: Sampling,
     /// Number of parts of the window, at least 1.
     pub samples: u32,
+    /// Number of the interface mesh that it belongs to, 0 = the first. This version knows no other.
+    pub interface: u32,
 }
 
 impl FieldSpec {
     /// A nodal field with one sample.
     pub fn nodal(name: &str, components: u32, sampling: Sampling) -> Self {
-        Self { name: name.into(), components, place: Place::Node, sampling, samples: 1 }
+        Self { name: name.into(), components, place: Place::Node, sampling, samples: 1, interface: 0 }
     }
 
-    /// Numbers in one sample on `mesh`.
-    pub fn sample_len(&self, mesh: &InterfaceMesh) -> usize {
+    /// Numbers in one sample.
+    pub fn sample_len(&self, items: &Items) -> usize {
         let items = match self.place {
-            Place::Node => mesh.node_count(),
-            Place::Line => mesh.lines.len(),
-            Place::Face => mesh.faces.len(),
+            Place::Node => items.nodes,
+            Place::Line => items.lines,
+            Place::Face => items.faces,
             Place::Whole => 1,
+            Place::Pair => items.pairs,
         };
         items * self.components as usize
     }
@@ -105,6 +110,26 @@ impl FieldSpec {
     }
 }
 
+/// How many items of each kind the fields of a payload have.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Items {
+    /// Nodes.
+    pub nodes: usize,
+    /// Lines.
+    pub lines: usize,
+    /// Faces.
+    pub faces: usize,
+    /// Pairs of coupled nodes; none while all nodes of the mesh are sent.
+    pub pairs: usize,
+}
+
+impl Items {
+    /// All of a mesh.
+    pub fn of(mesh: &InterfaceMesh) -> Self {
+        Self { nodes: mesh.node_count(), lines: mesh.lines.len(), faces: mesh.faces.len(), pairs: 0 }
+    }
+}
+
 /// Where every field of a plan lies in the payload.
 #[derive(Debug, Clone, Default)]
 pub struct Layout {
@@ -116,17 +141,20 @@ pub struct Layout {
 impl Layout {
     /// Layout of `fields` on `mesh`, followed by three numbers for each of `gauges`.
     pub fn new(fields: &[FieldSpec], mesh: &InterfaceMesh, gauges: usize) -> Self {
+        let places = fields.iter().map(|f| (f.clone(), 0, 0)).collect();
+        let mut layout = Self { places, fields_len: 0, gauges };
+        layout.resize(&Items::of(mesh));
+        layout
+    }
+
+    /// Lay the same fields out for other items.
+    pub fn resize(&mut self, items: &Items) {
         let mut at = 0;
-        let places = fields
-            .iter()
-            .map(|f| {
-                let sample = f.sample_len(mesh);
-                let place = (f.clone(), at, sample);
-                at += sample * f.sample_count();
-                place
-            })
-            .collect();
-        Self { places, fields_len: at, gauges }
+        for (field, start, sample) in &mut self.places {
+            (*start, *sample) = (at, field.sample_len(items));
+            at += *sample * field.sample_count();
+        }
+        self.fields_len = at;
     }
 
     /// Numbers in the whole payload.

@@ -5,7 +5,7 @@ use iceoryx2::prelude::ZeroCopySend;
 /// What the coupler asks for. Sent before the payload of each request.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("rockfall.RequestHeader.v1")]
+#[type_name("rockfall.RequestHeader.v2")]
 pub struct RequestHeader {
     /// Number of the run (hash of its id).
     pub run: u64,
@@ -21,12 +21,21 @@ pub struct RequestHeader {
     pub start: f64,
     /// Length of the window [s].
     pub length: f64,
+    /// Nodes for which the payload's fields are laid out: 0 = all of the interface mesh, 1 = those selected last.
+    pub selection: u32,
+    /// Numbers at the payload's end that select nodes from this request on: the nodes, then pairs of places among them, see
+    /// `PROTOCOL.md`; 0 = as before.
+    pub listed: u32,
+    /// How many of these numbers are nodes.
+    pub nodes: u32,
+    /// Always 0.
+    pub reserved: u32,
 }
 
 /// The answer's echo of the request, and how it went.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("rockfall.AnswerHeader.v1")]
+#[type_name("rockfall.AnswerHeader.v2")]
 pub struct AnswerHeader {
     /// As in the request.
     pub run: u64,
@@ -42,6 +51,12 @@ pub struct AnswerHeader {
     pub start: f64,
     /// As in the request.
     pub length: f64,
+    /// As in the request.
+    pub selection: u32,
+    /// Numbers at the payload's end that are no field and no gauge: nodes ([`Command::Reach`]) or pairs ([`Command::State`]).
+    pub listed: u32,
+    /// Always 0.
+    pub reserved: [u32; 2],
 }
 
 /// What a request asks for.
@@ -52,6 +67,14 @@ pub enum Command {
     Solve = 1,
     /// First commit the last solve (it was the accepted one), then solve this window.
     CommitAndSolve = 2,
+    /// To a structure that can select: answer with the committed state, for the nodes that are selected; solve nothing.
+    State = 3,
+    /// First commit the last solve, then as [`Command::State`].
+    CommitAndState = 4,
+    /// To a contact solver that can select: list the nodes that it must see from the committed state on; solve nothing.
+    Reach = 5,
+    /// First commit the last solve, then as [`Command::Reach`].
+    CommitAndReach = 6,
 }
 
 impl Command {
@@ -60,7 +83,36 @@ impl Command {
         match number {
             1 => Some(Self::Solve),
             2 => Some(Self::CommitAndSolve),
+            3 => Some(Self::State),
+            4 => Some(Self::CommitAndState),
+            5 => Some(Self::Reach),
+            6 => Some(Self::CommitAndReach),
             _ => None,
+        }
+    }
+
+    /// Whether the last solve is committed first.
+    pub fn commits(self) -> bool {
+        matches!(self, Self::CommitAndSolve | Self::CommitAndState | Self::CommitAndReach)
+    }
+
+    /// The same without a commit.
+    pub fn without_commit(self) -> Self {
+        match self {
+            Self::CommitAndSolve => Self::Solve,
+            Self::CommitAndState => Self::State,
+            Self::CommitAndReach => Self::Reach,
+            other => other,
+        }
+    }
+
+    /// The same after a commit.
+    pub fn after_commit(self) -> Self {
+        match self {
+            Self::Solve => Self::CommitAndSolve,
+            Self::State => Self::CommitAndState,
+            Self::Reach => Self::CommitAndReach,
+            other => other,
         }
     }
 }
@@ -73,6 +125,20 @@ pub enum Status {
     Done = 1,
     /// No answer for this window; a shorter one may succeed. The reason is asked for by message.
     Failed = 2,
+    /// No answer: a contact solver must see nodes that are not selected. The coupler asks [`Command::Reach`].
+    Beyond = 3,
+}
+
+impl Status {
+    /// From its number.
+    pub fn from_number(number: u32) -> Option<Self> {
+        match number {
+            1 => Some(Self::Done),
+            2 => Some(Self::Failed),
+            3 => Some(Self::Beyond),
+            _ => None,
+        }
+    }
 }
 
 impl AnswerHeader {
@@ -86,6 +152,9 @@ impl AnswerHeader {
             status: status as u32,
             start: request.start,
             length: request.length,
+            selection: request.selection,
+            listed: 0,
+            reserved: [0; 2],
         }
     }
 
@@ -96,6 +165,7 @@ impl AnswerHeader {
             ("sequence", self.sequence, request.sequence),
             ("window", self.window, request.window),
             ("iteration", self.iteration.into(), request.iteration.into()),
+            ("selection", self.selection.into(), request.selection.into()),
         ];
         if let Some((what, got, asked)) = numbers.into_iter().find(|(_, got, asked)| got != asked) {
             return Some(format!("answered {what} {got}, asked was {what} {asked}"));
@@ -104,7 +174,8 @@ impl AnswerHeader {
         if let Some((what, got, asked)) = times.into_iter().find(|(_, a, b)| a.to_bits() != b.to_bits()) {
             return Some(format!("answered a window with {what} {got} s, asked was {what} {asked} s"));
         }
-        (self.status != Status::Done as u32 && self.status != Status::Failed as u32)
-            .then(|| format!("status {} has no meaning; 1 = done, 2 = failed", self.status))
+        Status::from_number(self.status).is_none().then(|| {
+            format!("status {} has no meaning; 1 = done, 2 = failed, 3 = beyond the selection", self.status)
+        })
     }
 }

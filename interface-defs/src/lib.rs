@@ -1,4 +1,4 @@
-//! The interface contract between the coupler and a solver: protocol version 1.
+//! The interface contract between the coupler and a solver: protocol version 2.
 //!
 //! A solver is a function of (committed state, input) over one time window. Whoever implements
 //! [`Solver`] and calls [`serve`] in `main` takes part in a co-simulation; nothing else is needed.
@@ -13,6 +13,7 @@
 //! - [`header`]: the plain-data headers of a request and its answer
 //! - [`message`]: handshake, preparation, faults, statistics (bincode, apart from the field path)
 //! - [`mesh`]: the interface mesh, on which a contact solver works
+//! - [`selection`]: the nodes that are sent, where not all of them are
 //! - [`solver`]: the trait of a solver
 //! - [`participant`]: the trait at the coupler's side, and its in-process implementation
 //! - [`ipc`]: the same over iceoryx2, in processes of their own
@@ -20,6 +21,7 @@
 //! The feature `toolkit` adds what rockfall's own programs share beside the contract (scene text
 //! and its errors, result files, run directory, exit codes). A foreign solver does not need it.
 
+mod exchange;
 pub mod field;
 pub mod header;
 pub mod ipc;
@@ -28,14 +30,16 @@ pub mod message;
 #[cfg(test)]
 mod message_golden;
 pub mod participant;
+pub mod selection;
 pub mod solver;
 #[cfg(feature = "toolkit")]
 pub mod toolkit;
 
-pub use field::{FieldSpec, Layout, Place, Sampling, name};
+pub use field::{FieldSpec, Items, Layout, Place, Sampling, name};
 pub use header::{AnswerHeader, Command, RequestHeader, Status};
 pub use ipc::serve::serve;
 pub use mesh::{Group, InterfaceMesh};
 pub use message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics};
-pub use participant::{Failure, InProcess, Participant};
+pub use participant::{Failure, InProcess, Participant, Request};
+pub use selection::Selection;
 pub use solver::{Solver, Window};

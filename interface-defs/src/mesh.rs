@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 /// A node that no line and no face holds is a contact point of its own.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceMesh {
+    /// Its name, where there are several; may be empty.
+    pub name: String,
     /// `[3 * nodes]` [m], node-major.
     pub coordinates: Vec<f64>,
     /// Two nodes each (wires, cables, edges).

@@ -10,23 +10,24 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::fmt;
 
 /// Version of the contract that this crate speaks.
-pub const PROTOCOL: u8 = 1;
+pub const PROTOCOL: u8 = 2;
 
 /// Longest message that is read [bytes]: a mesh of some ten million nodes.
 const LONGEST: usize = 1 << 30;
 
 /// Capability words of a [`Hello`]; further words may be declared and are passed over.
 pub mod capability {
-    /// Solving A, B, A from one committed state gives equal bytes: needed by strong coupling.
-    pub const REPEATABLE: &str = "repeatable";
+    /// The solver takes fields for selected nodes alone: see [`crate::selection`].
+    pub const SELECTS: &str = "selects";
     /// The solver can write its committed state to disk and start again from it.
     pub const CHECKPOINT: &str = "checkpoint";
-    /// Begin of the word that says which scene the solver read; behind it 16 hexadecimal digits, the 64-bit FNV-1a hash
-    /// of the file's bytes. The coupler refuses solvers whose word is not its own; one without such a word is not compared.
-    pub const SCENE: &str = "scene:fnv1a64:";
 }
 
+/// Further values of a message by name, so that later versions may add some. Unknown names are passed over.
+pub type NamedValues = Vec<(String, String)>;
+
 /// From the coupler to a solver.
+#[expect(clippy::large_enum_variant, reason = "a run has five such messages")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ToSolver {
     /// Who are you? Answered by [`FromSolver::Hello`].
@@ -69,6 +70,12 @@ pub struct Hello {
     pub program: String,
     /// Words of [`capability`].
     pub capabilities: Vec<String>,
+    /// Fingerprint of the scene that it read; the coupler refuses a solver whose fingerprint is not its own. Empty: it
+    /// is not compared.
+    pub scene: String,
+    /// How well it repeats a window: solving A, B, A from one committed state gives both A equal to this relative
+    /// tolerance, 0 = equal bytes. `None`: it cannot repeat a window, and is coupled weakly.
+    pub repeats: Option<f64>,
     /// Fields it can take, each with the most samples it can take. A structure that lists mean
     /// force takes the mean as its load; one that lists force at the end takes that.
     pub takes: Vec<FieldSpec>,
@@ -76,6 +83,24 @@ pub struct Hello {
     pub gives: Vec<FieldSpec>,
     /// Longest window that it can solve [s], infinite if there is no limit.
     pub largest_window: f64,
+    /// None in this version.
+    pub options: NamedValues,
+}
+
+impl Default for Hello {
+    /// Of a solver without limits, that takes and gives nothing.
+    fn default() -> Self {
+        Self {
+            program: String::new(),
+            capabilities: Vec::new(),
+            scene: String::new(),
+            repeats: None,
+            takes: Vec::new(),
+            gives: Vec::new(),
+            largest_window: f64::INFINITY,
+            options: Vec::new(),
+        }
+    }
 }
 
 impl Hello {
@@ -98,15 +123,22 @@ pub struct Plan {
     pub gives: Vec<FieldSpec>,
     /// For a contact solver: the structure's interface mesh at t = 0.
     pub partner_mesh: Option<InterfaceMesh>,
+    /// Further interface meshes, of this structure or of others: numbers 1, 2, ... of [`FieldSpec::interface`]. None in
+    /// this version.
+    pub more_meshes: Vec<InterfaceMesh>,
+    /// None in this version.
+    pub options: NamedValues,
 }
 
 /// How far the preparation is.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// What is being done, with its numbers.
     pub what: String,
     /// Share that is done, 0 to 1; NaN if unknown.
     pub done: f64,
+    /// None in this version.
+    pub options: NamedValues,
 }
 
 /// A prepared solver.
@@ -120,6 +152,10 @@ pub struct Ready {
     pub initial: Vec<f64>,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// Further interface meshes: numbers 1, 2, ... of [`FieldSpec::interface`]. None in this version.
+    pub more_meshes: Vec<InterfaceMesh>,
+    /// None in this version.
+    pub options: NamedValues,
 }
 
 /// What part a gauge has in the balance of energy.
@@ -179,6 +215,8 @@ pub enum FaultKind {
     Broken,
     /// The user has interrupted the solver.
     Interrupted,
+    /// A contact solver must see nodes that are not selected: the coupler asks which.
+    Beyond,
 }
 
 /// Why a solver did not do what was asked: what, where, the numbers, what to try.
@@ -188,22 +226,29 @@ pub struct Fault {
     pub kind: FaultKind,
     /// One message for the user.
     pub message: String,
+    /// None in this version.
+    pub options: NamedValues,
 }
 
 impl Fault {
+    /// Of this kind.
+    pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into(), options: Vec::new() }
+    }
+
     /// The user's input is wrong.
     pub fn input(message: impl Into<String>) -> Self {
-        Self { kind: FaultKind::Input, message: message.into() }
+        Self::new(FaultKind::Input, message)
     }
 
     /// This window cannot be solved; a shorter one may.
     pub fn window(message: impl Into<String>) -> Self {
-        Self { kind: FaultKind::Window, message: message.into() }
+        Self::new(FaultKind::Window, message)
     }
 
     /// The solver cannot go on.
     pub fn broken(message: impl Into<String>) -> Self {
-        Self { kind: FaultKind::Broken, message: message.into() }
+        Self::new(FaultKind::Broken, message)
     }
 }
 
@@ -243,6 +288,8 @@ pub struct Statistics {
     pub solve_seconds: f64,
     /// Largest memory in use [bytes]; 0 = not reported.
     pub peak_memory: u64,
+    /// None in this version.
+    pub options: NamedValues,
 }
 
 /// Why a message could not be read.

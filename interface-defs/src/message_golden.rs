@@ -13,7 +13,7 @@ struct Bytes(Vec<u8>);
 
 impl Bytes {
     fn message(variant: u32) -> Self {
-        Self(vec![1]).u32(variant)
+        Self(vec![2]).u32(variant)
     }
     fn byte(mut self, x: u8) -> Self {
         self.0.push(x);
@@ -50,15 +50,17 @@ fn force() -> FieldSpec {
         place: Place::Node,
         sampling: Sampling::Means,
         samples: 4,
+        interface: 0,
     }
 }
 
 fn force_bytes(bytes: Bytes) -> Bytes {
-    bytes.text("force").u32(3).u32(0).u32(2).u32(4)
+    bytes.text("force").u32(3).u32(0).u32(2).u32(4).u32(0)
 }
 
 fn mesh() -> InterfaceMesh {
     InterfaceMesh {
+        name: "net".into(),
         coordinates: vec![0.0, 1.0, 2.0],
         lines: vec![[0, 0]],
         faces: vec![[0, 0, 0]],
@@ -69,18 +71,34 @@ fn mesh() -> InterfaceMesh {
 }
 
 fn mesh_bytes(bytes: Bytes) -> Bytes {
-    let bytes = bytes.u64(3).f64(0.0).f64(1.0).f64(2.0).u64(1).u32(0).u32(0).u64(1).u32(0).u32(0).u32(0);
+    let bytes =
+        bytes.text("net").u64(3).f64(0.0).f64(1.0).f64(2.0).u64(1).u32(0).u32(0).u64(1).u32(0).u32(0).u32(0);
     bytes.u64(1).f64(0.002).u64(1).f64(0.5).u64(1).text("mid").u64(1).u32(0)
+}
+
+fn option() -> NamedValues {
+    vec![("later".into(), "7".into())]
+}
+
+fn option_bytes(bytes: Bytes) -> Bytes {
+    bytes.u64(1).text("later").text("7")
 }
 
 #[test]
 fn messages_to_a_solver_are_these_bytes() {
     golden(ToSolver::Connect, Bytes::message(0));
-    assert_eq!(encode(&ToSolver::Connect), [1, 0, 0, 0, 0]);
-    let plan =
-        Plan { end_time: 1.5, window: 1e-3, takes: vec![force()], gives: vec![], partner_mesh: Some(mesh()) };
+    assert_eq!(encode(&ToSolver::Connect), [2, 0, 0, 0, 0]);
+    let plan = Plan {
+        end_time: 1.5,
+        window: 1e-3,
+        takes: vec![force()],
+        gives: vec![],
+        partner_mesh: Some(mesh()),
+        more_meshes: vec![mesh()],
+        options: option(),
+    };
     let bytes = force_bytes(Bytes::message(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
-    golden(ToSolver::Prepare(plan), mesh_bytes(bytes));
+    golden(ToSolver::Prepare(plan), option_bytes(mesh_bytes(mesh_bytes(bytes).u64(1))));
     golden(ToSolver::Explain, Bytes::message(2));
     golden(ToSolver::Finish { commit: true }, Bytes::message(3).byte(1));
     golden(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::message(4).text("fem was lost"));
@@ -90,20 +108,33 @@ fn messages_to_a_solver_are_these_bytes() {
 fn messages_from_a_solver_are_these_bytes() {
     let hello = Hello {
         program: "p 1".into(),
-        capabilities: vec!["repeatable".into()],
+        capabilities: vec!["selects".into()],
+        scene: "fnv1a64:0".into(),
+        repeats: Some(1e-13),
         takes: vec![],
         gives: vec![force()],
         largest_window: 0.25,
+        options: option(),
     };
-    let bytes = Bytes::message(0).text("p 1").u64(1).text("repeatable").u64(0).u64(1);
-    golden(FromSolver::Hello(hello), force_bytes(bytes).f64(0.25));
-    let progress = Progress { what: "form finding".into(), done: 0.5 };
-    golden(FromSolver::Progress(progress), Bytes::message(1).text("form finding").f64(0.5));
+    let bytes = Bytes::message(0).text("p 1").u64(1).text("selects").text("fnv1a64:0").byte(1).f64(1e-13);
+    golden(FromSolver::Hello(hello), option_bytes(force_bytes(bytes.u64(0).u64(1)).f64(0.25)));
+    let bytes = Bytes::message(0).u64(0).u64(0).u64(0).byte(0).u64(0).u64(0).f64(f64::INFINITY).u64(0);
+    golden(FromSolver::Hello(Hello::default()), bytes);
+    let progress = Progress { what: "form finding".into(), done: 0.5, options: option() };
+    golden(FromSolver::Progress(progress), option_bytes(Bytes::message(1).text("form finding").f64(0.5)));
     let gauge = Gauge { name: "sag".into(), unit: "m".into(), role: Role::Stored, extremes: true };
-    let ready = Ready { mesh: mesh(), gauges: vec![gauge], initial: vec![0.5], warnings: vec!["w".into()] };
+    let ready = Ready {
+        mesh: mesh(),
+        gauges: vec![gauge],
+        initial: vec![0.5],
+        warnings: vec!["w".into()],
+        more_meshes: vec![mesh()],
+        options: option(),
+    };
     let bytes = mesh_bytes(Bytes::message(2)).u64(1).text("sag").text("m").u32(3).byte(1);
-    golden(FromSolver::Ready(ready), bytes.u64(1).f64(0.5).u64(1).text("w"));
-    golden(FromSolver::Fault(Fault::window("slack")), Bytes::message(3).u32(1).text("slack"));
+    let bytes = mesh_bytes(bytes.u64(1).f64(0.5).u64(1).text("w").u64(1));
+    golden(FromSolver::Ready(ready), option_bytes(bytes));
+    golden(FromSolver::Fault(Fault::window("slack")), Bytes::message(3).u32(1).text("slack").u64(0));
     let measure = |time| Measure { name: "peak".into(), value: 2.0, unit: "N".into(), time };
     let statistics = Statistics {
         measures: vec![measure(Some(0.5)), measure(None)],
@@ -112,10 +143,11 @@ fn messages_from_a_solver_are_these_bytes() {
         cpu_seconds: 1.0,
         solve_seconds: 2.0,
         peak_memory: 3,
+        options: option(),
     };
     let bytes = Bytes::message(4).u64(2).text("peak").f64(2.0).text("N").byte(1).f64(0.5);
     let bytes = bytes.text("peak").f64(2.0).text("N").byte(0).u64(1).text("steps").u64(7).u64(0);
-    golden(FromSolver::Statistics(statistics), bytes.f64(1.0).f64(2.0).u64(3));
+    golden(FromSolver::Statistics(statistics), option_bytes(bytes.f64(1.0).f64(2.0).u64(3)));
 }
 
 #[test]
@@ -124,13 +156,14 @@ fn enums_have_the_numbers_of_the_page() {
     use Sampling::*;
     assert_eq!([AtEnds, FromStart, Means, Once].map(|s| number(encode(&s))), [0, 1, 2, 3]);
     assert_eq!(
-        [Place::Node, Place::Line, Place::Face, Place::Whole].map(|p| number(encode(&p))),
-        [0, 1, 2, 3]
+        [Place::Node, Place::Line, Place::Face, Place::Whole, Place::Pair].map(|p| number(encode(&p))),
+        [0, 1, 2, 3, 4]
     );
     let roles = [Role::None, Role::Kinetic, Role::Potential, Role::Stored, Role::Dissipated, Role::Received];
     assert_eq!(roles.map(|r| number(encode(&r))), [0, 1, 2, 3, 4, 5]);
-    let kinds = [FaultKind::Input, FaultKind::Window, FaultKind::Broken, FaultKind::Interrupted];
-    assert_eq!(kinds.map(|k| number(encode(&k))), [0, 1, 2, 3]);
+    let kinds =
+        [FaultKind::Input, FaultKind::Window, FaultKind::Broken, FaultKind::Interrupted, FaultKind::Beyond];
+    assert_eq!(kinds.map(|k| number(encode(&k))), [0, 1, 2, 3, 4]);
 }
 
 #[test]
@@ -138,12 +171,14 @@ fn headers_have_the_layout_of_the_page() {
     use std::mem::{offset_of, size_of};
     assert_eq!(
         (size_of::<ControlHeader>(), size_of::<RequestHeader>(), size_of::<AnswerHeader>()),
-        (24, 48, 48)
+        (24, 64, 64)
     );
     assert_eq!((offset_of!(ControlHeader, part), offset_of!(ControlHeader, more)), (8, 16));
     assert_eq!((offset_of!(RequestHeader, window), offset_of!(RequestHeader, iteration)), (16, 24));
     assert_eq!((offset_of!(RequestHeader, command), offset_of!(RequestHeader, start)), (28, 32));
     assert_eq!((offset_of!(AnswerHeader, status), offset_of!(AnswerHeader, length)), (28, 40));
+    assert_eq!((offset_of!(RequestHeader, selection), offset_of!(RequestHeader, listed)), (48, 52));
+    assert_eq!((offset_of!(RequestHeader, nodes), offset_of!(AnswerHeader, listed)), (56, 52));
 }
 
 #[test]
@@ -151,8 +186,8 @@ fn what_is_no_message_is_refused_with_the_reason() {
     let refused = |bytes: &[u8]| decode::<ToSolver>(bytes).unwrap_err();
     assert_eq!(refused(&[]), DecodeError::Protocol(None));
     assert_eq!(refused(&[0, 0, 0, 0, 0]), DecodeError::Protocol(Some(0)));
-    assert!(refused(&[0]).to_string().contains("speaks protocol 0, this program speaks protocol 1"));
-    for malformed in [&[1, 9, 0, 0, 0][..], &[1, 0, 0], &[1, 0, 0, 0, 0, 7]] {
+    assert!(refused(&[0]).to_string().contains("speaks protocol 0, this program speaks protocol 2"));
+    for malformed in [&[2, 9, 0, 0, 0][..], &[2, 0, 0], &[2, 0, 0, 0, 0, 7]] {
         assert!(matches!(refused(malformed), DecodeError::Malformed(_)), "{malformed:?}");
     }
     // A length that no memory holds is not asked for.

@@ -1,8 +1,10 @@
 //! A solver as the coupler sees it, in this process or in another.
 
-use crate::header::{Command, RequestHeader, Status};
+use crate::exchange::Exchange;
+use crate::field::Layout;
+use crate::header::{RequestHeader, Status};
 use crate::message::{Fault, FaultKind, Hello, Plan, Ready, Statistics};
-use crate::solver::{OnProgress, Solver, Window};
+use crate::solver::{OnProgress, Solver};
 use std::fmt;
 
 /// Why a participant did not answer as asked.
@@ -92,6 +94,17 @@ impl fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
+/// A request: its header, and the lengths of both payloads.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Request {
+    /// What is asked.
+    pub header: RequestHeader,
+    /// Numbers that are sent.
+    pub sends: usize,
+    /// Numbers of the answer's fields and gauges; what it lists comes on top.
+    pub expects: usize,
+}
+
 /// A solver as the coupler sees it. Once prepared it has two verbs: send and receive.
 pub trait Participant {
     /// Its name in this run (`dem`, `fem`).
@@ -104,13 +117,13 @@ pub trait Participant {
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure>;
 
     /// Send a request; `fill` writes its payload in place. `header.run` and `.sequence` are set here.
-    fn send(&mut self, header: RequestHeader, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure>;
+    fn send(&mut self, request: Request, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure>;
 
     /// Wait for the answer to the request sent last. [`Status::Failed`]: ask [`Participant::explain`].
     fn receive(&mut self) -> Result<Status, Failure>;
 
     /// Payload of the answer received last, as the solver wrote it, not copied: fields of the plan,
-    /// then three numbers per gauge.
+    /// then three numbers per gauge, then what it lists.
     fn answer(&self) -> &[f64];
 
     /// Why the last solve failed.
@@ -131,7 +144,7 @@ pub struct InProcess<S> {
     name: String,
     /// The solver itself.
     pub solver: S,
-    plan: Plan,
+    exchange: Exchange,
     input: Vec<f64>,
     output: Vec<f64>,
     pending: Option<RequestHeader>,
@@ -146,7 +159,7 @@ impl<S: Solver> InProcess<S> {
         Self {
             name: name.into(),
             solver,
-            plan: Plan::default(),
+            exchange: Exchange::default(),
             input: Vec::new(),
             output: Vec::new(),
             pending: None,
@@ -172,32 +185,33 @@ impl<S: Solver> Participant for InProcess<S> {
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure> {
         let ready = self.solver.prepare(plan, progress).map_err(|f| self.fault(f))?;
-        self.plan = plan.clone();
+        self.exchange = Exchange::new(plan, &ready);
         let (takes, gives) = payload_lengths(plan, &ready);
-        self.input = vec![0.0; takes];
+        self.input = Vec::with_capacity(takes + ready.mesh.node_count());
         self.output = vec![0.0; gives];
         Ok(ready)
     }
 
-    fn send(&mut self, header: RequestHeader, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
+    fn send(&mut self, request: Request, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
         self.sequence += 1;
+        self.input.resize(request.sends, 0.0);
         fill(&mut self.input);
-        self.pending = Some(RequestHeader { sequence: self.sequence, ..header });
+        self.pending = Some(RequestHeader { sequence: self.sequence, ..request.header });
         Ok(())
     }
 
     fn receive(&mut self) -> Result<Status, Failure> {
         let started = std::time::Instant::now();
         let header = self.pending.take().expect("receive follows send");
-        let outcome = answer(&mut self.solver, &header, &self.input, &mut self.output);
+        let Self { solver, exchange, input, output, .. } = self;
+        let outcome = exchange.begin(solver, &header, input).and_then(|length| {
+            output.resize(length, 0.0);
+            exchange.write(solver, &header, input, output)
+        });
         self.waited += started.elapsed().as_secs_f64();
-        match outcome {
-            Ok(()) => Ok(Status::Done),
-            Err(fault) => {
-                self.fault = Some(fault);
-                Ok(Status::Failed)
-            }
-        }
+        let status = outcome.as_ref().map_or_else(status_of, |_| Status::Done);
+        self.fault = outcome.err();
+        Ok(status)
     }
 
     fn answer(&self) -> &[f64] {
@@ -224,25 +238,9 @@ impl<S: Solver> Participant for InProcess<S> {
     }
 }
 
-/// Do what a request asks of `solver`: one path for every transport.
-pub(crate) fn answer(
-    solver: &mut dyn Solver,
-    header: &RequestHeader,
-    input: &[f64],
-    output: &mut [f64],
-) -> Result<(), Fault> {
-    match Command::from_number(header.command) {
-        Some(Command::CommitAndSolve) => solver.commit()?,
-        Some(Command::Solve) => {}
-        None => return Err(Fault::broken(format!("command {} has no meaning", header.command))),
-    }
-    let window = Window {
-        number: header.window,
-        iteration: header.iteration,
-        start: header.start,
-        length: header.length,
-    };
-    solver.solve(&window, input, output)
+/// The status by which the coupler learns of a fault.
+pub(crate) fn status_of(fault: &Fault) -> Status {
+    if fault.kind == FaultKind::Beyond { Status::Beyond } else { Status::Failed }
 }
 
 /// The fault of a solver that failed without a word.
@@ -252,7 +250,7 @@ pub(crate) fn no_reason() -> Fault {
 
 /// Lengths of the payloads of request and answer that follow from plan and readiness.
 pub fn payload_lengths(plan: &Plan, ready: &Ready) -> (usize, usize) {
-    let takes = crate::field::Layout::new(&plan.takes, &ready.mesh, 0).len();
-    let gives = crate::field::Layout::new(&plan.gives, &ready.mesh, ready.gauges.len()).len();
+    let takes = Layout::new(&plan.takes, &ready.mesh, 0).len();
+    let gives = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len()).len();
     (takes, gives)
 }

@@ -1,6 +1,7 @@
 //! The trait of a solver: a function of (committed state, input) over one time window.
 
 use crate::message::{Fault, Hello, Plan, Progress, Ready, Statistics};
+use crate::selection::Selection;
 
 /// One time window, as the coupler asks for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +53,32 @@ pub trait Solver {
     /// Accept the last solve: its end is the committed state from now on.
     fn commit(&mut self) -> Result<(), Fault>;
 
+    /// From now on fields of place node, line, face and pair are laid out for this selection; `None`: for the whole interface
+    /// mesh. A structure fills in the pairs of nodes that its tangent couples, a contact solver finds them there. Asked only
+    /// of solvers that declare [`crate::message::capability::SELECTS`].
+    fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
+        match selection {
+            None => Ok(()),
+            Some(_) => {
+                Err(Fault::broken("it was asked for a part of the interface mesh, which it has not declared"))
+            }
+        }
+    }
+
+    /// Of a structure that selects: write the committed state to `output`, laid out as an answer.
+    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
+        let _ = output;
+        Err(Fault::broken("it was asked for its committed state, which it has not declared"))
+    }
+
+    /// Of a contact solver that selects: write to `nodes`, ascending, those of the interface mesh that it must see in windows
+    /// from the committed state on; `input` is a request for all nodes, for the window to come. Once a rock has moved so far
+    /// that they are too few, [`Solver::solve`] errs with [`crate::message::FaultKind::Beyond`].
+    fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
+        let _ = (window, input, nodes);
+        Err(Fault::broken("it was asked for its reach, which it has not declared"))
+    }
+
     /// Whether nothing more will happen, so that a run of this solver alone may end before its time. It
     /// follows from the committed state.
     fn has_ended(&self) -> bool {
@@ -74,6 +101,15 @@ impl<S: Solver + ?Sized> Solver for Box<S> {
     }
     fn commit(&mut self) -> Result<(), Fault> {
         (**self).commit()
+    }
+    fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
+        (**self).select(selection)
+    }
+    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
+        (**self).committed(output)
+    }
+    fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
+        (**self).reach(window, input, nodes)
     }
     fn has_ended(&self) -> bool {
         (**self).has_ended()

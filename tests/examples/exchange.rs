@@ -19,13 +19,7 @@ struct Echo;
 
 impl Solver for Echo {
     fn hello(&self) -> Hello {
-        Hello {
-            program: "echo".into(),
-            capabilities: vec![],
-            takes: vec![],
-            gives: vec![],
-            largest_window: f64::INFINITY,
-        }
+        Hello { program: "echo".into(), ..Hello::default() }
     }
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
         let mesh = plan.partner_mesh.clone().unwrap_or_default();
@@ -140,7 +134,8 @@ fn measure(doubles: usize, wait: Wait, rounds: usize) -> Result<Vec<f64>, Box<dy
         let started = Instant::now();
         for remote in &mut remotes {
             let header = RequestHeader { command: Command::Solve as u32, length: 1.0, ..Default::default() };
-            remote.send(header, &mut |payload| payload.fill(round as f64))?;
+            let request = Request { header, sends: doubles, expects: doubles };
+            remote.send(request, &mut |payload| payload.fill(round as f64))?;
             remote.receive()?;
         }
         if round >= 100 {

@@ -67,7 +67,7 @@ fn a_number_that_is_not_finite_is_named_with_field_node_and_window() {
 
 #[test]
 fn another_protocol_and_garbage_are_told_apart() {
-    refused("protocol", 1, &["fem", "speaks protocol 0, this program speaks protocol 1"]);
+    refused("protocol", 1, &["fem", "speaks protocol 0, this program speaks protocol 2"]);
     refused("garbage", 1, &["fem", "cannot be read"]);
 }
 
@@ -82,8 +82,15 @@ fn who_does_not_answer_is_named_at_the_deadline() {
 
 #[test]
 fn what_a_solver_cannot_do_is_refused_before_the_start() {
-    refused("unrepeatable", 2, &["strong coupling repeats windows", "fem", "\"repeatable\""]);
+    refused("unrepeatable", 2, &["strong coupling repeats windows", "fem", "cannot repeat one"]);
     refused("small-window", 2, &["coupling.time_window is 0.001 s", "up to 0.000000001 s"]);
+    refused("rough", 2, &["coupling.tolerance is 1e-4, fem (liar (rough)) repeats a window to 1e-2 only"]);
+    refused("rougher", 1, &["fem breaks the interface contract", "repeats a window to 2;"]);
+    refused("two-meshes", 1, &["fem breaks the interface contract", "it offers 2 interface meshes"]);
+    for looser in ["coupling.tolerance=1e-2", "coupling.scheme=weak"] {
+        let ended = run_with("rough", &["--set", looser]);
+        assert_eq!(ended.code, Some(0), "{looser}: {}", ended.stderr);
+    }
     let weak = run_with("unrepeatable", &["--set", "coupling.scheme=weak"]);
     assert_eq!(weak.code, Some(0), "{}", weak.stderr);
 }

@@ -1,7 +1,6 @@
 //! Spring-mass solvers of a few lines: a node on a spring (the structure), a sphere behind a contact
 //! spring (the contact solver), both moving along x.
 
-use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
 use interface_defs::*;
 
@@ -86,13 +85,13 @@ impl Solver for Node {
         let sampling = if self.load == Load::End { Sampling::AtEnds } else { Sampling::Means };
         Hello {
             program: "node".into(),
-            capabilities: self.repeatable.then(|| capability::REPEATABLE.into()).into_iter().collect(),
+            repeats: self.repeatable.then_some(0.0),
             takes: vec![FieldSpec::nodal(name::FORCE, 3, sampling)],
             gives: vec![
                 FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::AtEnds),
                 FieldSpec::nodal(name::VELOCITY, 3, Sampling::AtEnds),
             ],
-            largest_window: f64::INFINITY,
+            ..Hello::default()
         }
     }
 
@@ -102,7 +101,7 @@ impl Solver for Node {
         gauges.push(Gauge { extremes: true, ..Gauge::new("node_ux", "m") });
         let mut initial = vec![0.0; 6 + 3 * gauges.len()];
         self.write(self.state, 0.0, &mut initial);
-        Ok(Ready { mesh, gauges, initial, warnings: vec![] })
+        Ok(Ready { mesh, gauges, initial, ..Ready::default() })
     }
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
@@ -188,13 +187,13 @@ impl Solver for Sphere {
     fn hello(&self) -> Hello {
         Hello {
             program: "sphere".into(),
-            capabilities: vec![capability::REPEATABLE.into()],
+            repeats: Some(0.0),
             takes: vec![FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::FromStart)],
             gives: vec![
                 FieldSpec::nodal(name::FORCE, 3, Sampling::Means),
                 FieldSpec::nodal(name::FORCE, 3, Sampling::AtEnds),
             ],
-            largest_window: f64::INFINITY,
+            ..Hello::default()
         }
     }
 
@@ -204,7 +203,7 @@ impl Solver for Sphere {
         let fields = Layout::new(&plan.gives, &mesh, 0).len();
         let mut initial = vec![0.0; fields + 3 * gauges.len()];
         self.write(self.state, 0.0, 0.0, &mut initial[fields..]);
-        Ok(Ready { mesh, gauges, initial, warnings: vec![] })
+        Ok(Ready { mesh, gauges, initial, ..Ready::default() })
     }
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {

@@ -21,7 +21,7 @@ use crate::law::table::Laws;
 use crate::settings::placement::Start;
 use crate::settings::{BoxSettings, GranularSettings, RollingName, limits};
 use fields::GranularFields;
-use interface_defs::message::{Gauge, Hello, Measure, Role, capability};
+use interface_defs::message::{Gauge, Hello, Measure, Role};
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
@@ -297,10 +297,8 @@ impl Solver for GranularSolver {
     fn hello(&self) -> Hello {
         Hello {
             program: format!("dem-solver {}", env!("CARGO_PKG_VERSION")),
-            capabilities: vec![capability::REPEATABLE.into()],
-            takes: Vec::new(),
-            gives: Vec::new(),
-            largest_window: f64::INFINITY,
+            repeats: Some(0.0),
+            ..Hello::default()
         }
     }
 

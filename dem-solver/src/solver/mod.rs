@@ -23,7 +23,7 @@ use crate::results::{self, map, measures, verdict};
 use crate::rock::Rock;
 use crate::settings::{BoxSettings, ContactSelection, STRUCTURE, Settings, limits};
 use crate::terrain::Terrain;
-use interface_defs::message::{Hello, Measure, capability};
+use interface_defs::message::{Hello, Measure};
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::program::Options;
@@ -313,7 +313,7 @@ impl Solver for DemSolver {
         };
         Hello {
             program: format!("dem-solver {}", env!("CARGO_PKG_VERSION")),
-            capabilities: vec![capability::REPEATABLE.into()],
+            repeats: Some(0.0),
             takes: vec![
                 field(name::DISPLACEMENT, 3, Sampling::FromStart, MOST_SAMPLES),
                 field(name::VELOCITY, 3, Sampling::FromStart, MOST_SAMPLES),
@@ -324,7 +324,7 @@ impl Solver for DemSolver {
                 field(name::FORCE, 3, Sampling::AtEnds, MOST_SAMPLES),
                 field(name::REACH, 1, Sampling::Once, 1),
             ],
-            largest_window: f64::INFINITY,
+            ..Hello::default()
         }
     }
 
@@ -340,6 +340,7 @@ impl Solver for DemSolver {
             progress(Progress {
                 what: "preparing contact with the structure's mesh".into(),
                 done: f64::NAN,
+                ..Progress::default()
             })?;
         }
         let contact_mesh = self.contact_mesh(plan, &mut warnings)?;
@@ -361,7 +362,7 @@ impl Solver for DemSolver {
             self.trajectory = Some(Trajectory::create(out, &self.model, &self.committed)?);
         }
         let mesh = plan.partner_mesh.clone().unwrap_or_default();
-        Ok(Ready { mesh, gauges: Gauges::declared(&self.model), initial, warnings })
+        Ok(Ready { mesh, gauges: Gauges::declared(&self.model), initial, warnings, ..Ready::default() })
     }
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {

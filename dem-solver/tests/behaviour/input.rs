@@ -136,7 +136,7 @@ fn a_plan_that_asks_for_what_was_not_offered_is_refused() {
         };
         solver.prepare(&plan, &mut |_| Ok(())).expect_err("not offered").message
     };
-    assert!(try_plan(FieldSpec::nodal(name::CONTACT_TANGENT, 9, Sampling::Once)).contains("contact_tangent"));
+    assert!(try_plan(FieldSpec::nodal("contact_tangent", 9, Sampling::Once)).contains("contact_tangent"));
     let many = FieldSpec { samples: 65, ..FieldSpec::nodal(name::FORCE, 3, Sampling::Means) };
     assert!(try_plan(many).contains("1 to 64"));
 }

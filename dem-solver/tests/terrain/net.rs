@@ -68,6 +68,7 @@ impl Bench {
                 field(name::FORCE, Sampling::Means),
                 FieldSpec::nodal(name::REACH, 1, Sampling::Once),
             ],
+            ..Plan::default()
         };
         let ready = solver.prepare(&plan, &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));
         Self {

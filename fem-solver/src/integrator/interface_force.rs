@@ -2,8 +2,8 @@
 
 use crate::config::scheme::Scheme;
 use crate::integrator::implicit::StepLoad;
-use crate::linear_algebra::lanes::wide;
-use interface_defs::field::{FieldSpec, Layout, Sampling, name};
+use crate::integrator::shown::Shown;
+use interface_defs::field::{FieldSpec, Items, Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
 use std::ops::Range;
@@ -41,12 +41,13 @@ impl Needs {
 /// Where the samples of one kind lie in the input.
 #[derive(Debug, Clone)]
 struct Source {
+    sampling: Sampling,
     samples: Vec<Range<usize>>,
 }
 
 /// The interface force over a window, and the memory for that of a step (component-major).
 pub struct Loads {
-    nodes: usize,
+    layout: Layout,
     mean: Option<Source>,
     end: Option<Source>,
     mean_now: Vec<f64>,
@@ -69,7 +70,7 @@ impl Loads {
         let find = |sampling| {
             let spec = plan.takes.iter().find(|f| f.name == name::FORCE && f.sampling == sampling)?;
             let samples = (0..spec.samples as usize).filter_map(|s| layout.sample(name::FORCE, sampling, s));
-            Some(Source { samples: samples.collect() })
+            Some(Source { sampling, samples: samples.collect() })
         };
         let (means, ends) = (find(Sampling::Means), find(Sampling::AtEnds));
         let mut warnings = Vec::new();
@@ -109,7 +110,6 @@ impl Loads {
         }
         let memory = || vec![0.0; dofs];
         let loads = Self {
-            nodes: mesh.node_count(),
             mean,
             end,
             mean_now: memory(),
@@ -117,6 +117,7 @@ impl Loads {
             end_now: memory(),
             balance: memory(),
             end_of_step: memory(),
+            layout,
         };
         Ok((loads, warnings))
     }
@@ -132,14 +133,28 @@ impl Loads {
         sources.flat_map(|s| &s.samples).any(|at| input[at.clone()].iter().any(|f| *f != 0.0))
     }
 
-    /// Part number `part` begins; `before` is the force at the end of what came before.
-    pub fn begin_part(&mut self, input: &[f64], part: usize, before: &[f64]) {
+    /// From now on inputs are laid out for these items. Nothing acts on nodes that are not among them.
+    pub fn select(&mut self, items: &Items) {
+        self.layout.resize(items);
+        for source in self.mean.iter_mut().chain(&mut self.end) {
+            for (s, at) in source.samples.iter_mut().enumerate() {
+                if let Some(place) = self.layout.sample(name::FORCE, source.sampling, s) {
+                    *at = place;
+                }
+            }
+        }
+        self.mean_now.fill(0.0);
+        self.end_now.fill(0.0);
+    }
+
+    /// Part number `part` begins, with a force on the nodes `shown`; `before` is the force at the end of what came before.
+    pub fn begin_part(&mut self, input: &[f64], part: usize, shown: &Shown, before: &[f64]) {
         if let Some(mean) = &self.mean {
-            to_component_major(&input[mean.samples[part].clone()], self.nodes, &mut self.mean_now);
+            shown.put(&input[mean.samples[part].clone()], &mut self.mean_now);
         }
         if let Some(end) = &self.end {
             self.end_before.copy_from_slice(before);
-            to_component_major(&input[end.samples[part].clone()], self.nodes, &mut self.end_now);
+            shown.put(&input[end.samples[part].clone()], &mut self.end_now);
         }
     }
 
@@ -179,24 +194,11 @@ impl Loads {
     }
 }
 
-wide! {
-    /// From node-major to component-major.
-    pub fn to_component_major(from: &[f64], nodes: usize, to: &mut [f64]) {
-        let (x, rest) = to.split_at_mut(nodes);
-        let (y, rest) = rest.split_at_mut(nodes);
-        let z = &mut rest[..nodes];
-        let (vectors, _) = from[..3 * nodes].as_chunks::<3>();
-        for (((v, x), y), z) in vectors.iter().zip(x).zip(y).zip(z) {
-            (*x, *y, *z) = (v[0], v[1], v[2]);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::config::{FemConfig, Integrator};
-    use crate::linear_algebra::node_major::to_node_major;
+    use crate::linear_algebra::node_major::{to_component_major, to_node_major};
 
     fn scheme(rho_inf: f64) -> Scheme {
         let fem = FemConfig {
@@ -229,7 +231,7 @@ mod tests {
         let (mut loads, warnings) =
             Loads::new(Needs::of(Some(scheme(0.5))), &plan, &mesh(), 3).expect("is fine");
         assert!(warnings.is_empty());
-        loads.begin_part(&[4.0, 0.0, 0.0, 8.0, 0.0, 0.0], 0, &[0.0; 3]);
+        loads.begin_part(&[4.0, 0.0, 0.0, 8.0, 0.0, 0.0], 0, &Shown::all(1), &[0.0; 3]);
         for step in 0..4 {
             let load = loads.of_step(&scheme(0.5), step, 4);
             let balance = 8.0 * (step as f64 + 1.0 - scheme(0.5).alpha_f) / 4.0;
@@ -245,10 +247,10 @@ mod tests {
         let (mut loads, _) = Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
         assert_eq!(loads.parts(), 2);
         let input = [6.0, 0.0, 0.0, 7.0, 0.0, 0.0];
-        loads.begin_part(&input, 0, &[2.0, 0.0, 0.0]);
+        loads.begin_part(&input, 0, &Shown::all(1), &[2.0, 0.0, 0.0]);
         assert_eq!(loads.of_step(&scheme(0.0), 0, 2).end[0], 4.0);
         assert_eq!(loads.of_step(&scheme(0.0), 1, 2).end[0], 6.0);
-        loads.begin_part(&input, 1, &[6.0, 0.0, 0.0]);
+        loads.begin_part(&input, 1, &Shown::all(1), &[6.0, 0.0, 0.0]);
         assert_eq!(loads.of_step(&scheme(0.0), 0, 1).balance[0], 7.0);
     }
 
@@ -259,7 +261,7 @@ mod tests {
         let (mut loads, warnings) =
             Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
         assert!(warnings[0].contains("lag of half a window"), "{warnings:?}");
-        loads.begin_part(&[5.0, 0.0, 0.0], 0, &[0.0; 3]);
+        loads.begin_part(&[5.0, 0.0, 0.0], 0, &Shown::all(1), &[0.0; 3]);
         assert_eq!(loads.of_step(&scheme(0.0), 0, 1).end[0], 5.0);
     }
 

@@ -26,3 +26,16 @@ wide! {
         }
     }
 }
+
+wide! {
+    /// From node-major to component-major.
+    pub fn to_component_major(from: &[f64], nodes: usize, to: &mut [f64]) {
+        let (x, rest) = to.split_at_mut(nodes);
+        let (y, rest) = rest.split_at_mut(nodes);
+        let z = &mut rest[..nodes];
+        let (vectors, _) = from[..3 * nodes].as_chunks::<3>();
+        for (((v, x), y), z) in vectors.iter().zip(x).zip(y).zip(z) {
+            (*x, *y, *z) = (v[0], v[1], v[2]);
+        }
+    }
+}

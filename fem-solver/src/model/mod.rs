@@ -260,6 +260,7 @@ impl Model {
                 .map(|i| if self.fully_held(i) { f64::INFINITY } else { self.mass[i] })
                 .collect(),
             groups: self.groups.clone(),
+            ..InterfaceMesh::default()
         }
     }
 

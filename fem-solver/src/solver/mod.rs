@@ -1,5 +1,6 @@
 //! The structure as a [`Solver`]: the contract's verbs, and nothing else.
 
+mod broken;
 pub mod check;
 pub mod reference;
 
@@ -16,16 +17,17 @@ use crate::results::fields::Fields;
 use crate::results::record::{Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
 use crate::state::{Critical, CriticalKind, State};
-use interface_defs::field::{FieldSpec, Layout, Place, Sampling, name};
+use broken::BrokenLines;
+use interface_defs::field::{FieldSpec, Place, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
+use interface_defs::selection::Selection;
 use interface_defs::solver::{OnProgress, Solver, Window};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
-use std::ops::Range;
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;
@@ -59,8 +61,8 @@ struct Prepared {
     /// End of the last window accepted, and of the run [s].
     accepted: f64,
     end_time: f64,
-    /// Where the answer says which lines are broken, and the lines of each element; none if nobody asks.
-    broken: Option<(Range<usize>, Vec<Range<usize>>)>,
+    /// What the answer says of broken lines; none if nobody asks.
+    broken: Option<BrokenLines>,
     /// What was torn before the run.
     torn: Vec<Event>,
     /// Whether something touches the structure from outside.
@@ -70,23 +72,12 @@ struct Prepared {
 impl Prepared {
     /// Say in `output` which lines are broken, by `now` or before the run.
     fn report_broken(&self, now: &[Event], output: &mut [f64]) {
-        let Some((at, lines)) = &self.broken else { return };
-        let flags = &mut output[at.clone()];
-        flags.fill(0.0);
-        let events = self.torn.iter().chain(now);
-        events.for_each(|event| flags[lines[event.element as usize].clone()].fill(1.0));
+        if let Some(lines) = &self.broken
+            && let Some(at) = self.windows.place(name::BROKEN)
+        {
+            lines.write(self.torn.iter().chain(now), &mut output[at]);
+        }
     }
-}
-
-/// Lines of each element in the interface mesh, where those of the fast kernel come first.
-fn lines_of_elements(model: &Model) -> Vec<Range<usize>> {
-    let mut next = model.cables.len();
-    let lines = model.elements.iter().map(|element| {
-        let first = next;
-        next += element.line_count();
-        first..next
-    });
-    lines.collect()
 }
 
 impl FemSolver {
@@ -168,8 +159,7 @@ impl FemSolver {
         if let Some(fields) = &mut fields {
             fields.offer(&self.model, &mesh, &windows.origin, &windows.committed, 0.0)?;
         }
-        let at = Layout::new(&plan.gives, &mesh, 0).sample(name::BROKEN, Sampling::Once, 0);
-        let broken = at.map(|at| (at, lines_of_elements(&self.model)));
+        let broken = windows.place(name::BROKEN).map(|_| BrokenLines::new(&self.model));
         let touched = !plan.takes.is_empty();
         let torn = self.inherited.as_ref().map_or(Vec::new(), Inherited::torn);
         let prepared = Prepared {
@@ -186,7 +176,7 @@ impl FemSolver {
         };
         prepared.report_broken(&[], &mut initial);
         self.prepared = Some(prepared);
-        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings })
+        Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings, ..Ready::default() })
     }
 
     /// Leave the state at the end for a run that starts from it: that of a run that has come to its end, and no other.
@@ -347,18 +337,20 @@ impl Solver for FemSolver {
             let broken = FieldSpec::nodal(name::BROKEN, 1, Sampling::Once);
             gives.push(FieldSpec { place: Place::Line, ..broken });
         }
+        gives.push(FieldSpec { place: Place::Whole, ..FieldSpec::nodal(name::TRAVEL, 1, Sampling::Once) });
         Hello {
             program: concat!("fem-solver ", env!("CARGO_PKG_VERSION")).into(),
-            capabilities: vec![capability::REPEATABLE.into()],
+            capabilities: vec![capability::SELECTS.into()],
+            repeats: Some(0.0),
             takes: Needs::of(Scheme::of(&self.config.fem)).fields(),
             gives,
-            largest_window: f64::INFINITY,
+            ..Hello::default()
         }
     }
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         self.check_plan(plan)?;
-        let mut report = |what| progress(Progress { what, done: f64::NAN });
+        let mut report = |what| progress(Progress { what, done: f64::NAN, ..Progress::default() });
         let start = Start::new(&self.scene, &self.config, &self.model, self.inherited.as_ref(), &mut report)?;
         self.begin(start, plan)
     }
@@ -385,6 +377,22 @@ impl Solver for FemSolver {
             ),
             None => Ok(()),
         }
+    }
+
+    fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
+        let (_, prepared) = self.prepared()?;
+        if let Some(broken) = &mut prepared.broken {
+            broken.select(selection.as_deref());
+        }
+        prepared.windows.select(selection);
+        Ok(())
+    }
+
+    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
+        let (_, prepared) = self.prepared()?;
+        prepared.windows.write_committed(output);
+        prepared.report_broken(&prepared.windows.committed.events, output);
+        Ok(())
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {

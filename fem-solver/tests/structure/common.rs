@@ -143,7 +143,7 @@ pub fn coupled_plan(window: f64, sampling: Sampling, force_samples: u32, motion_
             field(name::DISPLACEMENT, Sampling::AtEnds, motion_samples),
             field(name::VELOCITY, Sampling::AtEnds, motion_samples),
         ],
-        partner_mesh: None,
+        ..Plan::default()
     }
 }
 

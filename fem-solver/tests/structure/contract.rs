@@ -308,7 +308,7 @@ fn form_finding_reports_and_can_be_stopped() {
     };
     structure.prepare(&Plan::default(), &mut listen).unwrap();
     assert!(told.iter().any(|t| t.contains("form finding: iteration")), "{told:?}");
-    let stop = interface_defs::message::Fault { kind: FaultKind::Interrupted, message: "stop".into() };
+    let stop = interface_defs::message::Fault::new(FaultKind::Interrupted, "stop");
     let fault = solver(WALENSTADT).prepare(&Plan::default(), &mut |_| Err(stop.clone())).unwrap_err();
     assert_eq!(fault.kind, FaultKind::Interrupted);
 }

@@ -23,6 +23,7 @@ mod mutations;
 mod paths;
 mod pressures;
 mod rest;
+mod selections;
 mod statics;
 mod supports;
 mod surfaces;

@@ -8,14 +8,14 @@ use super::wait::{self, Patience, Wait};
 use super::{interrupt, transport};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Hello, Plan, Ready, Statistics, ToSolver};
-use crate::participant::{Failure, Participant, payload_lengths};
+use crate::participant::{Failure, Participant, Request, payload_lengths};
 use crate::solver::OnProgress;
 use iceoryx2::node::Node;
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::{EventId, ipc};
+use iceoryx2::prelude::{AllocationStrategy, EventId, ipc};
 use iceoryx2::response::Response;
 use iceoryx2::service::port_factory::PortFactory;
 use std::cell::RefCell;
@@ -126,6 +126,7 @@ pub struct Remote {
     lengths: (usize, usize),
     pending: Option<FieldPending>,
     asked: RequestHeader,
+    expects: usize,
     response: Option<FieldResponse>,
     sequence: u64,
     sent_at: Instant,
@@ -151,6 +152,7 @@ impl Remote {
             lengths: (0, 0),
             pending: None,
             asked: RequestHeader::default(),
+            expects: 0,
             response: None,
             sequence: 0,
             sent_at: Instant::now(),
@@ -296,19 +298,21 @@ impl Participant for Remote {
             )));
         }
         // Double the payload: iceoryx2 keeps one more chunk than is on loan.
-        check_space(2 * 8 * self.lengths.0 as u64)?;
+        let longest = self.lengths.0 + ready.mesh.node_count();
+        check_space(2 * 8 * longest as u64)?;
         let client = self
             .channels
             .field
             .client_builder()
-            .initial_max_slice_len(self.lengths.0.max(1))
+            .initial_max_slice_len(longest.max(1))
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .create()
             .map_err(transport(format!("cannot create the field channel of {}", self.name)))?;
         self.client = Some(client);
         Ok(ready)
     }
 
-    fn send(&mut self, header: RequestHeader, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
+    fn send(&mut self, request: Request, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
         self.response = None;
         self.sequence += 1;
         // Answers that come at once leave the wait no time to look after the launcher: look here, too.
@@ -318,22 +322,23 @@ impl Participant for Remote {
         {
             return Err(wait::launcher_lost(format!("before exchange {}", self.sequence)));
         }
-        self.asked = RequestHeader { run: self.caller.run, sequence: self.sequence, ..header };
+        self.asked = RequestHeader { run: self.caller.run, sequence: self.sequence, ..request.header };
+        self.expects = request.expects;
         // Words are put together only where they are needed: the field path allocates nothing.
         let failed = || format!("cannot send a window to {}", self.name);
         let client = self.client.as_ref().expect("prepared before the first window");
-        let mut request = client.loan_slice_uninit(self.lengths.0).map_err(|e| transport(failed())(e))?;
-        *request.user_header_mut() = self.asked;
-        let payload = request.payload_mut();
+        let mut sample = client.loan_slice_uninit(request.sends).map_err(|e| transport(failed())(e))?;
+        *sample.user_header_mut() = self.asked;
+        let payload = sample.payload_mut();
         // SAFETY: the chunk is mapped shared memory, so its bytes are initialised (zero, or an
         // earlier payload), and every bit pattern is an f64. `MaybeUninit<f64>` has the layout of `f64`.
         let payload =
             unsafe { std::slice::from_raw_parts_mut(payload.as_mut_ptr().cast::<f64>(), payload.len()) };
         fill(payload);
         // SAFETY: as above.
-        let request = unsafe { request.assume_init() };
+        let sample = unsafe { sample.assume_init() };
         self.sent_at = Instant::now();
-        self.pending = Some(request.send().map_err(|e| transport(failed())(e))?);
+        self.pending = Some(sample.send().map_err(|e| transport(failed())(e))?);
         self.channels_ring();
         Ok(())
     }
@@ -356,15 +361,17 @@ impl Participant for Remote {
         if let Some(what) = header.mismatch(&asked) {
             return Err(self.breaks(what));
         }
+        let status = Status::from_number(header.status).expect("compared with the request");
         let got = response.payload().len();
-        if got != self.lengths.1 {
+        let expected = self.expects + header.listed as usize;
+        if status == Status::Done && got != expected {
             return Err(self.breaks(format!(
-                "window {}: its answer has {got} numbers, its fields and gauges make {}",
-                asked.window, self.lengths.1
+                "window {}: its answer has {got} numbers, its fields and gauges make {expected}",
+                asked.window
             )));
         }
         self.response = Some(response);
-        Ok(if header.status == Status::Done as u32 { Status::Done } else { Status::Failed })
+        Ok(status)
     }
 
     fn answer(&self) -> &[f64] {

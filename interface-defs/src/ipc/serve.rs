@@ -6,12 +6,13 @@ use super::domain::{Domain, check_space};
 use super::run_id::RunId;
 use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
+use crate::exchange::Exchange;
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FaultKind, FromSolver, Statistics, ToSolver};
 use crate::participant::{self, Failure, payload_lengths};
 use crate::solver::Solver;
 use iceoryx2::port::server::Server;
-use iceoryx2::prelude::ipc;
+use iceoryx2::prelude::{AllocationStrategy, ipc};
 use std::cell::RefCell;
 use std::ffi::OsString;
 use std::time::{Duration, Instant};
@@ -112,7 +113,7 @@ fn join(
         bell,
         channels: &channels,
         field: None,
-        lengths: (0, 0),
+        exchange: Exchange::default(),
         fault: None,
         solving: Duration::ZERO,
     };
@@ -193,7 +194,7 @@ struct Session<'a> {
     bell: Bell,
     channels: &'a Channels,
     field: Option<FieldServer>,
-    lengths: (usize, usize),
+    exchange: Exchange,
     fault: Option<Fault>,
     solving: Duration,
 }
@@ -266,7 +267,7 @@ impl Session<'_> {
         let mut aborted = None;
         let mut report = |progress| {
             if interrupt::requested() {
-                return Err(Fault { kind: FaultKind::Interrupted, message: "interrupted".into() });
+                return Err(Fault::new(FaultKind::Interrupted, "interrupted"));
             }
             let mut control = self.control.borrow_mut();
             let lost = |e: Failure| Fault::broken(e.to_string());
@@ -287,13 +288,16 @@ impl Session<'_> {
         }
         let answer = match outcome {
             Ok(ready) => {
-                self.lengths = payload_lengths(plan, &ready);
-                check_space(2 * 8 * self.lengths.1 as u64)?;
+                self.exchange = Exchange::new(plan, &ready);
+                // An answer may list all nodes, and that of a selection pairs: growth is allowed for.
+                let longest = payload_lengths(plan, &ready).1 + ready.mesh.node_count();
+                check_space(2 * 8 * longest as u64)?;
                 let server = self
                     .channels
                     .field
                     .server_builder()
-                    .initial_max_slice_len(self.lengths.1.max(1))
+                    .initial_max_slice_len(longest.max(1))
+                    .allocation_strategy(AllocationStrategy::PowerOfTwo)
                     .max_loaned_responses_per_request(1)
                     .create()
                     .map_err(transport("cannot create the field channel"))?;
@@ -317,27 +321,23 @@ impl Session<'_> {
             )));
         }
         let input = request.payload();
-        if input.len() != self.lengths.0 {
-            return Err(coupler(format!(
-                "window {}: it sent {} numbers, the plan makes {}",
-                header.window,
-                input.len(),
-                self.lengths.0
-            )));
-        }
+        // What cannot be done is answered with a number that means nothing.
+        let begun = self.exchange.begin(solver, &header, input);
+        let length = begun.as_ref().map_or(1, |length| *length);
         let failed = "cannot answer a window";
-        let mut response = request.loan_slice_uninit(self.lengths.1).map_err(transport(failed))?;
+        let mut response = request.loan_slice_uninit(length).map_err(transport(failed))?;
         let payload = response.payload_mut();
         // SAFETY: the chunk is mapped shared memory, so its bytes are initialised (zero, or an
         // earlier payload), and every bit pattern is an f64. `MaybeUninit<f64>` has the layout of `f64`.
         let output =
             unsafe { std::slice::from_raw_parts_mut(payload.as_mut_ptr().cast::<f64>(), payload.len()) };
-        let outcome = participant::answer(solver, &header, input, output);
-        let status = if outcome.is_ok() { Status::Done } else { Status::Failed };
+        let outcome = begun.and_then(|_| self.exchange.write(solver, &header, input, output));
+        let status = outcome.as_ref().map_or_else(participant::status_of, |_| Status::Done);
+        let listed = *outcome.as_ref().unwrap_or(&0);
         self.fault = outcome.err();
         // Before the answer goes: what follows is exchange.
         self.solving += started.elapsed();
-        *response.user_header_mut() = AnswerHeader::echo(&header, status);
+        *response.user_header_mut() = AnswerHeader { listed, ..AnswerHeader::echo(&header, status) };
         // SAFETY: as above.
         unsafe { response.assume_init() }.send().map_err(transport(failed))?;
         self.bell.ring();

@@ -277,9 +277,7 @@ struct Guest {
 
 impl Solver for Guest {
     fn hello(&self) -> Hello {
-        let mut hello = self.solver.hello();
-        hello.capabilities.push(self.scene.clone());
-        hello
+        Hello { scene: self.scene.clone(), ..self.solver.hello() }
     }
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {

@@ -10,7 +10,6 @@ use super::input_file;
 use super::overrides::Override;
 use super::syntax;
 use crate::ipc::run_id::fnv1a;
-use crate::message::capability;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -128,14 +127,14 @@ impl Scene {
     }
 
     /// Fingerprint of what was read: of the file's bytes, and of every `--set` behind them, each after a byte 0.
-    /// Programs of one run compare it, see [`capability::SCENE`].
+    /// Programs of one run compare it, see [`Hello::scene`](crate::message::Hello::scene).
     pub fn fingerprint(&self) -> String {
         let mut bytes = self.text.clone().into_bytes();
         for set in &self.overrides {
             bytes.push(0);
             bytes.extend_from_slice(set.text.as_bytes());
         }
-        format!("{}{:016x}", capability::SCENE, fnv1a(&bytes))
+        format!("fnv1a64:{:016x}", fnv1a(&bytes))
     }
 
     /// Whether it has this top-level key.

@@ -39,7 +39,7 @@ impl Stage<'_> {
     /// Whether the run must end before its time.
     fn look(&self) -> Result<(), Fault> {
         if interrupt::requested() {
-            return Err(Fault { kind: FaultKind::Interrupted, message: "interrupted".into() });
+            return Err(Fault::new(FaultKind::Interrupted, "interrupted"));
         }
         let parent = || rustix::process::getppid().map_or(0, |p| p.as_raw_nonzero().get() as u32);
         match self.supervisor {
@@ -350,18 +350,12 @@ mod tests {
 
     impl Solver for Fall {
         fn hello(&self) -> Hello {
-            Hello {
-                program: "fall".into(),
-                capabilities: Vec::new(),
-                takes: Vec::new(),
-                gives: Vec::new(),
-                largest_window: self.longest,
-            }
+            Hello { program: "fall".into(), largest_window: self.longest, ..Hello::default() }
         }
 
         fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
             assert!(plan.window <= self.longest);
-            progress(Progress { what: "nothing to do".into(), done: 1.0 })?;
+            progress(Progress { what: "nothing to do".into(), done: 1.0, ..Progress::default() })?;
             let gauge = |name: &str, unit, role| Gauge { role, ..Gauge::new(name, unit) };
             let gauges = vec![
                 Gauge { extremes: true, ..Gauge::new("z", "m") },

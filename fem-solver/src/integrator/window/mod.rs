@@ -1,5 +1,6 @@
 //! A prepared structure: one window after the other.
 
+mod answer;
 mod control;
 mod counts;
 mod load_steps;
@@ -16,15 +17,15 @@ use crate::integrator::implicit::Implicit;
 use crate::integrator::interface_force::Loads;
 use crate::integrator::start::Start;
 use crate::linear_algebra::lanes::{add, work};
-use crate::linear_algebra::node_major::{difference_to_node_major, to_node_major};
 use crate::model::Model;
 use crate::results::energy::Energies;
 use crate::results::record::{Largest, Recorder, Step};
 use crate::state::{Peak, Peaks, State};
+use answer::{Answer, travel};
 use control::Control;
-use interface_defs::field::{Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
+use interface_defs::selection::Selection;
 use interface_defs::solver::Window;
 use std::ops::Range;
 
@@ -69,6 +70,15 @@ pub struct Exchange<'a> {
     pub shortcuts: bool,
 }
 
+/// What an answer says of the way to its state.
+#[derive(Debug, Clone, Default)]
+struct Booked {
+    /// Largest distance that an interface node has moved [m]; 0 where nobody asks.
+    travel: f64,
+    /// All numbers of the gauges.
+    gauges: Vec<f64>,
+}
+
 /// Everything that a window needs.
 pub struct WindowSolver {
     engine: Engine,
@@ -91,9 +101,9 @@ pub struct WindowSolver {
     load_steps: Option<Box<Control>>,
     shortcuts: bool,
     skipped: bool,
-    displacement_samples: Vec<Range<usize>>,
-    velocity_samples: Vec<Range<usize>>,
-    gauges_from: usize,
+    answer: Answer,
+    /// Travel of the interface nodes [m] and all numbers of the gauges, of the window solved last and of that accepted last.
+    booked: [Booked; 2],
     parts: usize,
     energy_now: Vec<f64>,
     part_start: Vec<f64>,
@@ -106,15 +116,10 @@ impl WindowSolver {
     /// For `model` from `start`, between the structure and whoever loads it.
     pub fn new(model: &Model, config: &Config, start: Start, exchange: Exchange) -> Self {
         let Exchange { recorder, loads, plan, mesh, shortcuts } = exchange;
-        let layout = Layout::new(&plan.gives, mesh, 0);
-        let samples = |field: &str| -> Vec<Range<usize>> {
-            let count = plan.gives.iter().find(|f| f.name == field).map_or(0, |f| f.samples as usize);
-            (0..count).filter_map(|s| layout.sample(field, Sampling::AtEnds, s)).collect()
-        };
-        let (displacement_samples, velocity_samples) = (samples(name::DISPLACEMENT), samples(name::VELOCITY));
-        let each = [loads.parts(), displacement_samples.len().max(1), velocity_samples.len().max(1)];
+        let answer = Answer::new(plan, mesh);
         let n = model.dof_count();
         let scheme = Scheme::of(&config.fem);
+        let loads_parts = loads.parts();
         let ends = if loads.has_end() { n } else { 0 };
         let committed = first_state(model, config, &start, &recorder, ends);
         let torn_step = match scheme {
@@ -138,10 +143,9 @@ impl WindowSolver {
             broke_under: 0.0,
             shortcuts,
             skipped: false,
-            gauges_from: layout.len(),
-            parts: each.into_iter().fold(1, least_common_multiple),
-            displacement_samples,
-            velocity_samples,
+            booked: Default::default(),
+            parts: least_common_multiple(loads_parts, answer.parts()),
+            answer,
             energy_now: Vec::with_capacity(9),
             part_start: vec![0.0; n],
             end_loads: vec![0.0; n],
@@ -164,8 +168,11 @@ impl WindowSolver {
         }
         self.rest(model, 0.0, 1.0);
         self.committed.groups.copy_from_slice(&self.trial.groups);
-        self.answer_all(output);
+        self.answer.write_all(&self.trial, &self.origin, output);
         self.write_gauges(model, output);
+        self.write_travel(output);
+        let [now, before] = &mut self.booked;
+        before.clone_from(now);
         self.recorder.begin();
     }
 
@@ -182,12 +189,13 @@ impl WindowSolver {
         self.skipped = self.shortcuts && self.committed.at_rest && !self.loads.any(input) && rests();
         if self.skipped {
             self.rest(model, window.end(), window.length);
-            self.answer_all(output);
+            self.answer.write_all(&self.trial, &self.origin, output);
         } else {
             self.trial.at_rest = false;
             self.advance(model, window, input, output)?;
         }
         self.write_gauges(model, output);
+        self.write_travel(output);
         if self.energy_now.iter().all(|e| e.is_finite()) {
             return Ok(());
         }
@@ -228,7 +236,7 @@ impl WindowSolver {
         for step in 0..steps {
             let time = window.start + step as f64 * h;
             if step % per_load == 0 {
-                self.loads.begin_part(input, step / per_load, &self.trial.load);
+                self.loads.begin_part(input, step / per_load, &self.answer.shown, &self.trial.load);
                 if step > 0 && matches!(self.engine, Engine::Explicit(_)) {
                     self.part_start.copy_from_slice(&self.trial.displacement);
                 }
@@ -238,7 +246,7 @@ impl WindowSolver {
                 self.along_path(model, time, end).map_err(|what| {
                     Fault::window(format!("window {} from {:.6e} s: {what}", window.number, window.start))
                 })?;
-                self.answer(step + 1, steps, output);
+                self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
                 continue;
             }
             if self.load_steps.is_some() {
@@ -248,7 +256,7 @@ impl WindowSolver {
                         Fault::window(format!("window {} from {:.6e} s: {what}", window.number, window.start))
                     },
                 )?;
-                self.answer(step + 1, steps, output);
+                self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
                 continue;
             }
             let tension = self.step(model, time, h, step % per_load, per_load).map_err(|what| {
@@ -263,7 +271,7 @@ impl WindowSolver {
                 self.book_mean_work(step < per_load);
             }
             self.record(model, window.start + (step + 1) as f64 * h, h, tension);
-            self.answer(step + 1, steps, output);
+            self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
         }
         if !matches!(self.engine, Engine::Path(_)) && self.load_steps.is_none() {
             self.counts.steps += steps as u64;
@@ -371,30 +379,6 @@ impl WindowSolver {
         (self.trial.peaks, self.trial.groups) = (peaks, groups);
     }
 
-    /// Write the samples of motion that lie at the end of step `step` of `steps`.
-    fn answer(&self, step: usize, steps: usize, output: &mut [f64]) {
-        let nodes = self.nodes;
-        let sample_at = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
-        if !self.displacement_samples.is_empty()
-            && let Some(sample) = sample_at(self.displacement_samples.len())
-        {
-            let to = &mut output[self.displacement_samples[sample].clone()];
-            difference_to_node_major(&self.trial.displacement, &self.origin, nodes, to);
-        }
-        if !self.velocity_samples.is_empty()
-            && let Some(sample) = sample_at(self.velocity_samples.len())
-        {
-            to_node_major(&self.trial.velocity, nodes, &mut output[self.velocity_samples[sample].clone()]);
-        }
-    }
-
-    /// The trial state as every sample of the window.
-    fn answer_all(&self, output: &mut [f64]) {
-        for step in 1..=self.parts {
-            self.answer(step, self.parts, output);
-        }
-    }
-
     /// Energies at the window's end, reactions and scene gauges over the window.
     fn write_gauges(&mut self, model: &Model, output: &mut [f64]) {
         let internal = match &mut self.engine {
@@ -403,7 +387,7 @@ impl WindowSolver {
             Engine::Path(p) => p.internal(),
         };
         self.energies.of(model, internal, &self.trial, &mut self.energy_now);
-        let gauges = &mut output[self.gauges_from..];
+        let gauges = &mut output[self.answer.gauges_from()..];
         let (triples, _) = gauges.as_chunks_mut::<3>();
         for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {
             *triple = [*energy; 3];
@@ -413,6 +397,37 @@ impl WindowSolver {
             *factor = [factor[0], along.lowest.min(factor[0]), along.highest.max(factor[0])];
         }
         self.recorder.write(&mut gauges[3 * self.energy_now.len()..]);
+        self.booked[0].gauges.clear();
+        self.booked[0].gauges.extend_from_slice(gauges);
+    }
+
+    /// From now on inputs and answers are laid out for `selection`, or for the whole interface mesh.
+    pub fn select(&mut self, selection: Option<&mut Selection>) {
+        let selected = selection.map(|s| (&s.nodes[..], s.items()));
+        self.loads.select(&selected.map_or(self.answer.whole(), |(_, items)| items));
+        self.answer.select(selected);
+    }
+
+    /// Write the committed state to `output`, as every sample of a window.
+    pub fn write_committed(&self, output: &mut [f64]) {
+        self.answer.write_all(&self.committed, &self.origin, output);
+        let Booked { travel, gauges } = &self.booked[1];
+        self.answer.write_travel(*travel, output);
+        output[self.answer.gauges_from()..].copy_from_slice(gauges);
+    }
+
+    /// Where a field with one value for the window lies in an answer.
+    pub fn place(&self, field: &str) -> Option<Range<usize>> {
+        self.answer.place(field)
+    }
+
+    /// Write how far the interface nodes have moved in the window, where the answer says so.
+    fn write_travel(&mut self, output: &mut [f64]) {
+        if self.answer.tells_travel() {
+            let (from, to) = (&self.committed.displacement, &self.trial.displacement);
+            self.booked[0].travel = travel(from, to, self.nodes);
+            self.answer.write_travel(self.booked[0].travel, output);
+        }
     }
 
     /// State at the end of the window solved last.
@@ -423,6 +438,7 @@ impl WindowSolver {
     /// Accept the last window.
     pub fn commit(&mut self) {
         std::mem::swap(&mut self.committed, &mut self.trial);
+        self.booked.swap(0, 1);
         self.recorder.commit();
         self.counts.skipped += u64::from(self.skipped);
     }

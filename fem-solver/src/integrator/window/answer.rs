@@ -1,0 +1,132 @@
+//! Where the fields of an answer lie, and what is written there.
+
+use super::least_common_multiple;
+use crate::integrator::shown::Shown;
+use crate::state::State;
+use interface_defs::field::{Items, Layout, Sampling, name};
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::message::Plan;
+use std::ops::Range;
+
+/// The fields of an answer, for the whole interface mesh or for what is selected of it.
+pub(super) struct Answer {
+    layout: Layout,
+    whole: Items,
+    /// The nodes that fields are laid out for.
+    pub(super) shown: Shown,
+    displacement: Vec<Range<usize>>,
+    velocity: Vec<Range<usize>>,
+    travel: Option<Range<usize>>,
+}
+
+impl Answer {
+    /// The fields of `plan` on all of `mesh`.
+    pub(super) fn new(plan: &Plan, mesh: &InterfaceMesh) -> Self {
+        let layout = Layout::new(&plan.gives, mesh, 0);
+        let samples = |field: &str| -> Vec<Range<usize>> {
+            let count = plan.gives.iter().find(|f| f.name == field).map_or(0, |f| f.samples as usize);
+            (0..count).filter_map(|s| layout.sample(field, Sampling::AtEnds, s)).collect()
+        };
+        Self {
+            displacement: samples(name::DISPLACEMENT),
+            velocity: samples(name::VELOCITY),
+            travel: layout.sample(name::TRAVEL, Sampling::Once, 0),
+            whole: Items::of(mesh),
+            shown: Shown::all(mesh.node_count()),
+            layout,
+        }
+    }
+
+    /// Fewest equal parts of a window at the ends of which all samples lie.
+    pub(super) fn parts(&self) -> usize {
+        least_common_multiple(self.displacement.len().max(1), self.velocity.len().max(1))
+    }
+
+    /// Lay the fields out for `nodes` and `items`, or for the whole mesh.
+    pub(super) fn select(&mut self, selected: Option<(&[u32], Items)>) {
+        self.shown.select(selected.map(|(nodes, _)| nodes));
+        self.layout.resize(&selected.map_or(self.whole, |(_, items)| items));
+        let motion = [(name::DISPLACEMENT, &mut self.displacement), (name::VELOCITY, &mut self.velocity)];
+        for (field, samples) in motion {
+            for (s, at) in samples.iter_mut().enumerate() {
+                if let Some(place) = self.layout.sample(field, Sampling::AtEnds, s) {
+                    *at = place;
+                }
+            }
+        }
+        self.travel = self.layout.sample(name::TRAVEL, Sampling::Once, 0);
+    }
+
+    /// How many items the fields are laid out for, of the whole mesh.
+    pub(super) fn whole(&self) -> Items {
+        self.whole
+    }
+
+    /// Where the numbers of the gauges begin.
+    pub(super) fn gauges_from(&self) -> usize {
+        self.layout.len()
+    }
+
+    /// Where a field with one value for the window lies.
+    pub(super) fn place(&self, field: &str) -> Option<Range<usize>> {
+        self.layout.sample(field, Sampling::Once, 0)
+    }
+
+    /// Write the samples of motion that lie at the end of step `step` of `steps`.
+    pub(super) fn write(
+        &self,
+        (step, steps): (usize, usize),
+        state: &State,
+        origin: &[f64],
+        output: &mut [f64],
+    ) {
+        let sample_at = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
+        if !self.displacement.is_empty()
+            && let Some(sample) = sample_at(self.displacement.len())
+        {
+            self.shown.difference(
+                &state.displacement,
+                origin,
+                &mut output[self.displacement[sample].clone()],
+            );
+        }
+        if !self.velocity.is_empty()
+            && let Some(sample) = sample_at(self.velocity.len())
+        {
+            self.shown.take(&state.velocity, &mut output[self.velocity[sample].clone()]);
+        }
+    }
+
+    /// Write `state` as every sample of motion.
+    pub(super) fn write_all(&self, state: &State, origin: &[f64], output: &mut [f64]) {
+        for at in &self.displacement {
+            self.shown.difference(&state.displacement, origin, &mut output[at.clone()]);
+        }
+        for at in &self.velocity {
+            self.shown.take(&state.velocity, &mut output[at.clone()]);
+        }
+    }
+
+    /// Whether the answer says how far nodes have moved.
+    pub(super) fn tells_travel(&self) -> bool {
+        self.travel.is_some()
+    }
+
+    /// Write how far any interface node has moved in the window [m].
+    pub(super) fn write_travel(&self, travel: f64, output: &mut [f64]) {
+        if let Some(at) = &self.travel {
+            output[at.clone()].fill(travel);
+        }
+    }
+}
+
+/// Largest distance of any of so many nodes between two displacements [m].
+pub(super) fn travel(from: &[f64], to: &[f64], nodes: usize) -> f64 {
+    let mut largest = 0.0;
+    for node in 0..nodes {
+        let [x, y, z] = [node, nodes + node, 2 * nodes + node].map(|dof| to[dof] - from[dof]);
+        let square = x * x + y * y + z * z;
+        largest = if square > largest { square } else { largest };
+    }
+    f64::sqrt(largest)
+}

@@ -1,0 +1,155 @@
+//! What a request asks of a solver: one path for every transport.
+
+use crate::field::{Items, Layout};
+use crate::header::{Command, RequestHeader};
+use crate::mesh::InterfaceMesh;
+use crate::message::{Fault, Plan, Ready};
+use crate::selection::Selection;
+use crate::solver::{Solver, Window};
+
+/// The solver's side of the exchange of payloads: what is selected, and how long payloads are.
+#[derive(Debug, Default)]
+pub(crate) struct Exchange {
+    mesh: InterfaceMesh,
+    takes: Layout,
+    gives: Layout,
+    selection: Selection,
+    /// Whether payloads are laid out for the selection.
+    selected: bool,
+    reach: Vec<u32>,
+}
+
+impl Exchange {
+    /// Of a prepared solver.
+    pub fn new(plan: &Plan, ready: &Ready) -> Self {
+        Self {
+            takes: Layout::new(&plan.takes, &ready.mesh, 0),
+            gives: Layout::new(&plan.gives, &ready.mesh, ready.gauges.len()),
+            selection: Selection::new(&ready.mesh),
+            selected: false,
+            reach: Vec::with_capacity(ready.mesh.node_count()),
+            mesh: ready.mesh.clone(),
+        }
+    }
+
+    /// Do all of a request but what writes the answer; returns the answer's length.
+    pub fn begin(
+        &mut self,
+        solver: &mut dyn Solver,
+        header: &RequestHeader,
+        payload: &[f64],
+    ) -> Result<usize, Fault> {
+        let command = command(header)?;
+        if command.commits() {
+            solver.commit()?;
+        }
+        self.select(solver, header, payload)?;
+        let fields = match command.without_commit() {
+            Command::State => 0,
+            _ => self.takes.len(),
+        };
+        let expected = fields + header.listed as usize;
+        if payload.len() != expected {
+            return Err(Fault::broken(format!(
+                "window {}: the coupler sent {} numbers, the plan makes {expected}",
+                header.window,
+                payload.len()
+            )));
+        }
+        Ok(match command.without_commit() {
+            Command::Reach => {
+                self.reach.clear();
+                solver.reach(&window(header), &payload[..fields], &mut self.reach)?;
+                self.reach.len()
+            }
+            Command::State => self.gives.len() + self.listed(command),
+            _ => self.gives.len(),
+        })
+    }
+
+    /// Write the answer; returns how many numbers at its end are a list.
+    pub fn write(
+        &mut self,
+        solver: &mut dyn Solver,
+        header: &RequestHeader,
+        payload: &[f64],
+        output: &mut [f64],
+    ) -> Result<u32, Fault> {
+        let command = command(header)?;
+        match command.without_commit() {
+            Command::Reach => {
+                output.iter_mut().zip(&self.reach).for_each(|(o, node)| *o = f64::from(*node));
+                Ok(self.reach.len() as u32)
+            }
+            Command::State => {
+                let (fields, list) = output.split_at_mut(self.gives.len());
+                solver.committed(fields)?;
+                let pairs = self.selection.pairs.iter().flatten();
+                list.iter_mut().zip(pairs).for_each(|(o, place)| *o = f64::from(*place));
+                Ok(list.len() as u32)
+            }
+            _ => {
+                solver.solve(&window(header), &payload[..self.takes.len()], output)?;
+                Ok(0)
+            }
+        }
+    }
+
+    /// Numbers that list the pairs in the answer.
+    fn listed(&self, command: Command) -> usize {
+        let state = command.without_commit() == Command::State;
+        if state && self.selected { 2 * self.selection.pairs.len() } else { 0 }
+    }
+
+    /// Lay the payloads out as the request says.
+    fn select(
+        &mut self,
+        solver: &mut dyn Solver,
+        header: &RequestHeader,
+        payload: &[f64],
+    ) -> Result<(), Fault> {
+        if header.selection == 0 {
+            if std::mem::take(&mut self.selected) {
+                solver.select(None)?;
+                self.resize(&Items::of(&self.mesh));
+            }
+            return Ok(());
+        }
+        if header.listed == 0 {
+            let missing = || Fault::broken("a request for a selection that was never made");
+            return self.selected.then_some(()).ok_or_else(missing);
+        }
+        let too_short = || Fault::broken("a request lists more nodes than it has numbers");
+        let (listed, nodes) = (header.listed as usize, header.nodes as usize);
+        let list = payload.len().checked_sub(listed).map(|from| &payload[from..]).ok_or_else(too_short)?;
+        let (nodes, pairs) = list.split_at_checked(nodes).ok_or_else(too_short)?;
+        self.selection.set(&self.mesh, nodes.iter().map(|n| *n as u32)).map_err(Fault::broken)?;
+        let (pairs, _) = pairs.as_chunks::<2>();
+        self.selection.pairs.extend(pairs.iter().map(|pair| pair.map(|place| place as u32)));
+        let places = self.selection.nodes.len() as u32;
+        if let Some(pair) = self.selection.pairs.iter().find(|p| p[0] > p[1] || p[1] >= places) {
+            return Err(Fault::broken(format!(
+                "a request couples places {pair:?} of {places} selected nodes"
+            )));
+        }
+        solver.select(Some(&mut self.selection))?;
+        self.selected = true;
+        let items = self.selection.items();
+        self.resize(&items);
+        Ok(())
+    }
+
+    fn resize(&mut self, items: &Items) {
+        self.takes.resize(items);
+        self.gives.resize(items);
+    }
+}
+
+fn command(header: &RequestHeader) -> Result<Command, Fault> {
+    let meaningless = || Fault::broken(format!("command {} has no meaning", header.command));
+    Command::from_number(header.command).ok_or_else(meaningless)
+}
+
+fn window(header: &RequestHeader) -> Window {
+    Window { number: header.window, iteration: header.iteration, start: header.start, length: header.length }
+}
