@@ -3,6 +3,7 @@
 use crate::energy::Account;
 use crate::interface::{Interface, Places};
 use crate::mapping::map;
+use crate::passing::{self, Common, Passing};
 use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::solver::OnProgress;
 use interface_defs::{
@@ -87,6 +88,7 @@ pub fn agree(
             what: "it takes the field \"broken\", and its mesh has other lines than the structure's".into(),
         });
     }
+    fields.common.check(&structure_mesh, &dem_ready.mesh).map_err(refuse)?;
     let (mapping, quality) = map(settings.mapping.as_ref(), &structure_mesh, &dem_ready.mesh)
         .map_err(|what| refuse(format!("coupling.mapping: {what}")))?;
     let mut warnings = std::mem::take(&mut fem_ready.warnings);
@@ -105,16 +107,12 @@ pub fn agree(
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]
     };
-    if settings.measures_force() && places.dem_force.is_empty() {
-        return Err(refuse(format!(
-            "coupling.measure: {} gives no mean force over the parts of a window, so that it cannot be judged; measure displacement \
-             and velocity",
-            dem_side.program
-        )));
-    }
     let mut interface = Interface::new(mapping, places, last(name::DISPLACEMENT), last(name::VELOCITY));
+    interface.passing = Passing::new(&fields.common, &dem_side, &fem_side);
     if settings.measures_force() {
-        interface.follow_force();
+        interface
+            .follow_force()
+            .map_err(|what| refuse(format!("coupling.measure: {}: {what}", dem_side.program)))?;
     }
     Ok(Agreement { interface, dem: dem_side, fem: fem_side, warnings })
 }
@@ -197,6 +195,8 @@ struct Fields {
     from_dem: Vec<FieldSpec>,
     to_fem: Vec<FieldSpec>,
     from_fem: Vec<FieldSpec>,
+    /// Those among them that the coupler knows by name alone.
+    common: Common,
 }
 
 fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Result<Fields, Failure> {
@@ -254,7 +254,17 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     if settings.scheme == Scheme::Strong {
         from_dem.extend(find(&dem.gives, name::REACH, Once));
     }
-    Ok(Fields { to_dem, from_dem, to_fem, from_fem })
+    let common = Common {
+        to_contact: passing::common(&fem.gives, &dem.takes, samples),
+        to_structure: passing::common(&dem.gives, &fem.takes, samples),
+    };
+    for (payloads, fields) in [
+        ([&mut from_fem, &mut to_dem], &common.to_contact),
+        ([&mut from_dem, &mut to_fem], &common.to_structure),
+    ] {
+        payloads.into_iter().for_each(|payload| payload.extend_from_slice(fields));
+    }
+    Ok(Fields { to_dem, from_dem, to_fem, from_fem, common })
 }
 
 /// The user's input is refused: exit code 2.

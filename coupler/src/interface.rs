@@ -8,6 +8,7 @@ use crate::convergence::{Field, Judged, Measure, Residual, largest_distance};
 use crate::energy::Work;
 use crate::handshake::Side;
 use crate::mapping::Matrix;
+use crate::passing::Passing;
 use crate::predictor::predict;
 use interface_defs::{Layout, Sampling, name};
 use std::ops::Range;
@@ -89,6 +90,8 @@ impl Motion {
 pub struct Interface {
     /// H, from the structure to the contact solver's mesh.
     pub mapping: Matrix,
+    /// Fields that are passed on as they are.
+    pub passing: Passing,
     places: Places,
     /// At the committed time.
     committed_u: Vec<f64>,
@@ -140,6 +143,7 @@ impl Interface {
             packed: Vec::with_capacity(2 * samples * u.len()),
             packed_residual: Vec::with_capacity(2 * samples * u.len()),
             mapping,
+            passing: Passing::default(),
             places,
         }
     }
@@ -157,10 +161,16 @@ impl Interface {
         }
     }
 
-    /// Keep what a measure of the force compares with.
-    pub fn follow_force(&mut self) {
+    /// Keep what a measure of the force compares with. `Err` says why it cannot be judged.
+    pub fn follow_force(&mut self) -> Result<(), String> {
+        if self.places.dem_force.is_empty() {
+            return Err(
+                "it gives no mean force over the parts of a window; measure displacement and velocity".into(),
+            );
+        }
         self.force_before.clone_from(&self.force);
         self.committed_force.clone_from(&self.force);
+        Ok(())
     }
 
     /// The iterate, mapped into the request to the contact solver.
@@ -184,6 +194,7 @@ impl Interface {
         if let Some(place) = &self.places.dem_broken {
             payload[place.clone()].copy_from_slice(&self.committed_broken);
         }
+        self.passing.write_to_contact(payload);
     }
 
     /// The contact solver's answer, mapped into the request to the structure. The mean force is kept
@@ -192,6 +203,7 @@ impl Interface {
         if !self.force_before.is_empty() {
             std::mem::swap(&mut self.force, &mut self.force_before);
         }
+        self.passing.write_to_structure(from_dem, payload);
         for (part, (place, force)) in self.places.dem_force.iter().zip(&mut self.force).enumerate() {
             let means = &from_dem[place.clone()];
             match self.places.force.get(part) {
@@ -219,6 +231,7 @@ impl Interface {
 
     /// Keep the structure's answer.
     pub fn take_motion(&mut self, from_structure: &[f64]) {
+        self.passing.take(from_structure);
         for (place, u) in self.places.displacement.iter().zip(&mut self.answer.u) {
             u.copy_from_slice(&from_structure[place.clone()]);
         }
@@ -331,6 +344,7 @@ impl Interface {
         for (committed, force) in self.committed_force.iter_mut().zip(&self.force) {
             committed.copy_from_slice(force);
         }
+        self.passing.commit();
     }
 }
 

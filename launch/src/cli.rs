@@ -4,7 +4,7 @@ use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
-use crate::{manual, reference, schema};
+use crate::{manual, reference, schema, trade};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::arguments::{ClusterArguments, Input, Logging, Results};
@@ -51,6 +51,12 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         resolved: Option<PathBuf>,
     },
+    /// Measure what accuracy costs: run a scene over its knobs, print the cheapest settings for 10, 3, 1 and 0.1 %
+    ///
+    /// Runs are made one at a time, and kept: the same command goes on where it was left. The page `trade.md` of its directory
+    /// has the table of all settings, the front and lines to copy; `trade.csv` has all runs, `trade.svg` shows error over cost.
+    /// Exit codes: 0 done; 1 interrupted, or nothing to compare with; 2 bad input.
+    Trade(trade::Arguments),
     /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, and print its error
     #[command(
         after_help = "SHAPE is a file or one of cube:EDGE, box:A,B,C (edges), sphere:RADIUS, ellipsoid:A,B,C (semi-axes), \
@@ -134,6 +140,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             show(&estimate::check(&input, resolved.as_deref())?);
             Ok(Exit::Done)
         }
+        Command::Trade(arguments) => trade::trade(&arguments, json),
         Command::Cluster(_) => hand_over("dem-solver", "cluster", &arguments_after("cluster")),
         Command::Schema { reference } => {
             let share = schema::share()?;

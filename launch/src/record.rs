@@ -119,6 +119,25 @@ pub fn write_run(
     run: &RunId,
     commands: &[(&str, Vec<OsString>)],
 ) -> io::Result<()> {
+    let hashes = hashes(scene, table)?;
+    let shown = |words: &mut dyn Iterator<Item = &OsString>| -> Vec<String> {
+        words.map(|word| word.to_string_lossy().into_owned()).collect()
+    };
+    let processes: serde_json::Map<_, _> =
+        commands.iter().map(|(name, words)| ((*name).to_owned(), json!(shown(&mut words.iter())))).collect();
+    let record = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "command_line": shown(&mut std::env::args_os().collect::<Vec<_>>().iter()),
+        "run": run.to_string(),
+        "processes": processes,
+        "inputs": hashes,
+    });
+    let text = serde_json::to_string_pretty(&record).map_err(io::Error::from)?;
+    files::write(&out.join(run_dir::RECORD), (text + "\n").as_bytes())
+}
+
+/// Hashes of the scene's file, as it was read, and of every file that it names, by path.
+pub fn hashes(scene: &Scene, table: &Table) -> io::Result<serde_json::Map<String, serde_json::Value>> {
     let mut inputs: Vec<PathBuf> = Vec::new();
     for (_, value) in table.iter().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
         texts(&mut value.clone(), &mut |text| {
@@ -142,20 +161,7 @@ pub fn write_run(
     for path in inputs {
         note(&path, &std::fs::read(&path)?);
     }
-    let shown = |words: &mut dyn Iterator<Item = &OsString>| -> Vec<String> {
-        words.map(|word| word.to_string_lossy().into_owned()).collect()
-    };
-    let processes: serde_json::Map<_, _> =
-        commands.iter().map(|(name, words)| ((*name).to_owned(), json!(shown(&mut words.iter())))).collect();
-    let record = json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "command_line": shown(&mut std::env::args_os().collect::<Vec<_>>().iter()),
-        "run": run.to_string(),
-        "processes": processes,
-        "inputs": hashes,
-    });
-    let text = serde_json::to_string_pretty(&record).map_err(io::Error::from)?;
-    files::write(&out.join(run_dir::RECORD), (text + "\n").as_bytes())
+    Ok(hashes)
 }
 
 #[cfg(test)]

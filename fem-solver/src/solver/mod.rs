@@ -7,6 +7,7 @@ pub mod reference;
 use crate::config::Config;
 use crate::config::scheme::Scheme;
 use crate::integrator::interface_force::{Loads, MOST_SAMPLES, Needs};
+use crate::integrator::local;
 use crate::integrator::start::Start;
 use crate::integrator::window::{Exchange, WindowSolver};
 use crate::internal_force::assembly::Event;
@@ -338,6 +339,7 @@ impl Solver for FemSolver {
             gives.push(FieldSpec { place: Place::Line, ..broken });
         }
         gives.push(FieldSpec { place: Place::Whole, ..FieldSpec::nodal(name::TRAVEL, 1, Sampling::Once) });
+        gives.extend(local::offered(&self.model, &self.config.fem).unwrap_or_default());
         Hello {
             program: concat!("fem-solver ", env!("CARGO_PKG_VERSION")).into(),
             capabilities: vec![capability::SELECTS.into()],
@@ -350,6 +352,13 @@ impl Solver for FemSolver {
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
         self.check_plan(plan)?;
+        if !plan.takes.is_empty()
+            && let Err(why) = local::offered(&self.model, &self.config.fem)
+        {
+            tracing::info!(
+                "the structure offers no forces and tangents for a net that yields in the contact solver: {why}"
+            );
+        }
         let mut report = |what| progress(Progress { what, done: f64::NAN, ..Progress::default() });
         let start = Start::new(&self.scene, &self.config, &self.model, self.inherited.as_ref(), &mut report)?;
         self.begin(start, plan)
@@ -380,17 +389,17 @@ impl Solver for FemSolver {
     }
 
     fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
-        let (_, prepared) = self.prepared()?;
+        let (model, prepared) = self.prepared()?;
         if let Some(broken) = &mut prepared.broken {
             broken.select(selection.as_deref());
         }
-        prepared.windows.select(selection);
+        prepared.windows.select(model, selection);
         Ok(())
     }
 
     fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
-        let (_, prepared) = self.prepared()?;
-        prepared.windows.write_committed(output);
+        let (model, prepared) = self.prepared()?;
+        prepared.windows.write_committed(model, prepared.accepted, output);
         prepared.report_broken(&prepared.windows.committed.events, output);
         Ok(())
     }

@@ -18,6 +18,7 @@ mod groups;
 mod input;
 mod load_steps;
 mod loads;
+mod local;
 mod meshes;
 mod mutations;
 mod paths;

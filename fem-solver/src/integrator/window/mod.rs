@@ -4,6 +4,7 @@ mod answer;
 mod control;
 mod counts;
 mod load_steps;
+mod report;
 mod retry;
 
 pub use self::counts::Counts;
@@ -15,19 +16,19 @@ use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::explicit::Explicit;
 use crate::integrator::implicit::Implicit;
 use crate::integrator::interface_force::Loads;
+use crate::integrator::local::Local;
 use crate::integrator::start::Start;
 use crate::linear_algebra::lanes::{add, work};
 use crate::model::Model;
 use crate::results::energy::Energies;
 use crate::results::record::{Largest, Recorder, Step};
 use crate::state::{Peak, Peaks, State};
-use answer::{Answer, travel};
+use answer::Answer;
 use control::Control;
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
-use interface_defs::selection::Selection;
 use interface_defs::solver::Window;
-use std::ops::Range;
+use report::Booked;
 
 /// Explicit steps are no longer than this part of the critical step in windows from the first on in which something broke.
 ///
@@ -70,15 +71,6 @@ pub struct Exchange<'a> {
     pub shortcuts: bool,
 }
 
-/// What an answer says of the way to its state.
-#[derive(Debug, Clone, Default)]
-struct Booked {
-    /// Largest distance that an interface node has moved [m]; 0 where nobody asks.
-    travel: f64,
-    /// All numbers of the gauges.
-    gauges: Vec<f64>,
-}
-
 /// Everything that a window needs.
 pub struct WindowSolver {
     engine: Engine,
@@ -102,6 +94,8 @@ pub struct WindowSolver {
     shortcuts: bool,
     skipped: bool,
     answer: Answer,
+    /// What a contact solver needs to move nodes itself, if it asks for that.
+    local: Option<Box<Local>>,
     /// Travel of the interface nodes [m] and all numbers of the gauges, of the window solved last and of that accepted last.
     booked: [Booked; 2],
     parts: usize,
@@ -117,6 +111,8 @@ impl WindowSolver {
     pub fn new(model: &Model, config: &Config, start: Start, exchange: Exchange) -> Self {
         let Exchange { recorder, loads, plan, mesh, shortcuts } = exchange;
         let answer = Answer::new(plan, mesh);
+        let mut local = Local::new(model, plan);
+        local.iter_mut().for_each(|local| local.locate(|field| answer.place(field)));
         let n = model.dof_count();
         let scheme = Scheme::of(&config.fem);
         let loads_parts = loads.parts();
@@ -146,6 +142,7 @@ impl WindowSolver {
             booked: Default::default(),
             parts: least_common_multiple(loads_parts, answer.parts()),
             answer,
+            local,
             energy_now: Vec::with_capacity(9),
             part_start: vec![0.0; n],
             end_loads: vec![0.0; n],
@@ -170,7 +167,7 @@ impl WindowSolver {
         self.committed.groups.copy_from_slice(&self.trial.groups);
         self.answer.write_all(&self.trial, &self.origin, output);
         self.write_gauges(model, output);
-        self.write_travel(output);
+        self.write_way(model, 0.0, output);
         let [now, before] = &mut self.booked;
         before.clone_from(now);
         self.recorder.begin();
@@ -195,7 +192,7 @@ impl WindowSolver {
             self.advance(model, window, input, output)?;
         }
         self.write_gauges(model, output);
-        self.write_travel(output);
+        self.write_way(model, window.end(), output);
         if self.energy_now.iter().all(|e| e.is_finite()) {
             return Ok(());
         }
@@ -377,57 +374,6 @@ impl WindowSolver {
         let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };
         self.recorder.step(model, &self.trial, &step, largest);
         (self.trial.peaks, self.trial.groups) = (peaks, groups);
-    }
-
-    /// Energies at the window's end, reactions and scene gauges over the window.
-    fn write_gauges(&mut self, model: &Model, output: &mut [f64]) {
-        let internal = match &mut self.engine {
-            Engine::Explicit(e) => e.internal(),
-            Engine::Implicit(i) => i.internal(),
-            Engine::Path(p) => p.internal(),
-        };
-        self.energies.of(model, internal, &self.trial, &mut self.energy_now);
-        let gauges = &mut output[self.answer.gauges_from()..];
-        let (triples, _) = gauges.as_chunks_mut::<3>();
-        for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {
-            *triple = [*energy; 3];
-        }
-        if let (Engine::Path(_), [.., factor, _]) = (&self.engine, &mut triples[..self.energy_now.len()]) {
-            let along = &self.trial.along;
-            *factor = [factor[0], along.lowest.min(factor[0]), along.highest.max(factor[0])];
-        }
-        self.recorder.write(&mut gauges[3 * self.energy_now.len()..]);
-        self.booked[0].gauges.clear();
-        self.booked[0].gauges.extend_from_slice(gauges);
-    }
-
-    /// From now on inputs and answers are laid out for `selection`, or for the whole interface mesh.
-    pub fn select(&mut self, selection: Option<&mut Selection>) {
-        let selected = selection.map(|s| (&s.nodes[..], s.items()));
-        self.loads.select(&selected.map_or(self.answer.whole(), |(_, items)| items));
-        self.answer.select(selected);
-    }
-
-    /// Write the committed state to `output`, as every sample of a window.
-    pub fn write_committed(&self, output: &mut [f64]) {
-        self.answer.write_all(&self.committed, &self.origin, output);
-        let Booked { travel, gauges } = &self.booked[1];
-        self.answer.write_travel(*travel, output);
-        output[self.answer.gauges_from()..].copy_from_slice(gauges);
-    }
-
-    /// Where a field with one value for the window lies in an answer.
-    pub fn place(&self, field: &str) -> Option<Range<usize>> {
-        self.answer.place(field)
-    }
-
-    /// Write how far the interface nodes have moved in the window, where the answer says so.
-    fn write_travel(&mut self, output: &mut [f64]) {
-        if self.answer.tells_travel() {
-            let (from, to) = (&self.committed.displacement, &self.trial.displacement);
-            self.booked[0].travel = travel(from, to, self.nodes);
-            self.answer.write_travel(self.booked[0].travel, output);
-        }
     }
 
     /// State at the end of the window solved last.

@@ -257,6 +257,20 @@ impl Assembly {
         &self.tangent[..n * n]
     }
 
+    /// Internal forces of element number `i`, its exact tangent, square, by rows, and its degrees of freedom.
+    pub fn linearised(
+        &mut self,
+        i: usize,
+        element: &AnyElement,
+        u: &[f64],
+        history: &[f64],
+    ) -> (&[f64], &[f64], &[usize]) {
+        self.respond(i, element, u, history, Some(Slack::Exact));
+        let dofs = self.places[i].dofs.clone();
+        let n = dofs.len();
+        (&self.force[..n], &self.tangent[..n * n], &self.dofs[dofs])
+    }
+
     /// Energies of all elements at `u` [J].
     pub fn energy(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) -> Energy {
         let (mut sum, mut next) = (Energy::default(), 0);

@@ -1,0 +1,396 @@
+//! The knobs of a scene: which there are, one line each in [`REGISTRY`], and what a setting of one is in `--set`s.
+//!
+//! A knob belongs to a scene by presence: its key stands in the resolved scene, or a program reports its value. A *rung* is the
+//! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.
+
+use toml::{Table, Value};
+
+/// What a knob changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Class {
+    /// How exactly the scene's model is computed.
+    Numerical,
+    /// The model itself.
+    Model,
+}
+
+/// A knob that a scene may have.
+#[derive(Debug, Clone, Copy)]
+struct Spec {
+    name: &'static str,
+    /// Dotted keys, `*` for every item of an array, with the power of two by which one rung coarser changes each.
+    keys: &'static [(&'static str, i32)],
+    /// Names to choose from; empty: a ladder.
+    names: &'static [&'static str],
+    class: Class,
+    arm: bool,
+    refines: bool,
+    growth: f64,
+    needs: Option<(&'static str, &'static str)>,
+    reported: Option<&'static str>,
+}
+
+/// All knobs, one line each. To add one, add its line: `ladder` for numbers, each with its power of two per rung; `choice` for
+/// names. `arm`: all other knobs are tried anew with each name; `refines`: the reference refines it, too; `costs`: how many
+/// times dearer one rung finer may be; `needs`: used only with that name of another knob; `reported`: where the scene has no
+/// value, this number of `check` is the one in use.
+const REGISTRY: &[Spec] = &[
+    choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong"]).arm(),
+    choice("integrator", &[("fem.integrator", 0)], &["central_difference", "generalized_alpha"]).arm(),
+    ladder("window", &[("coupling.time_window", 1)]).refines(),
+    ladder("samples", &[("coupling.samples", -1)]),
+    ladder("tolerance", TOLERANCES).refines().costs(1.5).needs("scheme", "strong"),
+    ladder("dem_step", &[("dem.time_step", 1)]).refines().reported("dem.time_step"),
+    ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]).refines(),
+    ladder("fem_step", &[("fem.time_step", 1)]).refines().reported("fem.time_step"),
+    ladder("spheres", &[("rock.*.cluster.spheres", -3)]).model().costs(8.0),
+    ladder("refinement", NET).model().costs(8.0),
+    ladder("modulus", &[("contact.*.young", -2), ("contact.*.stiffness", -2)]).model(),
+    choice("contact_selection", &[("dem.contact_selection", 0)], &["nearest", "continuous"]).model(),
+];
+
+/// Both tolerances of strong coupling.
+const TOLERANCES: &[(&str, i32)] = &[("coupling.tolerance", 2), ("coupling.absolute_tolerance", 2)];
+/// A rectangular net of half the cells, its wires thicker: of the same mass and stiffness per metre of its width.
+const NET: &[(&str, i32)] =
+    &[("structure.generator.cells", -1), ("structure.generator.spacing", 1), ("structure.cable.area", 1)];
+
+const fn ladder(name: &'static str, keys: &'static [(&'static str, i32)]) -> Spec {
+    Spec {
+        name,
+        keys,
+        names: &[],
+        class: Class::Numerical,
+        arm: false,
+        refines: false,
+        growth: 2.0,
+        needs: None,
+        reported: None,
+    }
+}
+
+const fn choice(
+    name: &'static str,
+    keys: &'static [(&'static str, i32)],
+    names: &'static [&'static str],
+) -> Spec {
+    let mut spec = ladder(name, keys);
+    spec.names = names;
+    spec.growth = 5.0;
+    spec
+}
+
+impl Spec {
+    const fn arm(mut self) -> Self {
+        self.arm = true;
+        self
+    }
+    const fn refines(mut self) -> Self {
+        self.refines = true;
+        self
+    }
+    const fn costs(mut self, growth: f64) -> Self {
+        self.growth = growth;
+        self
+    }
+    const fn model(mut self) -> Self {
+        self.class = Class::Model;
+        self
+    }
+    const fn needs(mut self, knob: &'static str, name: &'static str) -> Self {
+        self.needs = Some((knob, name));
+        self
+    }
+    const fn reported(mut self, key: &'static str) -> Self {
+        self.reported = Some(key);
+        self
+    }
+
+    /// This knob of the scene; `None` if it has none.
+    fn of(&self, scene: &Base) -> Option<Knob> {
+        let own: Vec<Part> =
+            self.keys.iter().flat_map(|(key, power)| parts(scene.resolved, key, *power)).collect();
+        let turn = if self.names.is_empty() {
+            let all_there =
+                self.keys.iter().all(|(key, _)| key.contains('*') || own.iter().any(|p| p.key == *key));
+            let of_report = || {
+                let (key, value) = (self.reported?, scene.reported(self.reported?)?);
+                Some(vec![Part { key: key.into(), base: Number::Float(value), power: self.keys[0].1 }])
+            };
+            Turn::Ladder(if own.is_empty() { of_report()? } else { all_there.then_some(own)? })
+        } else {
+            let key = self.keys[0].0;
+            let now = text_at(scene.resolved, key)?;
+            let others = self.names.iter().map(|name| (*name).to_owned()).filter(|name| *name != now);
+            Turn::Choice { key: key.into(), names: std::iter::once(now.clone()).chain(others).collect() }
+        };
+        let Spec { name, class, arm, refines, growth, needs, .. } = *self;
+        let knob = Knob { name, class, arm, refines, growth, needs, turn };
+        // A single sphere, a tolerance of zero: nothing to turn.
+        [-1, 1].iter().any(|rung| knob.sets(*rung).is_some()).then_some(knob)
+    }
+}
+
+/// What the knobs of a scene start from.
+pub struct Base<'a> {
+    /// The scene with every default filled in.
+    pub resolved: &'a Table,
+    /// Values in use that stand in no table, by dotted key.
+    pub in_use: &'a [(&'static str, f64)],
+}
+
+impl Base<'_> {
+    fn reported(&self, key: &str) -> Option<f64> {
+        // Steps in a contact take the place of a step.
+        let excluded = key == "dem.time_step" && at(self.resolved, "dem.steps_per_contact").is_some();
+        self.in_use.iter().find(|(k, v)| *k == key && v.is_finite() && !excluded).map(|(_, v)| *v)
+    }
+}
+
+/// All knobs that a scene has.
+pub fn of(scene: &Base) -> Vec<Knob> {
+    REGISTRY.iter().filter_map(|spec| spec.of(scene)).collect()
+}
+
+/// A knob of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Knob {
+    /// Name, in tables.
+    pub name: &'static str,
+    /// What it changes.
+    pub class: Class,
+    /// Whether all others are tried anew with each of its names.
+    pub arm: bool,
+    /// Whether the reference refines it.
+    pub refines: bool,
+    /// How many times dearer one rung finer may be.
+    pub growth: f64,
+    /// Used only with this name of that knob.
+    pub needs: Option<(&'static str, &'static str)>,
+    turn: Turn,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Turn {
+    Ladder(Vec<Part>),
+    /// The scene's own name first.
+    Choice {
+        key: String,
+        names: Vec<String>,
+    },
+}
+
+/// A value that a ladder changes.
+#[derive(Debug, Clone, PartialEq)]
+struct Part {
+    key: String,
+    base: Number,
+    power: i32,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Number {
+    Float(f64),
+    Whole(i64),
+    /// They stay in proportion: all divide, or none.
+    Wholes(Vec<i64>),
+}
+
+impl Knob {
+    /// A ladder for a test or a knob that no registry has.
+    #[cfg(test)]
+    pub fn number(name: &'static str, key: &str, base: f64) -> Self {
+        let turn = Turn::Ladder(vec![Part { key: key.into(), base: Number::Float(base), power: 1 }]);
+        Self { name, class: Class::Numerical, arm: false, refines: true, growth: 2.0, needs: None, turn }
+    }
+
+    /// The `--set`s of a rung; `None` if it has none there, or if it is what another one is.
+    pub fn sets(&self, rung: i32) -> Option<Vec<String>> {
+        match &self.turn {
+            Turn::Ladder(parts) => parts
+                .iter()
+                .map(|part| Some(format!("{}={}", part.key, part.base.scaled(part.power * rung)?)))
+                .collect(),
+            Turn::Choice { key, names } => {
+                let name = names.get(usize::try_from(rung).ok()?)?;
+                // A name that TOML reads as a truth value stays one.
+                Some(vec![format!("{key}={name}")])
+            }
+        }
+    }
+
+    /// Its value at a rung, for people: the first of its values.
+    pub fn value(&self, rung: i32) -> Option<String> {
+        let sets = self.sets(rung)?;
+        sets.first().and_then(|set| set.split_once('=')).map(|(_, value)| value.to_owned())
+    }
+
+    /// Its value as a number.
+    pub fn as_number(&self, rung: i32) -> Option<f64> {
+        self.value(rung)?.parse().ok()
+    }
+
+    /// The dotted keys.
+    pub fn keys(&self) -> Vec<&str> {
+        match &self.turn {
+            Turn::Ladder(parts) => parts.iter().map(|part| part.key.as_str()).collect(),
+            Turn::Choice { key, .. } => vec![key],
+        }
+    }
+
+    /// Number of names; 0: a ladder.
+    pub fn names(&self) -> usize {
+        match &self.turn {
+            Turn::Ladder(_) => 0,
+            Turn::Choice { names, .. } => names.len(),
+        }
+    }
+}
+
+impl Number {
+    /// Times two to the power of `power`, as TOML; `None` if there is no such value.
+    fn scaled(&self, power: i32) -> Option<String> {
+        let factor = 2.0_f64.powi(power);
+        let whole = |n: i64, exact: bool| {
+            let value = n as f64 * factor;
+            let differs = power == 0 || value.round() != n as f64;
+            (value >= 1.0 && differs && (!exact || value.fract() == 0.0)).then_some(value.round() as i64)
+        };
+        match self {
+            Self::Float(base) => (*base != 0.0).then(|| float(base * factor)),
+            Self::Whole(n) => whole(*n, false).map(|n| n.to_string()),
+            Self::Wholes(all) => {
+                let all: Option<Vec<_>> = all.iter().map(|n| whole(*n, true)).collect();
+                all.map(|all| format!("{all:?}"))
+            }
+        }
+    }
+}
+
+/// As TOML reads it back bit for bit, and as a person would write it.
+pub fn float(value: f64) -> String {
+    if value == 0.0 || (1e-2..1e5).contains(&value.abs()) {
+        format!("{value:?}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
+/// The numbers at a dotted key, `*` for every item of an array.
+fn parts(table: &Table, key: &str, power: i32) -> Vec<Part> {
+    let mut found = Vec::new();
+    if let Some((list, rest)) = key.split_once(".*.") {
+        let items = at(table, list).and_then(Value::as_array).map_or(&[] as &[Value], Vec::as_slice);
+        for (index, item) in items.iter().enumerate() {
+            let number = item.as_table().and_then(|item| at(item, rest)).and_then(number);
+            found.extend(number.map(|base| Part { key: format!("{list}.{index}.{rest}"), base, power }));
+        }
+    } else if let Some(base) = at(table, key).and_then(number) {
+        found.push(Part { key: key.into(), base, power });
+    }
+    // A single sphere is none of a cluster.
+    found.retain(|part| part.base != Number::Whole(1) || part.key == "coupling.samples");
+    found
+}
+
+fn number(value: &Value) -> Option<Number> {
+    match value {
+        Value::Float(f) => Some(Number::Float(*f)),
+        Value::Integer(n) => Some(Number::Whole(*n)),
+        Value::Array(all) => all.iter().map(Value::as_integer).collect::<Option<_>>().map(Number::Wholes),
+        _ => None,
+    }
+}
+
+/// The value at a dotted key.
+pub fn at<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
+    let mut names = key.split('.');
+    let mut value = table.get(names.next()?)?;
+    for name in names {
+        value = value.get(name)?;
+    }
+    Some(value)
+}
+
+fn text_at(table: &Table, key: &str) -> Option<String> {
+    match at(table, key)? {
+        Value::String(text) => Some(text.clone()),
+        Value::Boolean(truth) => Some(truth.to_string()),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DROP: &str = "[[rock]]\ncluster.spheres = 64\n[[rock]]\ncluster.spheres = 1\n[[contact]]\nyoung = 1e8\n\
+        [structure]\ngenerator = { cells = [26, 26], spacing = 0.15 }\ncable = { area = 2e-5 }\n\
+        [dem]\ncontact_selection = \"automatic\"\ntime_step = 1e-5\n[fem]\nintegrator = \"central_difference\"\n\
+        [coupling]\nscheme = \"weak\"\ntime_window = 5e-5\nsamples = 1\ntolerance = 1e-4\nabsolute_tolerance = 0.0\n";
+
+    fn knobs(text: &str, in_use: &[(&'static str, f64)]) -> Vec<Knob> {
+        of(&Base { resolved: &text.parse().expect("TOML"), in_use })
+    }
+
+    fn names(knobs: &[Knob]) -> Vec<&str> {
+        knobs.iter().map(|knob| knob.name).collect()
+    }
+
+    #[test]
+    fn a_scene_has_the_knobs_whose_keys_it_has() {
+        let coupled = knobs(DROP, &[("fem.time_step", 2e-5)]);
+        assert_eq!(
+            names(&coupled),
+            [
+                "scheme",
+                "integrator",
+                "window",
+                "samples",
+                "dem_step",
+                "fem_step",
+                "spheres",
+                "refinement",
+                "modulus",
+                "contact_selection"
+            ],
+            "one tolerance is 0, so both stay as they are"
+        );
+        let alone =
+            "[[rock]]\ncluster.spheres = 1\n[[contact]]\nstiffness = 1e6\n[dem]\nsteps_per_contact = 50.0\n";
+        assert_eq!(names(&knobs(alone, &[("dem.time_step", 1e-5)])), ["steps_per_contact", "modulus"]);
+        // A mesh file: nothing to refine.
+        let mesh = "[structure]\nmesh = \"net.msh\"\ncable = { area = 1e-4 }\n[fem]\ntime_step = 1e-5\n";
+        assert_eq!(names(&knobs(mesh, &[])), ["fem_step"]);
+    }
+
+    #[test]
+    fn a_rung_is_a_set_of_each_of_its_keys() {
+        let knobs = knobs(DROP, &[]);
+        let sets = |name: &str, rung| knobs.iter().find(|k| k.name == name).expect("there").sets(rung);
+        let text = |sets: &[&str]| Some(sets.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>());
+        assert_eq!(sets("window", 2), text(&["coupling.time_window=2e-4"]));
+        assert_eq!(sets("samples", -2), text(&["coupling.samples=4"]));
+        assert_eq!(sets("samples", 1), None);
+        assert_eq!(sets("spheres", 1), text(&["rock.0.cluster.spheres=8"]));
+        assert_eq!(
+            sets("refinement", -1),
+            text(&[
+                "structure.generator.cells=[52, 52]",
+                "structure.generator.spacing=0.075",
+                "structure.cable.area=1e-5"
+            ])
+        );
+        assert_eq!(sets("refinement", 2), None, "26 is no multiple of 4");
+        assert_eq!(sets("scheme", 1), text(&["coupling.scheme=strong"]));
+        assert_eq!((sets("scheme", 2), sets("scheme", -1)), (None, None));
+    }
+
+    #[test]
+    fn every_number_reads_back_bit_for_bit_as_a_float() {
+        for value in [5e-5, 1.0, 0.1 + 0.2, 1e8, 5.4e-5 / 3.0] {
+            let read: Table = format!("x = {}", float(value)).parse().expect("TOML");
+            assert_eq!(read["x"].as_float(), Some(value));
+        }
+    }
+}

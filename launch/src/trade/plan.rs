@@ -1,0 +1,181 @@
+//! Which run comes next. A function of the finished runs and the budget alone, so that a study goes on where it was left.
+//!
+//! In this order, each up to its share of the budget: the scene and the reference; one knob at a time, both ways, for the scene
+//! and for each of its arms; knobs of the model; combinations near the front; repeats of what is on the front, so that the
+//! medians decide; each recommendation once more.
+
+use super::combine::{combinations, neighbours};
+use super::knobs::{Class, Knob};
+use super::point::{Point, rung, with};
+use super::result::{Outcome, Purpose, Status};
+use super::study::Study;
+
+/// Shares of the budget up to which runs of a stage may start.
+const REFERENCE: f64 = 0.35;
+const LADDERS: f64 = 0.62;
+const MODEL: f64 = 0.68;
+const COMBINATIONS: f64 = 0.8;
+const REPEATS: f64 = 0.93;
+
+/// Most rungs up, down, and of a knob of the model.
+const COARSER: i32 = 8;
+const FINER: i32 = 2;
+const MODELS: i32 = 2;
+/// Most rungs that a window is shortened until an arm computes at all.
+const RESCUE: i32 = 6;
+/// Runs of each point on the front.
+pub const RUNS: usize = 3;
+/// A finer rung is followed by another if it takes away at least this share of the error.
+const WORTH: f64 = 0.2;
+/// A run may take so many times its estimate, and these seconds besides.
+const PATIENCE: (f64, f64) = (3.0, 2.0);
+
+/// A run to make.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Task {
+    /// Its settings.
+    pub point: Point,
+    /// Why.
+    pub purpose: Purpose,
+    /// It is ended after this time [s].
+    pub limit: f64,
+}
+
+/// The run that comes next within `budget` [s]; `None`: nothing is left to do, or nothing that fits.
+pub fn next(study: &Study, budget: f64) -> Option<Task> {
+    let planner = Planner { study, budget };
+    if study.runs.is_empty() {
+        return Some(Task { point: Point::new(), purpose: Purpose::Explore, limit: budget });
+    }
+    planner
+        .reference()
+        .or_else(|| planner.ladders())
+        .or_else(|| planner.models())
+        .or_else(|| planner.combined())
+        .or_else(|| planner.repeats())
+        .or_else(|| planner.confirmations())
+}
+
+struct Planner<'a> {
+    study: &'a Study,
+    budget: f64,
+}
+
+impl Planner<'_> {
+    /// A run of `point`, if it fits into this share of the budget.
+    fn task(&self, point: &Point, purpose: Purpose, share: f64) -> Option<Task> {
+        let left = self.budget - self.study.spent();
+        let estimate = self.study.estimate(point)?;
+        if self.study.spent() + estimate > share * self.budget {
+            return None;
+        }
+        let limit = (PATIENCE.0 * estimate + PATIENCE.1).min(left + PATIENCE.1);
+        Some(Task { point: point.clone(), purpose, limit })
+    }
+
+    /// The first run of a point that has none.
+    fn explore(&self, point: &Point, share: f64) -> Option<Task> {
+        self.study.space.key(point)?;
+        if self.study.outcome(point).is_some() {
+            return None;
+        }
+        self.task(point, Purpose::Explore, share)
+    }
+
+    fn reference(&self) -> Option<Task> {
+        self.explore(&self.study.next_refinement()?, REFERENCE)
+    }
+
+    /// One knob at a time, all to the same depth before any goes deeper.
+    fn ladders(&self) -> Option<Task> {
+        let arms = self.study.space.arms();
+        if let Some(task) = arms.iter().find_map(|arm| self.rescue(arm)) {
+            return Some(task);
+        }
+        let anchors: Vec<Point> = arms.iter().filter_map(|arm| anchor(self.study, arm)).collect();
+        (1..=COARSER).find_map(|depth| anchors.iter().find_map(|anchor| self.one_at_a_time(anchor, depth)))
+    }
+
+    /// The first point of an arm, and shorter windows until one is good.
+    fn rescue(&self, arm: &Point) -> Option<Task> {
+        self.explore(arm, LADDERS).or_else(|| {
+            // What is too slow as it is, is slower with shorter windows.
+            let too_slow = |run: &Outcome| run.status == Status::Stopped;
+            if anchor(self.study, arm).is_some() || self.study.outcome(arm).is_some_and(too_slow) {
+                return None;
+            }
+            (1..=RESCUE).find_map(|rungs| self.explore(&with(arm, "window", -rungs), LADDERS))
+        })
+    }
+
+    fn one_at_a_time(&self, anchor: &Point, depth: i32) -> Option<Task> {
+        let space = &self.study.space;
+        let turned = |knob: &&Knob| knob.class == Class::Numerical && !knob.arm && space.uses(anchor, knob);
+        space.knobs.iter().filter(turned).find_map(|knob| {
+            let own = rung(anchor, knob.name);
+            let at = |away: i32| with(anchor, knob.name, own + away);
+            // Up to the first that is not good; names are no ladder.
+            let goes_on = knob.names() > 0 || self.study.is_good(&at(depth - 1));
+            let coarser = if goes_on { self.explore(&at(depth), LADDERS) } else { None };
+            let finer = || {
+                (depth <= FINER && self.is_worth(&at(1 - depth), &at(2 - depth), depth))
+                    .then(|| self.explore(&at(-depth), LADDERS))?
+            };
+            coarser.or_else(finer)
+        })
+    }
+
+    /// Whether the last finer rung has taken enough of the error away for another.
+    fn is_worth(&self, last: &Point, before: &Point, depth: i32) -> bool {
+        let error = |point| self.study.error_at(point);
+        depth == 1
+            || error(last).zip(error(before)).is_some_and(|(last, before)| last < (1.0 - WORTH) * before)
+    }
+
+    fn models(&self) -> Option<Task> {
+        let knobs = || self.study.space.knobs.iter().filter(|knob| knob.class == Class::Model);
+        let points = (1..=MODELS).flat_map(|depth| {
+            knobs().flat_map(move |knob| [depth, -depth].map(|rung| Point::from([(knob.name, rung)])))
+        });
+        points.into_iter().find_map(|point| self.explore(&point, MODEL))
+    }
+
+    fn combined(&self) -> Option<Task> {
+        let arms = self.study.space.arms();
+        let anchors: Vec<Point> = arms.iter().filter_map(|arm| anchor(self.study, arm)).collect();
+        let guessed = |accuracy: f64| {
+            let mut all: Vec<_> =
+                anchors.iter().filter_map(|a| combinations(self.study, a, accuracy)).collect();
+            all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            all.into_iter().find_map(|found| self.explore(&found.point, COMBINATIONS))
+        };
+        let accuracies = &self.study.accuracies;
+        accuracies.iter().find_map(|accuracy| guessed(*accuracy)).or_else(|| {
+            let near = self.study.recommended().into_iter().flat_map(|best| neighbours(self.study, &best));
+            near.into_iter().find_map(|point| self.explore(&point, COMBINATIONS))
+        })
+    }
+
+    /// Those on the front and the scene in turn, the one with the fewest runs first.
+    fn repeats(&self) -> Option<Task> {
+        let mut points = self.study.front();
+        points.push(Point::new());
+        let mut few: Vec<(usize, &Point)> = (points.iter())
+            .map(|point| (self.study.timed(point).len(), point))
+            .filter(|(runs, _)| (1..RUNS).contains(runs))
+            .collect();
+        few.sort_by_key(|(runs, _)| *runs);
+        few.iter().find_map(|(_, point)| self.task(point, Purpose::Repeat, REPEATS))
+    }
+
+    fn confirmations(&self) -> Option<Task> {
+        let points = self.study.recommended().into_iter().filter_map(|recommended| recommended.point);
+        let mut unconfirmed = points.filter(|point| self.study.confirmation(point).is_none());
+        unconfirmed.find_map(|point| self.task(&point, Purpose::Confirm, 1.0))
+    }
+}
+
+/// Where the knobs of an arm are turned from: its own point, or the longest shorter window that is good.
+pub fn anchor(study: &Study, arm: &Point) -> Option<Point> {
+    (0..=RESCUE).map(|rungs| with(arm, "window", -rungs)).find(|point| study.is_good(point))
+}

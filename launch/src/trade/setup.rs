@@ -1,0 +1,89 @@
+//! Before the first run: the scene is checked as for a run, and its knobs are found.
+
+use super::Arguments;
+use super::knobs::{self, Base};
+use super::point::Space;
+use super::report::{Facts, quoted};
+use super::store::Identity;
+use crate::choice;
+use crate::events::Events;
+use crate::numbers::Numbers;
+use crate::plan::Plan;
+use crate::record;
+use crate::stop::Stop;
+use crate::validate::validate;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+/// What a study starts from.
+pub struct Setup {
+    /// Its knobs.
+    pub space: Space,
+    /// Directory of the study.
+    pub out: PathBuf,
+    /// What the study is of.
+    pub identity: Identity,
+    /// Set in every run: what costs time and is not measured.
+    pub always: Vec<String>,
+    /// For the page.
+    pub facts: Facts,
+}
+
+impl Setup {
+    /// Of a scene. Nothing has run yet where it is refused.
+    pub fn of(arguments: &Arguments, events: &Events) -> Result<Self, Stop> {
+        let input = &arguments.input;
+        let scene = input.load()?;
+        let plan = Plan::of(&scene)?;
+        let mut reports = validate(&plan, input, events)?;
+        let chosen = choice::complete(&scene, &plan, &mut reports)?;
+        let resolved = record::resolved(&scene, &plan, &reports)?;
+        let end_time = scene.end_time()?;
+        let numbers = Numbers::of(&reports, end_time);
+        let steps = [("dem.time_step", numbers.contact.step), ("fem.time_step", numbers.net.step)];
+        let in_use: Vec<_> = steps.iter().filter_map(|(key, step)| Some((*key, (*step)?))).collect();
+        let document = scene.document()?;
+        let of_scene = chosen.iter().filter(|choice| choice.is_of_scene());
+        let mut open: Vec<String> =
+            of_scene.map(|choice| format!("{}.{}", choice.key.0, choice.key.1)).collect();
+        open.extend(
+            steps
+                .iter()
+                .filter(|(key, _)| knobs::at(&document, key).is_none())
+                .map(|(key, _)| (*key).to_owned()),
+        );
+        let space = Space { knobs: knobs::of(&Base { resolved: &resolved, in_use: &in_use }), open };
+        let fault = |e: std::io::Error| {
+            Stop::input(format!("{}: an input file cannot be read: {e}", scene.path().display()))
+        };
+        let programs =
+            std::env::current_exe().into_iter().chain(plan.members.iter().map(|m| m.program.clone()));
+        let identity = Identity {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: scene.fingerprint(),
+            inputs: record::hashes(&scene, &resolved).map_err(fault)?,
+            programs: programs.map(|program| stamp(&program)).collect(),
+        };
+        let out =
+            arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-trade", scene.name())));
+        // Field files cost time and disk, and no measure comes from them.
+        let fields = knobs::at(&document, "output.fields")
+            .map(|_| format!("output.fields={}", knobs::float(end_time)));
+        let sets = input.sets.iter().fold(String::new(), |all, set| all + " --set " + &quoted(set));
+        let facts = Facts {
+            scene: scene.name(),
+            command: quoted(&input.scene.display().to_string()) + &sets,
+            end_time,
+            budget: arguments.budget,
+            processors: std::thread::available_parallelism().map_or(1, usize::from),
+        };
+        Ok(Self { space, out, identity, always: fields.into_iter().collect(), facts })
+    }
+}
+
+/// Name, length and time of change of a program: another build may compute otherwise, and faster.
+fn stamp(program: &Path) -> String {
+    let name = program.file_name().unwrap_or_default().to_string_lossy();
+    let data = std::fs::metadata(program).map_or((0, 0), |data| (data.len(), data.mtime()));
+    format!("{name} {} {}", data.0, data.1)
+}

@@ -1,0 +1,191 @@
+//! The directory of a study: which scene it is of, and every finished run, so that the same command goes on with it.
+
+use super::point::{Point, Space};
+use super::result::Record;
+use super::runner::directory;
+use super::study::Finished;
+use crate::stop::Stop;
+use interface_defs::toolkit::files;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::owner::{Claim, Owner};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Directories of the runs.
+pub const RUNS: &str = "runs";
+/// What the study is of.
+const STUDY: &str = "study.json";
+/// One finished run, in its directory.
+const RECORD: &str = "trade.json";
+
+/// What a study is of: runs of another are not comparable.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Version of the program.
+    pub version: String,
+    /// Fingerprint of the scene with the user's `--set`s.
+    pub scene: String,
+    /// Hashes of the files that it names.
+    pub inputs: Map<String, Value>,
+    /// Length and time of change of the programs.
+    pub programs: Vec<String>,
+}
+
+/// A finished run, as on disk.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    point: BTreeMap<String, i32>,
+    #[serde(flatten)]
+    record: Record,
+}
+
+/// The directory of a study, owned as long as this lives.
+pub struct Store {
+    out: PathBuf,
+    _owner: Owner,
+    /// Number of the last run.
+    last: usize,
+}
+
+impl Store {
+    /// Open the study of `identity` in `out`. That of another scene is refused, or with `force` removed.
+    pub fn open(out: &Path, identity: &Identity, force: bool) -> Result<Self, Stop> {
+        let fault = |e: io::Error| {
+            InputError::in_file(out.display().to_string(), format!("no study can be written here: {e}"))
+        };
+        let owner = Owner::claim(out, &Claim { force, ..Claim::default() })?;
+        let there = std::fs::read_to_string(out.join(STUDY))
+            .ok()
+            .map(|text| serde_json::from_str::<Identity>(&text).ok());
+        match there {
+            Some(Some(there)) if there == *identity && !force => {}
+            Some(there) if !force => return Err(another(out, there.as_ref(), identity).into()),
+            _ => {
+                if there.is_some() {
+                    std::fs::remove_dir_all(out.join(RUNS)).or_else(absent).map_err(fault)?;
+                }
+                let text = serde_json::to_string_pretty(identity).map_err(io::Error::from).map_err(fault)?;
+                files::write(&out.join(STUDY), (text + "\n").as_bytes()).map_err(fault)?;
+            }
+        }
+        std::fs::create_dir_all(out.join(RUNS)).map_err(fault)?;
+        Ok(Self { out: out.to_owned(), _owner: owner, last: 0 })
+    }
+
+    /// All finished runs, in their order.
+    pub fn load(&mut self, space: &Space) -> Vec<Finished> {
+        let mut all = Vec::new();
+        while let Ok(text) = std::fs::read_to_string(directory(&self.out, self.last + 1).join(RECORD)) {
+            // One that an older version wrote is made again.
+            let Ok(kept) = serde_json::from_str::<Kept>(&text) else { break };
+            let known = |(name, rung): (&String, &i32)| Some((space.knob(name)?.name, *rung));
+            let point: Option<Point> = kept.point.iter().map(known).collect();
+            let Some(point) = point else { break };
+            all.push(Finished { point, record: kept.record });
+            self.last += 1;
+        }
+        all
+    }
+
+    /// Directory of the next run.
+    pub fn next(&self) -> PathBuf {
+        directory(&self.out, self.last + 1)
+    }
+
+    /// Keep what the next run gave.
+    pub fn keep(&mut self, run: &Finished) -> Result<(), Stop> {
+        let dir = self.next();
+        let point = run.point.iter().map(|(name, rung)| ((*name).to_owned(), *rung)).collect();
+        let kept = Kept { point, record: run.record.clone() };
+        let written = serde_json::to_string_pretty(&kept).map_err(io::Error::from).and_then(|text| {
+            std::fs::create_dir_all(&dir)?;
+            files::write(&dir.join(RECORD), (text + "\n").as_bytes())
+        });
+        self.last += 1;
+        written.map_err(|e| Stop::failed(format!("{}: cannot be written: {e}", dir.display())))
+    }
+
+    /// Write a file of the study.
+    pub fn write(&self, name: &str, text: &str) -> Result<PathBuf, Stop> {
+        let path = self.out.join(name);
+        files::write(&path, text.as_bytes())
+            .map_err(|e| Stop::failed(format!("{}: cannot be written: {e}", path.display())))?;
+        Ok(path)
+    }
+}
+
+fn absent(e: io::Error) -> io::Result<()> {
+    if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) }
+}
+
+fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> InputError {
+    let what = match there {
+        Some(there) if there.scene != identity.scene => {
+            "of another scene, or of this one with other --set values"
+        }
+        Some(there) if there.inputs != identity.inputs => "of this scene with other input files",
+        Some(_) => "made by other versions of the programs",
+        None => "that this version cannot read",
+    };
+    InputError::in_file(
+        out.display().to_string(),
+        format!("this directory holds a study {what}; its runs cannot be compared"),
+    )
+    .try_instead("choose another directory with --out, or remove its runs with --force")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trade::knobs::Knob;
+    use crate::trade::result::{Purpose, tests::done};
+
+    fn identity(scene: &str) -> Identity {
+        Identity {
+            version: "1".into(),
+            scene: scene.into(),
+            inputs: Map::new(),
+            programs: vec!["p 1 2".into()],
+        }
+    }
+
+    #[test]
+    fn a_study_goes_on_and_another_scene_is_refused_unless_forced() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let out = temp.path().join("study");
+        let space =
+            Space { knobs: vec![Knob::number("window", "coupling.time_window", 1e-4)], open: Vec::new() };
+        let point = Point::from([("window", -1)]);
+        let record = Record {
+            key: space.key(&point).expect("a point"),
+            purpose: Purpose::Explore,
+            sets: space.sets(&point).expect("a point"),
+            outcome: done("depth", 0.25, 1.5),
+        };
+        let run = Finished { point, record };
+        let mut store = Store::open(&out, &identity("a"), false).expect("new");
+        assert!(store.load(&space).is_empty());
+        store.keep(&run).expect("kept");
+        // One that was not finished.
+        std::fs::create_dir_all(store.next()).expect("created");
+        drop(store);
+        let mut store = Store::open(&out, &identity("a"), false).expect("the same");
+        let runs = store.load(&space);
+        assert_eq!(runs.len(), 1);
+        assert_eq!((&runs[0].point, &runs[0].record), (&run.point, &run.record));
+        assert!(store.next().ends_with("runs/002"));
+        drop(store);
+        let refused = Store::open(&out, &identity("b"), false).err().expect("another");
+        assert!(
+            refused.message.contains("of another scene") && refused.message.contains("--force"),
+            "{}",
+            refused.message
+        );
+        assert_eq!(refused.exit, interface_defs::toolkit::exit::Exit::BadInput);
+        let mut store = Store::open(&out, &identity("b"), true).expect("forced");
+        assert!(store.load(&space).is_empty());
+    }
+}

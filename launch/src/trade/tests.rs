@@ -1,0 +1,265 @@
+//! The strategy with a runner that computes nothing: values and costs follow formulas.
+
+use super::knobs::{Base, of};
+use super::plan::RUNS;
+use super::point::{Point, Space};
+use super::result::{Outcome, Purpose, Status, tests::done};
+use super::runner::Runner;
+use super::store::{Identity, Store};
+use super::study::Study;
+use super::{Arguments, Progress, Work, explore, report};
+use crate::stop::Stop;
+use clap::Parser;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Limit of the measure.
+const EXACT: f64 = 2.0;
+/// Weak coupling fails beyond this window [s].
+const STABLE: f64 = 5e-4;
+
+/// A coupled scene: second order in the window and in the contact solver's step.
+#[derive(Default)]
+struct Formula {
+    runs: Vec<BTreeMap<String, String>>,
+    /// So many more runs, then Ctrl-C.
+    left: Option<usize>,
+    /// Every fifth run is slower by this share.
+    noise: f64,
+}
+
+impl Runner for Formula {
+    fn run(&mut self, sets: &[String], _: &Path, limit: f64) -> Result<Outcome, Stop> {
+        if self.left == Some(0) {
+            return Err(Stop::failed("interrupted"));
+        }
+        self.left = self.left.map(|left| left - 1);
+        let sets: BTreeMap<String, String> =
+            sets.iter().filter_map(|set| set.split_once('=')).map(|(k, v)| (k.into(), v.into())).collect();
+        let number =
+            |key: &str, own: f64| sets.get(key).map_or(own, |value| value.parse().expect("a number"));
+        let window = number("coupling.time_window", 1e-4);
+        let step = number("dem.time_step", 2.5e-5).min(window);
+        let strong = sets.get("coupling.scheme").is_some_and(|scheme| scheme == "strong");
+        let young = number("contact.0.young", 1e8);
+        let steps = 1e-4 / window * if strong { 4.0 } else { 1.0 } + 0.2 * 2.5e-5 / step;
+        let noise = if self.runs.len() % 5 == 2 { 1.0 + self.noise } else { 1.0 };
+        let wall = steps * noise;
+        self.runs.push(sets);
+        if wall > limit {
+            return Ok(Outcome::without_results(Status::Stopped, "too slow", limit));
+        }
+        if !strong && window > STABLE {
+            return Ok(Outcome::without_results(Status::Failed, "diverged | here", 0.1));
+        }
+        let error = 0.002 * (window / 1e-4).powi(2) + 1e-4 * (step / 2.5e-5).powi(2);
+        let mut outcome = done("max_deflection", EXACT * (1.0 + error) * (1e8 / young).powf(0.1), wall);
+        outcome.passes = Some(1.0 / window);
+        Ok(outcome)
+    }
+}
+
+fn arguments(words: &[&str]) -> Arguments {
+    #[derive(Parser)]
+    struct Program {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+    Program::parse_from(["trade", "s.toml", "--quiet"].iter().chain(words)).arguments
+}
+
+fn study(given: &[(&str, f64)]) -> Study {
+    let text = "[coupling]\nscheme = \"weak\"\ntime_window = 1e-4\n[dem]\ntime_step = 2.5e-5\n[[contact]]\nyoung = 1e8\n";
+    let knobs = of(&Base { resolved: &text.parse().expect("TOML"), in_use: &[] });
+    Study {
+        space: Space { knobs, open: Vec::new() },
+        measures: Vec::new(),
+        given: given.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+        runs: Vec::new(),
+        reference: super::reference::Reference::default(),
+        keys: std::cell::RefCell::default(),
+        worst: super::WORST,
+        accuracies: super::ACCURACIES.to_vec(),
+    }
+}
+
+fn identity() -> Identity {
+    Identity { version: "1".into(), scene: "s".into(), inputs: serde_json::Map::new(), programs: Vec::new() }
+}
+
+/// One session of a study in `out`.
+fn session(study: &mut Study, runner: &mut Formula, out: &Path, words: &[&str]) -> Result<(), Stop> {
+    let arguments = arguments(words);
+    let mut store = Store::open(out, &identity(), false).expect("opened");
+    study.runs = store.load(&study.space);
+    let mut progress = Progress::new(true, false, arguments.budget);
+    let mut work = Work { runner, store: &mut store, progress: &mut progress };
+    explore(study, &mut work, &arguments)
+}
+
+fn whole(budget: &str) -> (Study, Formula) {
+    let temp = tempfile::tempdir().expect("a directory");
+    let (mut study, mut runner) = (study(&[]), Formula::default());
+    session(&mut study, &mut runner, temp.path(), &["--budget", budget]).expect("explored");
+    (study, runner)
+}
+
+#[test]
+fn the_reference_is_extrapolated_and_the_cheapest_settings_are_found() {
+    let (study, _) = whole("10000");
+    let known = study.reference.0[0].1;
+    assert!((known.value / EXACT - 1.0).abs() < 1e-6, "{known:?}");
+    assert!(known.words().contains("order 2.0"), "{}", known.words());
+    // Every point that the formula allows on the ladders, by brute force.
+    for one in study.recommended() {
+        let mut best = f64::INFINITY;
+        for (w, s) in (-6..=8).flat_map(|w| (-6..=8).map(move |s| (w, s))) {
+            let (window, step) = (1e-4 * 2.0_f64.powi(w), 2.5e-5 * 2.0_f64.powi(s));
+            let step = step.min(window);
+            let error = 0.002 * (window / 1e-4).powi(2) + 1e-4 * (step / 2.5e-5).powi(2);
+            let strong = window > STABLE;
+            let cost = 1e-4 / window * if strong { 4.0 } else { 1.0 } + 0.2 * 2.5e-5 / step;
+            if error <= one.accuracy * (1.0 - 1e-4) {
+                best = best.min(cost);
+            }
+        }
+        let point = one.point.expect("reached");
+        let cost = study.cost(&point).expect("ran");
+        assert!(cost <= 1.1 * best, "{}: {cost} against {best}, {}", one.accuracy, study.space.label(&point));
+    }
+}
+
+#[test]
+fn a_failed_run_is_a_row_and_never_on_the_front_and_a_model_is_not_recommended() {
+    let (study, _) = whole("10000");
+    let failed: Vec<_> = study.explored().filter(|run| run.record.outcome.status == Status::Failed).collect();
+    assert!(!failed.is_empty());
+    let front = study.front();
+    for run in study.explored().filter(|run| front.contains(&run.point)) {
+        assert_eq!(run.record.outcome.status, Status::Done);
+        assert!(!run.point.contains_key("modulus"));
+    }
+    let facts = report::Facts {
+        scene: "s".into(),
+        command: "s.toml".into(),
+        end_time: 1.0,
+        budget: 1e4,
+        processors: 2,
+    };
+    let page = report::page(&study, &facts);
+    let rows: Vec<&str> = page.lines().filter(|line| line.contains("failed: diverged / here")).collect();
+    assert_eq!(rows.len(), failed.len(), "{page}");
+    assert!(rows.iter().all(|row| row.starts_with("|  |")), "{page}");
+    assert!(page.contains("modulus 4e8"), "{page}");
+    let table = report::table(&study, &facts).expect("a table");
+    assert_eq!(table.lines().count(), study.runs.len() + 1);
+}
+
+#[test]
+fn candidates_are_repeated_in_turn_and_each_recommendation_is_run_again() {
+    let (study, _) = whole("10000");
+    for point in study.front() {
+        assert!(study.timed(&point).len() >= RUNS, "{}", study.space.label(&point));
+    }
+    for one in study.recommended() {
+        let point = one.point.expect("reached");
+        let again = study.confirmation(&point).expect("run again");
+        assert!(study.error(again).expect("done") <= one.accuracy);
+    }
+    // In turn: no point twice in a row while several have as few runs.
+    let repeats: Vec<&Point> =
+        study.runs.iter().filter(|run| run.record.purpose == Purpose::Repeat).map(|run| &run.point).collect();
+    let several = study.front().len() > 2;
+    assert!(several && repeats.windows(2).filter(|pair| pair[0] == pair[1]).count() <= 1, "{repeats:?}");
+}
+
+#[test]
+fn a_noisy_machine_does_not_decide() {
+    let temp = tempfile::tempdir().expect("a directory");
+    let (mut noisy, mut runner) = (study(&[]), Formula { noise: 0.4, ..Formula::default() });
+    session(&mut noisy, &mut runner, temp.path(), &["--budget", "10000"]).expect("explored");
+    let (quiet, _) = whole("10000");
+    let costs = |study: &Study| -> Vec<f64> {
+        let points = study.recommended().into_iter().map(|one| one.point.expect("reached"));
+        points.map(|point| quiet.cost(&point).expect("the quiet study has run it, too")).collect()
+    };
+    for (noisy, quiet) in costs(&noisy).into_iter().zip(costs(&quiet)) {
+        assert!(noisy <= 1.15 * quiet, "{noisy} s where {quiet} s would do");
+    }
+    let walls = |point: &Point| noisy.timed(point).iter().map(|run| run.wall).collect::<Vec<_>>();
+    let scattered = noisy.front().iter().filter(|p| walls(p).iter().any(|wall| *wall != walls(p)[0])).count();
+    assert!(scattered > 0, "the noise has hit no candidate: this test says nothing");
+}
+
+#[test]
+fn the_budget_is_kept_and_a_larger_one_goes_on_without_repeating() {
+    let temp = tempfile::tempdir().expect("a directory");
+    let (mut first, mut runner) = (study(&[]), Formula::default());
+    session(&mut first, &mut runner, temp.path(), &["--budget", "30"]).expect("explored");
+    assert!(first.spent() <= 30.0 && first.spent() > 10.0, "{}", first.spent());
+    let so_far = runner.runs.len();
+    // The same again: nothing is left that fits.
+    let mut second = study(&[]);
+    session(&mut second, &mut runner, temp.path(), &["--budget", "30"]).expect("explored");
+    assert_eq!((runner.runs.len(), second.runs.len()), (so_far, so_far));
+    session(&mut second, &mut runner, temp.path(), &["--budget", "2m"]).expect("explored");
+    assert!(second.runs.len() > so_far && second.spent() <= 120.0, "{}", second.spent());
+    let keys: Vec<_> = second.explored().map(|run| &run.record.key).collect();
+    let unique: std::collections::BTreeSet<_> = keys.iter().collect();
+    assert_eq!(keys.len(), unique.len(), "no point is explored twice");
+}
+
+#[test]
+fn an_interrupted_study_gives_in_the_end_what_an_uninterrupted_one_gives() {
+    let temp = tempfile::tempdir().expect("a directory");
+    let mut broken = study(&[]);
+    let mut runner = Formula { left: Some(7), ..Formula::default() };
+    let stopped = session(&mut broken, &mut runner, temp.path(), &["--budget", "500"]);
+    assert_eq!(stopped.expect_err("Ctrl-C").message, "interrupted");
+    runner.left = None;
+    let mut resumed = study(&[]);
+    session(&mut resumed, &mut runner, temp.path(), &["--budget", "500"]).expect("explored");
+    let (whole, _) = whole("500");
+    let sets = |study: &Study| study.runs.iter().map(|run| run.record.sets.clone()).collect::<Vec<_>>();
+    assert_eq!(sets(&resumed), sets(&whole));
+}
+
+#[test]
+fn a_given_reference_spares_the_refinements_and_a_misspelt_measure_is_refused() {
+    let temp = tempfile::tempdir().expect("a directory");
+    let (mut given, mut runner) = (study(&[("max_deflection", EXACT)]), Formula::default());
+    session(&mut given, &mut runner, temp.path(), &["--budget", "10000"]).expect("explored");
+    assert!(given.refinements().len() == 1, "{}", given.refinements().len());
+    let error = given.error_at(&Point::new()).expect("done");
+    assert!((error - 0.0021).abs() < 1e-12, "{error}");
+    let other = tempfile::tempdir().expect("a directory");
+    let refused =
+        session(&mut study(&[]), &mut Formula::default(), other.path(), &["--measure", "max_deflexion"]);
+    let message = refused.expect_err("misspelt").message;
+    assert!(message.contains("did you mean `max_deflection`?"), "{message}");
+}
+
+#[test]
+fn a_run_that_is_slower_than_it_should_be_is_ended() {
+    struct Slow(Formula);
+    impl Runner for Slow {
+        fn run(&mut self, sets: &[String], dir: &Path, limit: f64) -> Result<Outcome, Stop> {
+            if sets.iter().any(|set| set.ends_with("strong")) {
+                assert!(limit < 100.0, "{limit}");
+                return Ok(Outcome::without_results(Status::Stopped, "too slow", limit));
+            }
+            self.0.run(sets, dir, limit)
+        }
+    }
+    let temp = tempfile::tempdir().expect("a directory");
+    let arguments = arguments(&["--budget", "1000"]);
+    let mut store = Store::open(temp.path(), &identity(), false).expect("opened");
+    let mut study = study(&[]);
+    let (mut runner, mut progress) = (Slow(Formula::default()), Progress::new(true, false, 1000.0));
+    let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
+    explore(&mut study, &mut work, &arguments).expect("explored");
+    let stopped = study.runs.iter().filter(|run| run.record.outcome.status == Status::Stopped);
+    assert!(stopped.clone().count() > 0);
+    assert!(stopped.clone().all(|run| !study.front().contains(&run.point)));
+    assert!(study.recommended()[0].point.is_some());
+}

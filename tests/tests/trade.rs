@@ -1,0 +1,65 @@
+//! `rockfall trade` with the real programs, on the smallest coupled scene.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use tests::{Bench, Ended, program, scene};
+
+fn trade(bench: &Bench, out: &str, arguments: &[&str]) -> Ended {
+    let mut command = Command::new(program("rockfall"));
+    command.arg("trade").arg(scene("sphere-on-cable")).args(["--set", "end_time=0.02"]);
+    command.arg("--out").arg(bench.path(out)).args(arguments).current_dir(bench.path(""));
+    Ended::of(command.stdin(Stdio::null()).output().expect("started"), bench.path(out))
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).expect("written")
+}
+
+/// Settings are recommended, hold when they are run by hand, and nothing is computed twice.
+#[test]
+fn a_recommendation_holds_and_a_study_goes_on() {
+    let bench = Bench::new();
+    let first = trade(&bench, "study", &["--budget", "12s"]);
+    assert_eq!(first.code, Some(0), "{}", first.stderr);
+    let page = read(&first.out.join("trade.md"));
+    let runs = read(&first.out.join("trade.csv")).lines().count() - 1;
+    assert!(runs > 5 && std::fs::read_dir(first.out.join("runs")).expect("runs").count() == runs, "{page}");
+    assert!(read(&first.out.join("trade.svg")).contains("<circle"));
+    assert!(
+        read(&first.out.join("runs/002/scene.toml")).contains("time_window"),
+        "resolved settings are kept"
+    );
+
+    // The line for 1 %, as a user would copy it, against the reference on the page.
+    let line = page.lines().find(|line| line.starts_with("rockfall run ") && line.contains("--set coupling"));
+    let words: Vec<&str> = line.expect("a line to copy").split(' ').skip(3).collect();
+    let by_hand = bench.done(&scene("sphere-on-cable"), "by_hand", &words);
+    let row = page.lines().find(|line| line.starts_with("| `max_deflection` |")).expect("a reference");
+    let value = row.split('|').nth(3).and_then(|cell| cell.trim().strip_suffix(" m")).expect("a value");
+    let reference: f64 = value.parse().expect("a number");
+    let found = by_hand.summary()["measures"]["max_deflection"]["value"].as_f64().expect("a measure");
+    assert!((found / reference - 1.0).abs() < 0.1, "{found} against {reference}");
+
+    // The same command: all runs are there. Another scene: refused.
+    let again = trade(&bench, "study", &["--budget", "5s"]);
+    assert_eq!(again.code, Some(0), "{}", again.stderr);
+    assert_eq!(read(&again.out.join("trade.csv")).lines().count() - 1, runs);
+    let other = trade(&bench, "study", &["--set", "rock.0.mass=11.0"]);
+    assert_eq!(other.code, Some(2), "{}", other.stderr);
+    assert!(
+        other.stderr.contains("of another scene") && other.stderr.contains("--force"),
+        "{}",
+        other.stderr
+    );
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused() {
+    let bench = Bench::new();
+    let misspelt = trade(&bench, "a", &["--measure", "max_deflexion"]);
+    assert_eq!(misspelt.code, Some(2), "{}", misspelt.stderr);
+    assert!(misspelt.stderr.contains("did you mean `max_deflection`?"), "{}", misspelt.stderr);
+    let refused = trade(&bench, "b", &["--set", "dem.time_stepp=1e-5"]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(!refused.out.exists(), "nothing was started");
+}
