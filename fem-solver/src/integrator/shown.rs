@@ -25,6 +25,11 @@ impl Shown {
         self.selected.extend_from_slice(nodes.unwrap_or_default());
     }
 
+    /// The nodes that are selected; none if all are shown.
+    pub fn selected(&self) -> &[u32] {
+        &self.selected
+    }
+
     /// The difference `a - b` of two vectors over all degrees of freedom, at these nodes, node-major.
     pub fn difference(&self, a: &[f64], b: &[f64], to: &mut [f64]) {
         if self.all {

@@ -1,11 +1,10 @@
 //! The structure near selected nodes, so that a contact solver can move these nodes itself within a window:
 //!
 //! ```text
-//! m u'' = F_contact + f + f' t - K (u - x - v t) - alpha m u'          f' = -K v with all nodes moving
+//! m u'' = F_contact + f + f' t - K (u - x - v t) - alpha m (u' - v)          f' = -K v with all nodes moving
 //! ```
 //!
-//! `f` is all that accelerates a node but the interface force and mass-proportional damping: internal force, springs,
-//! dashpots, dead load, loads with a history and pressures. `K` is the tangent of elements and springs, without that of
+//! `f` is all that accelerates a node but the interface force: internal force, springs, dashpots, mass-proportional damping, dead load, loads with a history and pressures. `K` is the tangent of elements and springs, without that of
 //! pressures, and its symmetric part where it has another. Nothing accelerates a node in a direction in which it is held, and
 //! its way there is prescribed: force, rate, rows and columns are 0.
 
@@ -198,7 +197,8 @@ impl Local {
         sums.clear(coupled.nodes.len(), coupled.pairs.len());
         let dofs_of = |node: &u32| [0, 1, 2].map(|c: usize| c * nodes + *node as usize);
         for (force, node) in sums.force.iter_mut().zip(&coupled.nodes) {
-            *force = dofs_of(node).map(|dof| model.dead_load[dof]);
+            *force =
+                dofs_of(node).map(|dof| model.dead_load[dof] - model.damping * model.dof_mass(dof) * v[dof]);
         }
         if !self.applied.is_empty() {
             self.applied.at(model, time);

@@ -107,6 +107,11 @@ impl Answer {
         }
     }
 
+    /// The nodes that are selected; none if all are shown.
+    pub(super) fn selected(&self) -> &[u32] {
+        self.shown.selected()
+    }
+
     /// Whether the answer says how far nodes have moved.
     pub(super) fn tells_travel(&self) -> bool {
         self.travel.is_some()
@@ -120,10 +125,14 @@ impl Answer {
     }
 }
 
-/// Largest distance of any of so many nodes between two displacements [m].
-pub(super) fn travel(from: &[f64], to: &[f64], nodes: usize) -> f64 {
+/// Largest distance of any of so many nodes between two displacements [m], those of `left_out` (ascending) aside.
+pub(super) fn travel(from: &[f64], to: &[f64], nodes: usize, left_out: &[u32]) -> f64 {
     let mut largest = 0.0;
+    let mut left_out = left_out.iter().peekable();
     for node in 0..nodes {
+        if left_out.next_if(|out| **out as usize == node).is_some() {
+            continue;
+        }
         let [x, y, z] = [node, nodes + node, 2 * nodes + node].map(|dof| to[dof] - from[dof]);
         let square = x * x + y * y + z * z;
         largest = if square > largest { square } else { largest };

@@ -75,7 +75,7 @@ impl WindowSolver {
     pub(super) fn write_way(&mut self, model: &Model, time: f64, output: &mut [f64]) {
         if self.answer.tells_travel() {
             let (from, to) = (&self.committed.displacement, &self.trial.displacement);
-            self.booked[0].travel = travel(from, to, self.nodes);
+            self.booked[0].travel = travel(from, to, self.nodes, self.answer.selected());
             self.answer.write_travel(self.booked[0].travel, output);
         }
         if let Some(local) = &mut self.local {
