@@ -7,6 +7,8 @@ pub struct Counts {
     pub windows: u64,
     /// Coupling iterations, those of failed windows included.
     pub iterations: u64,
+    /// Times that the nodes that cross the interface were selected.
+    pub selections: u64,
     /// Windows that were solved again at half length.
     pub halved: u64,
     /// Those of them that were given up before `max_iterations`, since their residual grew or stayed.

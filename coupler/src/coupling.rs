@@ -306,6 +306,7 @@ impl<'a> Coupling<'a> {
                     return Ok(Outcome::Rejected(what));
                 }
                 Passed::Reselected => {
+                    self.counts.iterations -= 1;
                     self.begin(span, agreement);
                     (iteration, selections) = (1, selections + 1);
                     continue;
@@ -464,6 +465,7 @@ impl<'a> Coupling<'a> {
     fn reselect(&mut self, span: Span, agreement: &mut Agreement) -> Result<(), CouplingError> {
         let Agreement { interface, dem, fem, patch, .. } = agreement;
         let Some(patch) = patch else { return Err(no_selection(self.dem.participant.name())) };
+        self.counts.selections += 1;
         let all = patch.all();
         for side in [&mut *dem, &mut *fem] {
             side.request.resize(&all);

@@ -20,8 +20,6 @@ pub struct Patch {
     /// length [s].
     travel: f64,
     last_travel: (f64, f64),
-    /// Times that nodes were selected.
-    pub selections: u64,
 }
 
 /// What a node that is not selected may move in any window without a new selection [m].
@@ -53,7 +51,6 @@ impl Patch {
             chosen: false,
             travel: 0.0,
             last_travel: (0.0, 1.0),
-            selections: 0,
             mesh,
         }
     }
@@ -95,7 +92,6 @@ impl Patch {
         let nodes = marked.iter().enumerate().filter(|(_, marked)| **marked).map(|(node, _)| node as u32);
         selection.set(mesh, nodes)?;
         (self.announced, self.chosen, self.travel) = (false, true, 0.0);
-        self.selections += 1;
         Ok(())
     }
 

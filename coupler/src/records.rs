@@ -303,6 +303,9 @@ fn describe_coupling(summary: &mut Summary, coupling: &Coupling) {
     .into_iter()
     .map(|(key, value)| (key.to_string(), value))
     .collect();
+    if counts.selections > 0 {
+        summary.coupling.insert("selections".into(), json!(counts.selections));
+    }
     if let Some(share) = coupling.balance.residual_share(coupling.has_balance) {
         summary.coupling.insert("residual_energy_share".into(), json!(share));
     }

@@ -94,6 +94,11 @@ const RESULTS: &[Entry] = &[
     coupling("windows_unconverged", "1", "windows accepted although they had not converged"),
     coupling("residual_largest_m", "m", "largest residual of an accepted window"),
     coupling(
+        "selections",
+        "1",
+        "times that the nodes of the net that cross the interface were selected; with a yielding net",
+    ),
+    coupling(
         "residual_energy_share",
         "1",
         "interface residual as energy, the number that `limits.residual` bounds",

@@ -7,11 +7,12 @@ use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPairs};
 use crate::contact::mesh::{MeshForces, MeshScene, Seam};
 use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::local_net::LocalNet;
-use crate::interface_mesh::motion::{MotionFields, NodeMotion};
+use crate::interface_mesh::motion::{MotionFields, NodeMotion, largest_difference};
 use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::rock::Motion;
 use interface_defs::Fault;
+use nalgebra::Vector3;
 
 /// Skin of the near list, as a share of the rock's reach: for the rock of the drop test
 /// at 6 m/s a pass over the mesh each 9 ms.
@@ -53,6 +54,10 @@ pub struct MeshStage {
     reference: Vec<f64>,
     /// Furthest that a node is from there in this window [m].
     moved: f64,
+    /// Where not all nodes are sent: how much nearer the rock a node may be at the window's start, or at its end, than when
+    /// the near list was made [m]; and where the rock started.
+    approach: f64,
+    start: Vector3<f64>,
     sweep: Option<Sweep>,
     boxes: Vec<NodeBox>,
     /// Times that the near list was made.
@@ -71,6 +76,8 @@ impl MeshStage {
             evaluation: MeshForces::default(),
             reference: vec![0.0; 3 * contact_mesh.nodes.len()],
             moved: 0.0,
+            approach: 0.0,
+            start: Vector3::zeros(),
             sweep: None,
             boxes: Vec::with_capacity(contact_mesh.nodes.len()),
             refreshes: 0,
@@ -93,9 +100,10 @@ impl MeshStage {
         let segments = view.fields.segments();
         let sweep = Sweep::new(rock, start, &model.settings.gravity, view.length, segments).kicked(kick);
         self.sweep = Some(sweep);
-        self.moved = self.furthest(view);
+        self.start = start.position;
+        self.measure(view);
         let need = sweep.need(rock, view.contact_mesh).max(self.need_of_pairs(view));
-        if !self.near.covers(&start.position, 3.0 * self.moved, need) {
+        if !self.covers(view, &start.position, 3.0 * self.moved, need) {
             self.rebuild(view, start, 0, need)?;
         }
         self.read(view)?;
@@ -119,7 +127,10 @@ impl MeshStage {
         if !self.near.elements.is_empty() {
             return 0.0;
         }
-        let gap = self.near.covered(&now.position, 3.0 * self.moved) - self.need_of_pairs(view);
+        let gap = match view.fields.is_partial() {
+            true => self.near.coverage().0 - self.approach - (now.position - self.start).norm(),
+            false => self.near.covered(&now.position, 3.0 * self.moved),
+        } - self.need_of_pairs(view);
         let (speed, pull) = (now.velocity.norm(), view.model.settings.gravity.norm());
         // gap = speed t + pull t^2 / 2, in the form that does not cancel.
         let root = (speed * speed + 2.0 * pull * gap.max(0.0)).sqrt();
@@ -136,9 +147,25 @@ impl MeshStage {
         view.model.rocks[self.rock].reach + view.contact_mesh.largest_radius + self.pairs.skin()
     }
 
-    /// Bound on the displacement of any node since the near list was made.
-    fn furthest(&self, view: MeshWindow) -> f64 {
-        (3.0_f64.sqrt() * view.fields.furthest(view.input, &self.reference)).max(view.travel)
+    /// Bounds on the displacement of any node since the near list was made; and, where not all are sent, on how much nearer the
+    /// rock they have come.
+    fn measure(&mut self, view: MeshWindow) {
+        if view.fields.is_partial() {
+            let shift = self.start - self.near.coverage().1;
+            let sent = view.fields.furthest_from(view.input, &self.reference, &shift);
+            self.approach = sent.max(shift.norm() + view.travel);
+            return;
+        }
+        let largest = view.fields.displacements(view.input).map(|u| largest_difference(u, &self.reference));
+        self.moved = 3.0_f64.sqrt() * largest.fold(0.0, f64::max);
+    }
+
+    /// Whether everything within `need` [m] of a rock at `now` is listed, nodes having moved by `moved` [m].
+    fn covers(&self, view: MeshWindow, now: &Vector3<f64>, moved: f64, need: f64) -> bool {
+        match view.fields.is_partial() {
+            true => self.near.coverage().0 - self.approach - (now - self.start).norm() >= need,
+            false => self.near.covers(now, moved, need),
+        }
     }
 
     /// List what is near `now`, the mesh as at sample `sample`, good for `need` and a skin. It takes all nodes.
@@ -151,7 +178,7 @@ impl MeshStage {
         if let Some(displacement) = view.fields.displacements(view.input).nth(sample) {
             self.reference.copy_from_slice(displacement);
         }
-        self.moved = self.furthest(view);
+        self.measure(view);
         let coverage = need + 3.0 * self.moved + NEAR_SKIN * rock.reach;
         let nodes = &view.contact_mesh.nodes;
         let at = |n: u32| nodes[n as usize] + view.fields.displacement(view.input, sample, n);
@@ -191,7 +218,7 @@ impl MeshStage {
             return Ok(());
         }
         let need = self.need_of_pairs(view);
-        if !self.near.covers(&now.position, self.moved, need) {
+        if !self.covers(view, &now.position, self.moved, need) {
             self.rebuild(view, now, at.segment, need)?;
             self.read(view)?;
         }

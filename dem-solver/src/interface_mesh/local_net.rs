@@ -17,7 +17,7 @@
 //! Such a window is right while no disturbance leaves the patch and comes back: the coupler compares the motion found here
 //! with the structure's answer.
 
-use interface_defs::{Layout, Place, Plan, Sampling, Selection, name};
+use interface_defs::{Layout, Plan, Sampling, Selection, name, wide};
 use nalgebra::Vector3;
 use std::ops::Range;
 
@@ -69,11 +69,6 @@ impl LocalFields {
 fn sample(layout: &Layout, name: &str, sampling: Sampling, number: usize) -> Option<Range<usize>> {
     let spec = layout.fields().find(|f| f.name == name && f.sampling == sampling)?;
     (number < spec.sample_count()).then(|| layout.sample(name, sampling, number)).flatten()
-}
-
-/// Whether a field belongs to a yielding net; [`Place::Pair`] has no other.
-pub fn is_local(field: &interface_defs::FieldSpec) -> bool {
-    field.place == Place::Pair || field.name.starts_with("local_")
 }
 
 /// The selected nodes within a window. Vectors run over the nodes, three components each.
@@ -199,62 +194,65 @@ impl LocalNet {
     pub fn to_middle(&mut self, step: NetStep, reference: [Range<usize>; 4], input: &[f64]) {
         let per = step.per_segment();
         let along = ((step.number % per) as f64 + 0.5) / per as f64;
-        self.segment = Some(reference);
-        let [value, rate] = self.hermite(along, per as f64 * step.h);
-        let [u0, u1, v0, v1] = self.samples(input);
-        let half = 0.5 * step.h;
-        for i in 0..self.rest.len() {
-            let star = value[0] * u0[i] + value[1] * u1[i] + value[2] * v0[i] + value[3] * v1[i];
-            let star_rate = rate[0] * u0[i] + rate[1] * u1[i] + rate[2] * v0[i] + rate[3] * v1[i];
-            self.middle[i] = star + self.off[i] + half * self.off_rate[i];
-            self.velocity[i] = star_rate + self.off_rate[i] + half * (self.fast[i] + self.slow[i]);
+        // Where it ended before is where this one starts.
+        std::mem::swap(&mut self.before, &mut self.middle);
+        if step.number == 0 {
+            self.before.copy_from_slice(&input[reference[0].clone()]);
         }
+        self.segment = Some(reference);
+        let [value, rate] = hermite(along, per as f64 * step.h);
+        let samples = self.samples(input);
+        let half = 0.5 * step.h;
+        blend(&value, &samples, &mut self.middle);
+        add_scaled(&self.off, 1.0, &mut self.middle);
+        add_scaled(&self.off_rate, half, &mut self.middle);
+        blend(&rate, &samples, &mut self.velocity);
+        add_scaled(&self.off_rate, 1.0, &mut self.velocity);
+        add_scaled(&self.fast, half, &mut self.velocity);
+        add_scaled(&self.slow, half, &mut self.velocity);
         self.force.fill(0.0);
         self.stiffness.fill(0.0);
-        // The displacement at the start is asked for where a force acts.
-        let start = (step.number % per) as f64 / per as f64;
-        let [value, _] = self.hermite(start, per as f64 * step.h);
-        for i in 0..self.rest.len() {
-            let star = value[0] * u0[i] + value[1] * u1[i] + value[2] * v0[i] + value[3] * v1[i];
-            self.before[i] = star + self.off[i];
-        }
     }
 
     /// The kick of the contact forces, and the drift to the step's end. Returns the work of the contact forces on the net [J].
     pub fn kick(&mut self, step: NetStep, fields: &LocalFields, input: &[f64]) -> f64 {
         let (h, per) = (step.h, step.per_segment());
         let time = (step.number as f64 + 0.5) * h;
-        let bins = fields.force.len();
-        let star = (bins > 0).then(|| &input[fields.force[step.number * bins / step.steps].clone()]);
-        let zero = |at: &Option<Range<usize>>| at.as_ref().map(|at| &input[at.clone()]);
-        let (residual, rate) = (zero(&fields.residual), zero(&fields.rate));
         let held_back = self.held_back(step);
         if held_back > 0.0 {
             self.pull_back(h);
         }
-        for i in 0..self.rest.len() {
-            let mut force = self.force[i] - star.map_or(0.0, |f| f[i]);
-            force += residual.map_or(0.0, |r| r[i]) + rate.map_or(0.0, |r| r[i]) * time;
-            let drifted = self.off[i] + 0.5 * h * self.off_rate[i];
-            self.fast[i] = force * self.inverse_mass[i] - self.damping * self.off_rate[i];
-            self.off_rate[i] += h * (self.fast[i] + held_back * self.slow[i]);
-            self.off[i] = drifted + 0.5 * h * self.off_rate[i];
+        // The room for velocities is free until the step's end: it takes the sum of the forces.
+        self.velocity.copy_from_slice(&self.force);
+        let bins = fields.force.len();
+        if bins > 0 {
+            let star = &input[fields.force[step.number * bins / step.steps].clone()];
+            add_scaled(star, -1.0, &mut self.velocity);
         }
+        for (at, weight) in [(&fields.residual, 1.0), (&fields.rate, time)] {
+            if let Some(at) = at {
+                add_scaled(&input[at.clone()], weight, &mut self.velocity);
+            }
+        }
+        accelerate(&self.velocity, &self.inverse_mass, self.damping, &self.off_rate, &mut self.fast);
+        add_scaled(&self.off_rate, 0.5 * h, &mut self.off);
+        add_scaled(&self.fast, h, &mut self.off_rate);
+        if held_back > 0.0 {
+            add_scaled(&self.slow, h * held_back, &mut self.off_rate);
+        }
+        add_scaled(&self.off_rate, 0.5 * h, &mut self.off);
         for (k, w) in self.stiffness.iter().zip(self.inverse_mass.as_chunks::<3>().0) {
             self.coarseness = self.coarseness.max(k * w[0] * h * h);
         }
         let along = ((step.number % per) as f64 + 1.0) / per as f64;
-        let [value, rate] = self.hermite(along, per as f64 * h);
-        let [u0, u1, v0, v1] = self.samples(input);
-        let mut work = 0.0;
-        for i in 0..self.rest.len() {
-            let star = value[0] * u0[i] + value[1] * u1[i] + value[2] * v0[i] + value[3] * v1[i];
-            let star_rate = rate[0] * u0[i] + rate[1] * u1[i] + rate[2] * v0[i] + rate[3] * v1[i];
-            self.middle[i] = star + self.off[i];
-            self.velocity[i] = star_rate + self.off_rate[i];
-            work += self.force[i] * (self.middle[i] - self.before[i]);
-        }
-        work
+        let [value, rate] = hermite(along, per as f64 * h);
+        let samples = self.samples(input);
+        blend(&value, &samples, &mut self.middle);
+        add_scaled(&self.off, 1.0, &mut self.middle);
+        blend(&rate, &samples, &mut self.velocity);
+        add_scaled(&self.off_rate, 1.0, &mut self.velocity);
+        let moved = self.force.iter().zip(&self.middle).zip(&self.before);
+        moved.filter(|((f, _), _)| **f != 0.0).map(|((f, end), start)| f * (end - start)).sum()
     }
 
     /// Steps whose `K d` is applied in this one: all of its group, in the middle of it.
@@ -273,36 +271,10 @@ impl LocalNet {
             at[i] = self.off[i] + half * self.off_rate[i];
         }
         self.slow.fill(0.0);
-        for (&[i, j], k) in self.pairs.iter().zip(&self.blocks) {
-            let (a, b) = (3 * i as usize, 3 * j as usize);
-            let d = [at[b], at[b + 1], at[b + 2]];
-            for row in 0..3 {
-                self.slow[a + row] -= k[3 * row] * d[0] + k[3 * row + 1] * d[1] + k[3 * row + 2] * d[2];
-            }
-            if i != j {
-                let d = [at[a], at[a + 1], at[a + 2]];
-                for row in 0..3 {
-                    self.slow[b + row] -= k[row] * d[0] + k[3 + row] * d[1] + k[6 + row] * d[2];
-                }
-            }
-        }
+        pull(&self.pairs, &self.blocks, at.as_chunks::<3>().0, self.slow.as_chunks_mut::<3>().0);
         for (slow, w) in self.slow.iter_mut().zip(&self.inverse_mass) {
             *slow *= w;
         }
-    }
-
-    /// Weights of displacements and velocities at the ends of a segment of `length` [s]: cubic Hermite polynomials and their
-    /// rates, at the share `t` of it.
-    fn hermite(&self, t: f64, length: f64) -> [[f64; 4]; 2] {
-        let (t2, t3) = (t * t, t * t * t);
-        let value = [
-            2.0 * t3 - 3.0 * t2 + 1.0,
-            3.0 * t2 - 2.0 * t3,
-            (t3 - 2.0 * t2 + t) * length,
-            (t3 - t2) * length,
-        ];
-        let bend = 6.0 * (t2 - t) / length;
-        [value, [bend, -bend, 3.0 * t2 - 4.0 * t + 1.0, 3.0 * t2 - 2.0 * t]]
     }
 
     fn samples<'a>(&self, input: &'a [f64]) -> [&'a [f64]; 4] {
@@ -332,5 +304,67 @@ impl LocalNet {
     /// Displacement at the end of the last step [m].
     pub fn displacement(&self) -> &[f64] {
         &self.middle
+    }
+}
+
+/// Weights of displacements and velocities at the ends of a segment of `length` [s]: cubic Hermite polynomials and their rates,
+/// at the share `t` of it.
+fn hermite(t: f64, length: f64) -> [[f64; 4]; 2] {
+    let (t2, t3) = (t * t, t * t * t);
+    let value =
+        [2.0 * t3 - 3.0 * t2 + 1.0, 3.0 * t2 - 2.0 * t3, (t3 - 2.0 * t2 + t) * length, (t3 - t2) * length];
+    let bend = 6.0 * (t2 - t) / length;
+    [value, [bend, -bend, 3.0 * t2 - 4.0 * t + 1.0, 3.0 * t2 - 2.0 * t]]
+}
+
+wide! {
+    /// `sum = sum of weight times sample`.
+    fn blend(weights: &[f64; 4], samples: &[&[f64]; 4], sum: &mut [f64]) {
+        let n = sum.len();
+        let [a, b, c, d] = samples.map(|sample| &sample[..n]);
+        for i in 0..n {
+            sum[i] = weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i] + weights[3] * d[i];
+        }
+    }
+}
+
+wide! {
+    /// `sum += factor a`.
+    fn add_scaled(a: &[f64], factor: f64, sum: &mut [f64]) {
+        let a = &a[..sum.len()];
+        for i in 0..sum.len() {
+            sum[i] += factor * a[i];
+        }
+    }
+}
+
+wide! {
+    /// `acceleration = force / mass - damping velocity`.
+    fn accelerate(force: &[f64], inverse_mass: &[f64], damping: f64, velocity: &[f64], acceleration: &mut [f64]) {
+        let n = acceleration.len();
+        let (force, inverse_mass, velocity) = (&force[..n], &inverse_mass[..n], &velocity[..n]);
+        for i in 0..n {
+            acceleration[i] = force[i] * inverse_mass[i] - damping * velocity[i];
+        }
+    }
+}
+
+wide! {
+    /// `sum -= K at`, with the blocks of `K` for pairs of nodes.
+    fn pull(pairs: &[[u32; 2]], blocks: &[[f64; 9]], at: &[[f64; 3]], sum: &mut [[f64; 3]]) {
+        for (&[i, j], k) in pairs.iter().zip(blocks) {
+            let (i, j) = (i as usize, j as usize);
+            let (a, b) = (at[i], at[j]);
+            let own = &mut sum[i];
+            for row in 0..3 {
+                own[row] -= k[3 * row] * b[0] + k[3 * row + 1] * b[1] + k[3 * row + 2] * b[2];
+            }
+            if i != j {
+                let other = &mut sum[j];
+                for row in 0..3 {
+                    other[row] -= k[row] * a[0] + k[3 + row] * a[1] + k[6 + row] * a[2];
+                }
+            }
+        }
     }
 }

@@ -106,29 +106,27 @@ impl MotionFields {
         Some(self.place[node as usize]).filter(|place| *place != Selection::OUT)
     }
 
-    /// Largest distance, in any component, between the nodes that are sent and `reference`, which has all [m].
-    pub fn furthest(&self, input: &[f64], reference: &[f64]) -> f64 {
-        let samples = self.displacements(input);
-        if self.whole {
-            return samples.map(|u| largest_difference(u, reference)).fold(0.0, f64::max);
-        }
-        let mut most = 0.0_f64;
-        for sample in samples {
-            for (node, u) in self.nodes.iter().zip(sample.as_chunks::<3>().0) {
-                let from = &reference[3 * *node as usize..][..3];
-                for i in 0..3 {
-                    let apart = (u[i] - from[i]).abs();
-                    most = if apart > most { apart } else { most };
-                }
-            }
-        }
-        most
-    }
-
     /// Where displacement and velocity at both ends of segment `s` lie in the input.
     pub fn ends_of(&self, s: usize) -> [Range<usize>; 4] {
         let (u, v) = (&self.displacement, &self.velocity);
         [u[s].clone(), u[s + 1].clone(), v[s].clone(), v[s + 1].clone()]
+    }
+
+    /// Largest distance that a node that is sent is from `reference`, which has all, and that shifted by `shift` [m]; at both
+    /// ends of the window.
+    pub fn furthest_from(&self, input: &[f64], reference: &[f64], shift: &Vector3<f64>) -> f64 {
+        let ends = [self.displacement.first(), self.displacement.last()];
+        let mut most = 0.0_f64;
+        for range in ends.into_iter().flatten() {
+            let sample = input[range.clone()].as_chunks::<3>().0;
+            for (node, u) in self.nodes.iter().zip(sample) {
+                let from = &reference[3 * *node as usize..][..3];
+                let d = [u[0] - from[0] - shift.x, u[1] - from[1] - shift.y, u[2] - from[2] - shift.z];
+                let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                most = if square > most { square } else { most };
+            }
+        }
+        most.sqrt()
     }
 
     /// Displacement of the nodes that are sent at both ends of segment `s`.

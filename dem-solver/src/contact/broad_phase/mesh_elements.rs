@@ -45,6 +45,11 @@ impl NearList {
         self.covered(centre, moved) >= need
     }
 
+    /// How far from a rock at `at`, as it was when the list was made, nothing is left out [m]; and where that was.
+    pub fn coverage(&self) -> (f64, Vector3<f64>) {
+        (self.coverage, self.centre)
+    }
+
     /// The list is no longer good.
     pub fn invalidate(&mut self) {
         self.coverage = f64::NEG_INFINITY;
