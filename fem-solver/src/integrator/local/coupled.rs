@@ -221,19 +221,20 @@ impl Coupled {
         }
     }
 
-    /// Add force, rate and tangent of the near elements at the displacements `u` and velocities `v`.
+    /// Add force, rate and tangent of the near elements at the displacements `u` and velocities `v`: those towards which the
+    /// structure moves, found a time `ahead` [s] from there.
     pub(super) fn add_elements(
         &self,
         model: &Model,
         assembly: &mut Assembly,
-        (u, v, history): (&[f64], &[f64], &[f64]),
+        ((u, v, ahead), history): ((&[f64], &[f64], f64), &[f64]),
         to: &mut super::Sums,
     ) {
         let (mut block, mut place) = (0, 0);
         for near in &self.near_elements {
             let number = near.number as usize;
             let element = &model.elements[number];
-            let (force, k, dofs) = assembly.linearised(number, element, u, history);
+            let (force, k, dofs) = assembly.linearised(number, element, (u, v, ahead), history);
             let (n, per_node) = (dofs.len(), if element.rotates() { 6 } else { 3 });
             let places = &self.places[place..near.places_end as usize];
             for (node, own) in
@@ -241,9 +242,9 @@ impl Coupled {
             {
                 for c in 0..3 {
                     let row = node * per_node + c;
-                    to.force[*own as usize][c] -= force[row];
-                    let along = k[row * n..][..n].iter().zip(dofs).map(|(k, dof)| k * v[*dof]);
-                    to.rate[*own as usize][c] -= along.sum::<f64>();
+                    let along: f64 = k[row * n..][..n].iter().zip(dofs).map(|(k, dof)| k * v[*dof]).sum();
+                    to.force[*own as usize][c] -= force[row] - ahead * along;
+                    to.rate[*own as usize][c] -= along;
                 }
             }
             for Block { row, column, pair } in &self.blocks[block..near.blocks_end as usize] {

@@ -257,17 +257,21 @@ impl Assembly {
         &self.tangent[..n * n]
     }
 
-    /// Internal forces of element number `i`, its exact tangent, square, by rows, and its degrees of freedom.
+    /// Internal forces of element number `i` at the displacements `u + ahead v`, its exact tangent there, square, by rows, and its
+    /// degrees of freedom.
     pub fn linearised(
         &mut self,
         i: usize,
         element: &AnyElement,
-        u: &[f64],
+        (u, v, ahead): (&[f64], &[f64], f64),
         history: &[f64],
     ) -> (&[f64], &[f64], &[usize]) {
-        self.respond(i, element, u, history, Some(Slack::Exact));
         let dofs = self.places[i].dofs.clone();
         let n = dofs.len();
+        for (to, dof) in self.u.iter_mut().zip(&self.dofs[dofs.clone()]) {
+            *to = u[*dof] + ahead * v[*dof];
+        }
+        self.answer(i, element, history, Some(Slack::Exact));
         (&self.force[..n], &self.tangent[..n * n], &self.dofs[dofs])
     }
 
