@@ -2,7 +2,8 @@
 
 use crate::energy::Account;
 use crate::interface::{Interface, Places};
-use crate::mapping::{AnyMapper, Identity, NearestNeighbor};
+use crate::mapping::map;
+use crate::passing::{self, Common, Passing};
 use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::solver::OnProgress;
 use interface_defs::{
@@ -23,14 +24,18 @@ pub struct Side {
     pub account: Account,
     /// Its answer at t = 0.
     pub initial: Vec<f64>,
+    /// Whether it solves a window again from the committed state.
+    pub repeatable: bool,
 }
 
 impl Side {
-    fn new(program: String, plan: &Plan, ready: Ready) -> Self {
+    fn new(name: &str, hello: &Hello, plan: &Plan, ready: Ready) -> Self {
+        let program = format!("{name} ({})", hello.program);
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
         let request = Layout::new(&plan.takes, &ready.mesh, 0);
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial }
+        let repeatable = hello.repeats.is_some();
+        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial, repeatable }
     }
 }
 
@@ -83,29 +88,32 @@ pub fn agree(
             what: "it takes the field \"broken\", and its mesh has other lines than the structure's".into(),
         });
     }
-    let mapper = settings.mapping.clone().unwrap_or_else(|| {
-        if structure_mesh.same_nodes(&dem_ready.mesh) {
-            AnyMapper::Identity(Identity {})
-        } else {
-            AnyMapper::NearestNeighbor(NearestNeighbor {})
-        }
-    });
-    let mapping = mapper
-        .matrix(&structure_mesh, &dem_ready.mesh)
+    fields.common.check(&structure_mesh, &dem_ready.mesh).map_err(refuse)?;
+    let (mapping, quality) = map(settings.mapping.as_ref(), &structure_mesh, &dem_ready.mesh)
         .map_err(|what| refuse(format!("coupling.mapping: {what}")))?;
     let mut warnings = std::mem::take(&mut fem_ready.warnings);
     warnings.append(&mut dem_ready.warnings);
+    if !mapping.is_identity() {
+        tracing::info!("mapping: {quality}");
+        warnings.extend(quality.warnings());
+    }
 
     let (dem_side, fem_side) = (
-        Side::new(format!("{} ({})", dem.name(), dem_hello.program), &dem_plan, dem_ready),
-        Side::new(format!("{} ({})", fem.name(), fem_hello.program), &fem_plan, fem_ready),
+        Side::new(dem.name(), &dem_hello, &dem_plan, dem_ready),
+        Side::new(fem.name(), &fem_hello, &fem_plan, fem_ready),
     );
     let places = Places::new(&dem_side, &fem_side, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]
     };
-    let interface = Interface::new(mapping, places, last(name::DISPLACEMENT), last(name::VELOCITY));
+    let mut interface = Interface::new(mapping, places, last(name::DISPLACEMENT), last(name::VELOCITY));
+    interface.passing = Passing::new(&fields.common, &dem_side, &fem_side);
+    if settings.measures_force() {
+        interface
+            .follow_force()
+            .map_err(|what| refuse(format!("coupling.measure: {}: {what}", dem_side.program)))?;
+    }
     Ok(Agreement { interface, dem: dem_side, fem: fem_side, warnings })
 }
 
@@ -187,6 +195,8 @@ struct Fields {
     from_dem: Vec<FieldSpec>,
     to_fem: Vec<FieldSpec>,
     from_fem: Vec<FieldSpec>,
+    /// Those among them that the coupler knows by name alone.
+    common: Common,
 }
 
 fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Result<Fields, Failure> {
@@ -244,7 +254,17 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     if settings.scheme == Scheme::Strong {
         from_dem.extend(find(&dem.gives, name::REACH, Once));
     }
-    Ok(Fields { to_dem, from_dem, to_fem, from_fem })
+    let common = Common {
+        to_contact: passing::common(&fem.gives, &dem.takes, samples),
+        to_structure: passing::common(&dem.gives, &fem.takes, samples),
+    };
+    for (payloads, fields) in [
+        ([&mut from_fem, &mut to_dem], &common.to_contact),
+        ([&mut from_dem, &mut to_fem], &common.to_structure),
+    ] {
+        payloads.into_iter().for_each(|payload| payload.extend_from_slice(fields));
+    }
+    Ok(Fields { to_dem, from_dem, to_fem, from_fem, common })
 }
 
 /// The user's input is refused: exit code 2.

@@ -25,6 +25,7 @@ pub mod energy;
 pub mod handshake;
 pub mod interface;
 pub mod mapping;
+pub mod passing;
 pub mod predictor;
 pub mod program;
 pub mod records;

@@ -1,0 +1,159 @@
+//! Fields that both solvers know and the coupler does not: they are passed on as they are.
+
+use crate::handshake::Side;
+use interface_defs::{FieldSpec, InterfaceMesh, Layout, Place, Sampling, name};
+use std::ops::Range;
+
+/// Names with a meaning of their own, which are handled elsewhere.
+const KNOWN: [&str; 11] = [
+    name::DISPLACEMENT,
+    name::VELOCITY,
+    name::FORCE,
+    name::REACH,
+    name::BROKEN,
+    name::LOCAL_FORCE,
+    name::LOCAL_FORCE_RATE,
+    name::LOCAL_TANGENT,
+    name::LOCAL_DAMPING,
+    name::TRAVEL,
+    name::FREE_TIME,
+];
+
+/// Fields that are passed on.
+#[derive(Debug, Clone, Default)]
+pub struct Common {
+    /// From the structure to the contact solver.
+    pub to_contact: Vec<FieldSpec>,
+    /// From the contact solver to the structure.
+    pub to_structure: Vec<FieldSpec>,
+}
+
+/// Fields that one side gives and the other one takes, with `samples` parts per window.
+pub fn common(gives: &[FieldSpec], takes: &[FieldSpec], samples: u32) -> Vec<FieldSpec> {
+    let mut fields = Vec::new();
+    for given in gives.iter().filter(|given| !KNOWN.contains(&given.name.as_str())) {
+        let parts = if given.sampling == Sampling::Once { 1 } else { samples };
+        let at_hand = |f: &FieldSpec| FieldSpec { samples: parts, ..f.clone() };
+        let equal = |taken: &&FieldSpec| at_hand(taken) == at_hand(given);
+        let most = takes.iter().find(equal).map_or(0, |taken| taken.samples.min(given.samples));
+        if most >= parts && given.place != Place::Pair && given.interface == 0 {
+            fields.push(at_hand(given));
+        } else if takes.iter().any(|taken| taken.name == given.name) {
+            tracing::warn!("the field \"{}\" is not passed on: its giver and its taker differ", given.name);
+        }
+    }
+    fields
+}
+
+impl Common {
+    /// Why a field cannot be passed on from mesh to mesh.
+    pub fn check(&self, structure: &InterfaceMesh, contact: &InterfaceMesh) -> Result<(), String> {
+        let fits = |field: &FieldSpec| match field.place {
+            Place::Node => structure.same_nodes(contact),
+            Place::Line => structure.lines == contact.lines,
+            Place::Face => structure.faces == contact.faces,
+            Place::Whole | Place::Pair => true,
+        };
+        let Some(field) = self.to_contact.iter().chain(&self.to_structure).find(|field| !fits(field)) else {
+            return Ok(());
+        };
+        Err(format!(
+            "the field \"{}\" is passed on as it is, {:?} by {:?}, and the meshes of both solvers differ: {} and {} nodes, {} \
+             and {} lines, {} and {} faces",
+            field.name,
+            field.place,
+            field.place,
+            structure.node_count(),
+            contact.node_count(),
+            structure.lines.len(),
+            contact.lines.len(),
+            structure.faces.len(),
+            contact.faces.len()
+        ))
+    }
+}
+
+/// A field of the structure, as committed and in its last answer.
+#[derive(Debug, Clone)]
+struct Held {
+    from: Range<usize>,
+    to: Range<usize>,
+    committed: Vec<f64>,
+    trial: Vec<f64>,
+}
+
+/// The fields on their way.
+#[derive(Debug, Clone, Default)]
+pub struct Passing {
+    to_contact: Vec<Held>,
+    to_structure: Vec<(Range<usize>, Range<usize>)>,
+}
+
+impl Passing {
+    /// At t = 0.
+    pub fn new(common: &Common, dem: &Side, fem: &Side) -> Self {
+        let all = |layout: &Layout, field: &FieldSpec| {
+            let start = layout.sample(&field.name, field.sampling, 0)?.start;
+            Some(start..layout.last(&field.name, field.sampling)?.end)
+        };
+        let held = |field: &FieldSpec| {
+            let (from, to) = (all(&fem.layout, field)?, all(&dem.request, field)?);
+            let committed = fem.initial[from.clone()].to_vec();
+            Some(Held { from, to, trial: committed.clone(), committed })
+        };
+        Self {
+            to_contact: common.to_contact.iter().filter_map(held).collect(),
+            to_structure: common
+                .to_structure
+                .iter()
+                .filter_map(|field| Some((all(&dem.layout, field)?, all(&fem.request, field)?)))
+                .collect(),
+        }
+    }
+
+    /// What the structure gave, as committed, into the request to the contact solver.
+    pub fn write_to_contact(&self, payload: &mut [f64]) {
+        for held in &self.to_contact {
+            payload[held.to.clone()].copy_from_slice(&held.committed);
+        }
+    }
+
+    /// What the contact solver gives, into the request to the structure for the same window.
+    pub fn write_to_structure(&self, from_contact: &[f64], payload: &mut [f64]) {
+        for (from, to) in &self.to_structure {
+            payload[to.clone()].copy_from_slice(&from_contact[from.clone()]);
+        }
+    }
+
+    /// Keep what the structure gives.
+    pub fn take(&mut self, from_structure: &[f64]) {
+        for held in &mut self.to_contact {
+            held.trial.copy_from_slice(&from_structure[held.from.clone()]);
+        }
+    }
+
+    /// Its last answer is accepted.
+    pub fn commit(&mut self) {
+        self.to_contact.iter_mut().for_each(|held| held.committed.copy_from_slice(&held.trial));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_both_sides_name_alike_is_passed_on_and_nothing_else() {
+        let field = |name: &str, samples| FieldSpec { samples, ..FieldSpec::nodal(name, 1, Sampling::Means) };
+        let once = FieldSpec::nodal("wetness", 1, Sampling::Once);
+        let gives = [field("heat", 8), field("noise", 2), field(name::FORCE, 8), once.clone()];
+        let takes = [field("heat", 4), field("noise", 8), field(name::FORCE, 8), once];
+        let names = |samples| -> Vec<(String, u32)> {
+            common(&gives, &takes, samples).into_iter().map(|f| (f.name, f.samples)).collect()
+        };
+        assert_eq!(names(4), [("heat".to_string(), 4), ("wetness".to_string(), 1)]);
+        assert_eq!(names(2).len(), 3, "both noises have two samples");
+        let wider = FieldSpec { components: 3, ..FieldSpec::nodal("heat", 1, Sampling::Means) };
+        assert!(common(&[wider], &takes, 1).is_empty(), "three components are not one");
+    }
+}
