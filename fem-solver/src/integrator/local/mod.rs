@@ -14,7 +14,7 @@ mod wire;
 
 use crate::config::FemConfig;
 use crate::config::scheme::Scheme;
-use crate::internal_force::assembly::Assembly;
+use crate::internal_force::assembly::{Assembly, Heading};
 use crate::model::Model;
 use crate::model::applied::Applied;
 use crate::state::State;
@@ -218,7 +218,8 @@ impl Local {
             }
         }
         wire::add_wires(&coupled.near_wires, (u, v), nodes, sums);
-        coupled.add_elements(model, &mut self.assembly, ((u, v, self.ahead), &state.history), sums);
+        let heading = Heading { u, v, ahead: self.ahead };
+        coupled.add_elements(model, &mut self.assembly, heading, &state.history, sums);
         for AtDof { place, component, dof, amount } in self.springs.iter().copied() {
             sums.force[place][component] -= amount * u[dof];
             sums.rate[place][component] -= amount * v[dof];
