@@ -43,7 +43,9 @@ pub struct RockIntegrator {
     /// All nodes, lines and faces of the mesh.
     all: Items,
     /// Lines that the request speaks of, where it does not of all.
-    lines: Option<Vec<u32>>,
+    lines: Vec<u32>,
+    /// Room for what is remembered of nodes while others are selected.
+    remembered: Vec<f64>,
     /// Where the request says how far other nodes have moved, and the answer how long nothing touches.
     travel_at: Option<Range<usize>>,
     free_time_at: Option<Range<usize>>,
@@ -134,7 +136,8 @@ impl RockIntegrator {
             takes,
             gives,
             all: Items::of(mesh),
-            lines: None,
+            lines: Vec::with_capacity(mesh.lines.len()),
+            remembered: Vec::with_capacity(3 * mesh.node_count()),
             travel_at: None,
             free_time_at: None,
             travel: 0.0,
@@ -156,6 +159,9 @@ impl RockIntegrator {
             instants: Vec::with_capacity(16 * model.rocks.len() + 16),
             contact_mesh,
         };
+        if integrator.is_local {
+            integrator.net.reserve(mesh.node_count());
+        }
         integrator.lay_out();
         integrator
     }
@@ -174,12 +180,14 @@ impl RockIntegrator {
     /// From now on requests and answers are of the nodes of `selection`; `None`: of all. What `state` remembers of nodes goes
     /// with them.
     pub fn select(&mut self, selection: Option<&Selection>, state: &mut State) {
-        let predicted = std::mem::take(&mut state.predicted);
         let place = |node: u32| self.fields.place(node).map(|at| 3 * at as usize);
-        if !predicted.is_empty() {
+        if !state.predicted.is_empty() {
+            self.remembered.clone_from(&state.predicted);
+            state.predicted.clear();
+            let (predicted, kept) = (&self.remembered, &mut state.predicted);
             let mut remember = |node: u32| match place(node).and_then(|at| predicted.get(at..at + 3)) {
-                Some(u) => state.predicted.extend_from_slice(u),
-                None => state.predicted.extend([f64::NAN; 3]),
+                Some(u) => kept.extend_from_slice(u),
+                None => kept.extend([f64::NAN; 3]),
             };
             match selection {
                 Some(selection) => selection.nodes.iter().for_each(|node| remember(*node)),
@@ -190,7 +198,8 @@ impl RockIntegrator {
         self.takes.resize(&items);
         self.gives.resize(&items);
         self.fields.select(selection);
-        self.lines = selection.map(|s| s.lines.clone());
+        self.lines.clear();
+        self.lines.extend(selection.iter().flat_map(|s| &s.lines));
         self.lay_out();
         if let (Some(selection), Some(mesh), true) = (selection, &self.contact_mesh, self.is_local) {
             self.net.select(selection, &mesh.nodes, mesh.inverse_mass.as_deref());
@@ -416,7 +425,8 @@ impl RockIntegrator {
     fn tear(&mut self, state: &mut State, input: &[f64]) -> bool {
         let (Some(at), Some(contact_mesh)) = (&self.broken, &mut self.contact_mesh) else { return false };
         let flags = &input[at.clone()];
-        if contact_mesh.tear(flags, self.lines.as_deref()) {
+        let lines = self.fields.is_partial().then_some(&self.lines[..]);
+        if contact_mesh.tear(flags, lines) {
             self.mesh_stages.iter_mut().for_each(MeshStage::forget);
         }
         let count = contact_mesh.broken_count();
