@@ -244,8 +244,8 @@ fn a_failed_window_is_halved_and_the_full_length_returns() {
     run.outcome.unwrap();
     assert!(run.record.spans.iter().all(|(_, length)| *length == 0.025));
     assert_eq!(run.record.spans.len(), 8);
-    // Per full window: itself, its first half, and (behind two quarters) its second half.
-    assert_eq!(run.counts.halved, 6, "each length is tried again where it fits");
+    // The full window and its half at first; a half again after four quarters.
+    assert_eq!(run.counts.halved, 3, "a length that failed is tried again after a while");
     assert_eq!(run.counts.short, 8);
 }
 
