@@ -3,6 +3,8 @@
 //! A knob belongs to a scene by presence: its key stands in the resolved scene, or a program reports its value. A *rung* is the
 //! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.
 
+use interface_defs::toolkit::explain::suggestion;
+use interface_defs::toolkit::input_error::InputError;
 use toml::{Table, Value};
 
 /// What a knob changes.
@@ -125,7 +127,7 @@ impl Spec {
             Turn::Choice { key: key.into(), names: std::iter::once(now.clone()).chain(others).collect() }
         };
         let Spec { name, class, arm, refines, growth, needs, .. } = *self;
-        let knob = Knob { name, class, arm, refines, growth, needs, turn };
+        let knob = Knob { name, class, arm, refines, growth, needs, turned: true, turn };
         // A single sphere, a tolerance of zero: nothing to turn.
         [-1, 1].iter().any(|rung| knob.sets(*rung).is_some()).then_some(knob)
     }
@@ -152,6 +154,19 @@ pub fn of(scene: &Base) -> Vec<Knob> {
     REGISTRY.iter().filter_map(|spec| spec.of(scene)).collect()
 }
 
+/// Turn those alone that are named in `only`, all if it is empty. An unknown name is bad input.
+pub fn turn_only(knobs: &mut [Knob], only: &[String]) -> Result<(), InputError> {
+    let names: Vec<&str> = knobs.iter().map(|knob| knob.name).collect();
+    if let Some(unknown) = only.iter().find(|name| !names.contains(&name.as_str())) {
+        let what = format!("--knob {unknown}: this scene has no knob of that name");
+        return Err(InputError::new(what).try_instead(suggestion(unknown, &names).unwrap_or_default()));
+    }
+    knobs
+        .iter_mut()
+        .for_each(|knob| knob.turned = only.is_empty() || only.iter().any(|name| name == knob.name));
+    Ok(())
+}
+
 /// A knob of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Knob {
@@ -167,6 +182,8 @@ pub struct Knob {
     pub growth: f64,
     /// Used only with this name of that knob.
     pub needs: Option<(&'static str, &'static str)>,
+    /// Whether it is to be turned; the reference refines it all the same.
+    pub turned: bool,
     turn: Turn,
 }
 
@@ -201,7 +218,16 @@ impl Knob {
     #[cfg(test)]
     pub fn number(name: &'static str, key: &str, base: f64) -> Self {
         let turn = Turn::Ladder(vec![Part { key: key.into(), base: Number::Float(base), power: 1 }]);
-        Self { name, class: Class::Numerical, arm: false, refines: true, growth: 2.0, needs: None, turn }
+        Self {
+            name,
+            class: Class::Numerical,
+            arm: false,
+            refines: true,
+            growth: 2.0,
+            needs: None,
+            turned: true,
+            turn,
+        }
     }
 
     /// The `--set`s of a rung; `None` if it has none there, or if it is what another one is.
@@ -408,6 +434,18 @@ mod tests {
         assert_eq!(sets("refinement", 2), None, "26 is no multiple of 4");
         assert_eq!(sets("scheme", 1), text(&["coupling.scheme=strong"]));
         assert_eq!((sets("scheme", 2), sets("scheme", -1)), (None, None));
+    }
+
+    #[test]
+    fn a_name_that_no_knob_has_is_refused_and_the_others_stand_still() {
+        let mut knobs = knobs(DROP, &[]);
+        turn_only(&mut knobs, &["window".into(), "spheres".into()]).expect("both are there");
+        let turned: Vec<&str> = knobs.iter().filter(|knob| knob.turned).map(|knob| knob.name).collect();
+        assert_eq!(turned, ["window", "spheres"]);
+        let error = turn_only(&mut knobs, &["windw".into()]).expect_err("misspelt").to_string();
+        assert!(error.contains("did you mean `window`?"), "{error}");
+        turn_only(&mut knobs, &[]).expect("all");
+        assert!(knobs.iter().all(|knob| knob.turned));
     }
 
     #[test]
