@@ -20,6 +20,8 @@ use std::fmt::Write;
 const OFF: f64 = 0.1;
 /// To this factor the limit is narrowed down.
 pub const NARROW: f64 = 1.1;
+/// Share of the longest window that holds with which other knobs are pushed.
+const SAFE: f64 = 0.8;
 /// Most doublings.
 const DOUBLINGS: i32 = 14;
 /// A run may take so many times the longest one of the scene as it is, and these seconds besides.
@@ -116,6 +118,10 @@ impl Atlas<'_, '_> {
                     if good.is_some() {
                         break;
                     }
+                    if push.knob.name != "window" {
+                        found.note = Some("the scene itself does not hold".into());
+                        break;
+                    }
                     factor /= step;
                 }
                 Fared::Not(why) => {
@@ -191,11 +197,17 @@ impl Atlas<'_, '_> {
                 outcome
             }
         };
-        Ok(self.judge(&outcome))
+        Ok(self.judge(&outcome, push.knob.class))
     }
 
-    /// Whether a run holds.
-    fn judge(&self, outcome: &Outcome) -> Fared {
+    /// Whether a run holds. Another model has other measures: its status alone counts.
+    fn judge(&self, outcome: &Outcome, class: Class) -> Fared {
+        if outcome.status == Status::Stopped {
+            return Fared::Not(format!(
+                "not searched further: {}",
+                outcome.message.as_deref().unwrap_or_default()
+            ));
+        }
         if outcome.status != Status::Done {
             let what = outcome.message.as_deref().unwrap_or_default();
             return Fared::Broke(format!("{}: {}", outcome.status.word(), report::shortened(what)));
@@ -205,7 +217,7 @@ impl Atlas<'_, '_> {
                 return Fared::Broke(format!("{name} is absent: the window does not resolve it"));
             };
             let off = super::reference::deviation(value, known.value);
-            if off.abs() > OFF {
+            if off.abs() > OFF && class == Class::Numerical {
                 return Fared::Broke(format!("{name} is off by {}", report::percent(off)));
             }
         }
@@ -220,17 +232,25 @@ impl Atlas<'_, '_> {
         sets.extend(
             BEYOND.iter().filter(|(knob, _)| space.knob(knob).is_some()).map(|(_, set)| (*set).to_owned()),
         );
-        let (Some(window), true) = (space.knob("window"), push.knob.name.ends_with("_step")) else {
+        let Some(window) = space.knob("window").filter(|_| push.knob.name != "window") else {
             return Some(sets);
         };
+        // Where the scene's own window does not hold, the others are pushed with one that does.
+        let (own, longest) = (window.as_number(0)?, self.longest_window(push));
+        let length = longest.map_or(own, |longest| own.min(SAFE * longest));
+        let set = |length: f64| format!("coupling.time_window={}", super::knobs::float(length));
+        if !push.knob.name.ends_with("_step") {
+            sets.extend((length < own).then(|| set(length)));
+            return Some(sets);
+        }
         // Windows of whole steps, so that the step is taken as it is.
         let samples = space.knob("samples").and_then(|knob| knob.as_number(0)).unwrap_or(1.0);
-        let (own, least) = (window.as_number(0)?, push.knob.number_at(factor)? * samples);
-        let length = least * (own / least).floor().max(1.0);
-        if length > own && self.longest_window(push).is_none_or(|longest| length > longest) {
+        let least = push.knob.number_at(factor)? * samples;
+        let whole = least * (length * (1.0 + 1e-9) / least).floor().max(1.0);
+        if whole > length * (1.0 + 1e-9) && longest.is_none_or(|longest| whole > longest) {
             return None;
         }
-        sets.push(format!("coupling.time_window={}", super::knobs::float(length)));
+        sets.push(set(whole));
         Some(sets)
     }
 }
