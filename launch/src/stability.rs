@@ -22,8 +22,9 @@ const MOMENTS: f64 = 10.0;
 const KINK: f64 = 0.5;
 /// An eighth of the time over which reactions are averaged [s]: longer windows smear the peak by more than 1 %.
 const RESOLVED: f64 = 1.25e-4;
-/// Share of the limit that is promised.
-const MARGIN: f64 = 0.9;
+/// Share of the limit that is promised: with 0.9 the drop test was `unreliable` 3 % below the printed window
+/// (`rockfall trade --atlas`).
+const MARGIN: f64 = 0.85;
 /// Time over which growth is measured [s].
 const OBSERVED: f64 = 2.0;
 /// Windows that are looked at [s].
@@ -119,11 +120,14 @@ pub struct Limit {
     pub window: f64,
     /// What sets it.
     pub cause: &'static str,
+    /// The longest one in which a disturbance stays small, whatever it resolves [s]; `None`: every one that is looked at.
+    pub stable: Option<f64>,
 }
 
 /// The longest window of weak coupling.
 pub fn longest_window(node: Node, contact: &Contact, scheme: &Scheme) -> Limit {
-    let window = limit(node, contact, scheme).map_or(RESOLVED, |window| window.min(RESOLVED));
+    let stable = limit(node, contact, scheme);
+    let window = stable.map_or(RESOLVED, |window| window.min(RESOLVED));
     let longer = |contact: &Contact, scheme: &Scheme| {
         limit(node, contact, scheme).is_none_or(|other| other > 1.05 * window)
     };
@@ -150,7 +154,7 @@ pub fn longest_window(node: Node, contact: &Contact, scheme: &Scheme) -> Limit {
     } else {
         "the contact's spring"
     };
-    Limit { window, cause }
+    Limit { window, cause, stable }
 }
 
 /// The longest window such that it and every shorter one is harmless, less a margin [s].
