@@ -38,10 +38,12 @@ struct Spec {
 /// value, this number of `check` is the one in use.
 const REGISTRY: &[Spec] = &[
     choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong"]).arm(),
+    choice("yielding_net", &[("coupling.yielding_net", 0)], &["false", "true"]).arm(),
     choice("integrator", &[("fem.integrator", 0)], &["central_difference", "generalized_alpha"]).arm(),
     ladder("window", &[("coupling.time_window", 1)]).refines(),
     ladder("samples", &[("coupling.samples", -1)]),
     ladder("tolerance", TOLERANCES).refines().costs(1.5).needs("scheme", "strong"),
+    ladder("yielding_tolerance", YIELDING).refines().costs(1.5).needs("yielding_net", "true"),
     ladder("dem_step", &[("dem.time_step", 1)]).refines().reported("dem.time_step"),
     ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]).refines(),
     ladder("fem_step", &[("fem.time_step", 1)]).refines().reported("fem.time_step"),
@@ -53,6 +55,8 @@ const REGISTRY: &[Spec] = &[
 
 /// Both tolerances of strong coupling.
 const TOLERANCES: &[(&str, i32)] = &[("coupling.tolerance", 2), ("coupling.absolute_tolerance", 2)];
+/// Both tolerances of a net that yields in the contact solver.
+const YIELDING: &[(&str, i32)] = &[("coupling.yielding_tolerance", 2), ("coupling.yielding_share", 2)];
 /// A rectangular net of half the cells, its wires thicker: of the same mass and stiffness per metre of its width.
 const NET: &[(&str, i32)] =
     &[("structure.generator.cells", -1), ("structure.generator.spacing", 1), ("structure.cable.area", 1)];
@@ -412,6 +416,21 @@ mod tests {
         // A mesh file: nothing to refine.
         let mesh = "[structure]\nmesh = \"net.msh\"\ncable = { area = 1e-4 }\n[fem]\ntime_step = 1e-5\n";
         assert_eq!(names(&knobs(mesh, &[])), ["fem_step"]);
+    }
+
+    /// A name that another knob needs is one that it has: else it would never be turned.
+    #[test]
+    fn what_a_knob_needs_is_there() {
+        for spec in REGISTRY {
+            if let Some((other, name)) = spec.needs {
+                let there = REGISTRY.iter().find(|s| s.name == other).unwrap_or_else(|| panic!("no {other}"));
+                assert!(there.names.contains(&name), "{}", spec.name);
+            }
+        }
+        let yielding = "[coupling]\nyielding_net = false\nyielding_tolerance = 1e-4\nyielding_share = 0.1\n";
+        let knobs = knobs(yielding, &[]);
+        assert_eq!(names(&knobs), ["yielding_net", "yielding_tolerance"]);
+        assert_eq!(knobs[0].sets(1), Some(vec!["coupling.yielding_net=true".to_owned()]));
     }
 
     #[test]
