@@ -69,11 +69,19 @@ impl Explicit {
         }
     }
 
-    /// From now on the constant force `outer` [N] loads the structure, beside the dead load.
-    pub fn load(&mut self, model: &Model, outer: &[f64]) {
-        add(&mut self.load, &model.dead_load, outer);
-        let own = self.steady.len();
-        self.steady.copy_from_slice(&self.load[..own]);
+    /// From now on the constant force `outer` [N] loads the structure, beside the dead load. Since the last call it has changed at
+    /// the degrees of freedom `at` alone, or anywhere.
+    pub fn load(&mut self, model: &Model, outer: &[f64], at: Option<&[u32]>) {
+        // With loads that have a history, every step adds them to what is steady.
+        let to = if self.applied.is_empty() { &mut self.load } else { &mut self.steady };
+        match at {
+            None => add(to, &model.dead_load, outer),
+            Some(dofs) => {
+                for dof in dofs.iter().map(|dof| *dof as usize) {
+                    to[dof] = model.dead_load[dof] + outer[dof];
+                }
+            }
+        }
     }
 
     /// Advance `state` from `time` by `h` [s]. Returns the largest tension in the middle of the step, squared [N2].
