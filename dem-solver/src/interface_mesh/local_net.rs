@@ -281,9 +281,8 @@ impl LocalNet {
         let half = 0.5 * h;
         // Room that is free until the step's end.
         let at = &mut self.velocity;
-        for i in 0..at.len() {
-            at[i] = self.off[i] + half * self.off_rate[i];
-        }
+        at.copy_from_slice(&self.off);
+        add_scaled(&self.off_rate, half, at);
         self.slow.fill(0.0);
         pull(&self.pairs, &self.blocks, at.as_chunks::<3>().0, self.slow.as_chunks_mut::<3>().0);
         for (slow, w) in self.slow.iter_mut().zip(&self.inverse_mass) {
