@@ -4,8 +4,9 @@
 //! m u'' = F_contact + f + f' t - K (u - x - v t) - alpha m (u' - v)          f' = -K v with all nodes moving
 //! ```
 //!
-//! `f` is all that accelerates a node but the interface force: internal force, springs, dashpots, mass-proportional damping, dead load, loads with a history and pressures. `K` is the tangent of elements and springs, without that of
-//! pressures, and its symmetric part where it has another. Nothing accelerates a node in a direction in which it is held, and
+//! `f` is all that accelerates a node but the interface force: internal force, springs, dashpots, mass-proportional damping,
+//! dead load, loads with a history and pressures. `K` is the tangent of elements and springs, without that of pressures, and
+//! its symmetric part where it has another. Nothing accelerates a node in a direction in which it is held, and
 //! its way there is prescribed: force, rate, rows and columns are 0.
 
 mod coupled;
