@@ -61,12 +61,14 @@ pub fn probe(
     window: f64,
 ) -> Result<(), Failure> {
     let Some(repeats) = hello.repeats else { return Ok(()) };
+    let started = std::time::Instant::now();
     let mut probe = Probe { fem, side, mesh, length: PART * window, asked: 0 };
     let length = probe.length;
     let Some(rest) = probe.solve(length, 0.0)? else { return Ok(()) };
     let Some(pushed) = probe.solve(length, 1.0)? else { return Ok(()) };
     let Some(half) = probe.solve(0.5 * length, 1.0)? else { return Ok(()) };
     let Some(again) = probe.solve(length, 1.0)? else { return Ok(()) };
+    tracing::debug!("{} was examined in {:.0} us", probe.fem.name(), 1e6 * started.elapsed().as_secs_f64());
     probe.check_start(&rest)?;
     probe.check_repetition([&rest, &pushed, &again], repeats)?;
     probe.check_held(&rest, &pushed)?;
