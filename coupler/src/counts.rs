@@ -9,6 +9,8 @@ pub struct Counts {
     pub iterations: u64,
     /// Windows that were solved again at half length.
     pub halved: u64,
+    /// Those of them that were given up before `max_iterations`, since their residual grew or stayed.
+    pub diverged: u64,
     /// Committed windows shorter than the scene's.
     pub short: u64,
     /// Windows accepted although they had not converged.

@@ -1,6 +1,6 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
-use crate::convergence::Residual;
+use crate::convergence::{Field, Measure, Residual, Trend};
 use crate::counts::Counts;
 use crate::energy::{Balance, Both};
 use crate::guard;
@@ -194,7 +194,8 @@ impl<'a> Coupling<'a> {
             if interrupt::requested() {
                 return Err(Failure::Interrupted.into());
             }
-            match self.window(span, agreement, observer)? {
+            let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();
+            match self.window(span, may_halve, agreement, observer)? {
                 Outcome::Accepted(accepted) => {
                     let structure = self.fem.participant.name();
                     agreement.motion.watch(structure, accepted.span, &agreement.interface.answered())?;
@@ -203,7 +204,7 @@ impl<'a> Coupling<'a> {
                     schedule.accept();
                     self.check_energy(span.end())?;
                 }
-                Outcome::Rejected(reason) => self.reject(span, reason, &mut schedule)?,
+                Outcome::Rejected(reason) => self.reject(span, reason, agreement, &mut schedule)?,
             }
         }
         agreement.motion.end(self.fem.participant.name())?;
@@ -258,16 +259,17 @@ impl<'a> Coupling<'a> {
     }
 
     /// Iterate one window. Weak coupling is the same with one iteration that is not judged: of its
-    /// residual only the displacement is computed.
+    /// residual only the displacement is computed. A window that may be halved is given up as soon as it diverges.
     fn window(
         &mut self,
         span: Span,
+        may_halve: bool,
         agreement: &mut Agreement,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, CouplingError> {
         let most = self.settings.iterations();
-        let tolerance = self.settings.tolerances();
         let mut residual = Residual::default();
+        let mut trend = Trend::new(most);
         agreement.interface.predict(self.settings.predictor, span.length);
         self.settings.acceleration.start_window(agreement.interface.unknowns());
         for iteration in 1..=most {
@@ -282,13 +284,19 @@ impl<'a> Coupling<'a> {
             observer
                 .iteration(&Iteration { span, iteration, residual, factor })
                 .map_err(CouplingError::Output)?;
-            if self.settings.scheme == Scheme::Weak || residual.passes(&tolerance) {
+            if self.settings.scheme == Scheme::Weak
+                || self.passes(&residual, &agreement.interface, span.length)
+            {
                 return Ok(Outcome::Accepted(Accepted {
                     span,
                     iterations: iteration,
                     residual,
                     converged: true,
                 }));
+            }
+            if may_halve && let Some(reason) = trend.diverges(&residual) {
+                self.counts.diverged += 1;
+                return Ok(Outcome::Rejected(format!("given up after {iteration} iterations: {reason}")));
             }
             if iteration < most {
                 agreement.interface.accelerate(&mut *self.settings.acceleration, span.length);
@@ -297,15 +305,42 @@ impl<'a> Coupling<'a> {
         if self.settings.on_no_convergence == OnNoConvergence::Accept {
             return Ok(Outcome::Accepted(Accepted { span, iterations: most, residual, converged: false }));
         }
-        Ok(Outcome::Rejected(format!(
-            "not converged after {most} iterations: displacement residual {:.2e} m (increment {:.2e} m), velocity \
-             residual times window {:.2e} m, tolerances {:.1e} relative, {:.1e} m",
-            residual.displacement,
-            residual.displacement_increment,
-            residual.velocity,
-            tolerance.relative,
-            tolerance.absolute
-        )))
+        let left = self.left(&residual, &agreement.interface, span.length);
+        Ok(Outcome::Rejected(format!("not converged after {most} iterations: {left}")))
+    }
+
+    /// Whether an iteration is accepted.
+    fn passes(&self, residual: &Residual, interface: &Interface, length: f64) -> bool {
+        let (measures, usual) = (&self.settings.measure, self.settings.tolerances());
+        match measures.is_empty() {
+            true => residual.passes(&usual),
+            false => measures.iter().all(|m| interface.judge(m, length).passes(&m.tolerance(&usual))),
+        }
+    }
+
+    /// What is left of the residual, with the tolerances beside it.
+    fn left(&self, residual: &Residual, interface: &Interface, length: f64) -> String {
+        let (measures, usual) = (&self.settings.measure, self.settings.tolerances());
+        if measures.is_empty() {
+            return format!(
+                "displacement residual {:.2e} m (increment {:.2e} m), velocity residual times window {:.2e} m, tolerances \
+                 {:.1e} relative, {:.1e} m",
+                residual.displacement,
+                residual.displacement_increment,
+                residual.velocity,
+                usual.relative,
+                usual.absolute
+            );
+        }
+        let of = |m: &Measure| {
+            let (judged, tolerance) = (interface.judge(m, length), m.tolerance(&usual));
+            let unit = if m.field == Field::Force { "N" } else { "m" };
+            format!(
+                "{} residual {:.2e} {unit} (relative to {:.2e} {unit}; tolerances {:.1e} relative, {:.1e} {unit})",
+                m.field, judged.residual, judged.reference, tolerance.relative, tolerance.absolute
+            )
+        };
+        measures.iter().map(of).collect::<Vec<_>>().join(", ")
     }
 
     /// One pass: motion to the contact solver, its force to the structure. `Some` is why it failed.
@@ -355,21 +390,33 @@ impl<'a> Coupling<'a> {
     }
 
     /// A window failed: its first half is next, or the run ends.
-    fn reject(&mut self, span: Span, reason: String, schedule: &mut Schedule) -> Result<(), CouplingError> {
+    fn reject(
+        &mut self,
+        span: Span,
+        reason: String,
+        agreement: &Agreement,
+        schedule: &mut Schedule,
+    ) -> Result<(), CouplingError> {
         let stops = self.settings.on_no_convergence == OnNoConvergence::Stop;
-        if !stops && schedule.halve() {
+        let once = [&agreement.dem, &agreement.fem].into_iter().find(|side| !side.repeatable);
+        if !stops && once.is_none() && schedule.halve() {
             tracing::debug!(window = span.number, t = span.start, "halved: {reason}");
             self.counts.halved += 1;
             return Ok(());
         }
-        let advice = if stops {
-            "coupling.on_no_convergence = \"halve\" would try shorter windows".into()
-        } else {
-            format!(
+        let advice = match once {
+            Some(side) => format!(
+                "the window cannot be tried again at half its length, since {} does not repeat one (Hello, `repeats`; PROTOCOL.md, \
+                 \"The rule\") and may have advanced already; try a shorter coupling.time_window from the start, or a solver that \
+                 repeats",
+                side.program
+            ),
+            None if stops => "coupling.on_no_convergence = \"halve\" would try shorter windows".into(),
+            None => format!(
                 "a shorter window than coupling.min_window = {:.3e} s is not allowed; try a shorter time_window or \
                  more max_iterations",
                 self.settings.shortest_window()
-            )
+            ),
         };
         Err(CouplingError::NotConverged {
             window: span.number,

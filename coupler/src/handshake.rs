@@ -3,7 +3,7 @@
 use crate::energy::Account;
 use crate::guard::{self, breach, clause};
 use crate::interface::{Interface, Places};
-use crate::mapping::{AnyMapper, Identity, NearestNeighbor};
+use crate::mapping::map;
 use crate::passing::{self, Common, Passing};
 use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::solver::OnProgress;
@@ -25,14 +25,18 @@ pub struct Side {
     pub account: Account,
     /// Its answer at t = 0.
     pub initial: Vec<f64>,
+    /// Whether it solves a window again from the committed state.
+    pub repeatable: bool,
 }
 
 impl Side {
-    fn new(program: String, plan: &Plan, ready: Ready) -> Self {
+    fn new(name: &str, hello: &Hello, plan: &Plan, ready: Ready) -> Self {
+        let program = format!("{name} ({})", hello.program);
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
         let request = Layout::new(&plan.takes, &ready.mesh, 0);
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial }
+        let repeatable = hello.repeats.is_some();
+        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial, repeatable }
     }
 }
 
@@ -74,36 +78,30 @@ pub fn agree(
     };
     let fem_plan = plan(&fields.to_fem, &fields.from_fem);
     let mut fem_ready = fem.prepare(&fem_plan, progress)?;
-    check_single(fem.name(), &fem_ready)?;
-    guard::check_initial(fem.name(), &fem_plan.gives, &fem_ready)?;
+    check_ready(fem.name(), &fem_plan, &fem_ready)?;
     let mut dem_plan = plan(&fields.to_dem, &fields.from_dem);
     let structure_mesh = fem_ready.mesh.clone();
     dem_plan.partner_mesh = Some(structure_mesh.clone());
     let mut dem_ready = dem.prepare(&dem_plan, progress)?;
-    check_single(dem.name(), &dem_ready)?;
-    guard::check_initial(dem.name(), &dem_plan.gives, &dem_ready)?;
+    check_ready(dem.name(), &dem_plan, &dem_ready)?;
 
     if fields.to_dem.iter().any(|f| f.name == name::BROKEN) && structure_mesh.lines != dem_ready.mesh.lines {
         let what = "it takes the field \"broken\", and its mesh has other lines than the structure's";
         return Err(breach(dem.name(), clause::MESH, what));
     }
     fields.common.check(&structure_mesh, &dem_ready.mesh).map_err(refuse)?;
-    let mapper = settings.mapping.clone().unwrap_or_else(|| {
-        if structure_mesh.same_nodes(&dem_ready.mesh) {
-            AnyMapper::Identity(Identity {})
-        } else {
-            AnyMapper::NearestNeighbor(NearestNeighbor {})
-        }
-    });
-    let mapping = mapper
-        .matrix(&structure_mesh, &dem_ready.mesh)
+    let (mapping, quality) = map(settings.mapping.as_ref(), &structure_mesh, &dem_ready.mesh)
         .map_err(|what| refuse(format!("coupling.mapping: {what}")))?;
     let mut warnings = std::mem::take(&mut fem_ready.warnings);
     warnings.append(&mut dem_ready.warnings);
+    if !mapping.is_identity() {
+        tracing::info!("mapping: {quality}");
+        warnings.extend(quality.warnings());
+    }
 
     let (dem_side, fem_side) = (
-        Side::new(format!("{} ({})", dem.name(), dem_hello.program), &dem_plan, dem_ready),
-        Side::new(format!("{} ({})", fem.name(), fem_hello.program), &fem_plan, fem_ready),
+        Side::new(dem.name(), &dem_hello, &dem_plan, dem_ready),
+        Side::new(fem.name(), &fem_hello, &fem_plan, fem_ready),
     );
     guard::probe(fem, &fem_hello, &fem_side, &structure_mesh, settings.time_window)?;
     let places = Places::new(&dem_side, &fem_side, settings.samples as usize);
@@ -115,6 +113,11 @@ pub fn agree(
     let motion = guard::Motion::new(u, v, settings.time_window);
     let mut interface = Interface::new(mapping, places, u, v);
     interface.passing = Passing::new(&fields.common, &dem_side, &fem_side);
+    if settings.measures_force() {
+        interface
+            .follow_force()
+            .map_err(|what| refuse(format!("coupling.measure: {}: {what}", dem_side.program)))?;
+    }
     Ok(Agreement { interface, motion, dem: dem_side, fem: fem_side, warnings })
 }
 
@@ -163,15 +166,15 @@ fn check_repeats(
 }
 
 /// The layout has room for several interface meshes; the loop couples one.
-fn check_single(solver: &str, ready: &Ready) -> Result<(), Failure> {
-    let more = ready.more_meshes.len();
-    let what = || {
-        format!(
-            "it offers {} interface meshes, this version couples one: send it as Ready.mesh alone",
-            more + 1
-        )
-    };
-    if more == 0 { Ok(()) } else { Err(breach(solver, clause::MESH, what())) }
+fn check_ready(solver: &str, plan: &Plan, ready: &Ready) -> Result<(), Failure> {
+    if ready.more_meshes.is_empty() {
+        return guard::check_initial(solver, &plan.gives, ready);
+    }
+    let what = format!(
+        "it offers {} interface meshes, this version couples one: send it as Ready.mesh alone",
+        ready.more_meshes.len() + 1
+    );
+    Err(breach(solver, clause::MESH, what))
 }
 
 /// Programs that have read different scenes compute different things, and nobody would see it.

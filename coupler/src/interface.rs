@@ -4,7 +4,7 @@
 //! sample i is the motion at the end of the i-th of S equal parts.
 
 use crate::acceleration::Acceleration;
-use crate::convergence::{Residual, largest_distance};
+use crate::convergence::{Field, Judged, Measure, Residual, largest_distance};
 use crate::energy::Work;
 use crate::guard::Answered;
 use crate::handshake::Side;
@@ -104,6 +104,9 @@ pub struct Interface {
     broken: Vec<f64>,
     /// Mean force on the structure's nodes over each part [N]; empty if the structure takes none.
     force: Vec<Vec<f64>>,
+    /// The mean force of the iteration before, and the committed one; empty where no measure asks for them.
+    force_before: Vec<Vec<f64>>,
+    committed_force: Vec<Vec<f64>>,
     /// Nodes that the contact solver may touch in this window.
     judged: Vec<bool>,
     /// The same, as ranges.
@@ -129,6 +132,8 @@ impl Interface {
             iterate: motion.clone(),
             answer: motion,
             force: vec![vec![0.0; u.len()]; samples],
+            force_before: Vec::new(),
+            committed_force: Vec::new(),
             judged: vec![true; u.len() / 3],
             in_reach: {
                 let mut all = Vec::with_capacity(u.len() / 6 + 1);
@@ -152,6 +157,21 @@ impl Interface {
             predict(order, &self.committed_u, &self.committed_v, ahead, u);
             v.copy_from_slice(&self.committed_v);
         }
+        if !self.force_before.is_empty() {
+            self.force.iter_mut().for_each(|force| force.fill(0.0));
+        }
+    }
+
+    /// Keep what a measure of the force compares with. `Err` says why it cannot be judged.
+    pub fn follow_force(&mut self) -> Result<(), String> {
+        if self.places.dem_force.is_empty() {
+            return Err(
+                "it gives no mean force over the parts of a window; measure displacement and velocity".into(),
+            );
+        }
+        self.force_before.clone_from(&self.force);
+        self.committed_force.clone_from(&self.force);
+        Ok(())
     }
 
     /// The iterate, mapped into the request to the contact solver.
@@ -181,6 +201,9 @@ impl Interface {
     /// The contact solver's answer, mapped into the request to the structure. The mean force is kept
     /// for the booking of work.
     pub fn write_force(&mut self, from_dem: &[f64], payload: &mut [f64]) {
+        if !self.force_before.is_empty() {
+            std::mem::swap(&mut self.force, &mut self.force_before);
+        }
         self.passing.write_to_structure(from_dem, payload);
         for (part, (place, force)) in self.places.dem_force.iter().zip(&mut self.force).enumerate() {
             let means = &from_dem[place.clone()];
@@ -242,6 +265,25 @@ impl Interface {
             *velocity_increment = velocity_increment.max(length * largest(v, &self.committed_v));
         }
         residual
+    }
+
+    /// One measure of the residual over the judged nodes, for a window of `length` [s].
+    pub fn judge(&self, measure: &Measure, length: f64) -> Judged {
+        let Motion { u, v } = &self.answer;
+        let (norm, nodes) = (measure.norm, &self.in_reach);
+        let mut sum = Judged::default();
+        for sample in 0..u.len() {
+            let compared = match measure.field {
+                Field::Displacement => [&u[sample], &self.iterate.u[sample], &self.committed_u],
+                Field::Velocity => [&v[sample], &self.iterate.v[sample], &self.committed_v],
+                Field::Force => {
+                    [&self.force[sample], &self.force_before[sample], &self.committed_force[sample]]
+                }
+            };
+            sum.add(norm, compared.map(Vec::as_slice), nodes);
+        }
+        let count = u.len() * nodes.iter().map(Range::len).sum::<usize>();
+        sum.finish(norm, count, if measure.field == Field::Velocity { length } else { 1.0 })
     }
 
     /// Unknowns that are accelerated, at most: displacement and velocity of all samples.
@@ -306,6 +348,9 @@ impl Interface {
             std::mem::swap(&mut self.committed_v, v);
         }
         self.committed_broken.copy_from_slice(&self.broken);
+        for (committed, force) in self.committed_force.iter_mut().zip(&self.force) {
+            committed.copy_from_slice(force);
+        }
         self.passing.commit();
     }
 }

@@ -295,6 +295,7 @@ fn describe_coupling(summary: &mut Summary, coupling: &Coupling) {
         ("iterations_per_window", json!(counts.iterations as f64 / (windows.max(1)) as f64)),
         ("most_iterations", json!(counts.most_iterations)),
         ("windows_halved", json!(counts.halved)),
+        ("windows_diverged", json!(counts.diverged)),
         ("windows_shortened", json!(counts.short)),
         ("windows_unconverged", json!(counts.unconverged)),
         ("residual_largest_m", json!(counts.largest_residual)),

@@ -85,6 +85,11 @@ const RESULTS: &[Entry] = &[
     coupling("iterations_per_window", "1", "their mean"),
     coupling("most_iterations", "1", "most iterations of one window"),
     coupling("windows_halved", "1", "windows that did not converge and were halved"),
+    coupling(
+        "windows_diverged",
+        "1",
+        "those of them that were given up before `max_iterations`: the residual grew, or stayed",
+    ),
     coupling("windows_shortened", "1", "windows shorter than `coupling.time_window`"),
     coupling("windows_unconverged", "1", "windows accepted although they had not converged"),
     coupling("residual_largest_m", "m", "largest residual of an accepted window"),

@@ -73,10 +73,14 @@ impl Schedule {
         }
     }
 
+    /// Whether half of the next window is not shorter than allowed.
+    pub fn can_halve(&self) -> bool {
+        self.next().is_some_and(|span| span.length / 2.0 >= self.min_window * (1.0 - 1e-9) && self.level < 40)
+    }
+
     /// The window failed: its first half is next. `false` if that is shorter than allowed.
     pub fn halve(&mut self) -> bool {
-        let Some(span) = self.next() else { return false };
-        if span.length / 2.0 < self.min_window * (1.0 - 1e-9) || self.level >= 40 {
+        if !self.can_halve() {
             return false;
         }
         self.level += 1;

@@ -1,7 +1,7 @@
 //! `[coupling]`: its keys, their defaults, and what is refused or warned of. A new key has its field, default and check here.
 
 use crate::acceleration::AnyAcceleration;
-use crate::convergence::Tolerance;
+use crate::convergence::{Field, Measure, Tolerance};
 use crate::mapping::AnyMapper;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -49,6 +49,10 @@ pub struct CouplingSettings {
     pub tolerance: f64,
     /// Largest residual [m]; velocities count times the window.
     pub absolute_tolerance: f64,
+    /// What is judged, and how; every measure that is named must pass. Default: the largest residual of displacement, and that of
+    /// velocity, each with `tolerance` and `absolute_tolerance`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measure: Vec<Measure>,
     /// Most iterations of a window.
     pub max_iterations: u32,
     /// Order of the prediction of the net's motion at the start of a window: 0: it stays, 1: it continues at its velocity.
@@ -63,7 +67,7 @@ pub struct CouplingSettings {
     pub min_window: Option<f64>,
     /// How a residual becomes the next iterate.
     pub acceleration: AnyAcceleration,
-    /// How the meshes are connected. Default: `identity` for equal meshes, else `nearest_neighbor`.
+    /// How the meshes are connected. Default: node to node for equal meshes; for others one must be named.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<AnyMapper>,
     /// Fingerprint of the scene that was read, compared with those of the solvers; `None`: it is not compared.
@@ -80,6 +84,7 @@ impl Default for CouplingSettings {
             longest_weak_window: None,
             tolerance: 1e-4,
             absolute_tolerance: 1e-6,
+            measure: Vec::new(),
             max_iterations: 30,
             predictor: 1,
             samples: 1,
@@ -103,7 +108,7 @@ const RESOLVED: f64 = 1e-3;
 const COARSE: f64 = 1e-3;
 
 /// Keys that repeated windows alone use. Tolerances are no such keys: a scene keeps them for either scheme.
-const OF_STRONG: [&str; 4] = ["acceleration", "max_iterations", "on_no_convergence", "min_window"];
+const OF_STRONG: [&str; 5] = ["acceleration", "max_iterations", "on_no_convergence", "min_window", "measure"];
 
 impl CouplingSettings {
     /// Settings for `scheme` and `time_window` [s], all else by default.
@@ -236,6 +241,7 @@ impl CouplingSettings {
                 return Err((key.into(), what));
             }
         }
+        self.check_measures()?;
         if self.samples > 64 {
             return Err(("samples".into(), format!("samples must be 64 at most, it is {}", self.samples)));
         }
@@ -261,7 +267,47 @@ impl CouplingSettings {
                 ));
             }
         }
+        if let Some(mapping) = &self.mapping {
+            mapping.check().map_err(|(key, what)| (format!("mapping.{key}"), what))?;
+        }
         self.acceleration.check().map_err(|(key, what)| (format!("acceleration.{key}"), what))
+    }
+
+    fn check_measures(&self) -> Result<(), (String, String)> {
+        for (number, measure) in self.measure.iter().enumerate() {
+            let Measure { field, norm, .. } = measure;
+            let key = |key: &str| format!("measure.{number}.{key}");
+            if self.measure[..number].iter().any(|m| (m.field, m.norm) == (*field, *norm)) {
+                return Err((
+                    key("field"),
+                    format!("the {field} is measured twice by the same norm; one of them is enough"),
+                ));
+            }
+            for (name, value) in [("tolerance", measure.tolerance), ("absolute", measure.absolute)] {
+                if let Some(value) = value.filter(|value| value.is_nan() || *value < 0.0) {
+                    return Err((key(name), format!("{name} must not be negative, it is {value}")));
+                }
+            }
+            if let Some(value) = measure.tolerance.filter(|value| *value >= 1.0) {
+                let what = format!(
+                    "tolerance must lie below 1: {value} accepts whatever the first iteration gives; 1e-4 is usual"
+                );
+                return Err((key("tolerance"), what));
+            }
+            let Tolerance { relative, absolute } = measure.tolerance(&self.tolerances());
+            if relative == 0.0 && absolute == 0.0 {
+                let what = format!(
+                    "both tolerances of the {field} are 0, so that no window converges in which it changes"
+                );
+                return Err((key("field"), what));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the force is measured.
+    pub fn measures_force(&self) -> bool {
+        self.scheme == Scheme::Strong && self.measure.iter().any(|m| m.field == Field::Force)
     }
 
     /// Tolerances.

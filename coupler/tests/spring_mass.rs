@@ -260,6 +260,68 @@ fn halving_ends_at_the_smallest_window_with_the_reason() {
     assert_eq!(run.counts.halved, 6, "64 = 2^6");
 }
 
+/// Handbook 3.8: a constant factor of 0.5 multiplies the residual by 1 - 0.5 (1 + 25/4) = -2.6 in each iteration, in half the window by
+/// -0.28. Three growths are enough to see the first.
+#[test]
+fn a_window_that_diverges_is_halved_after_three_growths() {
+    let omega = 5.0;
+    let settings = CouplingSettings {
+        acceleration: AnyAcceleration::Constant(Constant { factor: 0.5 }),
+        tolerance: 0.0,
+        absolute_tolerance: 1e-10,
+        ..CouplingSettings::new(Scheme::Strong, omega)
+    };
+    let glued = Sphere::new(f64::INFINITY, 1.0, true, 1, 0.0, 0.0);
+    let run = run(settings, omega, glued, Node::new(1.0, 0.0, Load::Mean, 0.0, 1.0));
+    run.outcome.unwrap();
+    assert_eq!((run.counts.diverged, run.counts.halved, run.counts.windows), (1, 1, 2));
+    let of_two: u32 = run.record.iterations.iter().sum();
+    assert_eq!(run.counts.iterations, 4 + u64::from(of_two));
+}
+
+/// Every measure that is named must pass; the force is compared with the iteration before.
+#[test]
+fn a_measure_that_is_named_is_what_is_judged() {
+    let iterations = |measure: &str| {
+        let mut settings = strong(1.0);
+        settings.acceleration = AnyAcceleration::Constant(Constant { factor: 0.3 });
+        (settings.max_iterations, settings.on_no_convergence) = (40, OnNoConvergence::Stop);
+        let table: toml::Table = toml::from_str(measure).unwrap();
+        settings.measure = table["measure"].clone().try_into().unwrap();
+        let node = Node::new(1.0, 0.3, Load::Mean, 0.0, 1.0);
+        let run = run(settings, 3.0, Sphere::new(50.0, 4.0, true, 8, 0.1, -0.5), node);
+        run.outcome.map(|()| run.record.iterations)
+    };
+    let of = |field: &str, absolute: f64| {
+        iterations(&format!("[[measure]]\nfield = \"{field}\"\ntolerance = 0.0\nabsolute = {absolute:e}"))
+    };
+    let (loose, tight) = (of("force", 1e-2).unwrap(), of("force", 1e-11).unwrap());
+    assert!(loose.iter().zip(&tight).all(|(a, b)| a < b), "{loose:?} {tight:?}");
+    assert!(loose.iter().all(|n| *n >= 2), "the first force has none before it: {loose:?}");
+    let coarse = of("displacement", 1e3).unwrap();
+    assert_eq!(coarse, [1, 1, 1]);
+    let both = iterations(
+        "[[measure]]\nfield = \"displacement\"\nnorm = \"rms\"\ntolerance = 0.0\nabsolute = 1e3\n\
+         [[measure]]\nfield = \"force\"\ntolerance = 0.0\nabsolute = 1e-11",
+    );
+    assert_eq!(both.unwrap(), tight, "the stricter of two decides");
+    let message = of("force", 1e-30).unwrap_err().to_string();
+    assert!(message.contains("force residual") && message.contains("1.0e-30 N"), "{message}");
+}
+
+/// A solver that keeps what it computed, committed or not, has moved on when its window is halved: the run ends instead.
+#[test]
+fn no_window_is_halved_under_a_solver_that_cannot_repeat() {
+    let mut node = Node::new(1.0, 1.0, Load::Mean, 0.0, 1.0);
+    (node.longest, node.repeatable) = (0.03, false);
+    let run = run(weak(0.1, 1), 0.2, Sphere::new(1.0, 1.0, false, 1, 10.0, 0.0), node);
+    let message = run.outcome.unwrap_err().to_string();
+    for word in ["fem: 0.1 s is too long", "fem (node)", "`repeats`", "The rule"] {
+        assert!(message.contains(word), "\"{word}\" is not in: {message}");
+    }
+    assert_eq!((run.counts.halved, run.node.solves), (0, 1), "nothing was asked again");
+}
+
 #[test]
 fn more_samples_per_window_cost_no_second_contract() {
     // Declared samples are the most a solver can do: these can do one.

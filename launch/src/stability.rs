@@ -119,11 +119,14 @@ pub struct Limit {
     pub window: f64,
     /// What sets it.
     pub cause: &'static str,
+    /// The longest one in which a disturbance stays small, whatever it resolves [s]; `None`: every one that is looked at.
+    pub stable: Option<f64>,
 }
 
 /// The longest window of weak coupling.
 pub fn longest_window(node: Node, contact: &Contact, scheme: &Scheme) -> Limit {
-    let window = limit(node, contact, scheme).map_or(RESOLVED, |window| window.min(RESOLVED));
+    let stable = limit(node, contact, scheme);
+    let window = stable.map_or(RESOLVED, |window| window.min(RESOLVED));
     let longer = |contact: &Contact, scheme: &Scheme| {
         limit(node, contact, scheme).is_none_or(|other| other > 1.05 * window)
     };
@@ -150,7 +153,7 @@ pub fn longest_window(node: Node, contact: &Contact, scheme: &Scheme) -> Limit {
     } else {
         "the contact's spring"
     };
-    Limit { window, cause }
+    Limit { window, cause, stable }
 }
 
 /// The longest window such that it and every shorter one is harmless, less a margin [s].

@@ -3,6 +3,7 @@
 mod aitken;
 mod anderson;
 mod constant;
+mod iqn_ils;
 mod nodes;
 mod none;
 mod secants;
@@ -35,6 +36,7 @@ registry! {
         "constant" => constant::Constant,
         "aitken" => aitken::Aitken,
         "anderson" => anderson::Anderson,
+        "iqn_ils" => iqn_ils::IqnIls,
     }
 }
 

@@ -17,9 +17,12 @@ impl Mapper for Identity {
         }
         Err(format!(
             "the identity needs equal meshes; the structure has {} nodes, the interface mesh of the contact solver {}, or their coordinates \
-             differ; try type = \"nearest_neighbor\"",
+             differ; try type = \"nearest_projection\"",
             structure.node_count(),
             contact.node_count()
         ))
+    }
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        Ok(())
     }
 }

@@ -36,7 +36,8 @@ impl Matrix {
         self.identity
     }
 
-    fn row(&self, row: usize) -> &[(u32, f64)] {
+    /// Columns and weights of a contact node.
+    pub fn row(&self, row: usize) -> &[(u32, f64)] {
         &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 

@@ -30,6 +30,8 @@ pub struct Node {
     pub solves: u64,
     /// Windows longer than this fail.
     pub longest: f64,
+    /// Whether it declares that it solves a window again from the committed state.
+    pub repeatable: bool,
 }
 
 impl Node {
@@ -47,6 +49,7 @@ impl Node {
             trial_force: 0.0,
             solves: 0,
             longest: f64::INFINITY,
+            repeatable: true,
         }
     }
 
@@ -82,7 +85,7 @@ impl Solver for Node {
         let sampling = if self.load == Load::End { Sampling::AtEnds } else { Sampling::Means };
         Hello {
             program: "node".into(),
-            repeats: Some(0.0),
+            repeats: self.repeatable.then_some(0.0),
             takes: vec![FieldSpec::nodal(name::FORCE, 3, sampling)],
             gives: vec![
                 FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::AtEnds),

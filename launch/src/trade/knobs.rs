@@ -230,6 +230,19 @@ impl Knob {
         self.value(rung)?.parse().ok()
     }
 
+    /// The `--set`s of a value that lies between rungs, `factor` times as coarse as the scene's.
+    pub fn sets_at(&self, factor: f64) -> Option<Vec<String>> {
+        let Turn::Ladder(parts) = &self.turn else { return None };
+        let set = |part: &Part| Some(format!("{}={}", part.key, float(part.at(factor)?)));
+        parts.iter().map(set).collect()
+    }
+
+    /// The first of its values there.
+    pub fn number_at(&self, factor: f64) -> Option<f64> {
+        let Turn::Ladder(parts) = &self.turn else { return None };
+        parts.first()?.at(factor)
+    }
+
     /// The dotted keys.
     pub fn keys(&self) -> Vec<&str> {
         match &self.turn {
@@ -243,6 +256,17 @@ impl Knob {
         match &self.turn {
             Turn::Ladder(_) => 0,
             Turn::Choice { names, .. } => names.len(),
+        }
+    }
+}
+
+impl Part {
+    /// Between rungs, where it is no whole number: `factor` times as coarse.
+    fn at(&self, factor: f64) -> Option<f64> {
+        match self.base {
+            // Four digits: a person copies it.
+            Number::Float(base) => format!("{:.3e}", base * factor.powi(self.power.signum())).parse().ok(),
+            _ => None,
         }
     }
 }

@@ -3,8 +3,10 @@
 //! - [`knobs`]: which knobs there are, one line each; [`point`]: settings of them
 //! - [`runner`]: one run as a program of its own; [`result`](mod@result): what it gave; [`store`]: the runs on disk
 //! - [`study`]: what follows from them, with [`mod@reference`] and [`front`]; [`plan`] and [`combine`]: which run comes next
+//! - [`atlas`]: `--atlas`, each knob pushed until the scene breaks
 //! - [`measures`]: which measures count; [`report`] and [`plot`]: the answer
 
+mod atlas;
 mod combine;
 mod front;
 mod knobs;
@@ -29,6 +31,7 @@ use indicatif::ProgressBar;
 use interface_defs::toolkit::arguments::Input;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::screen::show;
+use plan::Task;
 use reference::Reference;
 use report::{Facts, percent, seconds};
 use result::{Outcome, Purpose, Record, Status};
@@ -55,6 +58,9 @@ pub struct Arguments {
     /// Wall time of all runs together, as in 90s, 10m or 1h30m. A larger one later goes on
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = measures::duration)]
     pub budget: f64,
+    /// Find the limits of stability instead: push each knob until the scene breaks, and write `atlas.md` and `atlas.csv`
+    #[arg(long)]
+    pub atlas: bool,
     /// Measure to compare, repeatable [default: the deflection and the largest reaction over 1 ms, or what the scene has
     /// in their place]
     #[arg(long = "measure", value_name = "NAME")]
@@ -95,9 +101,17 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     }
     let mut runner = Programs { input: &arguments.input, always: setup.always, events: &events };
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
-    let ended = explore(&mut study, &mut work, arguments);
+    let mut found = Vec::new();
+    let ended = match arguments.atlas {
+        false => explore(&mut study, &mut work, arguments, plan::next),
+        true => explore(&mut study, &mut work, arguments, plan::next_of_reference)
+            .and_then(|()| push_all(&mut study, &mut work, arguments, &events, &mut found)),
+    };
     progress.finish();
-    let written = write(&study, &store, &setup.facts);
+    let written = match arguments.atlas {
+        false => write(&study, &store, &setup.facts),
+        true => write_atlas(&study, &found, &store, &setup.facts),
+    };
     match ended {
         Ok(()) => show(&written?),
         Err(stop) if stop.exit == Exit::BadInput => return Err(stop),
@@ -124,10 +138,15 @@ struct Work<'a> {
 }
 
 /// All runs that the plan asks for.
-fn explore(study: &mut Study, work: &mut Work, arguments: &Arguments) -> Result<(), Stop> {
+fn explore(
+    study: &mut Study,
+    work: &mut Work,
+    arguments: &Arguments,
+    next: fn(&Study, f64) -> Option<Task>,
+) -> Result<(), Stop> {
     measures::choose(study, &arguments.measures)?;
     study.refresh();
-    while let Some(task) = plan::next(study, arguments.budget) {
+    while let Some(task) = next(study, arguments.budget) {
         let (Some(key), Some(sets)) = (study.space.key(&task.point), study.space.sets(&task.point)) else {
             break;
         };
@@ -146,6 +165,36 @@ fn explore(study: &mut Study, work: &mut Work, arguments: &Arguments) -> Result<
         work.progress.ended(study, &label);
     }
     Ok(())
+}
+
+/// Push every knob until the scene breaks.
+fn push_all(
+    study: &mut Study,
+    work: &mut Work,
+    arguments: &Arguments,
+    events: &Events,
+    found: &mut Vec<atlas::Found>,
+) -> Result<(), Stop> {
+    if study.reference.0.is_empty() {
+        return Ok(());
+    }
+    let pushes = atlas::pushes(&study.space);
+    let mut atlas = atlas::Atlas { study, work, budget: arguments.budget, longest_windows: Vec::new() };
+    for push in &pushes {
+        let mut one = atlas.push(push)?;
+        one.theory = atlas::theory(push, &atlas.study.space, &arguments.input, events);
+        found.push(one);
+    }
+    Ok(())
+}
+
+/// Page and table of the limits; what the screen shows.
+fn write_atlas(study: &Study, found: &[atlas::Found], store: &Store, facts: &Facts) -> Result<String, Stop> {
+    let page = atlas::page(study, found, facts);
+    let path = store.write("atlas.md", &page)?;
+    let table = atlas::table(study, found);
+    store.write("atlas.csv", &table.map_err(|e| Stop::failed(format!("atlas.csv cannot be made: {e}")))?)?;
+    Ok(format!("{}all limits   {}\n", atlas::screen(study, found), path.display()))
 }
 
 /// Page, table and picture; what the screen shows.
@@ -246,6 +295,7 @@ impl Progress {
             Purpose::Explore => "",
             Purpose::Repeat => " (again, for its time)",
             Purpose::Confirm => " (again, to confirm)",
+            Purpose::Atlas => " (pushed)",
         };
         let number = study.runs.len();
         let spent = seconds(study.spent());

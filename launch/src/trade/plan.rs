@@ -56,6 +56,11 @@ pub fn next(study: &Study, budget: f64) -> Option<Task> {
         .or_else(|| planner.confirmations())
 }
 
+/// The same for the reference alone.
+pub fn next_of_reference(study: &Study, budget: f64) -> Option<Task> {
+    if study.runs.is_empty() { next(study, budget) } else { Planner { study, budget }.reference() }
+}
+
 struct Planner<'a> {
     study: &'a Study,
     budget: f64,

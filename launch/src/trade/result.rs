@@ -131,6 +131,8 @@ pub enum Purpose {
     Repeat,
     /// To confirm a recommendation.
     Confirm,
+    /// To find where a knob breaks.
+    Atlas,
 }
 
 /// A run that is on disk.

@@ -12,6 +12,7 @@ use crate::plan::Plan;
 use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
+use interface_defs::toolkit::arguments::Input;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
@@ -79,6 +80,17 @@ impl Setup {
         };
         Ok(Self { space, out, identity, always: fields.into_iter().collect(), facts })
     }
+}
+
+/// Numbers of the programs for the scene with these `--set`s besides; `None` if it is refused so.
+pub fn numbers(input: &Input, sets: &[String], events: &Events) -> Option<Numbers> {
+    let mut input = input.clone();
+    input.sets.extend_from_slice(sets);
+    let scene = input.load().ok()?;
+    let plan = Plan::of(&scene).ok()?;
+    let mut reports = validate(&plan, &input, events).ok()?;
+    choice::complete(&scene, &plan, &mut reports).ok()?;
+    Some(Numbers::of(&reports, scene.end_time().ok()?))
 }
 
 /// Name, length and time of change of a program: another build may compute otherwise, and faster.

@@ -180,7 +180,10 @@ impl Study {
 
     /// What a run of `point` may take with its checks [s]: the least bound that the runs so far give.
     pub fn estimate(&self, point: &Point) -> Option<f64> {
-        let ended = |run: &&Finished| matches!(run.record.outcome.status, Status::Done | Status::Unreliable);
+        let ended = |run: &&Finished| {
+            let whole = matches!(run.record.outcome.status, Status::Done | Status::Unreliable);
+            whole && run.record.purpose != Purpose::Atlas
+        };
         let bound = |run: &Finished| run.record.outcome.seconds * self.space.dearer(&run.point, point);
         self.runs.iter().filter(ended).map(bound).min_by(f64::total_cmp)
     }

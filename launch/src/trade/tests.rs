@@ -94,7 +94,7 @@ fn session(study: &mut Study, runner: &mut Formula, out: &Path, words: &[&str]) 
     study.runs = store.load(&study.space);
     let mut progress = Progress::new(true, false, arguments.budget);
     let mut work = Work { runner, store: &mut store, progress: &mut progress };
-    explore(study, &mut work, &arguments)
+    explore(study, &mut work, &arguments, super::plan::next)
 }
 
 fn whole(budget: &str) -> (Study, Formula) {
@@ -257,9 +257,62 @@ fn a_run_that_is_slower_than_it_should_be_is_ended() {
     let mut study = study(&[]);
     let (mut runner, mut progress) = (Slow(Formula::default()), Progress::new(true, false, 1000.0));
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
-    explore(&mut study, &mut work, &arguments).expect("explored");
+    explore(&mut study, &mut work, &arguments, super::plan::next).expect("explored");
     let stopped = study.runs.iter().filter(|run| run.record.outcome.status == Status::Stopped);
     assert!(stopped.clone().count() > 0);
     assert!(stopped.clone().all(|run| !study.front().contains(&run.point)));
     assert!(study.recommended()[0].point.is_some());
+}
+
+/// The formula's weak coupling breaks at one window, which is found to the factor that is promised.
+#[test]
+fn a_push_ends_where_the_scene_breaks() {
+    use super::atlas::{Atlas, NARROW, page, pushes};
+    let temp = tempfile::tempdir().expect("a directory");
+    let arguments = arguments(&["--budget", "10000"]);
+    let mut store = Store::open(temp.path(), &identity(), false).expect("opened");
+    let mut study = study(&[]);
+    let (mut runner, mut progress) = (Formula::default(), Progress::new(true, false, 1e4));
+    let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
+    explore(&mut study, &mut work, &arguments, super::plan::next_of_reference).expect("explored");
+    let all = pushes(&study.space);
+    let mut atlas = Atlas { study: &mut study, work: &mut work, budget: 1e4, longest_windows: Vec::new() };
+    let found: Vec<_> = all.iter().map(|push| atlas.push(push).expect("pushed")).collect();
+    let one = |name: &str, strong: bool| {
+        let at = found.iter().find(|f| f.push.knob.name == name && f.push.arm.is_empty() != strong);
+        at.unwrap_or_else(|| panic!("{name} was not pushed"))
+    };
+    let window = one("window", false);
+    let (holds, (breaks, symptom)) = (window.holds.expect("held"), window.breaks.clone().expect("broke"));
+    assert!(holds <= STABLE && STABLE < breaks && breaks / holds <= NARROW, "{holds} {breaks}");
+    assert!(symptom.contains("diverged / here"), "{symptom}");
+    // Strong coupling has an error of 10 % where 0.002 (H / 1e-4)^2 is 0.1.
+    let strong = one("window", true);
+    let exact = 1e-4 * (0.1_f64 / 0.002).sqrt();
+    let (holds, breaks) = (strong.holds.expect("held"), strong.breaks.clone().expect("broke").0);
+    assert!(holds <= exact && exact < breaks * 1.01 && breaks / holds <= NARROW, "{holds} {exact} {breaks}");
+    // Windows break before the contact solver's step does.
+    let step = one("dem_step", false);
+    assert!(
+        step.breaks.is_none() && step.note.as_deref().is_some_and(|note| note.contains("never longer")),
+        "{step:?}"
+    );
+    assert!(step.holds.expect("held") <= window.holds.expect("held"));
+    let stiff = found.iter().find(|f| f.push.knob.name == "modulus" && !f.push.coarser).expect("pushed");
+    // (1 / x)^0.1 = 0.9.
+    let exact = 1e8 * 0.9_f64.powi(-10);
+    let (holds, breaks) = (stiff.holds.expect("held"), stiff.breaks.clone().expect("broke").0);
+    assert!(
+        holds <= 1.01 * exact && 0.99 * exact < breaks && breaks / holds <= NARROW,
+        "{holds} {exact} {breaks}"
+    );
+    let facts = report::Facts {
+        scene: "s".into(),
+        command: "s.toml".into(),
+        end_time: 1.0,
+        budget: 1e4,
+        processors: 2,
+    };
+    let page = page(&study, &found, &facts);
+    assert_eq!(page.lines().filter(|line| line.starts_with("| ")).count(), found.len() + 1, "{page}");
 }

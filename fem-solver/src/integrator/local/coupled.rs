@@ -1,7 +1,7 @@
 //! Which nodes of a selection the tangents of which elements couple.
 
 use super::wire::{NearWire, Wire};
-use crate::internal_force::assembly::Assembly;
+use crate::internal_force::assembly::{Assembly, Heading};
 use crate::model::Model;
 
 /// Marks a node that is not selected.
@@ -221,19 +221,20 @@ impl Coupled {
         }
     }
 
-    /// Add force, rate and tangent of the near elements at the displacements `u` and velocities `v`.
+    /// Add force, rate and tangent of the near elements: those towards which they are heading.
     pub(super) fn add_elements(
         &self,
         model: &Model,
         assembly: &mut Assembly,
-        (u, v, history): (&[f64], &[f64], &[f64]),
+        heading: Heading,
+        history: &[f64],
         to: &mut super::Sums,
     ) {
         let (mut block, mut place) = (0, 0);
         for near in &self.near_elements {
             let number = near.number as usize;
             let element = &model.elements[number];
-            let (force, k, dofs) = assembly.linearised(number, element, u, history);
+            let (force, k, dofs) = assembly.linearised(number, element, heading, history);
             let (n, per_node) = (dofs.len(), if element.rotates() { 6 } else { 3 });
             let places = &self.places[place..near.places_end as usize];
             for (node, own) in
@@ -241,9 +242,10 @@ impl Coupled {
             {
                 for c in 0..3 {
                     let row = node * per_node + c;
-                    to.force[*own as usize][c] -= force[row];
-                    let along = k[row * n..][..n].iter().zip(dofs).map(|(k, dof)| k * v[*dof]);
-                    to.rate[*own as usize][c] -= along.sum::<f64>();
+                    let along: f64 =
+                        k[row * n..][..n].iter().zip(dofs).map(|(k, dof)| k * heading.v[*dof]).sum();
+                    to.force[*own as usize][c] -= force[row] - heading.ahead * along;
+                    to.rate[*own as usize][c] -= along;
                 }
             }
             for Block { row, column, pair } in &self.blocks[block..near.blocks_end as usize] {

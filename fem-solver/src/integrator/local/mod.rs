@@ -14,7 +14,7 @@ mod wire;
 
 use crate::config::FemConfig;
 use crate::config::scheme::Scheme;
-use crate::internal_force::assembly::Assembly;
+use crate::internal_force::assembly::{Assembly, Heading};
 use crate::model::Model;
 use crate::model::applied::Applied;
 use crate::state::State;
@@ -27,6 +27,10 @@ use std::ops::Range;
 /// A structure whose tangent couples more nodes than this with each, on average, does not offer it: a contact solver would be
 /// slower with it than a second pass of the structure.
 const MOST_PARTNERS: usize = 40;
+
+/// Share of an implicit step by which tangents are taken ahead: the force there, taken back along its rate, is wrong by the
+/// square of it.
+const AHEAD: f64 = 1e-4;
 
 /// Names and shapes of the fields.
 const FIELDS: [(&str, u32, Place); 4] = [
@@ -98,13 +102,18 @@ pub struct Local {
     held: Vec<u32>,
     held_pairs: Vec<u32>,
     sums: Sums,
+    /// How far ahead tangents are taken [s].
+    ahead: f64,
     /// Where each of [`FIELDS`] lies in an answer.
     fields: [Option<Range<usize>>; 4],
 }
 
 impl Local {
     /// For `model`, with all of its nodes selected; `None` if `plan` asks for nothing of this.
-    pub fn new(model: &Model, plan: &Plan) -> Option<Box<Self>> {
+    ///
+    /// `step` [s] is that of an implicit scheme. Its histories are those at the end of a window, where what flows has one
+    /// stiffness ahead and another back. An explicit scheme's are those in the middle of its last step.
+    pub fn new(model: &Model, plan: &Plan, step: Option<f64>) -> Option<Box<Self>> {
         if !FIELDS.iter().any(|(name, ..)| plan.gives.iter().any(|field| field.name == *name)) {
             return None;
         }
@@ -122,6 +131,7 @@ impl Local {
             held: Vec::with_capacity(nodes),
             held_pairs: Vec::with_capacity(pairs),
             sums,
+            ahead: step.map_or(0.0, |step| AHEAD * step),
             fields: [const { None }; 4],
         };
         local.find_rest(model);
@@ -208,7 +218,8 @@ impl Local {
             }
         }
         wire::add_wires(&coupled.near_wires, (u, v), nodes, sums);
-        coupled.add_elements(model, &mut self.assembly, (u, v, &state.history), sums);
+        let heading = Heading { u, v, ahead: self.ahead };
+        coupled.add_elements(model, &mut self.assembly, heading, &state.history, sums);
         for AtDof { place, component, dof, amount } in self.springs.iter().copied() {
             sums.force[place][component] -= amount * u[dof];
             sums.rate[place][component] -= amount * v[dof];

@@ -111,10 +111,10 @@ impl WindowSolver {
     pub fn new(model: &Model, config: &Config, start: Start, exchange: Exchange) -> Self {
         let Exchange { recorder, loads, plan, mesh, shortcuts } = exchange;
         let answer = Answer::new(plan, mesh);
-        let mut local = Local::new(model, plan);
-        local.iter_mut().for_each(|local| local.locate(|field| answer.place(field)));
         let n = model.dof_count();
         let scheme = Scheme::of(&config.fem);
+        let mut local = Local::new(model, plan, scheme.map(|_| start.time_step.min(plan.window)));
+        local.iter_mut().for_each(|local| local.locate(|field| answer.place(field)));
         let loads_parts = loads.parts();
         let ends = if loads.has_end() { n } else { 0 };
         let committed = first_state(model, config, &start, &recorder, ends);

@@ -20,6 +20,17 @@ struct Place {
     history: Range<usize>,
 }
 
+/// Displacements in a time from now, and what moves there.
+#[derive(Debug, Clone, Copy)]
+pub struct Heading<'a> {
+    /// Displacements now [m].
+    pub u: &'a [f64],
+    /// Velocities [m/s].
+    pub v: &'a [f64],
+    /// How far ahead [s].
+    pub ahead: f64,
+}
+
 /// The elements of a structure, with memory for one of them.
 #[derive(Debug, Clone, Default)]
 pub struct Assembly {
@@ -257,17 +268,21 @@ impl Assembly {
         &self.tangent[..n * n]
     }
 
-    /// Internal forces of element number `i`, its exact tangent, square, by rows, and its degrees of freedom.
+    /// Internal forces of element number `i` where it is `heading`, its exact tangent there, square, by rows, and its degrees of
+    /// freedom.
     pub fn linearised(
         &mut self,
         i: usize,
         element: &AnyElement,
-        u: &[f64],
+        heading: Heading,
         history: &[f64],
     ) -> (&[f64], &[f64], &[usize]) {
-        self.respond(i, element, u, history, Some(Slack::Exact));
         let dofs = self.places[i].dofs.clone();
         let n = dofs.len();
+        for (to, dof) in self.u.iter_mut().zip(&self.dofs[dofs.clone()]) {
+            *to = heading.u[*dof] + heading.ahead * heading.v[*dof];
+        }
+        self.answer(i, element, history, Some(Slack::Exact));
         (&self.force[..n], &self.tangent[..n * n], &self.dofs[dofs])
     }
 

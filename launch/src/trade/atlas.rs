@@ -1,0 +1,366 @@
+//! `--atlas`: each knob pushed until the scene breaks, and the limit that theory gives beside the one found.
+//!
+//! A knob is doubled until a run breaks, and the two last values are narrowed down to a factor of 1.1. Where the scene itself
+//! breaks, the knob is halved until a run holds. Bounds that only say what theory says are off for these runs.
+
+use super::knobs::{Class, Knob};
+use super::point::{Point, Space};
+use super::result::{Outcome, Purpose, Record, Status};
+use super::setup::numbers;
+use super::study::{Finished, Study};
+use super::{Work, report};
+use crate::events::Events;
+use crate::numbers::Numbers;
+use crate::stop::Stop;
+use interface_defs::toolkit::arguments::Input;
+use interface_defs::toolkit::summary::three;
+use std::fmt::Write;
+
+/// A measure that is off by more is broken.
+const OFF: f64 = 0.1;
+/// To this factor the limit is narrowed down.
+pub const NARROW: f64 = 1.1;
+/// Most doublings.
+const DOUBLINGS: i32 = 14;
+/// A run may take so many times the longest one of the scene as it is, and these seconds besides.
+const PATIENCE: (f64, f64) = (6.0, 5.0);
+
+/// One push: a knob, from a point, in one direction.
+#[derive(Debug, Clone)]
+pub struct Push {
+    /// Where the others stand.
+    pub arm: Point,
+    /// The knob.
+    pub knob: Knob,
+    /// Whether it is made coarser (or finer, as a stiffer contact is).
+    pub coarser: bool,
+}
+
+/// What came of a push.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// What was pushed.
+    pub push: Push,
+    /// The scene's own value.
+    pub own: f64,
+    /// The last value that holds, and the first that breaks, with its symptom.
+    pub holds: Option<f64>,
+    /// The first value that breaks.
+    pub breaks: Option<(f64, String)>,
+    /// The limit that `rockfall check` gives for it.
+    pub theory: Option<f64>,
+    /// Why there is no more.
+    pub note: Option<String>,
+}
+
+/// All pushes of a scene.
+pub fn pushes(space: &Space) -> Vec<Push> {
+    let mut all = Vec::new();
+    for arm in space.arms() {
+        for knob in space.knobs.iter().filter(|knob| space.uses(&arm, knob) && knob.number_at(1.0).is_some())
+        {
+            // Steps with every scheme, as some bear longer windows than others.
+            let is_step = knob.name.ends_with("_step") && !arm.contains_key("integrator");
+            let coupled = arm.is_empty() || knob.name == "window" || knob.needs.is_some() || is_step;
+            let push = |coarser| Push { arm: arm.clone(), knob: knob.clone(), coarser };
+            match knob.class {
+                Class::Numerical if coupled => all.push(push(true)),
+                Class::Model if arm.is_empty() => all.extend([push(false), push(true)]),
+                _ => {}
+            }
+        }
+    }
+    all
+}
+
+/// What is needed to push.
+pub struct Atlas<'a, 'w> {
+    /// The study with its reference.
+    pub study: &'a mut Study,
+    /// What computes and keeps.
+    pub work: &'a mut Work<'w>,
+    /// Wall time of all runs together [s].
+    pub budget: f64,
+    /// The longest window that was found to hold [s], by arm.
+    pub longest_windows: Vec<(Point, f64)>,
+}
+
+/// How a value fared.
+enum Fared {
+    Held,
+    Broke(String),
+    /// It was not run: why.
+    Not(String),
+}
+
+impl Atlas<'_, '_> {
+    /// Push one knob.
+    pub fn push(&mut self, push: &Push) -> Result<Found, Stop> {
+        let own = push.knob.number_at(1.0).unwrap_or(f64::NAN);
+        let mut found =
+            Found { push: push.clone(), own, holds: None, breaks: None, theory: None, note: None };
+        let step = if push.coarser { 2.0_f64 } else { 0.5 };
+        let (mut good, mut bad) = (None, None);
+        let mut factor = 1.0_f64;
+        for doubling in 0..=DOUBLINGS {
+            match self.fare(push, factor)? {
+                Fared::Held => {
+                    good = Some(factor);
+                    if bad.is_some() {
+                        break;
+                    }
+                    factor *= step;
+                }
+                Fared::Broke(symptom) => {
+                    bad = Some((factor, symptom));
+                    if good.is_some() {
+                        break;
+                    }
+                    factor /= step;
+                }
+                Fared::Not(why) => {
+                    found.note = Some(why);
+                    break;
+                }
+            }
+            if doubling == DOUBLINGS {
+                found.note = Some(format!("nothing changed up to {} times the scene's value", three(factor)));
+            }
+        }
+        while let (Some(holds), Some((breaks, _))) = (good, &bad)
+            && (breaks / holds).max(holds / breaks) > NARROW
+        {
+            let middle = (holds * breaks).sqrt();
+            match self.fare(push, middle)? {
+                Fared::Held => good = Some(middle),
+                Fared::Broke(symptom) => bad = Some((middle, symptom)),
+                Fared::Not(why) => {
+                    found.note = Some(why);
+                    break;
+                }
+            }
+        }
+        let value = |factor| push.knob.number_at(factor);
+        found.holds = good.and_then(value);
+        found.breaks = bad.and_then(|(factor, symptom)| Some((value(factor)?, symptom)));
+        if let (true, Some(longest)) = (push.knob.name == "window", found.holds) {
+            self.longest_windows.push((push.arm.clone(), longest));
+        }
+        Ok(found)
+    }
+
+    /// The longest window that holds where the others stand so [s].
+    fn longest_window(&self, push: &Push) -> Option<f64> {
+        self.longest_windows.iter().find(|(arm, _)| *arm == push.arm).map(|(_, longest)| *longest)
+    }
+
+    /// Run the scene with the knob's value times `factor`.
+    fn fare(&mut self, push: &Push, factor: f64) -> Result<Fared, Stop> {
+        let Some(sets) = self.sets(push, factor) else {
+            let longest = self.longest_window(push).map_or("unknown".into(), three);
+            let what =
+                format!("a step is never longer than a part of a window, and windows hold up to {longest} s");
+            return Ok(Fared::Not(what));
+        };
+        let key = format!("atlas {}", sets.join(" "));
+        let known =
+            self.study.runs.iter().find(|run| run.record.key == key).map(|run| run.record.outcome.clone());
+        let outcome = match known {
+            Some(outcome) => outcome,
+            None => {
+                let slowest = self.study.outcome(&Point::new()).map_or(0.0, |run| run.seconds);
+                let limit =
+                    PATIENCE.0 * slowest * self.study.space.dearer(&Point::new(), &push.arm) + PATIENCE.1;
+                if self.study.spent() + slowest > self.budget {
+                    return Ok(Fared::Not("not searched further: no budget was left".into()));
+                }
+                let label = format!(
+                    "{} {}",
+                    push.knob.name,
+                    push.knob.number_at(factor).map_or(String::new(), three)
+                );
+                self.work.progress.begin(self.study, &label);
+                let outcome = self.work.runner.run(&sets, &self.work.store.next(), limit)?;
+                let record = Record { key, purpose: Purpose::Atlas, sets, outcome: outcome.clone() };
+                let run = Finished { point: Point::new(), record };
+                self.work.store.keep(&run)?;
+                self.study.runs.push(run);
+                self.work
+                    .progress
+                    .ended(self.study, &format!("{}, {label}", self.study.space.label(&push.arm)));
+                outcome
+            }
+        };
+        Ok(self.judge(&outcome))
+    }
+
+    /// Whether a run holds.
+    fn judge(&self, outcome: &Outcome) -> Fared {
+        if outcome.status != Status::Done {
+            let what = outcome.message.as_deref().unwrap_or_default();
+            return Fared::Broke(format!("{}: {}", outcome.status.word(), report::shortened(what)));
+        }
+        for (name, known) in &self.study.reference.0 {
+            let Some(value) = outcome.measure(name) else {
+                return Fared::Broke(format!("{name} is absent: the window does not resolve it"));
+            };
+            let off = super::reference::deviation(value, known.value);
+            if off.abs() > OFF {
+                return Fared::Broke(format!("{name} is off by {}", report::percent(off)));
+            }
+        }
+        Fared::Held
+    }
+
+    /// The `--set`s; `None` if a step would be cut to a window that may not be as long.
+    fn sets(&self, push: &Push, factor: f64) -> Option<Vec<String>> {
+        let space = &self.study.space;
+        let mut sets = space.sets(&push.arm)?;
+        sets.extend(push.knob.sets_at(factor)?);
+        sets.extend(
+            BEYOND.iter().filter(|(knob, _)| space.knob(knob).is_some()).map(|(_, set)| (*set).to_owned()),
+        );
+        let (Some(window), true) = (space.knob("window"), push.knob.name.ends_with("_step")) else {
+            return Some(sets);
+        };
+        // Windows of whole steps, so that the step is taken as it is.
+        let samples = space.knob("samples").and_then(|knob| knob.as_number(0)).unwrap_or(1.0);
+        let (own, least) = (window.as_number(0)?, push.knob.number_at(factor)? * samples);
+        let length = least * (own / least).floor().max(1.0);
+        if length > own && self.longest_window(push).is_none_or(|longest| length > longest) {
+            return None;
+        }
+        sets.push(format!("coupling.time_window={}", super::knobs::float(length)));
+        Some(sets)
+    }
+}
+
+/// What lets a run go beyond the limits that theory gives, by the knob that a scene has if these keys mean anything in it.
+const BEYOND: [(&str, &str); 3] = [
+    ("window", "limits.weak_window=1e9"),
+    ("dem_step", "dem.allow_unstable=true"),
+    ("fem_step", "fem.allow_unstable=true"),
+];
+
+/// The limit that `rockfall check` gives for a push.
+pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Option<f64> {
+    let of: Numbers = numbers(input, &space.sets(&push.arm)?, events)?;
+    match push.knob.name {
+        "window" if of.weak => {
+            of.limit.map(|limit| limit.stable.unwrap_or(f64::INFINITY)).filter(|w| w.is_finite())
+        }
+        "dem_step" => of.contact.critical.filter(|step| step.is_finite()),
+        "fem_step" => of.net.critical.filter(|step| step.is_finite()),
+        _ => None,
+    }
+}
+
+/// What to do about a limit.
+fn cure(found: &Found) -> &'static str {
+    match (found.push.knob.name, found.push.coarser) {
+        ("window", _) => {
+            "shorten `coupling.time_window`, or couple strongly; let `rockfall` choose it by leaving it out"
+        }
+        ("tolerance", _) => "lower `coupling.tolerance` and `absolute_tolerance`",
+        ("fem_step", _) => {
+            "keep `fem.time_step` below the critical step, or take an implicit `fem.integrator`"
+        }
+        ("dem_step" | "steps_per_contact", _) => "shorten `dem.time_step`, or leave it out",
+        ("modulus", false) => "shorten window and steps with the root of the modulus, or couple strongly",
+        ("modulus", true) => "a stiffer contact: the rock must not sink in by half a sphere",
+        _ => "the scene's own value",
+    }
+}
+
+/// The table, as a page.
+pub fn page(study: &Study, all: &[Found], facts: &report::Facts) -> String {
+    let mut text = format!("# Limits of stability: {}\n\n", facts.scene);
+    let _ = writeln!(
+        text,
+        "`rockfall trade {} --atlas`, version {}. One setting at a time was pushed until a run was not done or a measure was off by more \
+         than {}, and narrowed down to a factor of {NARROW}. Theory: what `rockfall check` says of stability.\n",
+        facts.command,
+        env!("CARGO_PKG_VERSION"),
+        report::percent(OFF)
+    );
+    text.push_str("| setting | others | scene | theory | holds at | breaks at | theory over what holds | symptom | cure |\n");
+    text.push_str("|---|---|---|---|---|---|---|---|---|\n");
+    for found in all {
+        let dash = |value: Option<f64>| value.map_or("-".into(), three);
+        let broke = found.breaks.as_ref();
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+            name(found),
+            study.space.label(&found.push.arm),
+            three(found.own),
+            dash(found.theory),
+            dash(found.holds),
+            dash(broke.map(|(value, _)| *value)),
+            dash(
+                found
+                    .theory
+                    .zip(found.holds.filter(|_| broke.is_some()))
+                    .map(|(theory, holds)| theory / holds)
+            ),
+            symptom(found),
+            if broke.is_some() { cure(found) } else { "-" }
+        );
+    }
+    text
+}
+
+/// The limits, for the screen.
+pub fn screen(study: &Study, all: &[Found]) -> String {
+    let mut text = String::new();
+    for found in all {
+        let value = |value: Option<f64>| value.map_or("-".into(), three);
+        let arm = if found.push.arm.is_empty() {
+            String::new()
+        } else {
+            format!(", {}", study.space.label(&found.push.arm))
+        };
+        let theory = found.theory.map_or(String::new(), |theory| format!(" (theory {})", three(theory)));
+        let broke = found.breaks.as_ref().map(|(value, _)| *value);
+        let _ = writeln!(
+            text,
+            "{}{arm}: holds at {}, breaks at {}{theory}; {}",
+            name(found),
+            value(found.holds),
+            value(broke),
+            symptom(found)
+        );
+    }
+    text
+}
+
+fn name(found: &Found) -> String {
+    let direction = match (found.push.knob.class, found.push.coarser) {
+        (Class::Numerical, _) => "",
+        (Class::Model, true) => ", lower",
+        (Class::Model, false) => ", higher",
+    };
+    format!("{}{direction}", found.push.knob.name)
+}
+
+fn symptom(found: &Found) -> String {
+    let words = found.breaks.iter().map(|(_, symptom)| symptom.clone()).chain(found.note.clone());
+    words.collect::<Vec<_>>().join("; ")
+}
+
+/// The table, for programs.
+pub fn table(study: &Study, all: &[Found]) -> Result<String, csv::Error> {
+    let mut out = csv::Writer::from_writer(Vec::new());
+    out.write_record(["setting", "others", "scene", "theory", "holds_at", "breaks_at", "symptom", "cure"])?;
+    for found in all {
+        let text = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+        let broke = found.breaks.as_ref().map(|(value, _)| *value);
+        let own = Some(found.own);
+        let [own, theory, holds, breaks] = [own, found.theory, found.holds, broke].map(text);
+        let row =
+            [name(found), study.space.label(&found.push.arm), own, theory, holds, breaks, symptom(found)];
+        out.write_record(row.iter().map(String::as_str).chain([cure(found)]))?;
+    }
+    let bytes = out.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
