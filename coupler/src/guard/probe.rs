@@ -8,10 +8,11 @@ use interface_defs::{
     Command, Failure, Hello, InterfaceMesh, Participant, Request, RequestHeader, Sampling, Status, name,
 };
 
-/// The probe's window, as a part of the scene's: so short that springs and dampers have no part in what a force does.
-const PART: f64 = 1e-3;
-/// Change of velocity that the force makes of each node, each way [m/s].
-const PUSH: f64 = 1e-3;
+/// The probe's window, as a part of the scene's, and at most [s]: so short that springs and dampers have no part in what a force does.
+const PART: f64 = 1e-2;
+const LONGEST: f64 = 1e-6;
+/// Force per mass, each way [m/s2].
+const PUSH: f64 = 100.0;
 /// Largest deviation of a response from what mass, force and length make it.
 const LOOSE: f64 = 0.1;
 /// Smallest share of the push that is taken for a response: supports may hold a node in some directions.
@@ -27,8 +28,9 @@ struct Probe<'a> {
     fem: &'a mut dyn Participant,
     side: &'a Side,
     mesh: &'a InterfaceMesh,
-    /// Length of the window [s].
+    /// Length of the probe's windows, and of the scene's [s].
     length: f64,
+    window: f64,
     asked: u32,
 }
 
@@ -62,7 +64,7 @@ pub fn probe(
 ) -> Result<(), Failure> {
     let Some(repeats) = hello.repeats else { return Ok(()) };
     let started = std::time::Instant::now();
-    let mut probe = Probe { fem, side, mesh, length: PART * window, asked: 0 };
+    let mut probe = Probe { fem, side, mesh, length: (PART * window).min(LONGEST), window, asked: 0 };
     let length = probe.length;
     let Some(rest) = probe.solve(length, 0.0)? else { return Ok(()) };
     let Some(pushed) = probe.solve(length, 1.0)? else { return Ok(()) };
@@ -76,7 +78,12 @@ pub fn probe(
 }
 
 impl Probe<'_> {
-    /// Force on a component of a node: what gives its mass the push in the probe's window [N].
+    /// Velocity that the push makes [m/s].
+    fn push(&self) -> f64 {
+        PUSH * self.length
+    }
+
+    /// Force on a component of a node [N].
     fn force(&self, node: usize) -> f64 {
         let finite = |m: &&f64| m.is_finite();
         let mass = match self.mesh.masses.get(node) {
@@ -84,7 +91,7 @@ impl Probe<'_> {
             _ => self.mesh.masses.iter().filter(finite).fold(0.0, |a: f64, b| a.max(*b)),
         };
         let mass = if mass > 0.0 { mass } else { 1.0 };
-        mass * PUSH / self.length
+        mass * PUSH
     }
 
     /// Solve a window of `length` [s] under `times` the force. `None`: it cannot be done, and nothing is known.
@@ -130,7 +137,7 @@ impl Probe<'_> {
         let gone = |i: usize| rest.u(self.side)[i] - u0[i];
         let sum = |of: &dyn Fn(usize) -> f64| (0..u0.len()).map(of).sum::<f64>();
         let times = sum(&|i| gone(i) * straight(i)) / sum(&|i| straight(i) * straight(i));
-        if (times * PART - 1.0).abs() < LOOSE {
+        if (times * self.length / self.window - 1.0).abs() < LOOSE {
             let what =
                 format!("a window of {:e} s takes it {times:.1} times as far as its velocity", self.length);
             return Err(self.breach(clause::LENGTH, what));
@@ -194,7 +201,7 @@ impl Probe<'_> {
             let at = 3 * node..3 * node + 3;
             let (free, loaded) = (&rest.v(self.side)[at.clone()], &pushed.v(self.side)[at]);
             let gained = free.iter().zip(loaded).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
-            if gained > FREE * PUSH {
+            if gained > FREE * self.push() {
                 return Err(self.breach(
                     clause::HELD,
                     format!(
@@ -219,7 +226,9 @@ impl Probe<'_> {
         let (whole, shorter) = (sum(&|i| gain(pushed, i).abs()), sum(&|i| gain(half, i).abs()));
         let went = sum(&|i| gone(pushed, i).abs());
         let count = numbers().count() as f64;
-        if went > LOOSE * self.length * PUSH * count * FREE && whole <= FREE * FREE * went / self.length {
+        if went > LOOSE * FREE * self.length * self.push() * count
+            && whole <= FREE * FREE * went / self.length
+        {
             let what = format!(
                 "a force of {:e} s moves its nodes by {:.3e} m and gives them no velocity ({:.1e} m/s), on average",
                 self.length,
@@ -228,7 +237,7 @@ impl Probe<'_> {
             );
             return Err(self.breach(clause::VELOCITY, what));
         }
-        if whole <= FREE * FREE * PUSH * count {
+        if whole <= FREE * FREE * self.push() * count {
             // Nothing can be pushed here.
             return Ok(());
         }
@@ -303,7 +312,7 @@ impl Probe<'_> {
             let gained = (3 * node..3 * node + 3)
                 .map(|i| v[i] - v0[i])
                 .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-            let share = gained / PUSH;
+            let share = gained / self.push();
             if share.abs() > FREE && !self.believes(share) {
                 let what = format!(
                     "node {node} has {mass:e} kg in its mesh, and {:e} N over {:e} s make it {gained:.3e} m/s faster: as {:.3e} kg",
