@@ -18,10 +18,12 @@ struct Record {
     iterations: Vec<u32>,
     residuals: Vec<f64>,
     defects: Vec<(f64, f64)>,
+    warnings: Vec<String>,
 }
 
 impl Observer for Record {
-    fn prepared(&mut self, _: &Side, _: &Side, _: &[String]) -> Result<(), String> {
+    fn prepared(&mut self, _: &Side, _: &Side, warnings: &[String]) -> Result<(), String> {
+        self.warnings.extend_from_slice(warnings);
         Ok(())
     }
 
@@ -334,4 +336,28 @@ fn more_samples_per_window_cost_no_second_contract() {
     );
     let message = run.outcome.unwrap_err().to_string();
     assert!(message.contains("4 per window"), "{message}");
+}
+
+/// Nobody maps to the nearest node without a word; a mapping that is named says how far it reaches.
+#[test]
+fn meshes_that_differ_need_a_mapping_that_is_named_and_a_bad_one_is_reported() {
+    let of = |mapping: Option<&str>| {
+        let settings = CouplingSettings {
+            mapping: mapping.map(|name| toml::from_str(&format!("type = \"{name}\"")).unwrap()),
+            ..weak(0.1, 1)
+        };
+        let mut sphere = Sphere::new(1.0, 1.0, false, 1, 10.0, 0.0);
+        sphere.beside = 0.2;
+        run(settings, 0.2, sphere, Node::new(1.0, 1.0, Load::Mean, 0.0, 1.0))
+    };
+    let refused = of(None).outcome.unwrap_err();
+    let CouplingError::Failed(failure) = &refused else { panic!("{refused}") };
+    assert!(failure.is_input() && refused.to_string().contains("coupling.mapping.type"), "{refused}");
+    for name in ["nearest_neighbor", "nearest_projection", "rbf"] {
+        let run = of(Some(name));
+        run.outcome.unwrap();
+        let [warning] = &run.record.warnings[..] else { panic!("{name}: {:?}", run.record.warnings) };
+        let distance = format!("by {:.3e} m", 0.2 * f64::sqrt(3.0));
+        assert!(warning.contains("1 of 1 nodes") && warning.contains(&distance), "{warning}");
+    }
 }

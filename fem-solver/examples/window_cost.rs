@@ -1,4 +1,4 @@
-//! What a window of the structure costs a coupler: `cargo run --release -p fem-solver --example window_cost [-- SCENE]`.
+//! What a window of the structure costs a coupler: `cargo run --release -p fem-solver --example window_cost [-- SCENE [KEY=VALUE]...]`.
 //!
 //! Windows of 1 ms with 10 bins of force and 10 samples of motion; the force acts on 100 nodes. All nodes of the interface
 //! mesh, or these 100 selected; without and with what a contact solver needs to move nodes itself. The cases take turns, round
@@ -126,7 +126,8 @@ impl Case {
 fn main() {
     let scenes = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../launch/scenes"));
     let path = std::env::args().nth(1).map_or(scenes.join("walenstadt-compare.toml"), PathBuf::from);
-    let scene = Scene::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let sets: Vec<String> = std::env::args().skip(2).collect();
+    let scene = Scene::load(&path, &sets).unwrap_or_else(|e| panic!("{e}"));
     let kinds = [(false, false), (true, false), (false, true), (true, true)];
     let mut cases: Vec<Case> =
         kinds.iter().map(|(select, local)| Case::new(&scene, 10, *select, *local)).collect();

@@ -193,9 +193,16 @@ impl Observer for Counted {
 
 #[test]
 fn nothing_is_allocated_in_a_window_after_the_first() {
-    for sets in
-        [&["end_time=0.75"][..], &["end_time=0.75", "coupling.scheme=weak", "coupling.time_window=5e-5"]]
-    {
+    for sets in [
+        &["end_time=0.75"][..],
+        &["end_time=0.75", "coupling.scheme=weak", "coupling.time_window=5e-5"],
+        &[
+            "end_time=0.75",
+            "coupling.scheme=strong",
+            "coupling.time_window=2e-4",
+            "coupling.acceleration.type=iqn_ils",
+        ],
+    ] {
         let bench = Bench::new();
         let (scene, dem, fem) = solvers("walenstadt-exp1", sets);
         let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));

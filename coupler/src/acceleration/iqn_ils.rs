@@ -19,7 +19,8 @@ pub struct IqnIls {
     pub initial: f64,
     /// Most earlier iterations that are used, 1 to 50.
     pub columns: usize,
-    /// Windows before from which iterations are used. Contacts that open and close make them wrong: on nets more than 0 costs iterations.
+    /// Windows before from which iterations are used. Contacts that open and close make them wrong: on the drop test 1 saves a tenth of
+    /// the iterations, 5 cost half as many more.
     pub reused_windows: u64,
     /// Of a column newer ones must leave more than this share, else it is not used, in [0, 1).
     pub filter: f64,
@@ -29,7 +30,7 @@ pub struct IqnIls {
 
 impl Default for IqnIls {
     fn default() -> Self {
-        Self { initial: 0.5, columns: 20, reused_windows: 0, filter: 1e-3, secants: Box::default() }
+        Self { initial: 0.5, columns: 20, reused_windows: 0, filter: 1e-2, secants: Box::default() }
     }
 }
 
@@ -140,7 +141,7 @@ mod tests {
             let difference: Vec<f64> = next.iter().zip(&iterates[2]).map(|(a, b)| a - b).collect();
             size(&difference)
         };
-        assert!(step(1e-3) < 1e-5, "{}", step(1e-3));
+        assert!(step(1e-2) < 1e-5, "{}", step(1e-2));
         assert!(step(0.0) > 1.0, "{}", step(0.0));
     }
 

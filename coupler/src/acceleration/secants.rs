@@ -59,6 +59,9 @@ impl Secants {
         }
         self.nodes.reserve((most / COMPONENTS).saturating_sub(self.nodes.len()));
         self.windows.reserve(columns.saturating_sub(self.windows.len()));
+        self.basis.triangle.resize(MOST_COLUMNS * MOST_COLUMNS, 0.0);
+        self.basis.columns.clear();
+        self.basis.shares.clear();
         self.basis.columns.reserve(columns);
         self.basis.shares.reserve(columns);
     }
@@ -147,7 +150,6 @@ impl Basis {
     fn rebuild(&mut self, changes: &[f64], len: usize, filter: f64) {
         self.vectors.clear();
         self.columns.clear();
-        self.triangle.resize(MOST_COLUMNS * MOST_COLUMNS, 0.0);
         for (column, change) in changes.chunks_exact(len).enumerate().rev() {
             let (start, number) = (self.vectors.len(), self.columns.len());
             self.vectors.extend_from_slice(change);

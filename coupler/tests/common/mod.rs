@@ -156,6 +156,8 @@ pub struct Sphere {
     /// Whether the contact pulls, too (linear analysis).
     pub glued: bool,
     pub steps: u32,
+    /// How far its mesh lies beside that of the structure [m].
+    pub beside: f64,
     pub state: [f64; 2],
     trial: [f64; 2],
     received: f64,
@@ -164,7 +166,18 @@ pub struct Sphere {
 
 impl Sphere {
     pub fn new(mass: f64, contact: f64, glued: bool, steps: u32, x: f64, v: f64) -> Self {
-        Self { mass, contact, glued, steps, state: [x, v], trial: [x, v], received: 0.0, trial_received: 0.0 }
+        let state = [x, v];
+        Self {
+            mass,
+            contact,
+            glued,
+            steps,
+            beside: 0.0,
+            state,
+            trial: state,
+            received: 0.0,
+            trial_received: 0.0,
+        }
     }
 
     pub fn received(&self) -> f64 {
@@ -204,7 +217,8 @@ impl Solver for Sphere {
     }
 
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
-        let mesh = plan.partner_mesh.clone().unwrap_or_default();
+        let mut mesh = plan.partner_mesh.clone().unwrap_or_default();
+        mesh.coordinates.iter_mut().for_each(|x| *x += self.beside);
         let gauges = energies("sphere");
         let fields = Layout::new(&plan.gives, &mesh, 0).len();
         let mut initial = vec![0.0; fields + 3 * gauges.len()];

@@ -10,12 +10,14 @@ pub struct Shown {
     /// Whether all are shown; those that are selected otherwise.
     all: bool,
     selected: Vec<u32>,
+    /// Their degrees of freedom, ascending.
+    dofs: Vec<u32>,
 }
 
 impl Shown {
     /// All of so many nodes.
     pub fn all(count: usize) -> Self {
-        Self { count, all: true, selected: Vec::with_capacity(count) }
+        Self { count, all: true, selected: Vec::with_capacity(count), dofs: Vec::with_capacity(3 * count) }
     }
 
     /// From now on these nodes, or all.
@@ -23,6 +25,15 @@ impl Shown {
         self.all = nodes.is_none();
         self.selected.clear();
         self.selected.extend_from_slice(nodes.unwrap_or_default());
+        self.dofs.clear();
+        for c in 0..3 {
+            self.dofs.extend(self.selected.iter().map(|node| (c * self.count) as u32 + node));
+        }
+    }
+
+    /// Degrees of freedom of the selected nodes, ascending; `None` while all nodes are shown.
+    pub fn dofs(&self) -> Option<&[u32]> {
+        (!self.all).then_some(&self.dofs[..])
     }
 
     /// The difference `a - b` of two vectors over all degrees of freedom, at these nodes, node-major.
@@ -79,6 +90,7 @@ mod tests {
         assert_eq!((&some[..3], &some[3..]), (&all[3..6], &all[9..]));
         let mut back = vec![-1.0; 12];
         shown.put(&some, &mut back);
+        assert_eq!(shown.dofs(), Some(&[1, 3, 5, 7, 9, 11][..]));
         assert_eq!(back, [-1.0, 0.0, -1.0, 2.0, -1.0, 4.0, -1.0, 6.0, -1.0, 8.0, -1.0, 10.0]);
         shown.select(None);
         shown.take(&of, &mut all);

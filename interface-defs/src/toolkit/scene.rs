@@ -153,7 +153,7 @@ impl Scene {
                 let span = pinpoint(&value, e.span.unwrap_or(value.span()), &e.message);
                 let (what, hint) = explain(&e.message);
                 let comma = decimal_comma(&value, &span, &e.message);
-                let form = misplaced(&what, key);
+                let form = misplaced(&what, header(&self.text, &span).unwrap_or(key));
                 let table = key_at(&value, &span).and_then(|name| as_table(&name, &e.message));
                 Err(self.error(span, what).try_if(hint).try_if(table).try_if(comma).try_if(form))
             }
@@ -246,7 +246,13 @@ impl Scene {
     }
 }
 
-/// What to try where `what` is wrong in the top-level `key` as its brackets or the place of a key are.
+/// The name in single brackets that stands at `span`.
+fn header<'a>(text: &'a str, span: &Range<usize>) -> Option<&'a str> {
+    let (name, _) = text.get(span.clone())?.strip_prefix('[')?.split_once(']')?;
+    Some(name.trim())
+}
+
+/// What to try where `what` is wrong in the table `key` as its brackets or the place of a key are.
 fn misplaced(what: &str, key: &str) -> Option<String> {
     if what == "wrong type: map, expected an array" {
         return Some(format!("there may be several of them, so brackets are double: [[{key}]]"));

@@ -20,10 +20,12 @@ use std::fmt::Write;
 const OFF: f64 = 0.1;
 /// To this factor the limit is narrowed down.
 pub const NARROW: f64 = 1.1;
+/// Share of the longest window that holds with which other knobs are pushed.
+const SAFE: f64 = 0.8;
 /// Most doublings.
 const DOUBLINGS: i32 = 14;
 /// A run may take so many times the longest one of the scene as it is, and these seconds besides.
-const PATIENCE: (f64, f64) = (6.0, 5.0);
+const PATIENCE: (f64, f64) = (10.0, 15.0);
 
 /// One push: a knob, from a point, in one direction.
 #[derive(Debug, Clone)]
@@ -57,7 +59,10 @@ pub struct Found {
 pub fn pushes(space: &Space) -> Vec<Push> {
     let mut all = Vec::new();
     for arm in space.arms() {
-        for knob in space.knobs.iter().filter(|knob| space.uses(&arm, knob) && knob.number_at(1.0).is_some())
+        for knob in space
+            .knobs
+            .iter()
+            .filter(|knob| knob.turned && space.uses(&arm, knob) && knob.number_at(1.0).is_some())
         {
             // Steps with every scheme, as some bear longer windows than others.
             let is_step = knob.name.ends_with("_step") && !arm.contains_key("integrator");
@@ -116,6 +121,10 @@ impl Atlas<'_, '_> {
                     if good.is_some() {
                         break;
                     }
+                    if push.knob.name != "window" {
+                        found.note = Some("the scene itself does not hold".into());
+                        break;
+                    }
                     factor /= step;
                 }
                 Fared::Not(why) => {
@@ -163,8 +172,9 @@ impl Atlas<'_, '_> {
             return Ok(Fared::Not(what));
         };
         let key = format!("atlas {}", sets.join(" "));
-        let known =
-            self.study.runs.iter().find(|run| run.record.key == key).map(|run| run.record.outcome.clone());
+        // What was too slow may have been so because the machine was busy.
+        let counts = |run: &&Finished| run.record.key == key && run.record.outcome.status != Status::Stopped;
+        let known = self.study.runs.iter().find(counts).map(|run| run.record.outcome.clone());
         let outcome = match known {
             Some(outcome) => outcome,
             None => {
@@ -191,11 +201,17 @@ impl Atlas<'_, '_> {
                 outcome
             }
         };
-        Ok(self.judge(&outcome))
+        Ok(self.judge(&outcome, push.knob.class))
     }
 
-    /// Whether a run holds.
-    fn judge(&self, outcome: &Outcome) -> Fared {
+    /// Whether a run holds. Another model has other measures: its status alone counts.
+    fn judge(&self, outcome: &Outcome, class: Class) -> Fared {
+        if outcome.status == Status::Stopped {
+            return Fared::Not(format!(
+                "not searched further: {}",
+                outcome.message.as_deref().unwrap_or_default()
+            ));
+        }
         if outcome.status != Status::Done {
             let what = outcome.message.as_deref().unwrap_or_default();
             return Fared::Broke(format!("{}: {}", outcome.status.word(), report::shortened(what)));
@@ -205,7 +221,7 @@ impl Atlas<'_, '_> {
                 return Fared::Broke(format!("{name} is absent: the window does not resolve it"));
             };
             let off = super::reference::deviation(value, known.value);
-            if off.abs() > OFF {
+            if off.abs() > OFF && class == Class::Numerical {
                 return Fared::Broke(format!("{name} is off by {}", report::percent(off)));
             }
         }
@@ -220,17 +236,25 @@ impl Atlas<'_, '_> {
         sets.extend(
             BEYOND.iter().filter(|(knob, _)| space.knob(knob).is_some()).map(|(_, set)| (*set).to_owned()),
         );
-        let (Some(window), true) = (space.knob("window"), push.knob.name.ends_with("_step")) else {
+        let Some(window) = space.knob("window").filter(|_| push.knob.name != "window") else {
             return Some(sets);
         };
+        // Where the scene's own window does not hold, the others are pushed with one that does.
+        let (own, longest) = (window.as_number(0)?, self.longest_window(push));
+        let length = longest.map_or(own, |longest| own.min(SAFE * longest));
+        let set = |length: f64| format!("coupling.time_window={}", super::knobs::float(length));
+        if !push.knob.name.ends_with("_step") {
+            sets.extend((length < own).then(|| set(length)));
+            return Some(sets);
+        }
         // Windows of whole steps, so that the step is taken as it is.
         let samples = space.knob("samples").and_then(|knob| knob.as_number(0)).unwrap_or(1.0);
-        let (own, least) = (window.as_number(0)?, push.knob.number_at(factor)? * samples);
-        let length = least * (own / least).floor().max(1.0);
-        if length > own && self.longest_window(push).is_none_or(|longest| length > longest) {
+        let least = push.knob.number_at(factor)? * samples;
+        let whole = least * (length * (1.0 + 1e-9) / least).floor().max(1.0);
+        if whole > length * (1.0 + 1e-9) && longest.is_none_or(|longest| whole > longest) {
             return None;
         }
-        sets.push(format!("coupling.time_window={}", super::knobs::float(length)));
+        sets.push(set(whole));
         Some(sets)
     }
 }
@@ -245,8 +269,12 @@ const BEYOND: [(&str, &str); 3] = [
 /// The limit that `rockfall check` gives for a push.
 pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Option<f64> {
     let of: Numbers = numbers(input, &space.sets(&push.arm)?, events)?;
+    // The limit of weak coupling is none of a net that yields.
+    let yields =
+        space.knob("yielding_net").and_then(|knob| knob.value(super::point::rung(&push.arm, knob.name)));
+    let yields = yields.as_deref() == Some("true");
     match push.knob.name {
-        "window" if of.weak => {
+        "window" if of.weak && !yields => {
             of.limit.map(|limit| limit.stable.unwrap_or(f64::INFINITY)).filter(|w| w.is_finite())
         }
         "dem_step" => of.contact.critical.filter(|step| step.is_finite()),

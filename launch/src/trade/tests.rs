@@ -298,13 +298,11 @@ fn a_push_ends_where_the_scene_breaks() {
         "{step:?}"
     );
     assert!(step.holds.expect("held") <= window.holds.expect("held"));
+    // A contact of another stiffness is another model: its measures are no error, and the formula never fails.
     let stiff = found.iter().find(|f| f.push.knob.name == "modulus" && !f.push.coarser).expect("pushed");
-    // (1 / x)^0.1 = 0.9.
-    let exact = 1e8 * 0.9_f64.powi(-10);
-    let (holds, breaks) = (stiff.holds.expect("held"), stiff.breaks.clone().expect("broke").0);
     assert!(
-        holds <= 1.01 * exact && 0.99 * exact < breaks && breaks / holds <= NARROW,
-        "{holds} {exact} {breaks}"
+        stiff.breaks.is_none() && stiff.note.as_deref().is_some_and(|n| n.contains("nothing changed")),
+        "{stiff:?}"
     );
     let facts = report::Facts {
         scene: "s".into(),

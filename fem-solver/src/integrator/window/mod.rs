@@ -18,7 +18,7 @@ use crate::integrator::implicit::Implicit;
 use crate::integrator::interface_force::Loads;
 use crate::integrator::local::Local;
 use crate::integrator::start::Start;
-use crate::linear_algebra::lanes::{add, work};
+use crate::linear_algebra::lanes::{add, work, work_at};
 use crate::model::Model;
 use crate::results::energy::Energies;
 use crate::results::record::{Largest, Recorder, Step};
@@ -94,6 +94,8 @@ pub struct WindowSolver {
     shortcuts: bool,
     skipped: bool,
     answer: Answer,
+    /// Whether the explicit scheme has had a load since the selection changed.
+    loaded: bool,
     /// What a contact solver needs to move nodes itself, if it asks for that.
     local: Option<Box<Local>>,
     /// Travel of the interface nodes [m] and all numbers of the gauges, of the window solved last and of that accepted last.
@@ -142,6 +144,7 @@ impl WindowSolver {
             booked: Default::default(),
             parts: least_common_multiple(loads_parts, answer.parts()),
             answer,
+            loaded: false,
             local,
             energy_now: Vec::with_capacity(9),
             part_start: vec![0.0; n],
@@ -235,7 +238,12 @@ impl WindowSolver {
             if step % per_load == 0 {
                 self.loads.begin_part(input, step / per_load, &self.answer.shown, &self.trial.load);
                 if step > 0 && matches!(self.engine, Engine::Explicit(_)) {
-                    self.part_start.copy_from_slice(&self.trial.displacement);
+                    match self.answer.shown.dofs() {
+                        None => self.part_start.copy_from_slice(&self.trial.displacement),
+                        Some(dofs) => dofs.iter().map(|dof| *dof as usize).for_each(|dof| {
+                            self.part_start[dof] = self.trial.displacement[dof];
+                        }),
+                    }
                 }
             }
             if matches!(self.engine, Engine::Path(_)) {
@@ -281,7 +289,8 @@ impl WindowSolver {
         match &mut self.engine {
             Engine::Explicit(explicit) => {
                 if step == 0 {
-                    explicit.load(model, self.loads.mean());
+                    explicit.load(model, self.loads.mean(), self.answer.shown.dofs().filter(|_| self.loaded));
+                    self.loaded = true;
                 }
                 Ok(explicit.step(model, &mut self.trial, time, h).sqrt())
             }
@@ -355,7 +364,11 @@ impl WindowSolver {
     /// Work of the mean force over the part of the window that has just ended: exactly `F . du`.
     fn book_mean_work(&mut self, first_part: bool) {
         let before = if first_part { &self.committed.displacement } else { &self.part_start };
-        self.trial.received += work(self.loads.mean(), &self.trial.displacement, before);
+        let (force, after) = (self.loads.mean(), &self.trial.displacement);
+        self.trial.received += match self.answer.shown.dofs() {
+            None => work(force, after, before),
+            Some(dofs) => work_at(dofs, force, after, before),
+        };
     }
 
     fn record(&mut self, model: &Model, end: f64, h: f64, tension: f64) {

@@ -49,6 +49,7 @@ impl WindowSolver {
         let selected = selection.map(|s| (&s.nodes[..], s.items()));
         self.loads.select(&selected.map_or(self.answer.whole(), |(_, items)| items));
         self.answer.select(selected);
+        self.loaded = false;
         if let Some(local) = &mut self.local {
             local.locate(|field| self.answer.place(field));
         }
