@@ -3,6 +3,7 @@
 use crate::convergence::{Field, Measure, Residual, Trend};
 use crate::counts::Counts;
 use crate::energy::{Balance, Both};
+use crate::guard;
 use crate::handshake::{Agreement, Side, agree};
 use crate::interface::Interface;
 use crate::patch::Patch;
@@ -212,13 +213,15 @@ impl<'a> Coupling<'a> {
             Schedule::new(self.settings.time_window, self.end_time, self.settings.shortest_window());
         loop {
             self.stretch(&mut schedule, agreement);
-            let Some(span) = schedule.next() else { return Ok(()) };
+            let Some(span) = schedule.next() else { break };
             if interrupt::requested() {
                 return Err(Failure::Interrupted.into());
             }
             let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();
             match self.window(span, may_halve, agreement, observer)? {
                 Outcome::Accepted(accepted) => {
+                    let structure = self.fem.participant.name();
+                    agreement.motion.watch(structure, accepted.span, &agreement.interface.answered())?;
                     self.book(accepted, &agreement.interface);
                     agreement.interface.commit();
                     if let Some(patch) = &mut agreement.patch {
@@ -230,6 +233,17 @@ impl<'a> Coupling<'a> {
                 Outcome::Rejected(reason) => self.reject(span, reason, agreement, &mut schedule)?,
             }
         }
+        agreement.motion.end(self.fem.participant.name())?;
+        for (seat, side, of_structure) in
+            [(&self.fem, &agreement.fem, true), (&self.dem, &agreement.dem, false)]
+        {
+            // Who moves the net itself does other work on it than means over parts of a window do.
+            let moves_it = !of_structure && agreement.patch.is_some();
+            if !moves_it && guard::has_comparable_work(side, of_structure) {
+                guard::check_work(seat.participant.name(), &self.balance, of_structure)?;
+            }
+        }
+        Ok(())
     }
 
     /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
