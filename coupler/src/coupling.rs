@@ -3,6 +3,7 @@
 use crate::convergence::{Field, Measure, Residual, Trend};
 use crate::counts::Counts;
 use crate::energy::{Balance, Both};
+use crate::guard;
 use crate::handshake::{Agreement, Side, agree};
 use crate::interface::Interface;
 use crate::schedule::{Schedule, Span};
@@ -196,12 +197,22 @@ impl<'a> Coupling<'a> {
             let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();
             match self.window(span, may_halve, agreement, observer)? {
                 Outcome::Accepted(accepted) => {
+                    let structure = self.fem.participant.name();
+                    agreement.motion.watch(structure, accepted.span, &agreement.interface.answered())?;
                     self.book(accepted, &agreement.interface);
                     agreement.interface.commit();
                     schedule.accept();
                     self.check_energy(span.end())?;
                 }
                 Outcome::Rejected(reason) => self.reject(span, reason, agreement, &mut schedule)?,
+            }
+        }
+        agreement.motion.end(self.fem.participant.name())?;
+        for (seat, side, of_structure) in
+            [(&self.fem, &agreement.fem, true), (&self.dem, &agreement.dem, false)]
+        {
+            if guard::has_comparable_work(side, of_structure) {
+                guard::check_work(seat.participant.name(), &self.balance, of_structure)?;
             }
         }
         Ok(())

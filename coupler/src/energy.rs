@@ -12,6 +12,8 @@ pub struct Account {
     start: Energies,
     /// Whether every role of the balance is there.
     pub complete: bool,
+    /// Whether it reports the work that it received.
+    pub receives: bool,
 }
 
 impl Account {
@@ -23,7 +25,8 @@ impl Account {
         let complete = [Role::Kinetic, Role::Potential, Role::Stored, Role::Dissipated, Role::Received]
             .into_iter()
             .all(has);
-        let mut account = Self { places, start: Energies::default(), complete };
+        let mut account =
+            Self { places, start: Energies::default(), complete, receives: has(Role::Received) };
         account.start = account.energies(initial);
         account
     }
@@ -116,6 +119,17 @@ impl Balance {
         let known = if has_balance { self.system.reference() } else { None };
         let reference = known.unwrap_or(self.largest_work);
         (reference > 0.0).then(|| self.defect / reference)
+    }
+
+    /// Work booked on the structure, or that the contact solver's mesh gave; that which this solver says it received; and the
+    /// largest work of the run [J]. `None` where no work was booked.
+    pub fn work_apart(&self, of_structure: bool) -> Option<(f64, f64, f64)> {
+        let received = |now: Energies, start: Energies| now.received - start.received;
+        let (booked, received) = match of_structure {
+            true => (self.structure_work, received(self.now.fem, self.start.fem)),
+            false => (-self.mesh_work, received(self.now.dem, self.start.dem)),
+        };
+        (self.largest_work > 0.0).then_some((booked, received, self.largest_work))
     }
 
     /// Energy that came from nowhere by the committed time: in the contact solver's own steps, in the

@@ -1,6 +1,7 @@
 //! The start of a run: who is there, what crosses the interface, where the interface mesh comes from.
 
 use crate::energy::Account;
+use crate::guard::{self, breach, clause};
 use crate::interface::{Interface, Places};
 use crate::mapping::map;
 use crate::passing::{self, Common, Passing};
@@ -43,6 +44,8 @@ impl Side {
 pub struct Agreement {
     /// The interface at t = 0.
     pub interface: Interface,
+    /// What is known of the structure's motion, to be checked.
+    pub motion: guard::Motion,
     /// The contact solver.
     pub dem: Side,
     /// The structure's solver.
@@ -75,18 +78,16 @@ pub fn agree(
     };
     let fem_plan = plan(&fields.to_fem, &fields.from_fem);
     let mut fem_ready = fem.prepare(&fem_plan, progress)?;
-    check_single(fem.name(), &fem_ready)?;
+    check_ready(fem.name(), &fem_plan, &fem_ready)?;
     let mut dem_plan = plan(&fields.to_dem, &fields.from_dem);
     let structure_mesh = fem_ready.mesh.clone();
     dem_plan.partner_mesh = Some(structure_mesh.clone());
     let mut dem_ready = dem.prepare(&dem_plan, progress)?;
-    check_single(dem.name(), &dem_ready)?;
+    check_ready(dem.name(), &dem_plan, &dem_ready)?;
 
     if fields.to_dem.iter().any(|f| f.name == name::BROKEN) && structure_mesh.lines != dem_ready.mesh.lines {
-        return Err(Failure::Contract {
-            solver: dem.name().into(),
-            what: "it takes the field \"broken\", and its mesh has other lines than the structure's".into(),
-        });
+        let what = "it takes the field \"broken\", and its mesh has other lines than the structure's";
+        return Err(breach(dem.name(), clause::MESH, what));
     }
     fields.common.check(&structure_mesh, &dem_ready.mesh).map_err(refuse)?;
     let (mapping, quality) = map(settings.mapping.as_ref(), &structure_mesh, &dem_ready.mesh)
@@ -102,19 +103,22 @@ pub fn agree(
         Side::new(dem.name(), &dem_hello, &dem_plan, dem_ready),
         Side::new(fem.name(), &fem_hello, &fem_plan, fem_ready),
     );
+    guard::probe(fem, &fem_hello, &fem_side, &structure_mesh, settings.time_window)?;
     let places = Places::new(&dem_side, &fem_side, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]
     };
-    let mut interface = Interface::new(mapping, places, last(name::DISPLACEMENT), last(name::VELOCITY));
+    let (u, v) = (last(name::DISPLACEMENT), last(name::VELOCITY));
+    let motion = guard::Motion::new(u, v, settings.time_window);
+    let mut interface = Interface::new(mapping, places, u, v);
     interface.passing = Passing::new(&fields.common, &dem_side, &fem_side);
     if settings.measures_force() {
         interface
             .follow_force()
             .map_err(|what| refuse(format!("coupling.measure: {}: {what}", dem_side.program)))?;
     }
-    Ok(Agreement { interface, dem: dem_side, fem: fem_side, warnings })
+    Ok(Agreement { interface, motion, dem: dem_side, fem: fem_side, warnings })
 }
 
 fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
@@ -147,12 +151,9 @@ fn check_repeats(
 ) -> Result<(), Failure> {
     let program = &hello.program;
     if !(0.0..1.0).contains(&repeats) {
-        return Err(Failure::Contract {
-            solver: solver.into(),
-            what: format!(
-                "{program} says that it repeats a window to {repeats}; 0 to 1 can be meant, 0 is exact"
-            ),
-        });
+        let what =
+            format!("{program} says that it repeats a window to {repeats}; 0 to 1 can be meant, 0 is exact");
+        return Err(breach(solver, clause::REPEATS, what));
     }
     if settings.scheme == Scheme::Strong && repeats > settings.tolerance {
         return Err(refuse(format!(
@@ -165,15 +166,15 @@ fn check_repeats(
 }
 
 /// The layout has room for several interface meshes; the loop couples one.
-fn check_single(solver: &str, ready: &Ready) -> Result<(), Failure> {
-    let more = ready.more_meshes.len();
-    let what = || {
-        format!(
-            "it offers {} interface meshes, this version couples one: send it as Ready.mesh alone",
-            more + 1
-        )
-    };
-    if more == 0 { Ok(()) } else { Err(Failure::Contract { solver: solver.into(), what: what() }) }
+fn check_ready(solver: &str, plan: &Plan, ready: &Ready) -> Result<(), Failure> {
+    if ready.more_meshes.is_empty() {
+        return guard::check_initial(solver, &plan.gives, ready);
+    }
+    let what = format!(
+        "it offers {} interface meshes, this version couples one: send it as Ready.mesh alone",
+        ready.more_meshes.len() + 1
+    );
+    Err(breach(solver, clause::MESH, what))
 }
 
 /// Programs that have read different scenes compute different things, and nobody would see it.
@@ -182,8 +183,9 @@ fn check_scene(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Resu
     match &settings.scene {
         Some(ours) if !theirs.is_empty() && ours != theirs => Err(refuse(format!(
             "{solver} ({}) and the coupler have read different scenes ({theirs}, {ours}); start all programs of a run \
-             with one scene file and the same --set",
-            hello.program
+             with one scene file and the same --set (PROTOCOL.md, clause {})",
+            hello.program,
+            clause::SCENE
         ))),
         _ => Ok(()),
     }

@@ -6,6 +6,7 @@
 use crate::acceleration::Acceleration;
 use crate::convergence::{Field, Judged, Measure, Residual, largest_distance};
 use crate::energy::Work;
+use crate::guard::Answered;
 use crate::handshake::Side;
 use crate::mapping::Matrix;
 use crate::passing::Passing;
@@ -313,6 +314,12 @@ impl Interface {
                 }
             }
         }
+    }
+
+    /// The motion of the structure in the window at hand: committed, then as answered.
+    pub fn answered(&self) -> Answered<'_> {
+        let Motion { u, v } = &self.answer;
+        Answered { start: (&self.committed_u, &self.committed_v), u, v }
     }
 
     /// Work of the mean force in this window [J]: on the structure, and on the mesh that the contact

@@ -22,6 +22,7 @@ mod cost;
 pub mod counts;
 pub mod coupling;
 pub mod energy;
+pub mod guard;
 pub mod handshake;
 pub mod interface;
 pub mod mapping;

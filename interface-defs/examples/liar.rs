@@ -95,7 +95,7 @@ fn main() -> Result<(), Failure> {
     config.global.set_root_path(&Path::new(format!("/tmp/rockfall-{uid}/{id}").as_bytes())?);
     let node = NodeBuilder::new().name(&NodeName::new(&part)?).config(&config).create::<ipc::Service>()?;
     let control_name = ServiceName::new(&format!("{part}/control"))?;
-    let field_name = ServiceName::new(&format!("{part}/field"))?;
+    let field_name = ServiceName::new(&format!("{part}/window"))?;
     // The coupler creates the wake-up of `fem` last of all: from then on everything is there.
     let last = ServiceName::new("fem/wake")?;
     while node.service_builder(&last).event().open().is_err() {

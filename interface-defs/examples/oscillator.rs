@@ -2,9 +2,7 @@
 //!
 //! In a scene: `[processes] fem = "target/release/examples/oscillator"`; by hand:
 //! `oscillator serve SCENE --run ID --as fem`. Position Verlet under the mean force, mass 20 kg, 2e5 N/m.
-use interface_defs::ipc::serve::{Connection, serve};
-use interface_defs::solver::OnProgress;
-use interface_defs::*;
+use interface_defs::{ipc::Connection, solver::OnProgress, *};
 
 const MASS: f64 = 20.0;
 const SPRING: f64 = 2e5;
@@ -17,14 +15,12 @@ struct Oscillator {
 
 impl Solver for Oscillator {
     fn hello(&self) -> Hello {
+        let at_end = |name| FieldSpec::nodal(name, 3, Sampling::AtEnds);
         Hello {
             program: "oscillator".into(),
             repeats: Some(0.0), // it repeats a window to equal bytes
             takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)],
-            gives: vec![
-                FieldSpec::nodal(name::DISPLACEMENT, 3, Sampling::AtEnds),
-                FieldSpec::nodal(name::VELOCITY, 3, Sampling::AtEnds),
-            ],
+            gives: vec![at_end(name::DISPLACEMENT), at_end(name::VELOCITY)],
             largest_window: 1e-3, // well below its period of 63 ms
             ..Default::default()
         }

@@ -6,7 +6,7 @@
 //!
 //! # Where to begin
 //!
-//! A solver of your own: [`solver`] (the trait, in some 60 lines in `examples/oscillator.rs`), then [`field`]. The coupler's side:
+//! A solver of your own: [`solver`] (the trait, in fewer than 60 lines in `examples/oscillator.rs`), then [`field`]. The coupler's side:
 //! [`participant`]. What happens in a window, file by file: `ARCHITECTURE.md`.
 //!
 //! - [`field`]: which numbers cross the interface, and where they lie in the flat payload

@@ -49,6 +49,12 @@ fn an_oscillator_takes_the_place_of_the_structure_by_one_line() {
 }
 
 #[test]
+fn a_solver_of_ones_own_has_fewer_than_60_lines() {
+    let lines = include_str!("../../interface-defs/examples/oscillator.rs").lines().count();
+    assert!(lines < 60, "{lines}");
+}
+
+#[test]
 fn three_processes_started_by_hand_do_the_same() {
     let bench = Bench::new();
     let scene = on_oscillator(&bench);

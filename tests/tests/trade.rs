@@ -53,6 +53,31 @@ fn a_recommendation_holds_and_a_study_goes_on() {
     );
 }
 
+/// What `rockfall check` says of the longest weak window is never above what breaks, and within a factor of 1.5 of what holds; and
+/// what holds and what breaks are within the factor that is promised.
+#[test]
+fn limits_that_are_found_are_those_of_theory() {
+    let bench = Bench::new();
+    let ended =
+        trade(&bench, "atlas", &["--atlas", "--budget", "10m", "--set", "end_time=0.12", "--knob", "window"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let table = read(&ended.out.join("atlas.csv"));
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let rows: Vec<Vec<String>> = table.lines().skip(1).map(cells).collect();
+    let weak = rows.iter().find(|row| row[0] == "window" && row[1] == "the scene as it is").expect("pushed");
+    let number = |at: usize| weak[at].parse::<f64>().unwrap_or_else(|_| panic!("{weak:?}"));
+    let (theory, holds, breaks) = (number(3), number(4), number(5));
+    assert!(theory < breaks && holds < 1.5 * theory, "{weak:?}");
+    assert!(holds < breaks && breaks < 1.11 * holds, "{weak:?}");
+    // Both sides, by runs of their own, without the bound that only repeats what theory says.
+    for (window, done) in [(0.9 * theory, true), (1.1 * breaks, false)] {
+        let window = format!("coupling.time_window={window:e}");
+        let sets = ["--set", &window, "--set", "limits.weak_window=1e9"];
+        let ended = bench.run(&scene("sphere-on-cable"), &format!("by_hand_{done}"), &sets);
+        assert_eq!(ended.code == Some(0), done, "{window}: {}", ended.stderr);
+    }
+}
+
 #[test]
 fn what_cannot_be_meant_is_refused() {
     let bench = Bench::new();

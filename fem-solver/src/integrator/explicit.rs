@@ -263,9 +263,14 @@ wide! {
         let ((x, x_rest), (f, f_rest)) = (middle.as_chunks::<LANES>(), force.as_chunks::<LANES>());
         let ((i, i_rest), (m, m_rest)) = (inverse_mass.as_chunks::<LANES>(), mass.as_chunks::<LANES>());
         for (((((v, u), x), f), i), m) in v.iter_mut().zip(u).zip(x).zip(f).zip(i).zip(m) {
+            // All is read before anything is written: the compiler cannot know that nothing overlaps.
+            let (mut after, mut drifted) = ([0.0; LANES], [0.0; LANES]);
             for l in 0..LANES {
-                lanes[l] += kick.one(&mut v[l], &mut u[l], x[l], f[l], i[l], m[l]);
+                after[l] = kick.velocity(v[l], f[l], i[l]);
+                drifted[l] = x[l] + kick.half * after[l];
+                lanes[l] += square(m[l], v[l], after[l]);
             }
+            (*v, *u) = (after, drifted);
         }
         let rest = v_rest.iter_mut().zip(u_rest).zip(x_rest).zip(f_rest).zip(i_rest).zip(m_rest);
         total(lanes, rest.map(|(((((v, u), x), f), i), m)| kick.one(v, u, *x, *f, *i, *m)))
@@ -274,12 +279,23 @@ wide! {
 
 impl Kick {
     #[inline(always)]
+    fn velocity(&self, before: f64, force: f64, inverse_mass: f64) -> f64 {
+        self.keep * before + self.gain * (inverse_mass * force)
+    }
+
+    #[inline(always)]
     fn one(&self, v: &mut f64, u: &mut f64, middle: f64, force: f64, inverse_mass: f64, mass: f64) -> f64 {
         let before = *v;
-        let after = self.keep * before + self.gain * (inverse_mass * force);
+        let after = self.velocity(before, force, inverse_mass);
         *v = after;
         *u = middle + self.half * after;
-        let twice = before + after;
-        mass * (twice * twice)
+        square(mass, before, after)
     }
+}
+
+/// `m (v_0 + v_1)^2`.
+#[inline(always)]
+fn square(mass: f64, before: f64, after: f64) -> f64 {
+    let twice = before + after;
+    mass * (twice * twice)
 }

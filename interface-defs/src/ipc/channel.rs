@@ -1,5 +1,6 @@
 //! The services of one solver, created by the coupler and opened by the solver.
 
+use super::earlier::Earlier;
 use super::transport;
 use super::wait::Patience;
 use crate::header::{AnswerHeader, RequestHeader};
@@ -57,9 +58,11 @@ macro_rules! lock_step {
     };
 }
 
+pub(crate) use lock_step;
+
 type Ipc = ipc::Service;
 
-fn service_name(participant: &str, what: &str) -> Result<ServiceName, Failure> {
+pub(crate) fn service_name(participant: &str, what: &str) -> Result<ServiceName, Failure> {
     ServiceName::new(&format!("{participant}/{what}")).map_err(transport("name of a channel"))
 }
 
@@ -72,7 +75,7 @@ fn control_builder(node: &Node<Ipc>, name: &str) -> Result<ControlBuilder, Failu
 }
 
 fn field_builder(node: &Node<Ipc>, name: &str) -> Result<FieldBuilder, Failure> {
-    let builder = node.service_builder(&service_name(name, "field")?).request_response::<[f64], [f64]>();
+    let builder = node.service_builder(&service_name(name, "window")?).request_response::<[f64], [f64]>();
     Ok(lock_step!(builder.request_user_header::<RequestHeader>().response_user_header::<AnswerHeader>()))
 }
 
@@ -94,6 +97,8 @@ pub(crate) struct Channels {
     pub control: ControlService,
     pub field: FieldService,
     pub wake: EventService,
+    /// At the coupler's side.
+    pub earlier: Option<Earlier>,
 }
 
 impl Channels {
@@ -103,6 +108,7 @@ impl Channels {
         Ok(Self {
             control: control_builder(node, name)?.create().map_err(transport(failed()))?,
             field: field_builder(node, name)?.create().map_err(transport(failed()))?,
+            earlier: Some(Earlier::create(node, name)?),
             wake: create_wake(node, name)?,
         })
     }
@@ -114,9 +120,10 @@ impl Channels {
                 control_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/control")))
             })?,
             field: retry(deadline, || {
-                field_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/field")))
+                field_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/window")))
             })?,
             wake: open_wake(node, name, deadline)?,
+            earlier: None,
         })
     }
 }

@@ -210,6 +210,10 @@ impl Remote {
         }
     }
 
+    fn check_version(&self) -> Result<(), Failure> {
+        self.channels.earlier.as_ref().map_or(Ok(()), |earlier| earlier.check(&self.name))
+    }
+
     fn channels_ring(&self) {
         let _ = self.shared.heartbeats[self.index].notify();
     }
@@ -274,7 +278,13 @@ impl Participant for Remote {
         let during = || "at the start of the run: it has not joined".to_string();
         let there = || Ok((self.channels.control.dynamic_config().number_of_servers() > 0).then_some(()));
         self.patience(false, &during).until(&self.shared.listener, there, |_| false, || self.tick())?;
-        match self.call(&ToSolver::Connect, "in the handshake", &mut silent)? {
+        self.check_version()?;
+        let answer = self.call(&ToSolver::Connect, "in the handshake", &mut silent);
+        if answer.is_err() {
+            // It may have ended because it does not know the version byte.
+            self.check_version()?;
+        }
+        match answer? {
             FromSolver::Hello(hello) => {
                 self.shared.joined.borrow_mut().push(self.name.clone());
                 Ok(hello)
@@ -290,13 +300,6 @@ impl Participant for Remote {
         };
         ready.mesh.check().map_err(|what| self.breaks(format!("its interface mesh: {what}")))?;
         self.lengths = payload_lengths(plan, &ready);
-        if ready.initial.len() != self.lengths.1 {
-            return Err(self.breaks(format!(
-                "its initial answer has {} numbers, its fields and gauges make {}",
-                ready.initial.len(),
-                self.lengths.1
-            )));
-        }
         // Double the payload: iceoryx2 keeps one more chunk than is on loan.
         let longest = self.lengths.0 + ready.mesh.node_count();
         check_space(2 * 8 * longest as u64)?;

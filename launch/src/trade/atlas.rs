@@ -25,7 +25,7 @@ const SAFE: f64 = 0.8;
 /// Most doublings.
 const DOUBLINGS: i32 = 14;
 /// A run may take so many times the longest one of the scene as it is, and these seconds besides.
-const PATIENCE: (f64, f64) = (6.0, 5.0);
+const PATIENCE: (f64, f64) = (10.0, 15.0);
 
 /// One push: a knob, from a point, in one direction.
 #[derive(Debug, Clone)]
@@ -59,7 +59,10 @@ pub struct Found {
 pub fn pushes(space: &Space) -> Vec<Push> {
     let mut all = Vec::new();
     for arm in space.arms() {
-        for knob in space.knobs.iter().filter(|knob| space.uses(&arm, knob) && knob.number_at(1.0).is_some())
+        for knob in space
+            .knobs
+            .iter()
+            .filter(|knob| knob.turned && space.uses(&arm, knob) && knob.number_at(1.0).is_some())
         {
             // Steps with every scheme, as some bear longer windows than others.
             let is_step = knob.name.ends_with("_step") && !arm.contains_key("integrator");
@@ -169,8 +172,9 @@ impl Atlas<'_, '_> {
             return Ok(Fared::Not(what));
         };
         let key = format!("atlas {}", sets.join(" "));
-        let known =
-            self.study.runs.iter().find(|run| run.record.key == key).map(|run| run.record.outcome.clone());
+        // What was too slow may have been so because the machine was busy.
+        let counts = |run: &&Finished| run.record.key == key && run.record.outcome.status != Status::Stopped;
+        let known = self.study.runs.iter().find(counts).map(|run| run.record.outcome.clone());
         let outcome = match known {
             Some(outcome) => outcome,
             None => {
@@ -265,8 +269,12 @@ const BEYOND: [(&str, &str); 3] = [
 /// The limit that `rockfall check` gives for a push.
 pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Option<f64> {
     let of: Numbers = numbers(input, &space.sets(&push.arm)?, events)?;
+    // The limit of weak coupling is none of a net that yields.
+    let yields =
+        space.knob("yielding_net").and_then(|knob| knob.value(super::point::rung(&push.arm, knob.name)));
+    let yields = yields.as_deref() == Some("true");
     match push.knob.name {
-        "window" if of.weak => {
+        "window" if of.weak && !yields => {
             of.limit.map(|limit| limit.stable.unwrap_or(f64::INFINITY)).filter(|w| w.is_finite())
         }
         "dem_step" => of.contact.critical.filter(|step| step.is_finite()),

@@ -58,10 +58,9 @@ pub fn combinations(study: &Study, anchor: &Point, accuracy: f64) -> Option<Gues
 pub fn neighbours(study: &Study, best: &Recommended) -> Vec<Point> {
     let Some(point) = &best.point else { return Vec::new() };
     let space = &study.space;
-    let turned = space
-        .knobs
-        .iter()
-        .filter(|knob| knob.class == Class::Numerical && knob.names() == 0 && space.uses(point, knob));
+    let turned = space.knobs.iter().filter(|knob| {
+        knob.turned && knob.class == Class::Numerical && knob.names() == 0 && space.uses(point, knob)
+    });
     let refuted = refuted(study, best.accuracy);
     turned
         .map(|knob| with(point, knob.name, rung(point, knob.name) + 1))
@@ -73,10 +72,9 @@ pub fn neighbours(study: &Study, best: &Recommended) -> Vec<Point> {
 fn levels(study: &Study, anchor: &Point, cost: f64) -> Vec<(&'static str, Vec<Level>)> {
     let reference = &study.reference;
     let space = &study.space;
-    let turned = space
-        .knobs
-        .iter()
-        .filter(|knob| knob.class == Class::Numerical && !knob.arm && space.uses(anchor, knob));
+    let turned = space.knobs.iter().filter(|knob| {
+        knob.turned && knob.class == Class::Numerical && !knob.arm && space.uses(anchor, knob)
+    });
     turned
         .map(|knob| {
             let own = rung(anchor, knob.name);

@@ -3,6 +3,8 @@
 //! A knob belongs to a scene by presence: its key stands in the resolved scene, or a program reports its value. A *rung* is the
 //! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.
 
+use interface_defs::toolkit::explain::suggestion;
+use interface_defs::toolkit::input_error::InputError;
 use toml::{Table, Value};
 
 /// What a knob changes.
@@ -36,10 +38,12 @@ struct Spec {
 /// value, this number of `check` is the one in use.
 const REGISTRY: &[Spec] = &[
     choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong"]).arm(),
+    choice("yielding_net", &[("coupling.yielding_net", 0)], &["false", "true"]).arm(),
     choice("integrator", &[("fem.integrator", 0)], &["central_difference", "generalized_alpha"]).arm(),
     ladder("window", &[("coupling.time_window", 1)]).refines(),
     ladder("samples", &[("coupling.samples", -1)]),
     ladder("tolerance", TOLERANCES).refines().costs(1.5).needs("scheme", "strong"),
+    ladder("yielding_tolerance", YIELDING).refines().costs(1.5).needs("yielding_net", "true"),
     ladder("dem_step", &[("dem.time_step", 1)]).refines().reported("dem.time_step"),
     ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]).refines(),
     ladder("fem_step", &[("fem.time_step", 1)]).refines().reported("fem.time_step"),
@@ -51,6 +55,8 @@ const REGISTRY: &[Spec] = &[
 
 /// Both tolerances of strong coupling.
 const TOLERANCES: &[(&str, i32)] = &[("coupling.tolerance", 2), ("coupling.absolute_tolerance", 2)];
+/// Both tolerances of a net that yields in the contact solver.
+const YIELDING: &[(&str, i32)] = &[("coupling.yielding_tolerance", 2), ("coupling.yielding_share", 2)];
 /// A rectangular net of half the cells, its wires thicker: of the same mass and stiffness per metre of its width.
 const NET: &[(&str, i32)] =
     &[("structure.generator.cells", -1), ("structure.generator.spacing", 1), ("structure.cable.area", 1)];
@@ -125,7 +131,7 @@ impl Spec {
             Turn::Choice { key: key.into(), names: std::iter::once(now.clone()).chain(others).collect() }
         };
         let Spec { name, class, arm, refines, growth, needs, .. } = *self;
-        let knob = Knob { name, class, arm, refines, growth, needs, turn };
+        let knob = Knob { name, class, arm, refines, growth, needs, turned: true, turn };
         // A single sphere, a tolerance of zero: nothing to turn.
         [-1, 1].iter().any(|rung| knob.sets(*rung).is_some()).then_some(knob)
     }
@@ -152,6 +158,19 @@ pub fn of(scene: &Base) -> Vec<Knob> {
     REGISTRY.iter().filter_map(|spec| spec.of(scene)).collect()
 }
 
+/// Turn those alone that are named in `only`, all if it is empty. An unknown name is bad input.
+pub fn turn_only(knobs: &mut [Knob], only: &[String]) -> Result<(), InputError> {
+    let names: Vec<&str> = knobs.iter().map(|knob| knob.name).collect();
+    if let Some(unknown) = only.iter().find(|name| !names.contains(&name.as_str())) {
+        let what = format!("--knob {unknown}: this scene has no knob of that name");
+        return Err(InputError::new(what).try_instead(suggestion(unknown, &names).unwrap_or_default()));
+    }
+    knobs
+        .iter_mut()
+        .for_each(|knob| knob.turned = only.is_empty() || only.iter().any(|name| name == knob.name));
+    Ok(())
+}
+
 /// A knob of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Knob {
@@ -167,6 +186,8 @@ pub struct Knob {
     pub growth: f64,
     /// Used only with this name of that knob.
     pub needs: Option<(&'static str, &'static str)>,
+    /// Whether it is to be turned; the reference refines it all the same.
+    pub turned: bool,
     turn: Turn,
 }
 
@@ -201,7 +222,16 @@ impl Knob {
     #[cfg(test)]
     pub fn number(name: &'static str, key: &str, base: f64) -> Self {
         let turn = Turn::Ladder(vec![Part { key: key.into(), base: Number::Float(base), power: 1 }]);
-        Self { name, class: Class::Numerical, arm: false, refines: true, growth: 2.0, needs: None, turn }
+        Self {
+            name,
+            class: Class::Numerical,
+            arm: false,
+            refines: true,
+            growth: 2.0,
+            needs: None,
+            turned: true,
+            turn,
+        }
     }
 
     /// The `--set`s of a rung; `None` if it has none there, or if it is what another one is.
@@ -388,6 +418,21 @@ mod tests {
         assert_eq!(names(&knobs(mesh, &[])), ["fem_step"]);
     }
 
+    /// A name that another knob needs is one that it has: else it would never be turned.
+    #[test]
+    fn what_a_knob_needs_is_there() {
+        for spec in REGISTRY {
+            if let Some((other, name)) = spec.needs {
+                let there = REGISTRY.iter().find(|s| s.name == other).unwrap_or_else(|| panic!("no {other}"));
+                assert!(there.names.contains(&name), "{}", spec.name);
+            }
+        }
+        let yielding = "[coupling]\nyielding_net = false\nyielding_tolerance = 1e-4\nyielding_share = 0.1\n";
+        let knobs = knobs(yielding, &[]);
+        assert_eq!(names(&knobs), ["yielding_net", "yielding_tolerance"]);
+        assert_eq!(knobs[0].sets(1), Some(vec!["coupling.yielding_net=true".to_owned()]));
+    }
+
     #[test]
     fn a_rung_is_a_set_of_each_of_its_keys() {
         let knobs = knobs(DROP, &[]);
@@ -408,6 +453,18 @@ mod tests {
         assert_eq!(sets("refinement", 2), None, "26 is no multiple of 4");
         assert_eq!(sets("scheme", 1), text(&["coupling.scheme=strong"]));
         assert_eq!((sets("scheme", 2), sets("scheme", -1)), (None, None));
+    }
+
+    #[test]
+    fn a_name_that_no_knob_has_is_refused_and_the_others_stand_still() {
+        let mut knobs = knobs(DROP, &[]);
+        turn_only(&mut knobs, &["window".into(), "spheres".into()]).expect("both are there");
+        let turned: Vec<&str> = knobs.iter().filter(|knob| knob.turned).map(|knob| knob.name).collect();
+        assert_eq!(turned, ["window", "spheres"]);
+        let error = turn_only(&mut knobs, &["windw".into()]).expect_err("misspelt").to_string();
+        assert!(error.contains("did you mean `window`?"), "{error}");
+        turn_only(&mut knobs, &[]).expect("all");
+        assert!(knobs.iter().all(|knob| knob.turned));
     }
 
     #[test]

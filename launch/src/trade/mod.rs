@@ -68,6 +68,9 @@ pub struct Arguments {
     /// Value to compare a measure with, instead of the finest runs, repeatable
     #[arg(long = "reference", value_name = "NAME=VALUE", value_parser = measures::given)]
     pub references: Vec<(String, f64)>,
+    /// Knob to turn, repeatable [default: all that the scene has]
+    #[arg(long = "knob", value_name = "NAME")]
+    pub knobs: Vec<String>,
     /// Directory of the study [default: out/NAME-trade for the scene NAME.toml]
     #[arg(long, value_name = "DIR", help_heading = "Results")]
     pub out: Option<PathBuf>,

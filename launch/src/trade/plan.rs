@@ -28,7 +28,7 @@ pub const RUNS: usize = 3;
 /// A finer rung is followed by another if it takes away at least this share of the error.
 const WORTH: f64 = 0.2;
 /// A run may take so many times its estimate, and these seconds besides.
-const PATIENCE: (f64, f64) = (3.0, 2.0);
+const PATIENCE: (f64, f64) = (4.0, 5.0);
 
 /// A run to make.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,7 +115,9 @@ impl Planner<'_> {
 
     fn one_at_a_time(&self, anchor: &Point, depth: i32) -> Option<Task> {
         let space = &self.study.space;
-        let turned = |knob: &&Knob| knob.class == Class::Numerical && !knob.arm && space.uses(anchor, knob);
+        let turned = |knob: &&Knob| {
+            knob.turned && knob.class == Class::Numerical && !knob.arm && space.uses(anchor, knob)
+        };
         space.knobs.iter().filter(turned).find_map(|knob| {
             let own = rung(anchor, knob.name);
             let at = |away: i32| with(anchor, knob.name, own + away);
@@ -138,7 +140,7 @@ impl Planner<'_> {
     }
 
     fn models(&self) -> Option<Task> {
-        let knobs = || self.study.space.knobs.iter().filter(|knob| knob.class == Class::Model);
+        let knobs = || self.study.space.knobs.iter().filter(|knob| knob.turned && knob.class == Class::Model);
         let points = (1..=MODELS).flat_map(|depth| {
             knobs().flat_map(move |knob| [depth, -depth].map(|rung| Point::from([(knob.name, rung)])))
         });

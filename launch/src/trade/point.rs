@@ -93,7 +93,8 @@ impl Space {
     /// The scene, or with a name of one of its arms.
     pub fn arms(&self) -> Vec<Point> {
         let mut all = vec![Point::new()];
-        for knob in self.knobs.iter().filter(|knob| knob.arm && knob.class == Class::Numerical) {
+        for knob in self.knobs.iter().filter(|knob| knob.turned && knob.arm && knob.class == Class::Numerical)
+        {
             all.extend((1..knob.names() as i32).map(|name| Point::from([(knob.name, name)])));
         }
         all

@@ -6,6 +6,9 @@ use std::collections::BTreeMap;
 /// Orders of convergence that are believed.
 const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=4.5;
 
+/// Changes that hardly shrink are taken to leave at most so many times the last.
+const MOST: f64 = 10.0;
+
 /// Where a value comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Source {
@@ -62,8 +65,12 @@ pub fn limit(values: &[f64]) -> Option<Known> {
         let uncertainty = Some(relative(value - third));
         return Some(Known { value, source: Source::Extrapolated { order }, uncertainty });
     }
-    // Without an order the last change says less than the largest of the two.
-    let uncertainty = Some(relative(before).max(relative(last)));
+    // Without an order: what is left of the changes if they go on to shrink as they did, and no less than the last.
+    let ratio = relative(last) / relative(before);
+    let uncertainty = Some(match ratio < 1.0 {
+        true => relative(last) * (ratio / (1.0 - ratio)).clamp(1.0, MOST),
+        false => relative(before).max(relative(last)),
+    });
     Some(Known { value: finest, source: Source::Finest, uncertainty })
 }
 
@@ -133,8 +140,13 @@ mod tests {
         for values in [[1.0, 1.1, 1.05], [1.0, 1.1, 1.3], [1.0, 1.1, 1.100_001]] {
             let known = limit(&values).expect("three runs");
             assert_eq!((known.source, known.value), (Source::Finest, values[2]), "{values:?}");
-            let most = (values[0] - values[1]).abs().max((values[1] - values[2]).abs()) / values[2];
-            assert!((known.uncertainty.expect("known") - most).abs() < 1e-12);
+            let off = known.uncertainty.expect("known");
+            let (before, last) = (values[0] - values[1], values[1] - values[2]);
+            // All further changes together, if each is as much smaller: a geometric series, summed up term by term.
+            let ratio = (last / before).abs();
+            let rest: f64 = (1..200).map(|n| last.abs() * ratio.powi(n)).sum();
+            let least = if ratio < 1.0 { rest.max(last.abs()) } else { before.abs().max(last.abs()) };
+            assert!((off * values[2] - least).abs() < 1e-12, "{values:?}: {off}");
         }
         assert_eq!(limit(&[2.0]).map(|known| known.uncertainty), Some(None));
         assert_eq!(limit(&[]), None);

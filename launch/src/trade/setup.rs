@@ -53,7 +53,9 @@ impl Setup {
                 .filter(|(key, _)| knobs::at(&document, key).is_none())
                 .map(|(key, _)| (*key).to_owned()),
         );
-        let space = Space { knobs: knobs::of(&Base { resolved: &resolved, in_use: &in_use }), open };
+        let mut knobs = knobs::of(&Base { resolved: &resolved, in_use: &in_use });
+        knobs::turn_only(&mut knobs, &arguments.knobs)?;
+        let space = Space { knobs, open };
         let fault = |e: std::io::Error| {
             Stop::input(format!("{}: an input file cannot be read: {e}", scene.path().display()))
         };

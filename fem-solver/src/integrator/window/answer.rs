@@ -2,6 +2,7 @@
 
 use super::least_common_multiple;
 use crate::integrator::shown::Shown;
+use crate::linear_algebra::lanes::{LANES, wide};
 use crate::state::State;
 use interface_defs::field::{Items, Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
@@ -122,11 +123,49 @@ impl Answer {
 
 /// Largest distance of any of so many nodes between two displacements [m].
 pub(super) fn travel(from: &[f64], to: &[f64], nodes: usize) -> f64 {
-    let mut largest = 0.0;
-    for node in 0..nodes {
-        let [x, y, z] = [node, nodes + node, 2 * nodes + node].map(|dof| to[dof] - from[dof]);
-        let square = x * x + y * y + z * z;
-        largest = if square > largest { square } else { largest };
+    longest_square(from, to, nodes).sqrt()
+}
+
+wide! {
+    /// Its square [m2].
+    fn longest_square(from: &[f64], to: &[f64], nodes: usize) -> f64 {
+        let [x, y, z] = [0, 1, 2].map(|c: usize| {
+            let (from, to) = (&from[c * nodes..][..nodes], &to[c * nodes..][..nodes]);
+            (from.as_chunks::<LANES>(), to.as_chunks::<LANES>())
+        });
+        let mut lanes = [0.0; LANES];
+        let first = x.0.0.iter().zip(x.1.0);
+        let others = y.0.0.iter().zip(y.1.0).zip(z.0.0.iter().zip(z.1.0));
+        for ((x0, x1), ((y0, y1), (z0, z1))) in first.zip(others) {
+            for l in 0..LANES {
+                let (x, y, z) = (x1[l] - x0[l], y1[l] - y0[l], z1[l] - z0[l]);
+                let square = x * x + y * y + z * z;
+                lanes[l] = if square > lanes[l] { square } else { lanes[l] };
+            }
+        }
+        let rest = (0..x.0.1.len()).map(|i| {
+            let [x, y, z] = [x, y, z].map(|(from, to)| to.1[i] - from.1[i]);
+            x * x + y * y + z * z
+        });
+        lanes.into_iter().chain(rest).fold(0.0, f64::max)
     }
-    f64::sqrt(largest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_way_is_found_wherever_it_is() {
+        let nodes = 19;
+        let from: Vec<f64> = (0..3 * nodes).map(|i| (i as f64).sin()).collect();
+        for node in 0..nodes {
+            let mut to: Vec<f64> = from.iter().map(|x| x + 0.1).collect();
+            [2.0, -3.0, 6.0].into_iter().enumerate().for_each(|(c, way)| {
+                to[c * nodes + node] = from[c * nodes + node] + way;
+            });
+            assert!((travel(&from, &to, nodes) - 7.0).abs() < 1e-14, "{node}");
+        }
+        assert_eq!(travel(&from, &from, nodes), 0.0);
+    }
 }

@@ -1,0 +1,327 @@
+//! Twelve structures that do other things than they say: each is named with its clause of `PROTOCOL.md`, or harms nothing.
+
+use coupler::coupling::{Committed, Coupling, Observer};
+use coupler::guard::clause;
+use coupler::handshake::Side;
+use coupler::settings::{CouplingSettings, Scheme};
+use interface_defs::solver::OnProgress;
+use interface_defs::*;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Lie {
+    None,
+    IgnoresLength,
+    ForgetsCommittedState,
+    NeverCommits,
+    ZeroVelocity,
+    DisplacedStart,
+    HeldNodesMove,
+    WrongMasses,
+    HalfTheForce,
+    WrongMesh,
+    WrongSamples,
+    WrongScene,
+    RepeatsRoughly,
+}
+
+/// Two masses on springs and a held node between them, along x. Position Verlet under the mean force of each part.
+#[derive(Clone)]
+struct Net {
+    lie: Lie,
+    /// Velocity at t = 0 [m/s].
+    thrown: f64,
+    repeats: Option<f64>,
+    samples: usize,
+    window: f64,
+    committed: State,
+    trial: State,
+    solves: u32,
+}
+
+#[derive(Clone, Copy, Default, PartialEq, Debug)]
+struct State {
+    u: [f64; NODES],
+    v: [f64; NODES],
+    received: f64,
+}
+
+const NODES: usize = 3;
+const MASS: f64 = 2.0;
+const SPRING: f64 = 2000.0;
+const HELD: usize = 1;
+const WINDOW: f64 = 1e-3;
+const SCENE: &str = "fnv1a64:1";
+const STEPS: usize = 4;
+
+impl Net {
+    fn new(lie: Lie, repeats: Option<f64>) -> Self {
+        let (committed, trial) = (State::default(), State::default());
+        Self { lie, thrown: 0.0, repeats, samples: 1, window: 0.0, committed, trial, solves: 0 }
+    }
+
+    fn fields(&self, state: &State, sample: usize, out: &mut [f64]) {
+        let half = 3 * NODES * self.samples;
+        for node in 0..NODES {
+            let at = 3 * (sample * NODES + node);
+            out[at] = state.u[node];
+            out[half + at] = if self.lie == Lie::ZeroVelocity { 0.0 } else { state.v[node] };
+        }
+    }
+
+    /// One step of `h` [s] under `force`.
+    fn step(&self, state: &mut State, h: f64, force: &[f64; NODES]) {
+        for node in 0..NODES {
+            if node == HELD && self.lie != Lie::HeldNodesMove {
+                continue;
+            }
+            let force = if self.lie == Lie::HalfTheForce { 0.5 * force[node] } else { force[node] };
+            let before = state.u[node];
+            let middle = before + 0.5 * h * state.v[node];
+            state.v[node] += h * (force - SPRING * middle) / MASS;
+            state.u[node] = middle + 0.5 * h * state.v[node];
+            state.received += force * (state.u[node] - before);
+        }
+    }
+}
+
+impl Solver for Net {
+    fn hello(&self) -> Hello {
+        let many = |name, sampling| FieldSpec { samples: 8, ..FieldSpec::nodal(name, 3, sampling) };
+        Hello {
+            program: format!("net ({:?})", self.lie),
+            scene: if self.lie == Lie::WrongScene { "fnv1a64:2".into() } else { SCENE.into() },
+            repeats: self.repeats,
+            takes: vec![many(name::FORCE, Sampling::Means)],
+            gives: vec![many(name::DISPLACEMENT, Sampling::AtEnds), many(name::VELOCITY, Sampling::AtEnds)],
+            ..Hello::default()
+        }
+    }
+
+    fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
+        self.samples = plan.gives[0].samples as usize;
+        self.window = plan.window;
+        let told = if self.lie == Lie::WrongMasses { 1.0 } else { MASS };
+        let mut masses = vec![told; NODES];
+        masses[HELD] = f64::INFINITY;
+        let mut coordinates: Vec<f64> = (0..NODES).flat_map(|n| [n as f64, 0.0, 0.0]).collect();
+        if self.lie == Lie::WrongMesh {
+            coordinates.truncate(6);
+            masses.truncate(2);
+        }
+        let gauges = vec![Gauge { role: Role::Received, ..Gauge::new("energy_received_net", "J") }];
+        let mut initial = vec![0.0; 6 * NODES * self.samples + 3];
+        self.committed.v = [self.thrown, 0.0, 0.0];
+        (0..self.samples).for_each(|sample| self.fields(&self.committed, sample, &mut initial));
+        if self.lie == Lie::DisplacedStart {
+            self.committed.u = [0.1, 0.0, 0.1];
+        }
+        let mesh = InterfaceMesh { coordinates, masses, ..Default::default() };
+        Ok(Ready { mesh, gauges, initial, ..Ready::default() })
+    }
+
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        self.solves += 1;
+        let mut state = if self.lie == Lie::ForgetsCommittedState { self.trial } else { self.committed };
+        let length = if self.lie == Lie::IgnoresLength { self.window } else { window.length };
+        for sample in 0..self.samples {
+            let force = std::array::from_fn(|node| input[3 * (sample * NODES + node)]);
+            for _ in 0..STEPS {
+                self.step(&mut state, length / (STEPS * self.samples) as f64, &force);
+            }
+            self.fields(&state, sample, output);
+        }
+        if self.lie == Lie::WrongSamples {
+            (0..self.samples).for_each(|sample| self.fields(&state, sample, output));
+        }
+        if self.lie == Lie::RepeatsRoughly {
+            let noise = 1.0 + NOISE * f64::from(self.solves % 7);
+            state.v.iter_mut().for_each(|v| *v *= noise);
+            self.fields(&state, self.samples - 1, output);
+        }
+        self.trial = state;
+        let gauges = output.len() - 3;
+        output[gauges..].fill(state.received);
+        Ok(())
+    }
+
+    fn commit(&mut self) -> Result<(), Fault> {
+        if self.lie != Lie::NeverCommits {
+            self.committed = self.trial;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        Ok(Statistics::default())
+    }
+}
+
+/// Relative noise of who repeats only roughly.
+const NOISE: f64 = 1e-7;
+
+/// Pulls every node towards a point that swings.
+#[derive(Default)]
+struct Pull {
+    samples: usize,
+    received: f64,
+    trial: f64,
+}
+
+impl Solver for Pull {
+    fn hello(&self) -> Hello {
+        let many = |name, sampling| FieldSpec { samples: 8, ..FieldSpec::nodal(name, 3, sampling) };
+        Hello {
+            program: "pull".into(),
+            repeats: Some(0.0),
+            takes: vec![many(name::DISPLACEMENT, Sampling::FromStart)],
+            gives: vec![many(name::FORCE, Sampling::Means)],
+            ..Hello::default()
+        }
+    }
+    fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
+        let mesh = plan.partner_mesh.clone().unwrap_or_default();
+        self.samples = plan.gives[0].samples as usize;
+        let gauges = vec![Gauge { role: Role::Received, ..Gauge::new("energy_received_pull", "J") }];
+        let initial = vec![0.0; Layout::new(&plan.gives, &mesh, 1).len()];
+        Ok(Ready { mesh, gauges, initial, ..Ready::default() })
+    }
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        let numbers = input.len() / (self.samples + 1);
+        let part = window.length / self.samples as f64;
+        self.trial = self.received;
+        for sample in 0..self.samples {
+            let time = window.start + part * (sample as f64 + 0.5);
+            for i in 0..numbers {
+                let (from, to) = (input[sample * numbers + i], input[(sample + 1) * numbers + i]);
+                let point = if i % 3 == 0 { 0.01 * (20.0 * time).sin() } else { 0.0 };
+                let force = 500.0 * (point - 0.5 * (from + to));
+                output[sample * numbers + i] = force;
+                self.trial -= force * (to - from);
+            }
+        }
+        let gauges = output.len() - 3;
+        output[gauges..].fill(self.trial);
+        Ok(())
+    }
+    fn commit(&mut self) -> Result<(), Fault> {
+        self.received = self.trial;
+        Ok(())
+    }
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        Ok(Statistics::default())
+    }
+}
+
+struct Silent;
+
+impl Observer for Silent {
+    fn prepared(&mut self, _: &Side, _: &Side, _: &[String]) -> Result<(), String> {
+        Ok(())
+    }
+    fn committed(&mut self, _: &Committed) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// The state at the end, or the message.
+fn run(net: Net, scheme: Scheme, samples: u32) -> Result<State, String> {
+    let (mut dem, mut fem) = (InProcess::new("dem", Pull::default()), InProcess::new("fem", net));
+    let mut settings = CouplingSettings { samples, ..CouplingSettings::new(scheme, WINDOW) };
+    settings.scene = Some(SCENE.into());
+    // The last window is shorter than the others.
+    let mut coupling = Coupling::new(settings, 50.5 * WINDOW, &mut dem, &mut fem);
+    coupling.run(&mut Silent, &mut |_| Ok(())).map_err(|e| e.to_string())?;
+    coupling.finish().map_err(|e| e.to_string())?;
+    Ok(fem.solver.trial)
+}
+
+fn named(net: Net, scheme: Scheme, samples: u32, clause: &str) {
+    let lie = net.lie;
+    let message = match run(net, scheme, samples) {
+        Err(message) => message,
+        Ok(_) => panic!("{lie:?}, {scheme:?}: nobody noticed"),
+    };
+    println!("{lie:?}: {message}");
+    assert!(message.contains(&format!("PROTOCOL.md, clause {clause})")), "{lie:?}, {scheme:?}: {message}");
+    assert!(message.contains("fem"), "{lie:?}: {message}");
+}
+
+#[test]
+fn twelve_lies_of_a_structure_that_can_be_examined_are_named_by_their_clauses() {
+    for (lie, clause) in [
+        (Lie::IgnoresLength, clause::LENGTH),
+        (Lie::ForgetsCommittedState, clause::COMMITTED),
+        (Lie::NeverCommits, clause::COMMIT),
+        (Lie::ZeroVelocity, clause::VELOCITY),
+        (Lie::DisplacedStart, clause::INITIAL),
+        (Lie::HeldNodesMove, clause::HELD),
+        (Lie::WrongMasses, clause::MASSES),
+        (Lie::HalfTheForce, clause::FORCE),
+        (Lie::WrongMesh, clause::MESH),
+        (Lie::WrongSamples, clause::SAMPLES),
+        (Lie::WrongScene, clause::SCENE),
+        (Lie::RepeatsRoughly, clause::REPEATS),
+    ] {
+        named(Net::new(lie, Some(0.0)), Scheme::Strong, 2, clause);
+        named(Net::new(lie, Some(0.0)), Scheme::Weak, 2, clause);
+    }
+    // A net that is on its way at t = 0.
+    for (lie, clause) in
+        [(Lie::IgnoresLength, clause::LENGTH), (Lie::ForgetsCommittedState, clause::COMMITTED)]
+    {
+        named(Net { thrown: 5.0, ..Net::new(lie, Some(0.0)) }, Scheme::Strong, 1, clause);
+    }
+}
+
+/// Who says that it cannot repeat a window is not asked for one: what it does in the run shows the lie.
+#[test]
+fn lies_of_a_structure_that_cannot_repeat_show_in_the_run() {
+    for samples in [1, 2] {
+        for (lie, clause) in [
+            (Lie::IgnoresLength, clause::LENGTH),
+            (Lie::NeverCommits, clause::COMMIT),
+            (Lie::ZeroVelocity, clause::VELOCITY),
+            (Lie::DisplacedStart, clause::INITIAL),
+            (Lie::HalfTheForce, clause::FORCE),
+            (Lie::WrongMesh, clause::MESH),
+            (Lie::WrongScene, clause::SCENE),
+        ] {
+            named(Net::new(lie, None), Scheme::Weak, samples, clause);
+        }
+    }
+    named(Net::new(Lie::WrongSamples, None), Scheme::Weak, 2, clause::VELOCITY);
+}
+
+/// What is left of the twelve, where no window is repeated: the coupler uses neither masses nor held nodes, and a state that is
+/// forgotten between two solves of a window is forgotten nowhere.
+#[test]
+fn lies_that_do_not_show_harm_nothing() {
+    let truth = run(Net::new(Lie::None, None), Scheme::Weak, 2).expect("no lie");
+    for lie in [Lie::ForgetsCommittedState, Lie::WrongMasses] {
+        assert_eq!(run(Net::new(lie, None), Scheme::Weak, 2).as_ref(), Ok(&truth), "{lie:?}: the same bytes");
+    }
+    let rough = run(Net::new(Lie::RepeatsRoughly, None), Scheme::Weak, 2).expect("not noticed");
+    // At most six times the noise in each of 51 windows.
+    let most = 6.0 * NOISE * 51.0;
+    let apart = (rough.u[0] / truth.u[0] - 1.0).abs();
+    assert!(apart > 0.0 && apart < most, "{apart:e}, at most {most:e}");
+}
+
+#[test]
+fn who_does_not_lie_is_believed_and_left_as_it_was() {
+    for samples in [1, 2, 5] {
+        for thrown in [0.0, 5.0] {
+            let net = |repeats| Net { thrown, ..Net::new(Lie::None, repeats) };
+            let unasked = run(net(None), Scheme::Weak, samples).expect("true");
+            assert_eq!(
+                run(net(Some(0.0)), Scheme::Weak, samples),
+                Ok(unasked),
+                "the probe leaves nothing behind"
+            );
+            run(net(Some(0.0)), Scheme::Strong, samples).expect("true");
+            // Noise below what it promises.
+            let rough = Net { lie: Lie::RepeatsRoughly, ..net(Some(1e-5)) };
+            run(rough, Scheme::Strong, samples).expect("as good as it says");
+        }
+    }
+}
