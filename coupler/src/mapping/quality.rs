@@ -126,7 +126,7 @@ mod tests {
             ..Default::default()
         };
         // The first extrapolates to 0.1; the others follow 0.75 and 0.25.
-        let rows = vec![vec![(1, 1.8), (2, -0.8)], vec![(1, 0.5), (2, 0.5)], vec![(0, 0.5), (1, 0.5)]];
+        let rows = [vec![(1, 1.8), (2, -0.8)], vec![(1, 0.5), (2, 0.5)], vec![(0, 0.5), (1, 0.5)]];
         let of = |first: Vec<(u32, f64)>| {
             let rows = std::iter::once(first).chain(rows[1..].iter().cloned());
             Quality::of(&Matrix::from_rows(3, rows), &structure, &contact)
