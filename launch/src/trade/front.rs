@@ -23,6 +23,15 @@ pub fn front(all: &[Trade]) -> Vec<usize> {
     order
 }
 
+/// The places of those that would be on the front if they cost `factor` times less: the noise of one run may hide them.
+pub fn near_front(all: &[Trade], factor: f64) -> Vec<usize> {
+    let beaten =
+        |one: &Trade| all.iter().any(|other| other.error <= one.error && other.cost < one.cost / factor);
+    (0..all.len())
+        .filter(|i| all[*i].cost.is_finite() && all[*i].error.is_finite() && !beaten(&all[*i]))
+        .collect()
+}
+
 /// The cheapest whose error is at most `accuracy`.
 pub fn cheapest(all: &[Trade], accuracy: f64) -> Option<usize> {
     front(all).into_iter().find(|i| all[*i].error <= accuracy)
@@ -61,6 +70,13 @@ mod tests {
             let finite = one.cost.is_finite() && one.error.is_finite();
             assert_eq!(front(&all).contains(&i), finite && !all.iter().any(beats), "{i}");
         }
+    }
+
+    #[test]
+    fn what_noise_may_hide_is_near_the_front() {
+        let all = trades(&[(1.0, 0.1), (1.4, 0.1), (1.6, 0.1), (1.6, 0.05), (3.0, 0.05)]);
+        assert_eq!(near_front(&all, 1.5), [0, 1, 3]);
+        assert_eq!(near_front(&all, 1.0), front(&all));
     }
 
     #[test]

@@ -25,6 +25,8 @@ const MODELS: i32 = 2;
 const RESCUE: i32 = 6;
 /// Runs of each point on the front.
 pub const RUNS: usize = 3;
+/// So many times slower than it is a run may be on a busy machine.
+const NOISE: f64 = 1.5;
 /// A finer rung is followed by another if it takes away at least this share of the error.
 const WORTH: f64 = 0.2;
 /// A run may take so many times its estimate, and these seconds besides.
@@ -163,9 +165,9 @@ impl Planner<'_> {
         })
     }
 
-    /// Those on the front and the scene in turn, the one with the fewest runs first.
+    /// Those on the front, those that noise may hide behind it, and the scene in turn, the one with the fewest runs first.
     fn repeats(&self) -> Option<Task> {
-        let mut points = self.study.front();
+        let mut points = self.study.candidates(NOISE);
         points.push(Point::new());
         let mut few: Vec<(usize, &Point)> = (points.iter())
             .map(|point| (self.study.timed(point).len(), point))

@@ -166,6 +166,13 @@ impl Study {
         places.into_iter().map(|place| trades[place].0.clone()).collect()
     }
 
+    /// Points on the front, and those that the noise of `factor` may hide behind it.
+    pub fn candidates(&self, factor: f64) -> Vec<Point> {
+        let trades = self.trades();
+        let numbers: Vec<Trade> = trades.iter().map(|(_, trade)| *trade).collect();
+        super::front::near_front(&numbers, factor).into_iter().map(|place| trades[place].0.clone()).collect()
+    }
+
     /// The cheapest point for each accuracy.
     pub fn recommended(&self) -> Vec<Recommended> {
         let trades = self.trades();
