@@ -559,9 +559,10 @@ impl<'a> Coupling<'a> {
         let advice = match once {
             Some(side) => format!(
                 "the window cannot be tried again at half its length, since {} does not repeat one (Hello, `repeats`; PROTOCOL.md, \
-                 \"The rule\") and may have advanced already; try a shorter coupling.time_window from the start, or a solver that \
+                 clause {}) and may have advanced already; try a shorter coupling.time_window from the start, or a solver that \
                  repeats",
-                side.program
+                side.program,
+                guard::clause::REPEATS
             ),
             None if stops => "coupling.on_no_convergence = \"halve\" would try shorter windows".into(),
             None => format!(

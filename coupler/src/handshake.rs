@@ -101,7 +101,7 @@ pub fn agree(
         .map_err(|what| refuse(format!("coupling.mapping: {what}")))?;
     let mut warnings = std::mem::take(&mut fem_ready.warnings);
     warnings.append(&mut dem_ready.warnings);
-    if !mapping.is_identity() {
+    if let Some(quality) = quality {
         tracing::info!("mapping: {quality}");
         warnings.extend(quality.warnings());
     }

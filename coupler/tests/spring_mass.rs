@@ -318,7 +318,7 @@ fn no_window_is_halved_under_a_solver_that_cannot_repeat() {
     (node.longest, node.repeatable) = (0.03, false);
     let run = run(weak(0.1, 1), 0.2, Sphere::new(1.0, 1.0, false, 1, 10.0, 0.0), node);
     let message = run.outcome.unwrap_err().to_string();
-    for word in ["fem: 0.1 s is too long", "fem (node)", "`repeats`", "The rule"] {
+    for word in ["fem: 0.1 s is too long", "fem (node)", "`repeats`", "clause 5.8"] {
         assert!(message.contains(word), "\"{word}\" is not in: {message}");
     }
     assert_eq!((run.counts.halved, run.node.solves), (0, 1), "nothing was asked again");

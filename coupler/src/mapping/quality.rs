@@ -108,3 +108,40 @@ impl fmt::Display for Quality {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line of three nodes 0.5 m apart; what is mapped follows points on it with weights made by hand.
+    #[test]
+    fn distances_and_weights_are_those_of_the_worst_node() {
+        let structure = InterfaceMesh {
+            coordinates: vec![0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0],
+            lines: vec![[0, 1], [1, 2]],
+            ..Default::default()
+        };
+        let contact = InterfaceMesh {
+            coordinates: vec![0.1, 0.0, 0.0, 0.75, 0.3, 0.4, 0.25, 0.0, 0.2],
+            ..Default::default()
+        };
+        // The first extrapolates to 0.1; the others follow 0.75 and 0.25.
+        let rows = [vec![(1, 1.8), (2, -0.8)], vec![(1, 0.5), (2, 0.5)], vec![(0, 0.5), (1, 0.5)]];
+        let of = |first: Vec<(u32, f64)>| {
+            let rows = std::iter::once(first).chain(rows[1..].iter().cloned());
+            Quality::of(&Matrix::from_rows(3, rows), &structure, &contact)
+        };
+        let quality = of(rows[0].clone());
+        assert!((quality.worst.distance - 0.5).abs() < 1e-15 && (quality.worst.size - 0.5).abs() < 1e-15);
+        assert_eq!((quality.worst.node, quality.worst.place, quality.far), (1, [0.75, 0.3, 0.4], 1));
+        assert_eq!((quality.enlarged.1, quality.warnings().len()), (0, 1));
+        assert!((quality.enlarged.0 - 2.6).abs() < 1e-15);
+        let wild = of(vec![(0, 2.8), (1, -3.8), (2, 2.0)]).warnings();
+        assert!(wild.iter().any(|w| w.contains("node 0") && w.contains("weights of 8.6")), "{wild:?}");
+        let text = quality.to_string();
+        assert!(
+            text.contains("3 contact nodes follow 3 nodes") && text.contains("node 1, by 5.000e-1 m"),
+            "{text}"
+        );
+    }
+}

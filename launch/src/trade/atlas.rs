@@ -277,7 +277,8 @@ pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Opt
         "window" if of.weak && !yields => {
             of.limit.map(|limit| limit.stable.unwrap_or(f64::INFINITY)).filter(|w| w.is_finite())
         }
-        "dem_step" => of.contact.critical.filter(|step| step.is_finite()),
+        // It is of a landing on something rigid: a light node of a net in contact with the rock swings faster.
+        "dem_step" if of.net.critical.is_none() => of.contact.critical.filter(|step| step.is_finite()),
         "fem_step" => of.net.critical.filter(|step| step.is_finite()),
         _ => None,
     }
