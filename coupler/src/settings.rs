@@ -123,7 +123,7 @@ fn is_open(window: &f64) -> bool {
 const RESOLVED: f64 = 1e-3;
 
 /// Part of a window of a yielding net for which motion and mean force are exchanged, if the scene does not say [s].
-const PART_OF_YIELDING: f64 = 6.25e-5;
+const PART_OF_YIELDING: f64 = 1e-4;
 
 /// Absolute tolerance from which on something is said [m].
 const COARSE: f64 = 1e-3;

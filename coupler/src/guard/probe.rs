@@ -50,7 +50,7 @@ impl Answer {
 
     /// Work received so far [J].
     fn received(&self, side: &Side) -> f64 {
-        side.account.energies(&self.numbers).received
+        side.account.energies(&self.numbers[side.layout.gauges()]).received
     }
 }
 
