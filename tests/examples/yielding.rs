@@ -63,15 +63,7 @@ fn main() {
                     let reference = run(&physics, &weak).expect("the reference runs");
                     let yields = |window: &str| {
                         let window = format!("coupling.time_window={window}");
-                        run(
-                            &physics,
-                            &[
-                                "coupling.scheme=strong",
-                                "coupling.yielding_net=true",
-                                &window,
-                                "dem.time_step=2e-5",
-                            ],
-                        )
+                        run(&physics, &["coupling.scheme=strong", "coupling.yielding_net=true", &window])
                     };
                     println!(
                         "| {spheres} | {young} | {friction} | {} | {:.5} | {:.0} | {} | {} |",

@@ -26,6 +26,9 @@ use interface_defs::{
 };
 use std::ops::Range;
 
+/// How much further than in the window begun last nodes may drift in those to come.
+const AGAIN: f64 = 1.5;
+
 /// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
 const FEWEST: usize = 4;
 
@@ -50,6 +53,8 @@ pub struct RockIntegrator {
     travel_at: Option<Range<usize>>,
     free_time_at: Option<Range<usize>>,
     pub(super) travel: f64,
+    /// How far the net's own forces may move a node off its course in the window begun last [m].
+    drift: f64,
     /// What the plan has for a net that is advanced here, and whether it has all.
     pub(super) local: LocalFields,
     is_local: bool,
@@ -141,6 +146,7 @@ impl RockIntegrator {
             travel_at: None,
             free_time_at: None,
             travel: 0.0,
+            drift: 0.0,
             local: LocalFields::default(),
             is_local: LocalFields::are_in(plan),
             net: LocalNet::default(),
@@ -233,7 +239,7 @@ impl RockIntegrator {
         for ((stage, body), kick) in
             self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.displacements)
         {
-            nodes.extend_from_slice(stage.list(view, &body.motion, *kick)?);
+            nodes.extend_from_slice(stage.list(view, &body.motion, *kick + AGAIN * self.drift)?);
         }
         nodes.sort_unstable();
         nodes.dedup();
@@ -466,7 +472,8 @@ impl RockIntegrator {
         let (fields, travel) = (&self.fields, self.travel);
         let view =
             MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
-        let drift = if self.is_local { self.net.drift(&self.local, input, length) } else { 0.0 };
+        self.drift = if self.is_local { self.net.drift(&self.local, input, length) } else { 0.0 };
+        let drift = self.drift;
         let mut flies = model.shortcuts;
         self.secondary_impacts.find(model, &self.rock_stage, state, length);
         for ((stage, body), kick) in
