@@ -33,6 +33,8 @@ pub struct MeshScene<'a> {
     pub list: &'a MeshPairs,
     /// Motion of the near nodes in the window.
     pub motion: &'a NodeMotion,
+    /// Whether the net is advanced here, so that its own masses limit the step.
+    pub moves_net: bool,
     /// In the first step of a window: how its start differs from the end of the window before.
     pub seam: Option<Seam<'a>>,
 }
@@ -66,8 +68,8 @@ pub struct MeshForces {
     pub touch: MeshContacts,
     /// Forces on the nodes of the pair list [N], along the axes of space.
     pub node_forces: Vec<Vector3<f64>>,
-    /// Stiffness of the contacts on each of these nodes, about [N/m].
-    pub node_stiffness: Vec<f64>,
+    /// Stiffness [N/m] and dashpots [N s/m] of the contacts on each of these nodes, about.
+    pub node_stiffness: Vec<[f64; 2]>,
     node_velocities: Vec<Vector3<f64>>,
     transfer: Transfer,
     rows: Rows,
@@ -122,7 +124,7 @@ impl MeshForces {
             return Sums { fastest, ..Sums::default() };
         }
         self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
-        self.node_stiffness.resize(scene.list.nodes.len(), 0.0);
+        self.node_stiffness.resize(scene.list.nodes.len(), [0.0; 2]);
         if scene.laws.any(|law| law.remembers()) {
             self.transfer_histories(scene, fastest * h, before);
         }
@@ -239,7 +241,7 @@ struct OnMesh<'a> {
     count: usize,
     node_velocities: &'a [Vector3<f64>],
     node_forces: &'a mut [Vector3<f64>],
-    node_stiffness: &'a mut [f64],
+    node_stiffness: &'a mut [[f64; 2]],
     transfer: &'a Transfer,
     before: &'a [SurfaceHistory],
     histories: &'a mut Vec<SurfaceHistory>,
@@ -281,10 +283,18 @@ impl Partner for OnMesh<'_> {
     #[inline(always)]
     fn dashpot(&mut self, contact: &MeshContact, law: &Law) -> f64 {
         let mass = self.scene.rock.mass;
-        law.damping.as_ref().map_or(0.0, |damping| {
-            let inverse = inverse_mass(self.scene, self.element(contact), contact.weights);
-            damping.coefficient(mass, self.count, inverse)
-        })
+        let Some(damping) = &law.damping else { return 0.0 };
+        let element = *self.element(contact);
+        let coefficient =
+            damping.coefficient(mass, self.count, inverse_mass(self.scene, &element, contact.weights));
+        if self.scene.moves_net {
+            let radius = self.scene.rock.spheres[contact.sphere as usize].radius;
+            let dashpot = coefficient * law.normal.load(radius, contact.overlap).stiffness.sqrt();
+            for (node, weight) in element.nodes.into_iter().zip(contact.weights) {
+                self.node_stiffness[node as usize][1] += contact.share * dashpot * weight * weight;
+            }
+        }
+        coefficient
     }
 
     #[inline(always)]
@@ -319,7 +329,7 @@ impl Partner for OnMesh<'_> {
         let stiffness = 1.5 * force.norm() / site.overlap;
         for (node, weight) in nodes.into_iter().zip(contact.weights) {
             self.node_forces[node as usize] -= force * weight;
-            self.node_stiffness[node as usize] += stiffness * weight * weight;
+            self.node_stiffness[node as usize][0] += stiffness * weight * weight;
         }
     }
 }

@@ -242,6 +242,7 @@ impl MeshStage {
             contact_mesh: view.contact_mesh,
             list: &self.pairs,
             motion: &self.motion,
+            moves_net: view.net.is_some(),
             seam,
         };
         (&mut self.evaluation, scene)
@@ -255,7 +256,8 @@ impl MeshStage {
             let Some(place) = fields.place(*number) else { continue };
             let place = place as usize;
             net.force[3 * place..][..3].iter_mut().zip(force.iter()).for_each(|(sum, f)| *sum += f);
-            net.stiffness[place] += stiffness;
+            net.stiffness[place][0] += stiffness[0];
+            net.stiffness[place][1] += stiffness[1];
         }
     }
 

@@ -10,7 +10,7 @@ use crate::integrator::schedule::{Cut, SubStep, Task};
 use crate::integrator::secondary_impacts::SecondaryImpacts;
 use crate::integrator::sub_stepping::SubSteps;
 use crate::integrator::terrain_stage::TerrainStage;
-use crate::interface_mesh::local_net::{COARSEST, LocalFields, LocalNet};
+use crate::interface_mesh::local_net::{LocalFields, LocalNet};
 use crate::interface_mesh::motion::MotionFields;
 use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Counts;
@@ -187,13 +187,15 @@ impl RockIntegrator {
     /// with them.
     pub fn select(&mut self, selection: Option<&Selection>, state: &mut State) {
         let place = |node: u32| self.fields.place(node).map(|at| 3 * at as usize);
-        if !state.predicted.is_empty() {
-            self.remembered.clone_from(&state.predicted);
-            state.predicted.clear();
-            let (predicted, kept) = (&self.remembered, &mut state.predicted);
-            let mut remember = |node: u32| match place(node).and_then(|at| predicted.get(at..at + 3)) {
-                Some(u) => kept.extend_from_slice(u),
-                None => kept.extend([f64::NAN; 3]),
+        for (vector, unknown) in [(&mut state.predicted, f64::NAN), (&mut state.pushed, 0.0)] {
+            if vector.is_empty() {
+                continue;
+            }
+            self.remembered.clone_from(vector);
+            vector.clear();
+            let mut remember = |node: u32| match place(node).and_then(|at| self.remembered.get(at..at + 3)) {
+                Some(numbers) => vector.extend_from_slice(numbers),
+                None => vector.extend([unknown; 3]),
             };
             match selection {
                 Some(selection) => selection.nodes.iter().for_each(|node| remember(*node)),
@@ -255,6 +257,9 @@ impl RockIntegrator {
         state.between_rocks.reserve(self.rock_stage.most_contacts());
         let numbers = self.contact_mesh.as_ref().map_or(0, |contact_mesh| 3 * contact_mesh.nodes.len());
         state.predicted.reserve(numbers.saturating_sub(state.predicted.len()));
+        if self.is_local {
+            state.pushed.reserve(numbers.saturating_sub(state.pushed.len()));
+        }
     }
 
     /// The net, and what it is at rest.
@@ -355,7 +360,7 @@ impl RockIntegrator {
         let task = Task { window, cut, input };
         self.live = self.is_local && self.fields.is_partial() && !(flies && model.shortcuts);
         if self.live {
-            self.net.begin(&self.local, input, cut.h);
+            self.net.begin(&self.local, input, cut.h, &state.pushed);
         }
         self.gauges.begin(&mut output[self.answer.gauges..]);
         let flies = flies && (model.ground.is_some() || self.free_time(model, state, 0.0) > window.length);
@@ -367,11 +372,10 @@ impl RockIntegrator {
             self.step_through(model, state, task, flies, output)?;
         }
         if self.live {
-            let coarseness = self.net.coarseness.sqrt();
-            if coarseness > COARSEST {
+            if self.net.coarseness > 1.0 {
                 return Ok(Solved::TooCoarse);
             }
-            if coarseness < 0.4 * COARSEST && state.finer > 1 {
+            if self.net.coarseness < 0.4 && state.finer > 1 {
                 state.finer /= 2;
             }
         }
@@ -398,6 +402,10 @@ impl RockIntegrator {
     /// Keep where the mesh is said to be at the window's end, if a contact remembers its slip.
     fn remember_motion(&self, state: &mut State, length: f64, input: &[f64]) {
         state.predicted.clear();
+        match self.live {
+            true => self.net.contact_acceleration(&mut state.pushed),
+            false => state.pushed.clear(),
+        }
         let remembers = state.bodies.iter().any(|b| !b.histories.is_empty());
         if remembers && self.live {
             state.predicted.extend_from_slice(self.net.displacement());

@@ -28,7 +28,9 @@ const MOST_HELD_BACK: usize = 16;
 /// Coupled pairs for each node for which there is room from the start.
 const PAIRS_PER_NODE: usize = 8;
 /// Largest step times frequency of a contact on the masses of its nodes; 2 is the limit of stability.
-pub const COARSEST: f64 = 0.7;
+const COARSEST: f64 = 0.7;
+/// Largest step times the rate at which a dashpot stops a node; 1 is the limit of stability.
+const COARSEST_DASHPOT: f64 = 0.3;
 
 /// Where the request has what a yielding net needs, and the answer its motion.
 #[derive(Debug, Clone, Default)]
@@ -97,12 +99,12 @@ pub struct LocalNet {
     velocity: Vec<f64>,
     /// Contact force on the nodes in it [N].
     pub force: Vec<f64>,
-    /// Stiffness of the contacts on each node [N/m].
-    pub stiffness: Vec<f64>,
+    /// Stiffness [N/m] and dashpots [N s/m] of the contacts on each node.
+    pub stiffness: Vec<[f64; 2]>,
     damping: f64,
     /// Steps between two impulses of `K d`.
     stride: usize,
-    /// Largest step times frequency of a contact so far.
+    /// Largest step so far, over the longest that the contacts on the net's masses take.
     pub coarseness: f64,
 }
 
@@ -156,11 +158,14 @@ impl LocalNet {
         for vector in [&mut self.before, &mut self.middle, &mut self.velocity, &mut self.force] {
             vector.resize(numbers, 0.0);
         }
-        self.stiffness.resize(numbers / 3, 0.0);
+        self.stiffness.resize(numbers / 3, [0.0; 2]);
     }
 
     /// Begin a window that is cut into steps of `h` [s].
-    pub fn begin(&mut self, fields: &LocalFields, input: &[f64], h: f64) {
+    ///
+    /// `contact` is the acceleration by contact forces at the end of the window before [m/s2], empty if there were none: forces that
+    /// depend on velocity see it in the first step.
+    pub fn begin(&mut self, fields: &LocalFields, input: &[f64], h: f64, contact: &[f64]) {
         let numbers = self.rest.len();
         for vector in [&mut self.off, &mut self.off_rate, &mut self.slow, &mut self.force] {
             vector.fill(0.0);
@@ -170,6 +175,15 @@ impl LocalNet {
         if let Some(at) = &fields.residual {
             for i in 0..numbers {
                 self.fast[i] = input[at.start + i] * self.inverse_mass[i];
+            }
+        }
+        if contact.len() == numbers {
+            add_scaled(contact, 1.0, &mut self.fast);
+            if let Some(star) = fields.force.first() {
+                let star = &input[star.clone()];
+                for i in 0..numbers {
+                    self.fast[i] -= star[i] * self.inverse_mass[i];
+                }
             }
         }
         self.coarseness = 0.0;
@@ -225,7 +239,7 @@ impl LocalNet {
         add_scaled(&self.fast, half, &mut self.velocity);
         add_scaled(&self.slow, half, &mut self.velocity);
         self.force.fill(0.0);
-        self.stiffness.fill(0.0);
+        self.stiffness.fill([0.0; 2]);
     }
 
     /// The kick of the contact forces, and the drift to the step's end. Returns the work of the contact forces on the net [J].
@@ -255,8 +269,9 @@ impl LocalNet {
             add_scaled(&self.slow, h * held_back, &mut self.off_rate);
         }
         add_scaled(&self.off_rate, 0.5 * h, &mut self.off);
-        for (k, w) in self.stiffness.iter().zip(self.inverse_mass.as_chunks::<3>().0) {
-            self.coarseness = self.coarseness.max(k * w[0] * h * h);
+        for ([k, c], w) in self.stiffness.iter().zip(self.inverse_mass.as_chunks::<3>().0) {
+            let (elastic, damped) = ((k * w[0]).sqrt() * h / COARSEST, c * w[0] * h / COARSEST_DASHPOT);
+            self.coarseness = self.coarseness.max(elastic).max(damped);
         }
         let along = ((step.number % per) as f64 + 1.0) / per as f64;
         let [value, rate] = hermite(along, per as f64 * h);
@@ -311,6 +326,14 @@ impl LocalNet {
         if samples > 0 && done.is_multiple_of(step.steps) {
             let at = fields.own[done / step.steps - 1];
             output[at..at + self.middle.len()].copy_from_slice(&self.middle);
+        }
+    }
+
+    /// Write the acceleration by contact forces in the last step to `contact` [m/s2]; nothing where there were none.
+    pub fn contact_acceleration(&self, contact: &mut Vec<f64>) {
+        contact.clear();
+        if self.force.iter().any(|f| *f != 0.0) {
+            contact.extend(self.force.iter().zip(&self.inverse_mass).map(|(f, w)| f * w));
         }
     }
 
@@ -423,7 +446,7 @@ mod tests {
     fn advance(input: &[f64], (length, steps): (f64, usize), pull: f64) -> (f64, f64, f64) {
         let (mut net, fields, takes) = net();
         let h = length / steps as f64;
-        net.begin(&fields, input, h);
+        net.begin(&fields, input, h, &[]);
         let mut work = 0.0;
         for number in 0..steps {
             let step = NetStep { number, steps, h, segments: 2 };
@@ -501,7 +524,7 @@ mod tests {
     fn a_held_node_follows_its_reference_whatever_pulls() {
         let (mut net, fields, takes) = net();
         let input = vec![0.0; takes.len()];
-        net.begin(&fields, &input, 1e-3);
+        net.begin(&fields, &input, 1e-3, &[]);
         let step = NetStep { number: 0, steps: 2, h: 1e-3, segments: 2 };
         net.to_middle(step, [0..6, 6..12, 18..24, 24..30], &input);
         net.force[0] = 1e6;

@@ -26,6 +26,9 @@ pub struct State {
     /// Displacement of the nodes that are sent at this instant, as the window that ends here predicted it [m]; empty where no
     /// contact remembers its slip.
     pub predicted: Vec<f64>,
+    /// Acceleration of the selected nodes by contact forces at this instant [m/s2], where the net is advanced here; empty without
+    /// contact.
+    pub pushed: Vec<f64>,
     /// How many times finer than the scene says the steps are, because a contact on the net's own masses asks for it.
     pub finer: usize,
 }
@@ -171,6 +174,7 @@ impl State {
             received: 0.0,
             broken: 0,
             predicted: Vec::new(),
+            pushed: Vec::new(),
             finer: 1,
         }
     }
@@ -180,6 +184,7 @@ impl State {
         (self.time, self.dissipated, self.received) = (other.time, other.dissipated, other.received);
         (self.broken, self.finer) = (other.broken, other.finer);
         self.predicted.clone_from(&other.predicted);
+        self.pushed.clone_from(&other.pushed);
         for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
             mine.motion = theirs.motion;
             mine.histories.clone_from(&theirs.histories);
