@@ -342,7 +342,7 @@ impl<'a> Coupling<'a> {
                 .map_err(CouplingError::Output)?;
             if self.settings.scheme == Scheme::Weak || self.passes(&residual, interface, span.length) {
                 let judged = yields && may_halve && self.settings.scheme == Scheme::Strong;
-                if let Some(reason) = self.loses_energy(interface).filter(|_| judged) {
+                if judged && let Some(reason) = self.loses_energy(interface) {
                     return Ok(Outcome::Rejected(reason));
                 }
                 return Ok(Outcome::Accepted(Accepted {
