@@ -5,6 +5,8 @@
 use std::path::Path;
 use tests::in_process::{Computed, computed};
 
+/// Passes: one for most windows, a second one or halves about the first touch and where parts of a window lose energy.
+///
 /// The drop test just above the net, to the end of the braking.
 const NEAR: [&str; 4] = [
     "end_time=0.16",
@@ -52,7 +54,7 @@ fn windows_of_a_millisecond_take_one_pass_at_any_stiffness() {
         let young = format!("contact.0.young={young}");
         let sets = [&NEAR[..], &[&young]].concat();
         let reference = weak("walenstadt-compare.toml", &[&sets[..], &["dem.time_step=5e-6"]].concat());
-        agree(&yields("walenstadt-compare.toml", "1e-3", &sets), &reference, 1.15 * 160.0);
+        agree(&yields("walenstadt-compare.toml", "1e-3", &sets), &reference, 1.3 * 160.0);
     }
 }
 
@@ -60,7 +62,7 @@ fn windows_of_a_millisecond_take_one_pass_at_any_stiffness() {
 fn friction_and_wires_with_a_radius_need_no_shorter_windows() {
     let sets = [&NEAR[..], &["contact.0.friction=0.4", "structure.cable.radius=0.002"]].concat();
     let reference = weak("walenstadt-compare.toml", &[&sets[..], &["dem.time_step=5e-6"]].concat());
-    agree(&yields("walenstadt-compare.toml", "1e-3", &sets), &reference, 1.15 * 160.0);
+    agree(&yields("walenstadt-compare.toml", "1e-3", &sets), &reference, 1.3 * 160.0);
     agree(&yields("walenstadt-compare.toml", "2e-3", &sets), &reference, 2.2 * 80.0);
 }
 
@@ -68,7 +70,7 @@ fn friction_and_wires_with_a_radius_need_no_shorter_windows() {
 fn an_implicit_structure_yields_too() {
     let implicit = [&NEAR[..], &["fem.integrator=generalized_alpha", "fem.time_step=1.25e-4"]].concat();
     let reference = weak("walenstadt-compare.toml", &NEAR);
-    agree(&yields("walenstadt-compare.toml", "1e-3", &implicit), &reference, 1.15 * 160.0);
+    agree(&yields("walenstadt-compare.toml", "1e-3", &implicit), &reference, 1.3 * 160.0);
 }
 
 /// The same bytes with and without what is only a saving, and in every run.
