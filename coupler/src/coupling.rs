@@ -490,7 +490,7 @@ impl<'a> Coupling<'a> {
         keep(&mut gauges.fem, &fem.layout, motion);
         gauges.energies.fem = fem.account.energies(&motion[fem.layout.gauges()]);
         if let Some(patch) = patch.as_mut().filter(|_| gauges.travel > travel) {
-            // What the contact solver was told to expect has been exceeded.
+            // They have moved further than the contact solver was to expect.
             patch.expect(gauges.travel, span.length);
             self.reselect(span, agreement)?;
             return Ok(Passed::Reselected);

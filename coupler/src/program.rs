@@ -17,6 +17,7 @@ use interface_defs::toolkit::log;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::processes::Processes;
+use interface_defs::toolkit::program::Savings;
 use interface_defs::toolkit::progress::{Line, Reporter};
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::screen::{complain, show};
@@ -61,6 +62,8 @@ struct RunArguments {
     #[command(flatten)]
     leader: Leader,
     #[command(flatten)]
+    savings: Savings,
+    #[command(flatten)]
     membership: Membership,
 }
 
@@ -102,7 +105,7 @@ impl Prepared {
         let mut settings = CouplingSettings::of(&scene)?;
         let processes = Processes::of(&scene)?;
         let output = Output::of(&scene)?;
-        settings.flight_window = output.interval;
+        settings.flight_window = if arguments.savings.no_shortcuts { 0.0 } else { output.interval };
         let limits = Limits::of(&scene)?;
         let end_time = scene.end_time()?;
         let Results { dir, force } = &arguments.leader.results;

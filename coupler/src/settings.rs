@@ -70,7 +70,7 @@ pub struct CouplingSettings {
     pub yielding_share: f64,
     /// Rings of nodes around those in reach that a yielding net has.
     pub rings: u32,
-    /// Longest window while nothing is in reach [s]: the output interval.
+    /// Longest window while nothing is in reach [s]: the output interval; 0: no longer than any other.
     #[serde(skip)]
     pub flight_window: f64,
     /// What to do with a window that did not converge.
@@ -127,6 +127,9 @@ const PART_OF_YIELDING: f64 = 1e-4;
 
 /// Absolute tolerance from which on something is said [m].
 const COARSE: f64 = 1e-3;
+
+/// Most rings of nodes around those in reach.
+const MOST_RINGS: u32 = 20;
 
 /// Keys that repeated windows alone use. Tolerances are no such keys: a scene keeps them for either scheme.
 const OF_STRONG: [&str; 5] = ["acceleration", "max_iterations", "on_no_convergence", "min_window", "measure"];
@@ -208,6 +211,20 @@ impl CouplingSettings {
                 format!(
                     "coupling.{key}: weak coupling passes every window once, so nothing uses it; leave it out, or write \
                      scheme = \"strong\""
+                )
+            }));
+        }
+        if !self.yielding_net {
+            // A resolved scene names all keys, with their defaults.
+            let usual = Self::default();
+            let named = [
+                ("yielding_tolerance", self.yielding_tolerance != usual.yielding_tolerance),
+                ("yielding_share", self.yielding_share != usual.yielding_share),
+                ("rings", self.rings != usual.rings),
+            ];
+            warnings.extend(named.into_iter().filter(|(_, named)| *named).map(|(key, _)| {
+                format!(
+                    "coupling.{key}: nothing uses it without yielding_net = true; write that, or leave it out"
                 )
             }));
         }
@@ -298,6 +315,7 @@ impl CouplingSettings {
         if let Some(mapping) = &self.mapping {
             mapping.check().map_err(|(key, what)| (format!("mapping.{key}"), what))?;
         }
+        self.check_yielding()?;
         self.acceleration.check().map_err(|(key, what)| (format!("acceleration.{key}"), what))
     }
 
@@ -336,6 +354,30 @@ impl CouplingSettings {
     /// Whether the force is measured.
     pub fn measures_force(&self) -> bool {
         self.scheme == Scheme::Strong && self.measure.iter().any(|m| m.field == Field::Force)
+    }
+
+    /// What cannot be meant of a yielding net.
+    fn check_yielding(&self) -> Result<(), (String, String)> {
+        let usual = Self::default();
+        let shares = [
+            ("yielding_tolerance", self.yielding_tolerance, usual.yielding_tolerance, " m"),
+            ("yielding_share", self.yielding_share, usual.yielding_share, ""),
+        ];
+        for (key, value, usual, unit) in shares {
+            if !(0.0..1.0).contains(&value) {
+                let what =
+                    format!("{key} must be at least 0 and below 1{unit}, it is {value}; {usual:e} is usual");
+                return Err((key.into(), what));
+            }
+        }
+        if self.rings > MOST_RINGS {
+            let what = format!(
+                "rings must be {MOST_RINGS} at most, it is {}: {} are usual, and more of them cost time in every step",
+                self.rings, usual.rings
+            );
+            return Err(("rings".into(), what));
+        }
+        Ok(())
     }
 
     /// Tolerances.

@@ -205,7 +205,7 @@ fn job(member: &Member, plan: &Plan, request: &Request, owner: &Owner, show: boo
     if leads && show {
         option("--progress", "json".into());
     }
-    if !request.shortcuts && member.part != Part::Coupler {
+    if !request.shortcuts {
         words.push("--no-shortcuts".into());
     }
     Job { name: member.part.name(), words }

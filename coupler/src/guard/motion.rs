@@ -269,7 +269,7 @@ mod tests {
         }
     }
 
-    /// Long after the start one window in four is looked at: enough for a velocity that is no longer told.
+    /// Long after the start one window in four is looked at: enough for a velocity that is no longer reported.
     #[test]
     fn a_lie_that_begins_late_is_found_within_a_few_windows() {
         let h = 1e-3;
