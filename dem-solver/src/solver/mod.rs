@@ -464,6 +464,8 @@ impl Solver for DemSolver {
         let mut measures = Vec::new();
         measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);
         self.trajectories(&mut measures, &mut warnings);
+        warnings
+            .extend(self.fields.as_mut().and_then(|fields| fields.finish().err()).map(|fault| fault.message));
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }
