@@ -185,7 +185,6 @@ impl Distribution {
 }
 
 impl Form {
-    #[expect(clippy::type_complexity, reason = "a choice and its weights come together")]
     fn of(
         uniform: Option<[f64; 2]>,
         normal: Option<[f64; 2]>,
@@ -194,7 +193,7 @@ impl Form {
         choice: Option<(Vec<toml::Value>, Option<Vec<f64>>)>,
     ) -> Result<Self, (String, &'static str)> {
         if let Some([low, high]) = uniform {
-            if !(low < high) {
+            if low >= high {
                 return Err((
                     format!("uniform = [{low}, {high}]: the first must lie below the second"),
                     "[low, high]",
@@ -203,7 +202,7 @@ impl Form {
             return Ok(Self::Uniform([low, high]));
         }
         if let Some([mean, deviation]) = normal {
-            if !(deviation > 0.0) {
+            if deviation <= 0.0 {
                 return Err((
                     format!("a standard deviation of {deviation}: it must lie above 0"),
                     "[mean, standard deviation]",
@@ -213,7 +212,7 @@ impl Form {
             return Ok(Self::Normal { mean, deviation, within, log: false });
         }
         if let Some([median, factor]) = lognormal {
-            if !(median > 0.0 && factor > 1.0) || within.is_some_and(|[low, _]| low <= 0.0) {
+            if median <= 0.0 || factor <= 1.0 || within.is_some_and(|[low, _]| low <= 0.0) {
                 let what = format!(
                     "lognormal = [{median}, {factor}]: the median must lie above 0, the factor above 1, `within` above 0"
                 );
@@ -228,7 +227,7 @@ impl Form {
         }
         let weights = weights.unwrap_or_else(|| vec![1.0; values.len()]);
         let sum: f64 = weights.iter().sum();
-        if weights.len() != values.len() || weights.iter().any(|w| !(*w >= 0.0)) || !(sum > 0.0) {
+        if weights.len() != values.len() || weights.iter().any(|w| *w < 0.0) || sum <= 0.0 {
             let what = format!("{} weights for {} values", weights.len(), values.len());
             return Err((what, "as many weights as values, each 0 or more"));
         }

@@ -324,7 +324,7 @@ fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Inpu
         }
         _ => {}
     }
-    if !(release.height >= 0.0) {
+    if release.height < 0.0 {
         let what = format!("height = {} m: 0 (on the ground) or more is possible", release.height);
         return Err(study.invalid(&key("height"), what));
     }
