@@ -23,6 +23,11 @@ impl GranularFields {
         Ok(Self { interval, written: 0, series, group })
     }
 
+    /// Wait until all states are written.
+    pub fn finish(&mut self) -> Result<(), Fault> {
+        self.series.finish().map_err(unwritable)
+    }
+
     /// Write `state` if its time has reached the next multiple of the interval.
     pub fn write_if_due(&mut self, model: &GranularModel, state: &GranularState) -> Result<(), Fault> {
         // A time that is a multiple but for rounding counts as that multiple.

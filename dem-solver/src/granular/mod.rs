@@ -352,6 +352,8 @@ impl Solver for GranularSolver {
         let (deepest, when) = self.committed.deepest;
         let measures = ["max_penetration", "deepest_overlap_over_radius"];
         let measures = measures.map(|name| measure(name, deepest, "1", when)).into();
-        Ok(Statistics { measures, counts, ..Statistics::default() })
+        let unwritten = self.fields.as_mut().and_then(|fields| fields.finish().err());
+        let warnings = unwritten.map(|fault| fault.message).into_iter().collect();
+        Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }

@@ -78,6 +78,11 @@ impl FieldFiles {
         std::fs::write(self.dir.join(TRAJECTORIES), vtu.to_bytes())
     }
 
+    /// Wait until all states are written.
+    pub fn finish(&mut self) -> Result<(), Fault> {
+        self.spheres.finish().and_then(|()| self.surface.finish()).map_err(unwritable)
+    }
+
     /// Write `state` if its time has reached the next multiple of the interval.
     pub fn write_if_due(&mut self, model: &Model, state: &State) -> Result<(), Fault> {
         // A time that is a multiple but for rounding counts as that multiple.

@@ -20,7 +20,7 @@ use crate::model::state::{self, State};
 use crate::model::{Model, impact, name_of, runout};
 use crate::results::fields::{self, FieldFiles};
 use crate::results::gauges::Gauges;
-use crate::results::trajectory::{self, Trajectory};
+use crate::results::trajectory::{self, Row, Trajectory};
 use crate::results::{self, map, measures, verdict};
 use crate::rock::Rock;
 use crate::settings::{BoxSettings, ContactSelection, STRUCTURE, Settings, limits};
@@ -36,6 +36,7 @@ use interface_defs::{
     Window, name,
 };
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Most times that steps are made finer where a contact asks for it.
 const FINEST: usize = 64;
@@ -59,6 +60,8 @@ pub struct DemSolver {
     trial: State,
     fields: Option<FieldFiles>,
     trajectory: Option<Trajectory>,
+    /// Whether rows of the trajectories are kept although no file of them is written.
+    keeps_rows: bool,
 }
 
 /// How the rocks of a scene touch its terrain.
@@ -149,7 +152,7 @@ impl DemSolver {
             settings,
             rocks,
             trees,
-            ground,
+            ground: ground.map(Arc::new),
             origin,
             laws,
             rows: Vec::new(),
@@ -176,7 +179,38 @@ impl DemSolver {
             trial: state,
             fields: None,
             trajectory: None,
+            keeps_rows: false,
         })
+    }
+
+    /// The solver of a model that has been prepared and checked, which writes no files but keeps the rows of the trajectories.
+    pub fn of_model(model: Model, scene: &Scene) -> Self {
+        let state = State::start(&model.settings, &model.rocks, &model.origin);
+        Self {
+            options: Options { out: None, shortcuts: model.shortcuts },
+            model,
+            notices: Vec::new(),
+            cautions: Vec::new(),
+            scene: scene.clone(),
+            guarded: false,
+            choices: Vec::new(),
+            run: None,
+            committed: state.clone(),
+            trial: state,
+            fields: None,
+            trajectory: None,
+            keeps_rows: true,
+        }
+    }
+
+    /// Its model, for another run with parts of it.
+    pub fn into_model(self) -> Model {
+        self.model
+    }
+
+    /// Rows of the trajectories in the window solved last; none where nobody asked for them.
+    pub fn rows(&self) -> &[Row] {
+        self.run.as_ref().map_or(&[], RockIntegrator::rows)
     }
 
     /// The same for a user's scene: it is not prepared with a rock inside the net.
@@ -370,7 +404,8 @@ impl Solver for DemSolver {
         }
         let contact_mesh = self.contact_mesh(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
-        let mut run = RockIntegrator::new(&self.model, contact_mesh, plan, self.options.out.is_some());
+        let rows = self.keeps_rows || self.options.out.is_some();
+        let mut run = RockIntegrator::new(&self.model, contact_mesh, plan, rows);
         run.reserve(&mut self.committed);
         let initial = run.initial(&self.model, &mut self.committed, plan)?;
         self.trial = self.committed.clone();
@@ -440,6 +475,8 @@ impl Solver for DemSolver {
         let mut measures = Vec::new();
         measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);
         self.trajectories(&mut measures, &mut warnings);
+        warnings
+            .extend(self.fields.as_mut().and_then(|fields| fields.finish().err()).map(|fault| fault.message));
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }

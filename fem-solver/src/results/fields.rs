@@ -119,6 +119,12 @@ impl Fields {
         })
     }
 
+    /// Wait until all states are written.
+    pub fn finish(&mut self) -> Result<(), Fault> {
+        let faces = self.faces.as_mut().map_or(Ok(()), |faces| faces.series.finish());
+        self.series.finish().and(faces).map_err(|e| cannot_write(&e))
+    }
+
     /// Write `state` at `time` if a multiple of the interval has been reached.
     pub fn offer(
         &mut self,

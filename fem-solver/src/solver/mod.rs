@@ -405,6 +405,8 @@ impl Solver for FemSolver {
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
+        let fields = self.prepared.as_mut().and_then(|prepared| prepared.fields.as_mut());
+        let unwritten = fields.and_then(|fields| fields.finish().err()).map(|fault| fault.message);
         let Some(prepared) = &self.prepared else {
             return Err(Fault::broken("asked for results before the preparation"));
         };
@@ -456,6 +458,7 @@ impl Solver for FemSolver {
         warnings.extend(unstable_path(&prepared.windows.committed));
         let counts = &prepared.windows.counts;
         warnings.extend(counts.warnings(model, self.config.fem.load_steps.is_some()));
+        warnings.extend(unwritten);
         Ok(Statistics { measures, counts: counts.named(), warnings, ..Statistics::default() })
     }
 }

@@ -71,6 +71,13 @@ impl Whole {
         Self { radius, caps: rock.spheres.iter().zip(exposed::areas(&rock.spheres)).map(cap).collect() }
     }
 
+    /// The same of the rock with all its lengths times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let cap = |cap: &Cap| Cap { height: cap.height * factor, ..*cap };
+        Self { radius: self.radius * factor, caps: self.caps.iter().map(cap).collect() }
+    }
+
     /// Whether the sphere is part of the surface.
     #[inline]
     pub fn shows(&self, sphere: u32) -> bool {

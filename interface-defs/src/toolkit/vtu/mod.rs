@@ -6,8 +6,10 @@
 use base64::Engine as _;
 use flate2::{Compression, write::ZlibEncoder};
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::io::Write as _;
+
+mod series;
+pub use series::Series;
 
 /// Bytes that are compressed as one block.
 const BLOCK: usize = 1 << 20;
@@ -49,6 +51,11 @@ impl Vtu<'_> {
     ///
     /// Panics if the length of a field does not fit the number of its points or cells.
     pub fn to_bytes(&self) -> Vec<u8> {
+        self.gather().to_bytes()
+    }
+
+    /// All arrays, as they are before compression: a copy that outlives what they were taken from.
+    fn gather(&self) -> Grid {
         let points = self.points.len() / 3;
         let each = |count: usize, points: u32| (1..=count as u32).map(|cell| cell * points).collect();
         let (connectivity, ends): (Vec<u32>, Vec<u32>) = match self.cells {
@@ -60,27 +67,61 @@ impl Vtu<'_> {
         let cells = ends.len();
         let starts = std::iter::once(&0).chain(&ends);
         let types: Vec<u8> = starts.zip(&ends).map(|(start, end)| TYPES[(end - start) as usize]).collect();
-        let mut body = Body::default();
+        let mut grid = Grid { points, cells, sections: Vec::with_capacity(4) };
         for (tag, items, fields) in
             [("PointData", points, &self.point_data), ("CellData", cells, &self.cell_data)]
         {
-            body.open(tag);
-            for (name, components, values) in fields {
+            let arrays = fields.iter().map(|(name, components, values)| {
                 assert_eq!(values.len(), items * components, "field {name} must fit its {tag}");
-                body.floats(name, *components, values);
-            }
+                Array::floats(name, *components, values)
+            });
+            grid.sections.push((tag, arrays.collect()));
+        }
+        grid.sections.push(("Points", vec![Array::floats("Points", 3, self.points)]));
+        let whole = |name, values: &[u32]| {
+            Array::new("Int64", name, 1, values.iter().flat_map(|&i| i64::from(i).to_le_bytes()).collect())
+        };
+        let types = Array::new("UInt8", "types", 1, types);
+        grid.sections
+            .push(("Cells", vec![whole("connectivity", &connectivity), whole("offsets", &ends), types]));
+        grid
+    }
+}
+
+/// An array of a file: its type in the format, name, components, and values in little endian.
+struct Array {
+    kind: &'static str,
+    name: String,
+    components: usize,
+    bytes: Vec<u8>,
+}
+
+impl Array {
+    fn new(kind: &'static str, name: &str, components: usize, bytes: Vec<u8>) -> Self {
+        Self { kind, name: name.into(), components, bytes }
+    }
+
+    fn floats(name: &str, components: usize, values: &[f64]) -> Self {
+        Self::new("Float64", name, components, values.iter().flat_map(|v| v.to_le_bytes()).collect())
+    }
+}
+
+/// What a file holds, by its sections.
+struct Grid {
+    points: usize,
+    cells: usize,
+    sections: Vec<(&'static str, Vec<Array>)>,
+}
+
+impl Grid {
+    fn to_bytes(&self) -> Vec<u8> {
+        let Self { points, cells, sections } = self;
+        let mut body = Body::default();
+        for (tag, arrays) in sections {
+            body.open(tag);
+            arrays.iter().for_each(|array| body.array(array));
             body.close(tag);
         }
-        body.open("Points");
-        body.floats("Points", 3, self.points);
-        body.close("Points");
-        body.open("Cells");
-        let integers =
-            |values: &mut dyn Iterator<Item = i64>| values.flat_map(i64::to_le_bytes).collect::<Vec<u8>>();
-        body.array("Int64", "connectivity", 1, &integers(&mut connectivity.iter().map(|&i| i64::from(i))));
-        body.array("Int64", "offsets", 1, &integers(&mut ends.iter().map(|&i| i64::from(i))));
-        body.array("UInt8", "types", 1, &types);
-        body.close("Cells");
         format!(
             "<?xml version=\"1.0\"?>\n\
              <VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
@@ -109,12 +150,7 @@ impl Body {
         let _ = writeln!(self.xml, "</{tag}>");
     }
 
-    fn floats(&mut self, name: &str, components: usize, values: &[f64]) {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-        self.array("Float64", name, components, &bytes);
-    }
-
-    fn array(&mut self, kind: &str, name: &str, components: usize, bytes: &[u8]) {
+    fn array(&mut self, Array { kind, name, components, bytes }: &Array) {
         let _ = writeln!(
             self.xml,
             "<DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{components}\" format=\"appended\" \
@@ -141,44 +177,6 @@ fn compress(block: &[u8]) -> Vec<u8> {
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// A series of grids over time: `name_000001.vtu`, ... and `name.pvd`.
-///
-/// The PVD is replaced as a whole at each step, after the step's own file: a run that is killed
-/// leaves a series that is complete up to there.
-pub struct Series {
-    dir: PathBuf,
-    name: String,
-    entries: String,
-    count: usize,
-}
-
-impl Series {
-    /// A new series in `dir`, which is created. An old one of the same name is overwritten.
-    pub fn create(dir: &Path, name: &str) -> io::Result<Self> {
-        std::fs::create_dir_all(dir)?;
-        let name =
-            name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
-        Ok(Self { dir: dir.to_owned(), name, entries: String::new(), count: 0 })
-    }
-
-    /// Append the state at `time` [s].
-    pub fn add(&mut self, time: f64, vtu: &Vtu) -> io::Result<()> {
-        self.count += 1;
-        let file = format!("{}_{:06}.vtu", self.name, self.count);
-        std::fs::write(self.dir.join(&file), vtu.to_bytes())?;
-        let _ =
-            writeln!(self.entries, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escape(&file));
-        let text = format!(
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n\
-             <Collection>\n{}</Collection>\n</VTKFile>\n",
-            self.entries
-        );
-        let beside = self.dir.join(format!("{}.pvd.tmp", self.name));
-        std::fs::write(&beside, text)?;
-        std::fs::rename(&beside, self.dir.join(format!("{}.pvd", self.name)))
-    }
 }
 
 #[cfg(test)]
@@ -255,25 +253,5 @@ mod tests {
         let vtu = Vtu { points: &[], cells: Cells::Vertices, point_data: vec![], cell_data: vec![] };
         let file = String::from_utf8(vtu.to_bytes()).expect("text");
         assert_eq!(read_array(&file, "Points"), b"");
-    }
-
-    #[test]
-    fn the_series_is_complete_after_every_step() {
-        let dir = tempfile::tempdir().expect("a directory");
-        let mut series = Series::create(&dir.path().join("fields"), "rock 1").expect("created");
-        for step in 1..=3 {
-            let points = [f64::from(step), 0.0, 0.0];
-            let vtu = Vtu { points: &points, cells: Cells::Vertices, point_data: vec![], cell_data: vec![] };
-            series.add(f64::from(step) * 0.1, &vtu).expect("written");
-            let pvd = std::fs::read_to_string(dir.path().join("fields/rock_1.pvd")).expect("a series");
-            assert_eq!(pvd.matches("<DataSet").count(), step as usize);
-            let files: Vec<&str> = pvd.split("file=\"").skip(1).filter_map(|r| r.split('"').next()).collect();
-            assert!(files.iter().all(|f| dir.path().join("fields").join(f).exists()), "{files:?}");
-        }
-        let pvd = std::fs::read_to_string(dir.path().join("fields/rock_1.pvd")).expect("a series");
-        assert!(
-            pvd.contains("timestep=\"0.30000000000000004\" part=\"0\" file=\"rock_1_000003.vtu\""),
-            "{pvd}"
-        );
     }
 }

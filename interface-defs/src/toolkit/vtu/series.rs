@@ -1,0 +1,170 @@
+//! A series of grids over time.
+
+use super::{Grid, Vtu, escape};
+use std::fmt::Write as _;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{Builder, JoinHandle};
+
+/// States that may wait for the one that is being written.
+const WAITING: usize = 1;
+
+/// A series of grids over time: `name_000001.vtu`, ... and `name.pvd`.
+///
+/// A thread compresses and writes them while the solver goes on: a solver is waited for, and half of a run would pass
+/// in writing. If the thread is behind by more than one state, adding waits for it. The PVD is replaced as a whole at each step, after the step's own file:
+/// a run that is killed leaves a series that is complete up to there.
+pub struct Series(Option<Writer>);
+
+enum Writer {
+    /// Nothing is to be written.
+    Idle(Files),
+    /// At work; ends when nothing more is sent.
+    Busy(SyncSender<(f64, Grid)>, JoinHandle<io::Result<Files>>),
+}
+
+impl Series {
+    /// A new series in `dir`, which is created. An old one of the same name is overwritten.
+    pub fn create(dir: &Path, name: &str) -> io::Result<Self> {
+        std::fs::create_dir_all(dir)?;
+        let name =
+            name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
+        let files = Files { dir: dir.to_owned(), name, entries: String::new(), count: 0 };
+        Ok(Self(Some(Writer::Idle(files))))
+    }
+
+    /// Append the state at `time` [s]. What cannot be written is an error here, in the next call, or in [`Series::finish`].
+    pub fn add(&mut self, time: f64, vtu: &Vtu) -> io::Result<()> {
+        if let Some(Writer::Idle(files)) = self.0.take_if(|writer| matches!(writer, Writer::Idle(_))) {
+            let (sender, receiver) = sync_channel(WAITING);
+            let thread = Builder::new().name("field files".into()).spawn(|| files.write_all(receiver))?;
+            self.0 = Some(Writer::Busy(sender, thread));
+        }
+        match &self.0 {
+            Some(Writer::Busy(sender, _)) if sender.send((time, vtu.gather())).is_ok() => Ok(()),
+            _ => self.finish(),
+        }
+    }
+
+    /// Wait until all is written. After an error it adds and writes nothing more.
+    pub fn finish(&mut self) -> io::Result<()> {
+        match self.0.take() {
+            Some(Writer::Busy(sender, thread)) => {
+                drop(sender);
+                let files =
+                    thread.join().map_err(|_| io::Error::other("the thread that writes was lost"))??;
+                self.0 = Some(Writer::Idle(files));
+                Ok(())
+            }
+            idle @ Some(Writer::Idle(_)) => {
+                self.0 = idle;
+                Ok(())
+            }
+            None => Err(io::Error::other("they could not be written before")),
+        }
+    }
+}
+
+impl Drop for Series {
+    /// A run that ends early leaves what was added until then.
+    fn drop(&mut self) {
+        // An error has no one to go to: whoever wants to know it finishes.
+        let _ = self.finish();
+    }
+}
+
+/// The files written so far.
+struct Files {
+    dir: PathBuf,
+    name: String,
+    entries: String,
+    count: usize,
+}
+
+impl Files {
+    fn write_all(mut self, states: Receiver<(f64, Grid)>) -> io::Result<Self> {
+        for (time, grid) in states {
+            self.write(time, &grid)?;
+        }
+        Ok(self)
+    }
+
+    fn write(&mut self, time: f64, grid: &Grid) -> io::Result<()> {
+        self.count += 1;
+        let file = format!("{}_{:06}.vtu", self.name, self.count);
+        std::fs::write(self.dir.join(&file), grid.to_bytes())?;
+        let _ =
+            writeln!(self.entries, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escape(&file));
+        let text = format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n\
+             <Collection>\n{}</Collection>\n</VTKFile>\n",
+            self.entries
+        );
+        let beside = self.dir.join(format!("{}.pvd.tmp", self.name));
+        std::fs::write(&beside, text)?;
+        std::fs::rename(&beside, self.dir.join(format!("{}.pvd", self.name)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::toolkit::vtu::Cells;
+
+    fn add(series: &mut Series, step: u32) -> io::Result<()> {
+        let points = [f64::from(step), 0.0, 0.0];
+        let vtu = Vtu { points: &points, cells: Cells::Vertices, point_data: vec![], cell_data: vec![] };
+        series.add(f64::from(step) * 0.1, &vtu)
+    }
+
+    #[test]
+    fn the_series_lists_only_files_that_are_there_and_goes_on_after_a_pause() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let fields = dir.path().join("fields");
+        let mut series = Series::create(&fields, "rock 1").expect("created");
+        for step in 1..=3 {
+            add(&mut series, step).expect("added");
+            // At any moment: the thread may be anywhere.
+            let pvd = std::fs::read_to_string(fields.join("rock_1.pvd")).unwrap_or_default();
+            let files: Vec<&str> = pvd.split("file=\"").skip(1).filter_map(|r| r.split('"').next()).collect();
+            assert!(
+                files.len() <= step as usize && files.iter().all(|f| fields.join(f).exists()),
+                "{files:?}"
+            );
+            if step != 2 {
+                series.finish().expect("written");
+                let pvd = std::fs::read_to_string(fields.join("rock_1.pvd")).expect("a series");
+                assert_eq!(pvd.matches("<DataSet").count(), step as usize);
+            }
+        }
+        let pvd = std::fs::read_to_string(fields.join("rock_1.pvd")).expect("a series");
+        assert!(
+            pvd.contains("timestep=\"0.30000000000000004\" part=\"0\" file=\"rock_1_000003.vtu\""),
+            "{pvd}"
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_an_error_at_the_latest_when_it_ends() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let fields = dir.path().join("fields");
+        let mut series = Series::create(&fields, "rock").expect("created");
+        std::fs::remove_dir(&fields).expect("removed");
+        let added = add(&mut series, 1);
+        assert!(added.and_then(|()| series.finish()).is_err());
+        assert!(add(&mut series, 2).is_err());
+    }
+
+    #[test]
+    fn a_series_that_is_dropped_has_written_all() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let mut series = Series::create(dir.path(), "rock").expect("created");
+        for step in 1..=5 {
+            add(&mut series, step).expect("added");
+        }
+        drop(series);
+        let pvd = std::fs::read_to_string(dir.path().join("rock.pvd")).expect("a series");
+        assert_eq!(pvd.matches("<DataSet").count(), 5);
+    }
+}
