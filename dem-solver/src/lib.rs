@@ -30,6 +30,7 @@
 //! - [`results`]: what is reported
 //! - [`integrator`]: the steps of a window
 //! - [`solver`]: the contract; [`granular`]: the same for thousands of separate spheres alone
+//! - [`study`]: many releases on one terrain, `rockfall ensemble`
 //! - [`check`](mod@check), [`command`], [`reference`]: what would be built, `rockfall cluster`, what is read and written, for editors
 
 pub mod check;
@@ -52,6 +53,7 @@ pub mod rock;
 pub mod settings;
 pub mod shape;
 pub mod solver;
+pub mod study;
 pub mod terrain;
 
 pub use solver::DemSolver;

@@ -1,4 +1,4 @@
-//! The program `dem-solver`: run, check and serve its part of a scene; make clusters.
+//! The program `dem-solver`: run, check and serve its part of a scene; make clusters, compute studies.
 
 use interface_defs::toolkit::alloc::CountingAllocator;
 use interface_defs::toolkit::program;
@@ -8,5 +8,8 @@ use std::process::ExitCode;
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn main() -> ExitCode {
-    program::main_with(&dem_solver::PROGRAM, &[dem_solver::command::COMMAND])
+    program::main_with(
+        &dem_solver::PROGRAM,
+        &[dem_solver::command::COMMAND, dem_solver::study::command::COMMAND],
+    )
 }

@@ -7,13 +7,14 @@ use crate::stop::Stop;
 use crate::{manual, reference, schema, trade};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
-use interface_defs::toolkit::arguments::{ClusterArguments, Input, Logging, Results};
+use interface_defs::toolkit::arguments::{ClusterArguments, EnsembleArguments, Input, Logging, Results};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::program::Savings;
 use interface_defs::toolkit::screen::{complain, show};
 use std::ffi::OsString;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 
 /// Rockfall on flexible nets and over terrain: a contact solver and a structural solver, coupled
@@ -65,6 +66,12 @@ enum Command {
         In a scene: cluster = { spheres = N } makes the same cluster, cluster = { file = \"FILE\" } reads it."
     )]
     Cluster(ClusterArguments),
+    /// Many releases of one rock on one terrain: a table with a row for each, quantiles
+    ///
+    /// The study file names a scene, points, lines or areas where rocks start, and what varies. Members are computed on all cores
+    /// of this machine; a study that was killed goes on with --resume and gives the same table. --members A..B is one task of
+    /// many on other machines.
+    Ensemble(EnsembleArguments),
     /// Print the JSON schema of the scene file, for editors
     ///
     /// Write it into a file once, and name that in the first line of a scene: `#:schema rockfall.schema.json`.
@@ -141,6 +148,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             Ok(Exit::Done)
         }
         Command::Trade(arguments) => trade::trade(&arguments, json),
+        Command::Ensemble(_) => become_program("dem-solver", "ensemble", &arguments_after("ensemble")),
         Command::Cluster(_) => hand_over("dem-solver", "cluster", &arguments_after("cluster")),
         Command::Schema { reference } => {
             let share = schema::share()?;
@@ -186,6 +194,15 @@ fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
 /// The arguments of this process after `word`, as they were given.
 fn arguments_after(word: &str) -> Vec<OsString> {
     std::env::args_os().skip(1).skip_while(|argument| argument != word).skip(1).collect()
+}
+
+/// Become a program of this project beside this one: signals reach it, and it ends with its own code.
+fn become_program(program: &str, command: &str, arguments: &[OsString]) -> Result<Exit, Stop> {
+    let file = beside(program)
+        .map_err(|what| InputError::new(what).try_instead("build all programs with cargo build --release"))?;
+    // It returns only where the program cannot be started.
+    let e = std::process::Command::new(file).arg(command).args(arguments).exec();
+    Err(InputError::new(format!("{program} cannot be started: {e}")).into())
 }
 
 /// Let a program of this project beside this one do the whole work, and end as it does.

@@ -21,6 +21,7 @@ use crate::terrain::Terrain;
 use between::Between;
 use critical::Steps;
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Counts of work done since the start, repeated windows included.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -43,8 +44,8 @@ pub struct Model {
     pub rocks: Vec<Rock>,
     /// A tree over the spheres of each.
     pub trees: Vec<SphereTree>,
-    /// The terrain.
-    pub ground: Option<Terrain>,
+    /// The terrain; those who compute on one terrain at the same time share it.
+    pub ground: Option<Arc<Terrain>>,
     /// What is added to the positions of a state to give the user's [m]; zero without terrain.
     pub origin: Vector3<f64>,
     /// The laws of contact; `None`: nothing is touched.

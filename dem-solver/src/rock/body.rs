@@ -120,6 +120,31 @@ impl Rock {
         Ok((rock, notices))
     }
 
+    /// The same rock with all its lengths times `factor`, spheres included, and `mass` [kg].
+    #[must_use]
+    pub fn scaled(&self, factor: f64, mass: f64) -> Self {
+        let solid = self.solid.scaled(factor);
+        let grown = |s: &Sphere| Sphere { centre: s.centre * factor, radius: s.radius * factor };
+        Self {
+            name: self.name.clone(),
+            mass,
+            inertia: solid.inertia(mass),
+            spheres: self.spheres.iter().map(grown).collect(),
+            outermost: self.outermost.clone(),
+            origin: self.origin.clone(),
+            facing: self.facing,
+            lowest_corner: self.lowest_corner * factor,
+            highest_corner: self.highest_corner * factor,
+            reach: self.reach * factor,
+            arm: self.arm * factor,
+            smallest_radius: self.smallest_radius * factor,
+            largest_radius: self.largest_radius * factor,
+            solid,
+            accuracy: None,
+            made: None,
+        }
+    }
+
     /// Largest radius of a sphere that may be the furthest in some direction [m].
     pub fn largest_outer_radius(&self) -> f64 {
         self.outermost.iter().map(|k| self.spheres[*k as usize].radius).fold(self.smallest_radius, f64::max)

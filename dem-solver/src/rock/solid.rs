@@ -32,6 +32,20 @@ impl Solid {
         Ok((solid, notes))
     }
 
+    /// The same solid with all its lengths times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut drawn = self.drawn.clone();
+        drawn.points.iter_mut().for_each(|p| *p *= factor);
+        let body = SolidIntegrals {
+            volume: self.body.volume * factor.powi(3),
+            centre: self.body.centre * factor,
+            gyration: self.body.gyration * (factor * factor),
+            ..self.body
+        };
+        Self { shape: self.shape.scaled(factor), body, drawn }
+    }
+
     /// Whether the shape's own axes are principal and its origin is the centre of mass, by symmetry.
     fn is_symmetric(&self) -> bool {
         !matches!(self.shape, Shape::RandomConvex { .. } | Shape::ConvexHull { .. } | Shape::Mesh { .. })

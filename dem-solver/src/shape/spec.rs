@@ -144,6 +144,23 @@ impl Shape {
         shape.check().map_err(|(_, what)| refuse(what)).map(|()| shape)
     }
 
+    /// The same shape with all its lengths times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut it = self.clone();
+        let grow = |lengths: &mut [f64]| lengths.iter_mut().for_each(|l| *l *= factor);
+        match &mut it {
+            Self::Box { size } | Self::RandomConvex { size, .. } => grow(size),
+            Self::Sphere { radius: length }
+            | Self::EadBlock { size: length }
+            | Self::Mesh { scale: length, .. } => *length *= factor,
+            Self::Ellipsoid { semi_axes } => grow(semi_axes),
+            Self::NormRock { volume, .. } => *volume *= factor.powi(3),
+            Self::ConvexHull { points } => points.iter_mut().for_each(|p| grow(p)),
+        }
+        it
+    }
+
     /// Refuse numbers without sense: the key and what is wrong with it.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         let above =

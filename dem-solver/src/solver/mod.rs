@@ -11,14 +11,16 @@ use crate::integrator::rock_stage::{DEEPEST_AT_START, RockStage};
 use crate::integrator::window::{RockIntegrator, Solved};
 use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::crossings::Crossings;
+use crate::law::growing::Slip;
 use crate::law::table::Laws;
+use crate::law::yielding::Dent;
 use crate::model::between::{Between, rows, whole_rocks};
 use crate::model::critical::Steps;
 use crate::model::state::{self, State};
 use crate::model::{Model, impact, name_of, runout};
 use crate::results::fields::{self, FieldFiles};
 use crate::results::gauges::Gauges;
-use crate::results::trajectory::{self, Trajectory};
+use crate::results::trajectory::{self, Row, Trajectory};
 use crate::results::{self, map, measures, verdict};
 use crate::rock::Rock;
 use crate::settings::{BoxSettings, ContactSelection, STRUCTURE, Settings, limits};
@@ -34,6 +36,7 @@ use interface_defs::{
     Window, name,
 };
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Most times that steps are made finer where a contact asks for it.
 const FINEST: usize = 64;
@@ -57,6 +60,8 @@ pub struct DemSolver {
     trial: State,
     fields: Option<FieldFiles>,
     trajectory: Option<Trajectory>,
+    /// Whether rows of the trajectories are kept although no file of them is written.
+    keeps_rows: bool,
 }
 
 /// How the rocks of a scene touch its terrain.
@@ -132,6 +137,7 @@ impl DemSolver {
         let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
         let between = Between::new(laws.as_ref(), &settings, scene)?;
         let side_rows = rows_with_box(laws.as_ref(), &settings, scene)?;
+        gate::ground::check(&settings, laws.as_ref(), between.as_ref(), &side_rows, scene)?;
         if settings.rocks.len() > 1 && between.is_none() {
             notices.push(
                 "rock: there is no table [[contact]]: the rocks fall through each other; add one".into(),
@@ -146,7 +152,7 @@ impl DemSolver {
             settings,
             rocks,
             trees,
-            ground,
+            ground: ground.map(Arc::new),
             origin,
             laws,
             rows: Vec::new(),
@@ -173,7 +179,38 @@ impl DemSolver {
             trial: state,
             fields: None,
             trajectory: None,
+            keeps_rows: false,
         })
+    }
+
+    /// The solver of a model that has been prepared and checked, which writes no files but keeps the rows of the trajectories.
+    pub fn of_model(model: Model, scene: &Scene) -> Self {
+        let state = State::start(&model.settings, &model.rocks, &model.origin);
+        Self {
+            options: Options { out: None, shortcuts: model.shortcuts },
+            model,
+            notices: Vec::new(),
+            cautions: Vec::new(),
+            scene: scene.clone(),
+            guarded: false,
+            choices: Vec::new(),
+            run: None,
+            committed: state.clone(),
+            trial: state,
+            fields: None,
+            trajectory: None,
+            keeps_rows: true,
+        }
+    }
+
+    /// Its model, for another run with parts of it.
+    pub fn into_model(self) -> Model {
+        self.model
+    }
+
+    /// Rows of the trajectories in the window solved last; none where nobody asked for them.
+    pub fn rows(&self) -> &[Row] {
+        self.run.as_ref().map_or(&[], RockIntegrator::rows)
     }
 
     /// The same for a user's scene: it is not prepared with a rock inside the net.
@@ -233,6 +270,8 @@ impl DemSolver {
             histories: std::mem::take(&mut body.histories),
             terrain_histories: std::mem::take(&mut body.terrain_histories),
             box_histories: std::mem::take(&mut body.box_histories),
+            dent: Dent::default(),
+            slip: Slip::default(),
             tangential_energy: 0.0,
             elastic: 0.0,
             contacts: 0,
@@ -276,6 +315,12 @@ impl DemSolver {
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
             .map_err(|(what, advice)| Fault::input(format!("{what}; {advice}")))?;
+        let yields = |n: &u16| laws.surfaces[*n as usize].yielding.is_some();
+        if self.model.rows.iter().flatten().any(yields) {
+            return Err(Fault::input(
+                "`ground` is a contact of rocks with terrain, and here also of one with the net; add a table [[contact]] for the net",
+            ));
+        }
         if laws.use_local_masses() && contact_mesh.inverse_mass.is_none() {
             self.model.laws = Some(laws.clone().without_local_masses());
             warnings.push(
@@ -359,7 +404,8 @@ impl Solver for DemSolver {
         }
         let contact_mesh = self.contact_mesh(plan, &mut warnings)?;
         self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
-        let mut run = RockIntegrator::new(&self.model, contact_mesh, plan, self.options.out.is_some());
+        let rows = self.keeps_rows || self.options.out.is_some();
+        let mut run = RockIntegrator::new(&self.model, contact_mesh, plan, rows);
         run.reserve(&mut self.committed);
         let initial = run.initial(&self.model, &mut self.committed, plan)?;
         self.trial = self.committed.clone();

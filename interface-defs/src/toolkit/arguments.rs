@@ -3,12 +3,14 @@
 use super::check::Format;
 use super::input_error::InputError;
 use super::log::LogFormat;
+use super::program::Savings;
 use super::progress::Form;
 use super::run_dir;
 use super::scene::Scene;
 use crate::ipc::RunId;
 use clap::Args;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 /// Which scene.
 #[derive(Debug, Clone, Args)]
@@ -140,4 +142,60 @@ pub struct ClusterArguments {
     /// Write the spheres (points with a radius) as a VTU file too
     #[arg(long, value_name = "FILE")]
     pub vtu: Option<PathBuf>,
+}
+
+/// Numbers of members, from `first` to `last`, both included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MemberRange {
+    /// The first, from 1.
+    pub first: u64,
+    /// The last.
+    pub last: u64,
+}
+
+impl FromStr for MemberRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once("..").map(|(first, last)| (first.trim().parse(), last.trim().parse()));
+        match numbers {
+            Some((Ok(first), Ok(last))) => Ok(Self { first, last }),
+            _ => Err("write the first and the last member, as in 1..100".into()),
+        }
+    }
+}
+
+/// Of `ensemble`: which study, which part of it, and where its results go.
+#[derive(Debug, Clone, Args)]
+pub struct EnsembleArguments {
+    /// Study file (TOML): a scene, where rocks start, what varies
+    #[arg(value_name = "STUDY")]
+    pub study: PathBuf,
+    /// Set a value of the study, as in --set seed=2 --set release.0.count=1000
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    /// Compute these members alone, both included, as one task of many; a call without --members collects the results
+    #[arg(long, value_name = "A..B", help_heading = "Computation")]
+    pub members: Option<MemberRange>,
+    /// Threads [default: as many as there are cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Computation")]
+    pub threads: Option<u32>,
+    /// Whether savings are used.
+    #[command(flatten)]
+    pub savings: Savings,
+    /// Where they go.
+    #[command(flatten)]
+    pub dir: ResultDir,
+    /// Begin anew in a directory that holds a study
+    #[arg(long, conflicts_with_all = ["resume", "members"], help_heading = "Results")]
+    pub force: bool,
+    /// Go on with a study that was interrupted or killed
+    #[arg(long, conflicts_with = "members", help_heading = "Results")]
+    pub resume: bool,
+    /// Print nothing but errors
+    #[arg(long, help_heading = "Results")]
+    pub quiet: bool,
+    /// Print progress on stdout, five times a second
+    #[arg(long, value_enum, value_name = "FORM", help_heading = "Results")]
+    pub progress: Option<Form>,
 }

@@ -14,6 +14,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
@@ -42,12 +43,27 @@ pub const KEYS: [&str; 18] = [
 /// The table that belongs to foreign programs and is not checked.
 const UNCHECKED: &str = "custom";
 
+/// What a document is, and every key that may stand at its top.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Kind {
+    /// In a word: `scene`.
+    pub name: &'static str,
+    /// The keys.
+    pub keys: &'static [&'static str],
+}
+
+/// A scene.
+static SCENE: Kind = Kind { name: "scene", keys: &KEYS };
+
 /// A scene: text of its file, with every `--set` in place.
 #[derive(Debug, Clone)]
 pub struct Scene {
     path: PathBuf,
     text: String,
     overrides: Vec<Override>,
+    kind: &'static Kind,
+    /// What is read in place of the text, where a program has changed values of it.
+    patch: Option<Arc<toml::Table>>,
 }
 
 impl Scene {
@@ -56,31 +72,37 @@ impl Scene {
     /// Refuses text that is no TOML, unknown top-level keys, numbers that are not finite (except in
     /// `[custom]`), and a set that cannot be applied.
     pub fn load(path: &Path, sets: &[String]) -> Result<Self, InputError> {
+        Self::load_as(&SCENE, path, sets)
+    }
+
+    /// The same for a document of another kind, such as a study of many scenes.
+    pub fn load_as(kind: &'static Kind, path: &Path, sets: &[String]) -> Result<Self, InputError> {
         let name = path.display().to_string();
         input_file::regular(path)?;
-        let bytes = std::fs::read(path)
-            .map_err(|e| InputError::in_file(name.as_str(), format!("the scene cannot be read: {e}")))?;
-        Self::new(path.to_owned(), syntax::decode(path, bytes)?, sets)
+        let bytes = std::fs::read(path).map_err(|e| {
+            InputError::in_file(name.as_str(), format!("the {} cannot be read: {e}", kind.name))
+        })?;
+        Self::new(kind, path.to_owned(), syntax::decode(path, bytes)?, sets)
     }
 
     /// A scene from text; `name` stands for its file.
     pub fn from_text(name: &str, text: &str) -> Result<Self, InputError> {
-        Self::new(name.into(), text.into(), &[])
+        Self::new(&SCENE, name.into(), text.into(), &[])
     }
 
     /// A scene from text, with every `key=value` of `sets` in place.
     pub fn from_text_with(name: &str, text: &str, sets: &[String]) -> Result<Self, InputError> {
-        Self::new(name.into(), text.into(), sets)
+        Self::new(&SCENE, name.into(), text.into(), sets)
     }
 
-    fn new(path: PathBuf, text: String, sets: &[String]) -> Result<Self, InputError> {
+    fn new(kind: &'static Kind, path: PathBuf, text: String, sets: &[String]) -> Result<Self, InputError> {
         let mut base = text.len() + 1;
         let mut overrides = Vec::with_capacity(sets.len());
         for set in sets {
             overrides.push(Override::parse(set, base)?);
             base += set.len() + 1;
         }
-        let scene = Self { path, text, overrides };
+        let scene = Self { path, text, overrides, kind, patch: None };
         scene.check()?;
         Ok(scene)
     }
@@ -90,9 +112,9 @@ impl Scene {
         let mut fault: Option<(Range<usize>, String)> = None;
         for (key, value) in &tree {
             let name: &str = key.get_ref();
-            if !KEYS.contains(&name) {
-                let error = self.error(key.span(), format!("unknown key `{name}` at the top of the scene"));
-                return Err(error.try_if(suggestion(name, &KEYS)));
+            if !self.kind.keys.contains(&name) {
+                let what = format!("unknown key `{name}` at the top of the {}", self.kind.name);
+                return Err(self.error(key.span(), what).try_if(suggestion(name, self.kind.keys)));
             }
             if name != UNCHECKED {
                 values(value, &mut |v| {
@@ -109,6 +131,13 @@ impl Scene {
             Some((span, number)) => Err(self.error(span, format!("`{number}` is not a finite number"))),
             None => Ok(()),
         }
+    }
+
+    /// The same scene with the values of `document`, which a program has made of its own. It is read without the text;
+    /// errors still point to where the text has the key.
+    #[must_use]
+    pub fn patched(&self, document: toml::Table) -> Self {
+        Self { patch: Some(Arc::new(document)), ..self.clone() }
     }
 
     /// Path of its file.
@@ -139,6 +168,9 @@ impl Scene {
 
     /// Whether it has this top-level key.
     pub fn has(&self, key: &str) -> bool {
+        if let Some(patch) = &self.patch {
+            return patch.contains_key(key);
+        }
         self.tree().is_ok_and(|tree| tree.contains_key(key))
     }
 
@@ -146,6 +178,10 @@ impl Scene {
     ///
     /// An unknown key, an unknown name or a wrong type is an error with line, column and nearest name.
     pub fn read<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, InputError> {
+        if let Some(patch) = &self.patch {
+            let Some(value) = patch.get(key) else { return Ok(None) };
+            return T::deserialize(value.clone()).map(Some).map_err(|e| self.misread(key, e.message()));
+        }
         let Some(value) = self.tree()?.remove(key) else { return Ok(None) };
         match T::deserialize(Exact(value.clone())) {
             Ok(read) => Ok(Some(read)),
@@ -162,6 +198,9 @@ impl Scene {
 
     /// The whole scene with every `--set` in place, unchecked.
     pub fn document(&self) -> Result<toml::Table, InputError> {
+        if let Some(patch) = &self.patch {
+            return Ok(toml::Table::clone(patch));
+        }
         let mut table = toml::Table::new();
         for (key, value) in self.tree()? {
             let span = value.span();

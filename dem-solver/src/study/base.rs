@@ -1,0 +1,279 @@
+//! What all members of a study share: the scene, its terrain, its rocks, the laws; built once.
+
+use super::outline::Area;
+use super::place::ground_at;
+use super::sampling::Sampler;
+use super::settings::{Place, Quantity, Sampling, StudySettings, Variable};
+use crate::DemSolver;
+use crate::contact::whole_rock::Whole;
+use crate::model::Model;
+use crate::rock::Rock;
+use crate::settings::{RockSettings, Settings, Shape};
+use crate::terrain::Terrain;
+use interface_defs::ipc::run_id::fnv1a;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::limits::Limits;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::scene::Scene;
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// Numbers that are drawn for every member: two of its place, three of its orientation, two of the axis of its spin.
+pub const DRAWN: usize = 7;
+
+/// A rock that members scale: the scene's own, or one of `vary.shape`.
+pub struct Prototype {
+    /// Its table.
+    pub table: RockSettings,
+    /// The rock.
+    pub rock: Rock,
+    /// What its contact as a whole needs.
+    pub whole: Option<Whole>,
+}
+
+/// What all members share.
+pub struct Base {
+    /// What the study says.
+    pub study: StudySettings,
+    /// The scene.
+    pub scene: Scene,
+    /// Its values.
+    pub document: toml::Table,
+    /// What they mean.
+    pub settings: Settings,
+    /// Its bounds of trust.
+    pub limits: Limits,
+    /// The terrain.
+    pub ground: Arc<Terrain>,
+    /// The rocks.
+    pub prototypes: Vec<Prototype>,
+    /// Drawn numbers of each release.
+    pub samplers: Vec<Sampler>,
+    /// Areas of the releases that have one, local [m].
+    pub areas: Vec<Option<Area>>,
+    /// Number of the first member of each release, from 0, and of all members.
+    pub starts: Vec<u64>,
+    /// What the user should look at twice.
+    pub warnings: Vec<String>,
+    /// What the results depend on, in a few letters.
+    pub fingerprint: String,
+    /// Whether savings may be used.
+    pub shortcuts: bool,
+}
+
+impl Base {
+    /// Read and check a study, its scene and its terrain.
+    pub fn new(file: &Scene, shortcuts: bool) -> Result<Self, InputError> {
+        let study = StudySettings::of(file)?;
+        let scene = Scene::load(&file.resolve(&study.scene), &[])?;
+        check_scene(&scene, file)?;
+        let limits = Limits::of(&scene)?;
+        let document = scene.document()?;
+        let solver = DemSolver::new(&scene, &Options { out: None, shortcuts })?;
+        let warnings = [solver.notices(), solver.cautions()].concat();
+        let model = solver.into_model();
+        let Some(ground) = model.ground.clone() else {
+            return Err(file
+                .invalid("scene", format!("{} has no [terrain]", scene.path().display()))
+                .try_instead("releases need a terrain to fall on"));
+        };
+        let prototypes = prototypes(&study, file, &scene, model)?;
+        let settings = Settings::of(&scene)?;
+        check_masses(&study, &prototypes, file)?;
+        check_places(&study, &ground, file)?;
+        let areas = study.releases.iter().map(|release| match release.place() {
+            Place::Polygon(corners) => {
+                let local: Vec<[f64; 2]> =
+                    corners.iter().map(|[x, y]| [x - ground.origin.x, y - ground.origin.y]).collect();
+                Some(Area::new(&local))
+            }
+            _ => None,
+        });
+        let areas = areas.collect();
+        let counts = study.counts();
+        let samplers = counts
+            .iter()
+            .enumerate()
+            .map(|(at, count)| Sampler::new(study.sampling, study.seed, at, *count, drawn(&study, at)));
+        let samplers = samplers.collect();
+        let mut starts = vec![0];
+        counts.iter().for_each(|count| starts.push(starts[starts.len() - 1] + count));
+        let mut it = Self {
+            study,
+            scene,
+            document,
+            settings,
+            limits,
+            ground,
+            prototypes,
+            samplers,
+            areas,
+            starts,
+            warnings,
+            fingerprint: String::new(),
+            shortcuts,
+        };
+        it.fingerprint = it.fingerprint(file);
+        it.check_keys(file)?;
+        Ok(it)
+    }
+
+    /// Number of members.
+    pub fn members(&self) -> u64 {
+        self.starts[self.starts.len() - 1]
+    }
+
+    /// A hash of all that the results depend on: study, scene, terrain, spheres, program.
+    fn fingerprint(&self, file: &Scene) -> String {
+        let mut bytes = format!("{} {} ", env!("CARGO_PKG_VERSION"), self.shortcuts).into_bytes();
+        bytes.extend(format!("{} {} ", file.fingerprint(), self.scene.fingerprint()).into_bytes());
+        let mut take = |n: f64| bytes.extend(n.to_bits().to_le_bytes());
+        self.ground.origin.iter().for_each(|n| take(*n));
+        self.ground.nodes.iter().flat_map(|p| [p.x, p.y, p.z]).for_each(&mut take);
+        for rock in self.prototypes.iter().map(|p| &p.rock) {
+            rock.spheres
+                .iter()
+                .flat_map(|s| [s.centre.x, s.centre.y, s.centre.z, s.radius])
+                .for_each(&mut take);
+            take(rock.mass);
+            rock.inertia.iter().for_each(|n| take(*n));
+        }
+        bytes.extend(self.ground.triangles.iter().flatten().flat_map(|n| n.to_le_bytes()));
+        bytes.extend(&self.ground.zones);
+        format!("{:016x}", fnv1a(&bytes))
+    }
+
+    /// Refuse keys of the scene that do not exist, and values at the ends of their distributions that it refuses.
+    fn check_keys(&self, file: &Scene) -> Result<(), InputError> {
+        let keys: Vec<&Variable> =
+            self.study.variables.iter().filter(|v| v.quantity == Quantity::Key).collect();
+        for u in [0.0, 1.0 - f64::EPSILON] {
+            let set = |v: &&Variable| format!("{}={}", v.name, v.distribution.value(u));
+            let sets: Vec<String> = keys.iter().map(set).collect();
+            let Err(error) = Scene::load(self.scene.path(), &sets).and_then(|scene| Settings::of(&scene))
+            else {
+                continue;
+            };
+            let what = error.headline();
+            let own = |(variable, set): (&&Variable, &String)| {
+                Some((variable.name.clone(), what.strip_prefix(&format!("--set {set}: "))?.to_owned()))
+            };
+            let (name, what) = keys.iter().zip(&sets).find_map(own).unwrap_or((String::new(), what.clone()));
+            let key = if name.is_empty() { "vary".into() } else { format!("vary.{name}") };
+            return Err(file.invalid(&key, format!("with {}: {what}", sets.join(", "))));
+        }
+        Ok(())
+    }
+}
+
+/// What is drawn for a member of release number `at`, with its levels in a full factorial.
+fn drawn(study: &StudySettings, at: usize) -> Vec<(String, u64)> {
+    let factorial = study.sampling == Sampling::FullFactorial;
+    let places = if factorial { study.releases[at].count() } else { 0 };
+    let own = ["place", "place across", "turn 1", "turn 2", "turn 3", "axis 1", "axis 2"];
+    let mut all: Vec<(String, u64)> =
+        own.iter().map(|name| ((*name).to_owned(), if *name == "place" { places } else { 0 })).collect();
+    all.extend(study.variables.iter().map(|v| (v.name.clone(), v.distribution.levels())));
+    all
+}
+
+fn check_scene(scene: &Scene, file: &Scene) -> Result<(), InputError> {
+    let refuse = |what: &str, cure: &str| {
+        Err(file.invalid("scene", format!("{}: {what}", scene.path().display())).try_instead(cure))
+    };
+    if scene.has("structure") {
+        return refuse(
+            "it has a [structure], and members of a study fall over terrain alone",
+            "leave it out",
+        );
+    }
+    if scene.has("spheres") || scene.has("box") {
+        return refuse(
+            "it has [[spheres]] or a [box], and a member of a study is one rock on terrain",
+            "leave them out",
+        );
+    }
+    let rocks: Vec<toml::Table> = scene.read("rock")?.unwrap_or_default();
+    match rocks.len() {
+        1 => Ok(()),
+        n => refuse(&format!("it has {n} rocks, and a member of a study is one rock"), "keep one [[rock]]"),
+    }
+}
+
+/// The scene's rock, or one of each shape that is chosen from.
+fn prototypes(
+    study: &StudySettings,
+    file: &Scene,
+    scene: &Scene,
+    mut model: Model,
+) -> Result<Vec<Prototype>, InputError> {
+    let shapes = study.variables.iter().find(|v| v.quantity == Quantity::Shape);
+    let whole = model.wholes.pop().flatten();
+    let own = model.rocks.pop().zip(model.settings.rocks.pop());
+    let (mut rock, table) = own.expect("checked: there is one rock");
+    let Some(values) = shapes.and_then(|v| v.distribution.values()) else {
+        rock.made = None;
+        return Ok(vec![Prototype { table, rock, whole }]);
+    };
+    let of = |value: &toml::Value| {
+        let refuse = |e: String| file.invalid("vary.shape", e);
+        let shape = Shape::deserialize(value.clone()).map_err(|e| file.misread("vary.shape", e.message()))?;
+        shape.check().map_err(|(key, what)| refuse(format!("{key}: {what}")))?;
+        let mut document = scene.document()?;
+        if let Some(rock) = document.get_mut("rock").and_then(|r| r.get_mut(0)).and_then(|r| r.as_table_mut())
+        {
+            rock.insert("shape".into(), value.clone());
+            if matches!(shape, Shape::Sphere { .. }) {
+                rock.remove("cluster");
+            }
+        }
+        let scene = scene.patched(document);
+        let table = Settings::of(&scene)?.rocks.swap_remove(0);
+        let (mut rock, _) = Rock::new(0, &table, &scene)?;
+        rock.made = None;
+        let whole = whole.as_ref().map(|_| Whole::new(&rock));
+        Ok(Prototype { table, rock, whole })
+    };
+    values.iter().map(of).collect()
+}
+
+/// Refuse a mass that nothing turns into a volume.
+fn check_masses(study: &StudySettings, prototypes: &[Prototype], file: &Scene) -> Result<(), InputError> {
+    let dense = study.varies(Quantity::Density) || prototypes[0].table.density.is_some();
+    for (quantity, name) in [(Quantity::Mass, "mass"), (Quantity::Volume, "volume")] {
+        if study.varies(quantity) && !dense {
+            return Err(file
+                .invalid(
+                    &format!("vary.{name}"),
+                    format!("{name} varies, and the rock of the scene has no density"),
+                )
+                .try_instead("write density in place of mass in the scene"));
+        }
+    }
+    Ok(())
+}
+
+/// Refuse places without ground.
+fn check_places(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), InputError> {
+    let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
+    for (at, release) in study.releases.iter().enumerate() {
+        let place = release.place();
+        for (k, [x, y]) in place.corners().iter().enumerate() {
+            let key = format!("release.{at}.{}.{k}", place.key());
+            if !(low.x..=high.x).contains(x) || !(low.y..=high.y).contains(y) {
+                return Err(file.invalid(&key, format!("({x}, {y}) lies beside the terrain")).try_instead(
+                    format!(
+                        "the terrain lies from ({:.1}, {:.1}) to ({:.1}, {:.1})",
+                        low.x, low.y, high.x, high.y
+                    ),
+                ));
+            }
+            if ground_at(ground, [x - ground.origin.x, y - ground.origin.y]).is_none() {
+                return Err(file
+                    .invalid(&key, format!("there is no ground at ({x}, {y}): the terrain has a hole there"))
+                    .try_instead("move the release, or fill the hole"));
+            }
+        }
+    }
+    Ok(())
+}

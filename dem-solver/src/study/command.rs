@@ -1,0 +1,288 @@
+//! `dem-solver ensemble`: a study from its file to its results.
+
+use super::base::Base;
+use super::directory::{Directory, Index, MEMBERS, Reader};
+use super::execute::compute;
+use super::journal::Journal;
+use super::settings::STUDY;
+use super::summary::Numbers;
+use super::table::Table;
+use clap::{ArgMatches, Args, FromArgMatches};
+use interface_defs::ipc::interrupt;
+use interface_defs::ipc::serve::peak_memory;
+use interface_defs::toolkit::arguments::EnsembleArguments;
+use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::owner::{Claim, Owner};
+use interface_defs::toolkit::program::Extra;
+use interface_defs::toolkit::progress::{Line, Reporter};
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::screen::{complain, show};
+use interface_defs::toolkit::summary::RunStatus;
+use serde_json::json;
+use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// The subcommand.
+pub const COMMAND: Extra = Extra { command, run };
+
+/// How often the screen shows how far it is.
+const SHOWN: Duration = Duration::from_millis(500);
+
+fn command() -> clap::Command {
+    EnsembleArguments::augment_args(
+        clap::Command::new("ensemble")
+            .bin_name("rockfall ensemble")
+            .about("Many releases of one rock on one terrain: a table with a row for each, quantiles"),
+    )
+}
+
+/// How far it is, for those who look.
+struct Progress {
+    reporter: Reporter,
+    bar: bool,
+    total: u64,
+    done: u64,
+    begun: Instant,
+    before: u64,
+    shown: Option<Instant>,
+}
+
+impl Progress {
+    fn step(&mut self) {
+        self.done += 1;
+        let (done, end) = (self.done, self.total);
+        self.reporter.report(|| Line {
+            t: done as f64,
+            end: end as f64,
+            windows: done,
+            what: "members".into(),
+            ..Line::default()
+        });
+        if self.bar && self.shown.is_none_or(|shown| shown.elapsed() >= SHOWN) {
+            self.shown = Some(Instant::now());
+            let rate = (done - self.before) as f64 / self.begun.elapsed().as_secs_f64();
+            let left = if rate > 0.0 { (end - done) as f64 / rate } else { 0.0 };
+            let _ = write!(io::stderr(), "\r{done} of {end} members, {rate:.1}/s, {left:.0} s left   ");
+        }
+    }
+
+    fn end(&self) {
+        if self.shown.is_some() {
+            let _ = writeln!(io::stderr());
+        }
+    }
+}
+
+/// Members that were computed here and now, and on how many threads.
+struct Work {
+    members: u64,
+    threads: usize,
+    seconds: f64,
+}
+
+struct Study<'a> {
+    base: &'a Base,
+    directory: Directory,
+    arguments: &'a EnsembleArguments,
+    threads: usize,
+}
+
+fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
+    let arguments =
+        EnsembleArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+    let file = Scene::load_as(&STUDY, &arguments.study, &arguments.sets)?;
+    let base = Base::new(&file, !arguments.savings.no_shortcuts)?;
+    let out = arguments.dir.of(&file);
+    let available = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = arguments.threads.map_or(available, |n| n as usize);
+    let study = Study { base: &base, directory: Directory::new(&out), arguments: &arguments, threads };
+    if let Some(range) = &arguments.members
+        && (range.first == 0 || range.last > base.members() || range.first > range.last)
+    {
+        let what =
+            format!("{}..{}: the members of this study are 1..{}", range.first, range.last, base.members());
+        return Err(InputError::in_file("--members", what));
+    }
+    if !arguments.quiet {
+        base.warnings.iter().for_each(|warning| tracing::warn!("{}", base.scene.placed(warning)));
+    }
+    interrupt::install();
+    match &arguments.members {
+        Some(range) => study.chunk(range.first, range.last, &file),
+        None => study.whole(&file),
+    }
+}
+
+impl Study<'_> {
+    fn progress(&self, total: u64, before: u64) -> Progress {
+        Progress {
+            reporter: Reporter::new(self.arguments.progress),
+            bar: !self.arguments.quiet && io::stderr().is_terminal(),
+            total,
+            done: before,
+            begun: Instant::now(),
+            before,
+            shown: None,
+        }
+    }
+
+    fn fault(&self, what: impl std::fmt::Display) -> InputError {
+        InputError::in_file(self.directory.place().display().to_string(), what.to_string())
+    }
+
+    /// The members from `first` to `last` into a file of their own, which gets its name when it is complete.
+    fn chunk(&self, first: u64, last: u64, file: &Scene) -> Result<Exit, InputError> {
+        self.directory.begin(self.base, file)?;
+        let [done, part] = self.directory.chunk(first, last);
+        if done.exists() {
+            // A task that is given out twice does nothing the second time.
+            return Ok(Exit::Done);
+        }
+        let (mut journal, found) = Journal::open(&part, &self.base.fingerprint)
+            .map_err(|refused| InputError::new(refused.words(&part)))?;
+        let todo: Vec<u64> = (first + found.len() as u64..=last).collect();
+        let mut progress = self.progress(last - first + 1, found.len() as u64);
+        let mut fault = None;
+        let whole = compute(self.base, &todo, self.threads, |record| {
+            progress.step();
+            journal.add(&record).map_err(|e| fault = Some(e)).is_ok()
+        });
+        progress.end();
+        if let Some(e) = fault {
+            complain(&format!("{}: {e}", part.display()));
+            return Ok(Exit::Failed);
+        }
+        if !whole {
+            complain("interrupted: the same command goes on where it was");
+            return Ok(Exit::Failed);
+        }
+        journal.finish(&done).map_err(|e| self.fault(e))?;
+        Ok(Exit::Done)
+    }
+
+    /// All members that no file has yet, then the results of all.
+    fn whole(&self, file: &Scene) -> Result<Exit, InputError> {
+        let EnsembleArguments { force, resume, .. } = *self.arguments;
+        if self.directory.has_begun() && !force && !resume {
+            return Err(self.fault("this directory holds a study that has begun already").try_instead(
+                "go on with it with --resume, begin anew with --force, or choose another with --out",
+            ));
+        }
+        let out = self.directory.place();
+        // What a study has written may stay; a run that another process writes there is refused.
+        let owner =
+            Owner::claim(out, &Claim { force: force || self.directory.has_begun(), ..Claim::default() })?;
+        if force {
+            self.directory.clear().map_err(|e| self.fault(e))?;
+        }
+        self.directory.begin(self.base, file)?;
+        let main = self.directory.main();
+        let (mut journal, found) = Journal::open(&main, &self.base.fingerprint).map_err(|refused| {
+            InputError::new(refused.words(&main)).try_instead("begin anew with --force")
+        })?;
+        let mut index = self.directory.index(self.base, &found)?;
+        let begun = Instant::now();
+        let todo = index.missing();
+        let outcome = self.fill(&mut index, &mut journal, &todo);
+        drop(journal);
+        match outcome {
+            Ok(true) => {}
+            Ok(false) => {
+                let left = index.missing().len();
+                complain(&format!(
+                    "interrupted: {left} of {} members are left; go on with --resume",
+                    self.base.members()
+                ));
+                return Ok(Exit::Failed);
+            }
+            Err(e) => {
+                complain(&format!("{}: {e}", out.display()));
+                return Ok(Exit::Failed);
+            }
+        }
+        let work = Work {
+            members: todo.len() as u64,
+            threads: self.threads,
+            seconds: begun.elapsed().as_secs_f64(),
+        };
+        self.finish(&index, &owner, &work)
+    }
+
+    /// Compute what is missing; the table follows as far as all members before are known. False: a signal has ended it.
+    fn fill(&self, index: &mut Index, journal: &mut Journal, todo: &[u64]) -> io::Result<bool> {
+        let members = self.base.members();
+        let mut table = Table::create(&self.directory.path(MEMBERS), self.base)?;
+        let mut reader = index.reader();
+        let mut due = 1;
+        follow(self.base, index, &mut reader, &mut table, &mut due)?;
+        let mut progress = self.progress(members, members - todo.len() as u64);
+        let mut fault = None;
+        let whole = compute(self.base, todo, self.threads, |record| {
+            let mut keep = || {
+                index.add(journal.add(&record)?);
+                table.add(self.base, &self.base.member(record.number), &record)?;
+                due = record.number + 1;
+                follow(self.base, index, &mut reader, &mut table, &mut due)
+            };
+            progress.step();
+            keep().map_err(|e| fault = Some(e)).is_ok()
+        });
+        progress.end();
+        if let Some(e) = fault {
+            return Err(e);
+        }
+        journal.sync()?;
+        table.sync()?;
+        Ok(whole)
+    }
+
+    /// Write what follows from all members, and say how it went.
+    fn finish(&self, index: &Index, owner: &Owner, work: &Work) -> Result<Exit, InputError> {
+        let mut numbers = Numbers::default();
+        let mut reader = index.reader();
+        for number in 1..=self.base.members() {
+            match reader.record(index, number) {
+                Ok(Some(record)) => numbers.add(number, &record.outcome),
+                Ok(None) => return Err(self.fault(format!("member {number} is missing"))),
+                Err(e) => return Err(self.fault(e)),
+            }
+        }
+        let mut summary = numbers.summary(self.base.study.most_failed);
+        summary.warnings.extend(self.base.warnings.iter().map(|w| self.base.scene.placed(w)));
+        summary.cost.insert("wall_s".into(), json!(work.seconds));
+        summary.cost.insert("members_computed".into(), json!(work.members));
+        summary.cost.insert("threads".into(), json!(work.threads));
+        if work.members > 0 {
+            summary.cost.insert("members_per_second".into(), json!(work.members as f64 / work.seconds));
+        }
+        summary.cost.insert("peak_memory_bytes".into(), json!(peak_memory()));
+        if let Err(what) = owner.write_summary(&mut summary) {
+            complain(&what);
+            return Ok(Exit::Failed);
+        }
+        if !self.arguments.quiet {
+            show(&summary.table(owner.dir()));
+        }
+        if summary.status != RunStatus::Done {
+            complain(summary.message.as_deref().unwrap_or("the study failed"));
+        }
+        Ok(Exit::of(summary.status))
+    }
+}
+
+/// Add to the table the members from `due` on that are known already.
+fn follow(
+    base: &Base,
+    index: &Index,
+    reader: &mut Reader,
+    table: &mut Table,
+    due: &mut u64,
+) -> io::Result<()> {
+    while *due <= base.members() {
+        let Some(record) = reader.record(index, *due)? else { return Ok(()) };
+        table.add(base, &base.member(*due), &record)?;
+        *due += 1;
+    }
+    Ok(())
+}

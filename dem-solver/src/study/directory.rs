@@ -1,0 +1,191 @@
+//! The directory of a study: what belongs to which file, and what is computed already.
+//!
+//! `chunks/main.journal` has the members that `ensemble` without `--members` computed, `chunks/A-B.chunk` those of a finished
+//! `--members A..B`, `chunks/A-B.part` those of one at work. All other files are made of these, in the order of the members.
+
+use super::base::Base;
+use super::journal::{Found, Records, Refused, complete};
+use super::record::Record;
+use interface_defs::toolkit::files;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::run_dir::{SCENE, SUMMARY};
+use interface_defs::toolkit::scene::Scene;
+use serde_json::json;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What the study is: number of members, fingerprint.
+pub const RECORD: &str = "study.json";
+/// The study file as it was.
+pub const STUDY: &str = "study.toml";
+/// One row for each member.
+pub const MEMBERS: &str = "members.csv";
+/// Journals and chunks.
+pub const CHUNKS: &str = "chunks";
+/// The journal of a run over all members.
+const MAIN: &str = "main.journal";
+/// What ends the name of a chunk that is complete, and of one at work.
+const DONE: &str = "chunk";
+const PART: &str = "part";
+
+/// The directory of a study.
+pub struct Directory {
+    dir: PathBuf,
+}
+
+/// Where records are.
+pub struct Index {
+    files: Vec<PathBuf>,
+    /// For each member from 1 on the number of its file and its place there.
+    places: Vec<Option<(u32, u64)>>,
+}
+
+impl Directory {
+    /// At this place.
+    pub fn new(dir: &Path) -> Self {
+        Self { dir: dir.to_owned() }
+    }
+
+    /// Where it is.
+    pub fn place(&self) -> &Path {
+        &self.dir
+    }
+
+    /// A file in it.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.dir.join(name)
+    }
+
+    /// The journal of all members.
+    pub fn main(&self) -> PathBuf {
+        self.dir.join(CHUNKS).join(MAIN)
+    }
+
+    /// The files of the members from `first` to `last`: complete, and at work.
+    pub fn chunk(&self, first: u64, last: u64) -> [PathBuf; 2] {
+        [DONE, PART].map(|end| self.dir.join(CHUNKS).join(format!("{first:08}-{last:08}.{end}")))
+    }
+
+    fn fault(&self, what: impl std::fmt::Display) -> InputError {
+        InputError::in_file(self.dir.display().to_string(), what.to_string())
+    }
+
+    /// Whether a run over all members has begun here.
+    pub fn has_begun(&self) -> bool {
+        self.main().exists() || self.path(SUMMARY).exists()
+    }
+
+    /// Make the directory that of this study, or find that it is another's.
+    pub fn begin(&self, base: &Base, file: &Scene) -> Result<(), InputError> {
+        let unwritable = |e: io::Error| self.fault(format!("no results can be written here: {e}"));
+        std::fs::create_dir_all(self.dir.join(CHUNKS)).map_err(unwritable)?;
+        let record = self.path(RECORD);
+        if let Ok(text) = std::fs::read_to_string(&record) {
+            let known: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+            if known["fingerprint"].as_str() == Some(&base.fingerprint) {
+                return Ok(());
+            }
+            return Err(self
+                .fault("this directory holds another study, or this one with another study file, scene, terrain or program")
+                .try_instead("choose another with --out, or begin anew with --force"));
+        }
+        let text = json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "study": file.path().display().to_string(),
+            "scene": base.scene.path().display().to_string(),
+            "members": base.members(),
+            "fingerprint": base.fingerprint,
+        });
+        let text = serde_json::to_string_pretty(&text).map_err(io::Error::from).map_err(unwritable)?;
+        let copies = [(STUDY, file.text()), (SCENE, base.scene.text()), (RECORD, &(text + "\n"))];
+        copies
+            .iter()
+            .try_for_each(|(name, text)| files::write(&self.path(name), text.as_bytes()))
+            .map_err(unwritable)
+    }
+
+    /// Remove what a study has written here, and no other file.
+    pub fn clear(&self) -> io::Result<()> {
+        for name in [RECORD, STUDY, SCENE, MEMBERS, SUMMARY] {
+            remove(&self.path(name))?;
+        }
+        let Ok(entries) = std::fs::read_dir(self.dir.join(CHUNKS)) else { return Ok(()) };
+        for entry in entries {
+            let path = entry?.path();
+            let ours = path.extension().is_some_and(|e| e == DONE || e == PART || e == "journal");
+            if ours {
+                remove(&path)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// All records of complete chunks and of the journal, whose records are `own`.
+    pub fn index(&self, base: &Base, own: &[Found]) -> Result<Index, InputError> {
+        let mut index = Index { files: vec![self.main()], places: vec![None; base.members() as usize] };
+        index.take(0, own);
+        let entries = std::fs::read_dir(self.dir.join(CHUNKS)).map_err(|e| self.fault(e))?;
+        let mut chunks: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        chunks.retain(|path| path.extension().is_some_and(|e| e == DONE));
+        chunks.sort();
+        for path in chunks {
+            let found = complete(&path, &base.fingerprint).map_err(|refused: Refused| {
+                InputError::new(refused.words(&path)).try_instead("remove it, or begin anew with --force")
+            })?;
+            index.files.push(path);
+            index.take(index.files.len() as u32 - 1, &found);
+        }
+        Ok(index)
+    }
+}
+
+fn remove(path: &Path) -> io::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+        _ => Ok(()),
+    }
+}
+
+impl Index {
+    fn take(&mut self, file: u32, found: &[Found]) {
+        for Found { number, at } in found {
+            let place = usize::try_from(*number).ok().and_then(|n| self.places.get_mut(n.checked_sub(1)?));
+            if let Some(place) = place {
+                place.get_or_insert((file, *at));
+            }
+        }
+    }
+
+    /// A record has been added to the journal.
+    pub fn add(&mut self, found: Found) {
+        self.take(0, &[found]);
+    }
+
+    /// Members that are in no file, in order.
+    pub fn missing(&self) -> Vec<u64> {
+        (1..).zip(&self.places).filter(|(_, place)| place.is_none()).map(|(number, _)| number).collect()
+    }
+
+    /// Open the files for reading.
+    pub fn reader(&self) -> Reader {
+        Reader { open: self.files.iter().map(|_| None).collect() }
+    }
+}
+
+/// Reads records of all files.
+pub struct Reader {
+    open: Vec<Option<Records>>,
+}
+
+impl Reader {
+    /// The record of a member; `None`: it is in no file.
+    pub fn record(&mut self, index: &Index, number: u64) -> io::Result<Option<Record>> {
+        let Some((file, at)) = index.places[number as usize - 1] else { return Ok(None) };
+        let slot = &mut self.open[file as usize];
+        let records = match slot {
+            Some(records) => records,
+            None => slot.insert(Records::open(&index.files[file as usize])?),
+        };
+        records.at(at).map(Some)
+    }
+}

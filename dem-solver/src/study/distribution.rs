@@ -1,0 +1,314 @@
+//! How a number of a study is distributed, by its quantiles: a number from 0 to 1 becomes a value.
+//!
+//! `{ uniform = [low, high] }`, `{ normal = [mean, standard deviation] }`, `{ lognormal = [median, factor] }` (two thirds of all
+//! values lie between median / factor and median * factor), `{ choice = [a, b], weights = [2, 1] }`, or one value. The two
+//! normal ones are cut at three deviations, or `within = [low, high]`. `levels = n`: values of a full factorial.
+
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use serde::Deserialize;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Deviations from the middle beyond which normal values are cut off unless the study says where.
+const TAILS: f64 = 3.0;
+
+/// A distribution as it is written.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Spec {
+    uniform: Option<[f64; 2]>,
+    normal: Option<[f64; 2]>,
+    lognormal: Option<[f64; 2]>,
+    choice: Option<Vec<toml::Value>>,
+    weights: Option<Vec<f64>>,
+    within: Option<[f64; 2]>,
+    levels: Option<u32>,
+}
+
+/// Keys of which one makes a table a distribution.
+const FORMS: [&str; 4] = ["uniform", "normal", "lognormal", "choice"];
+
+/// A distribution.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Distribution {
+    form: Form,
+    levels: u64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Form {
+    /// One of these, and the share of all up to each.
+    Choice(Vec<toml::Value>, Vec<f64>),
+    Uniform([f64; 2]),
+    /// Of the value, or of its logarithm: mean, deviation, and where it is cut.
+    Normal {
+        mean: f64,
+        deviation: f64,
+        within: [f64; 2],
+        log: bool,
+    },
+}
+
+/// A number or not.
+fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
+}
+
+/// The normal distribution of mean 0 and deviation 1.
+fn standard() -> Normal {
+    Normal::new(0.0, 1.0).expect("a deviation above 0")
+}
+
+impl Distribution {
+    /// Whether a value is one, and not a table of others.
+    pub fn is_one(value: &toml::Value) -> bool {
+        value.as_table().is_none_or(|table| FORMS.iter().any(|form| table.contains_key(*form)))
+    }
+
+    /// From the value at `key` of a study.
+    pub fn of(value: &toml::Value, key: &str, study: &Scene) -> Result<Self, InputError> {
+        if !value.is_table() {
+            return Ok(Self { form: Form::Choice(vec![value.clone()], vec![1.0]), levels: 1 });
+        }
+        if !Self::is_one(value) {
+            let what = "a distribution has one of uniform, normal, lognormal, choice";
+            return Err(study.invalid(key, what).try_instead("write { uniform = [0.2, 0.4] }"));
+        }
+        let spec = Spec::deserialize(value.clone()).map_err(|e| study.misread(key, e.message()))?;
+        let refuse = |what: String, cure: &str| Err(study.invalid(key, what).try_instead(cure));
+        let forms =
+            [spec.uniform.is_some(), spec.normal.is_some(), spec.lognormal.is_some(), spec.choice.is_some()];
+        if forms.iter().filter(|there| **there).count() != 1 {
+            return refuse(
+                "a distribution is one of uniform, normal, lognormal, choice".into(),
+                "keep one of them",
+            );
+        }
+        if spec.weights.is_some() && spec.choice.is_none() {
+            return refuse("`weights` belongs to `choice`".into(), "leave it out");
+        }
+        if spec.within.is_some() && spec.normal.is_none() && spec.lognormal.is_none() {
+            return refuse("`within` cuts the tails of normal and lognormal".into(), "leave it out");
+        }
+        if let Some([low, high]) = spec.within.filter(|[low, high]| low >= high) {
+            return refuse(
+                format!("within = [{low}, {high}]: the first must lie below the second"),
+                "[low, high]",
+            );
+        }
+        if spec.levels == Some(0) || (spec.levels.is_some() && spec.choice.is_some()) {
+            return refuse(
+                "`levels`: one or more, of a distribution of numbers".into(),
+                "a choice has its own",
+            );
+        }
+        let form = match Form::of(
+            spec.uniform,
+            spec.normal,
+            spec.lognormal,
+            spec.within,
+            spec.choice.zip(Some(spec.weights)),
+        ) {
+            Ok(form) => form,
+            Err((what, cure)) => return refuse(what, cure),
+        };
+        let levels = match &form {
+            Form::Choice(values, _) => values.len() as u64,
+            _ => spec.levels.map_or(1, u64::from),
+        };
+        Ok(Self { form, levels })
+    }
+
+    /// Number of levels of a full factorial.
+    pub fn levels(&self) -> u64 {
+        self.levels
+    }
+
+    /// Whether it is one value.
+    pub fn is_fixed(&self) -> bool {
+        matches!(&self.form, Form::Choice(values, _) if values.len() == 1)
+    }
+
+    /// The values of a choice.
+    pub fn values(&self) -> Option<&[toml::Value]> {
+        match &self.form {
+            Form::Choice(values, _) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// Smallest and largest value; `None` where some are no numbers.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        match &self.form {
+            Form::Choice(values, _) => {
+                let numbers: Option<Vec<f64>> = values.iter().map(number).collect();
+                let numbers = numbers?;
+                let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+                Some([low, numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max)])
+            }
+            Form::Uniform(range) => Some(*range),
+            Form::Normal { within, .. } => Some(*within),
+        }
+    }
+
+    /// Of a choice, which one stands at the share `u` (0 to 1) of all.
+    pub fn chosen(&self, u: f64) -> usize {
+        match &self.form {
+            Form::Choice(values, shares) => {
+                shares.iter().position(|share| u < *share).unwrap_or(values.len() - 1)
+            }
+            _ => 0,
+        }
+    }
+
+    /// The value below which the share `u` (0 to 1) of all lies.
+    pub fn value(&self, u: f64) -> toml::Value {
+        match &self.form {
+            Form::Choice(values, _) => values[self.chosen(u)].clone(),
+            _ => toml::Value::Float(self.quantile(u)),
+        }
+    }
+
+    /// The same as a number; NaN where it is none.
+    pub fn quantile(&self, u: f64) -> f64 {
+        match &self.form {
+            Form::Choice(values, _) => number(&values[self.chosen(u)]).unwrap_or(f64::NAN),
+            Form::Uniform([low, high]) => low + u * (high - low),
+            Form::Normal { mean, deviation, within, log } => {
+                let scaled = |v: f64| ((if *log { v.ln() } else { v }) - mean) / deviation;
+                let [low, high] = within.map(|v| standard().cdf(scaled(v)));
+                let drawn = mean + deviation * standard().inverse_cdf(low + u * (high - low));
+                (if *log { drawn.exp() } else { drawn }).clamp(within[0], within[1])
+            }
+        }
+    }
+}
+
+impl Form {
+    fn of(
+        uniform: Option<[f64; 2]>,
+        normal: Option<[f64; 2]>,
+        lognormal: Option<[f64; 2]>,
+        within: Option<[f64; 2]>,
+        choice: Option<(Vec<toml::Value>, Option<Vec<f64>>)>,
+    ) -> Result<Self, (String, &'static str)> {
+        if let Some([low, high]) = uniform {
+            if low >= high {
+                return Err((
+                    format!("uniform = [{low}, {high}]: the first must lie below the second"),
+                    "[low, high]",
+                ));
+            }
+            return Ok(Self::Uniform([low, high]));
+        }
+        if let Some([mean, deviation]) = normal {
+            if deviation <= 0.0 {
+                return Err((
+                    format!("a standard deviation of {deviation}: it must lie above 0"),
+                    "[mean, standard deviation]",
+                ));
+            }
+            let within = within.unwrap_or([mean - TAILS * deviation, mean + TAILS * deviation]);
+            return Ok(Self::Normal { mean, deviation, within, log: false });
+        }
+        if let Some([median, factor]) = lognormal {
+            if median <= 0.0 || factor <= 1.0 || within.is_some_and(|[low, _]| low <= 0.0) {
+                let what = format!(
+                    "lognormal = [{median}, {factor}]: the median must lie above 0, the factor above 1, `within` above 0"
+                );
+                return Err((what, "two thirds of all lie between median / factor and median * factor"));
+            }
+            let within = within.unwrap_or([median / factor.powf(TAILS), median * factor.powf(TAILS)]);
+            return Ok(Self::Normal { mean: median.ln(), deviation: factor.ln(), within, log: true });
+        }
+        let (values, weights) = choice.unwrap_or_default();
+        if values.is_empty() {
+            return Err(("a choice of nothing".into(), "name one value at least"));
+        }
+        let weights = weights.unwrap_or_else(|| vec![1.0; values.len()]);
+        let sum: f64 = weights.iter().sum();
+        if weights.len() != values.len() || weights.iter().any(|w| *w < 0.0) || sum <= 0.0 {
+            let what = format!("{} weights for {} values", weights.len(), values.len());
+            return Err((what, "as many weights as values, each 0 or more"));
+        }
+        let mut share = 0.0;
+        let shares = weights.iter().map(|w| {
+            share += w / sum;
+            share
+        });
+        let shares = shares.collect();
+        Ok(Self::Choice(values, shares))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: &str) -> Distribution {
+        let table: toml::Table = toml::from_str(text).expect("TOML");
+        let study = Scene::from_text("s.toml", "").expect("a document");
+        Distribution::of(&table["v"], "vary.v", &study).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// The mean and the variance of many quantiles, by the midpoint rule.
+    fn moments(d: &Distribution) -> (f64, f64) {
+        let n = 20_000;
+        let values: Vec<f64> = (0..n).map(|k| d.quantile((f64::from(k) + 0.5) / f64::from(n))).collect();
+        let mean = values.iter().sum::<f64>() / f64::from(n);
+        (mean, values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / f64::from(n))
+    }
+
+    /// Against closed forms: mean and variance of a uniform and of a normal distribution that is cut at +- a deviations,
+    /// `1 - 2 a phi(a) / (2 Phi(a) - 1)`; median and the two thirds of a lognormal one.
+    #[test]
+    fn quantiles_have_the_moments_of_their_distribution() {
+        let (mean, variance) = moments(&of("v = { uniform = [2.0, 5.0] }"));
+        assert!((mean - 3.5).abs() < 1e-9 && (variance - 0.75).abs() < 1e-6, "{mean} {variance}");
+        let (mean, variance) = moments(&of("v = { normal = [10.0, 2.0], within = [7.0, 13.0] }"));
+        let a: f64 = 1.5;
+        let density = (-0.5 * a * a).exp() / (2.0 * std::f64::consts::PI).sqrt();
+        let exact = 4.0 * (1.0 - 2.0 * a * density / 0.866_385_597_462_284);
+        assert!(
+            (mean - 10.0).abs() < 1e-9 && (variance / exact - 1.0).abs() < 1e-4,
+            "{mean} {variance} {exact}"
+        );
+        let wide = of("v = { lognormal = [0.5, 2.0], within = [1e-9, 1e9] }");
+        assert!((wide.quantile(0.5) - 0.5).abs() < 1e-12);
+        for (deviations, exact) in [(-1.0, 0.25), (1.0, 1.0), (2.0, 2.0)] {
+            let u = standard().cdf(deviations);
+            assert!((wide.quantile(u) / exact - 1.0).abs() < 1e-9, "{deviations}");
+        }
+        assert_eq!(of("v = { lognormal = [0.5, 2.0] }").range(), Some([0.0625, 4.0]));
+    }
+
+    #[test]
+    fn a_choice_is_made_by_its_weights() {
+        let choice = of("v = { choice = [1, 2.5, 3], weights = [1, 2, 1] }");
+        let drawn = [0.0, 0.24, 0.26, 0.74, 0.76, 0.999].map(|u| choice.quantile(u));
+        assert_eq!(drawn, [1.0, 1.0, 2.5, 2.5, 3.0, 3.0]);
+        assert_eq!((choice.range(), choice.levels()), (Some([1.0, 3.0]), 3));
+        let fixed = of("v = 7");
+        assert!(fixed.is_fixed() && fixed.quantile(0.3) == 7.0);
+    }
+
+    #[test]
+    fn what_is_no_distribution_is_refused() {
+        let study = Scene::from_text("s.toml", "").expect("a document");
+        for (text, words) in [
+            ("v = { uniform = [2.0, 1.0] }", "below the second"),
+            ("v = { normal = [2.0, 0.0] }", "standard deviation of 0"),
+            ("v = { lognormal = [2.0, 1.0] }", "the factor above 1"),
+            ("v = { uniform = [1, 2], normal = [1, 2] }", "one of uniform"),
+            ("v = { uniform = [1, 2], within = [1, 2] }", "cuts the tails"),
+            ("v = { choice = [1, 2], weights = [1] }", "1 weights for 2 values"),
+            ("v = { choice = [] }", "a choice of nothing"),
+            ("v = { unifrom = [1, 2] }", "has one of uniform"),
+            ("v = { uniform = [1, 2], levles = 2 }", "unknown key `levles`"),
+        ] {
+            let table: toml::Table = toml::from_str(text).expect("TOML");
+            let error = Distribution::of(&table["v"], "vary.v", &study).expect_err(text).to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! Many releases of one rock on one terrain: a study file names a scene, where members start and what varies.
+//!
+//! Terrain, trees and spheres are read and built once, members are computed on all cores, and each is the run of its scene
+//! alone: the same windows, the same steps, the same bytes (`dem-solver/tests/study.rs`).
+//!
+//! - [`settings`], [`distribution`]: the study file; [`outline`]: lines and areas seen from above
+//! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
+//! - [`base`](mod@base): what all members share, checked before the start; [`member`]: what one has of its own; [`place`]: where it starts
+//! - [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
+//! - [`record`], [`journal`], [`directory`]: what is kept of each, so that a killed process loses nothing
+//! - [`table`], [`summary`]: `members.csv`, `summary.json`
+//! - [`command`](mod@command): `dem-solver ensemble`, which `rockfall ensemble` starts
+
+pub mod base;
+pub mod command;
+pub mod directory;
+pub mod distribution;
+pub mod execute;
+pub mod journal;
+pub mod member;
+pub mod outline;
+pub mod place;
+pub mod record;
+pub mod runner;
+pub mod sampling;
+pub mod settings;
+pub mod summary;
+pub mod table;

@@ -1,0 +1,167 @@
+//! One member from its start to its end, window by window as a run of its scene alone.
+
+use super::base::Base;
+use super::member::{Kept, Member};
+use super::record::{How, Outcome};
+use crate::DemSolver;
+use crate::model::runout::Ending;
+use interface_defs::ipc::interrupt;
+use interface_defs::message::{Gauge, Measure};
+use interface_defs::toolkit::energy::{Balance, Energies};
+use interface_defs::toolkit::limits::{ENERGY_ERROR, Evidence};
+use interface_defs::toolkit::summary::{RunStatus, Summary};
+use interface_defs::{Plan, Solver, Window};
+use nalgebra::Vector3;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// What is tried where energy is made or lost over terrain.
+const SHORTER: &str = "dem.steps_per_contact, or a lower contact.young";
+
+/// Computes members, one after the other.
+pub struct Runner<'a> {
+    base: &'a Base,
+    kept: Option<Kept>,
+}
+
+/// A member on its way.
+struct Fall {
+    solver: DemSolver,
+    gauges: Vec<Gauge>,
+    values: Vec<f64>,
+    balance: Balance,
+}
+
+impl<'a> Runner<'a> {
+    /// For the members of a study.
+    pub fn new(base: &'a Base) -> Self {
+        Self { base, kept: None }
+    }
+
+    /// Compute a member; `None`: a signal has ended it.
+    pub fn run(&mut self, member: &Member) -> Option<Outcome> {
+        let kept = self.kept.take();
+        let computed = catch_unwind(AssertUnwindSafe(|| self.attempt(member, kept)));
+        computed.unwrap_or_else(|panic| {
+            let words = panic.downcast_ref::<String>().map(String::as_str);
+            let words = words.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a broken invariant");
+            Some(Outcome::failed(format!("the computation broke: {words}")))
+        })
+    }
+
+    fn attempt(&mut self, member: &Member, kept: Option<Kept>) -> Option<Outcome> {
+        let model = match self.base.model(member, kept) {
+            Ok(model) => model,
+            Err(what) => return Some(Outcome::failed(what)),
+        };
+        let mut outcome = Outcome::of_start(&model);
+        let mut solver = DemSolver::of_model(model, &self.base.scene);
+        let (interval, end) = (self.base.settings.interval, self.base.settings.end_time);
+        let plan = Plan { end_time: end, window: interval.min(end), ..Plan::default() };
+        let fall = match solver.prepare(&plan, &mut |_| Ok(())) {
+            Ok(ready) => {
+                let start = energies(&ready.gauges, &ready.initial, 0);
+                Fall { balance: Balance::new(start), gauges: ready.gauges, values: ready.initial, solver }
+            }
+            Err(fault) => {
+                outcome.fail(fault.message);
+                return Some(outcome);
+            }
+        };
+        let fall = self.advance(fall, &mut outcome)?;
+        self.kept = Kept::of(member, fall.solver.into_model());
+        Some(outcome)
+    }
+
+    fn advance(&self, mut fall: Fall, outcome: &mut Outcome) -> Option<Fall> {
+        let (interval, end_time) = (self.base.settings.interval, self.base.settings.end_time);
+        let rows = ((end_time / interval) * (1.0 - 1e-9)).ceil().max(1.0) as u64;
+        let time = |row: u64| if row >= rows { end_time } else { (interval * row as f64).min(end_time) };
+        for row in 0..rows {
+            if interrupt::requested() {
+                return None;
+            }
+            let (start, end) = (time(row), time(row + 1));
+            if end <= start {
+                continue;
+            }
+            let window = Window { number: row + 1, iteration: 1, start, length: end - start };
+            if let Err(what) = fall.window(&window, self.base.limits.fatal_energy_error()) {
+                outcome.fail(what);
+                break;
+            }
+            if fall.solver.has_ended() {
+                break;
+            }
+        }
+        fall.judge(self.base, outcome);
+        Some(fall)
+    }
+}
+
+impl Fall {
+    fn window(&mut self, window: &Window, fatal: f64) -> Result<(), String> {
+        let solved = self.solver.solve(window, &[], &mut self.values).and_then(|()| self.solver.commit());
+        solved.map_err(|fault| fault.message)?;
+        if let Some(at) = self.values.iter().position(|v| !v.is_finite()) {
+            let what = &self.gauges[at / 3].name;
+            return Err(format!("before {} s {what} became {}", window.end(), self.values[at]));
+        }
+        let now = energies(&self.gauges, &self.values, 0);
+        self.balance.update(window.end(), &now, now.stored);
+        self.balance.impact(energies(&self.gauges, &self.values, 2).kinetic);
+        if self.balance.has_left(fatal) {
+            return Err(format!(
+                "the computation has diverged before {} s: energy came from nowhere",
+                window.end()
+            ));
+        }
+        Ok(())
+    }
+
+    /// What became of the rock, and whether it is to be trusted.
+    fn judge(&mut self, base: &Base, outcome: &mut Outcome) {
+        let status = if outcome.status == RunStatus::Failed { RunStatus::Failed } else { RunStatus::Done };
+        let mut summary = Summary::new(status);
+        let state = self.solver.state();
+        let body = &state.bodies[0];
+        let depth = body.deepest.largest();
+        let mut report = |name: &str, value: f64, time: f64| {
+            summary.measures.push(Measure { name: name.into(), value, unit: "1".into(), time: Some(time) });
+        };
+        if let Some((depth, time)) = depth {
+            report("max_penetration", depth, time);
+        }
+        let error = self.balance.error();
+        if let Some(error) = error {
+            report(ENERGY_ERROR, error, self.balance.largest.1);
+        }
+        base.limits.judge(&mut summary, &Evidence { energy: SHORTER.into(), ..Evidence::default() });
+        if summary.status == RunStatus::Unreliable {
+            outcome.status = RunStatus::Unreliable;
+            outcome.message = summary.message.unwrap_or_default();
+        }
+        let path = &body.path;
+        let (how, time, position) = match path.ending {
+            Some(end) if end.how == Ending::Rest => (How::Rest, end.time, end.position),
+            Some(end) => (How::Out, end.time, end.position),
+            None => (How::Moving, state.time, body.motion.position),
+        };
+        outcome.how = how;
+        outcome.time = time;
+        outcome.end = (position + base.ground.origin).into();
+        let way = Vector3::from(outcome.end) - Vector3::from(outcome.start);
+        outcome.run_out = way.xy().norm();
+        outcome.speed = path.fastest.0;
+        outcome.energy = path.most_energy.0;
+        outcome.jump = path.highest.0;
+        outcome.impacts = path.impacts;
+        outcome.contact = if time > 0.0 { path.in_contact / time } else { 0.0 };
+        outcome.penetration = depth.map_or(0.0, |(depth, _)| depth);
+        outcome.energy_error = error.unwrap_or(0.0);
+    }
+}
+
+/// Energies of an answer: of each gauge's three numbers the one at `place` (0 value, 2 largest).
+fn energies(gauges: &[Gauge], values: &[f64], place: usize) -> Energies {
+    Energies::of(gauges.iter().map(|g| g.role).zip(values.chunks_exact(3).map(|v| v[place])))
+}

@@ -1,0 +1,432 @@
+//! The study file: which scene, how many releases from where, what varies.
+
+use super::distribution::Distribution;
+use super::outline;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::{Kind, Scene};
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// What a study file may hold at its top.
+pub static STUDY: Kind =
+    Kind { name: "study", keys: &["title", "scene", "seed", "sampling", "release", "vary", "most_failed"] };
+
+/// How the members of a study are spread over what varies.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sampling {
+    /// Independent of each other.
+    Random,
+    /// One member in each of as many equal parts of every distribution as there are members.
+    #[default]
+    LatinHypercube,
+    /// A scrambled Sobol sequence: even in several distributions at once.
+    Sobol,
+    /// Every level of each distribution with every level of all others.
+    FullFactorial,
+}
+
+/// `[[release]]`: where rocks start. Exactly one of `points`, `line` and `polygon`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Release {
+    /// Its name in the table of members. Default `release_1`, `release_2`, ...
+    #[serde(default)]
+    pub name: String,
+    /// Points `[x, y]` [m] in the terrain's coordinates; members take turns.
+    pub points: Option<Vec<[f64; 2]>>,
+    /// A polyline: members start evenly along it.
+    pub line: Option<Vec<[f64; 2]>>,
+    /// Corners of an area, closed by itself: members start evenly in it, as seen from above.
+    pub polygon: Option<Vec<[f64; 2]>>,
+    /// Number of members; with `full_factorial` number of places. Default with `points`: one for each.
+    pub count: Option<u32>,
+    /// Height of the rock above where it would touch the ground [m]. Default 0.
+    #[serde(default)]
+    pub height: f64,
+}
+
+/// The geometry of a release.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place<'a> {
+    /// Points.
+    Points(&'a [[f64; 2]]),
+    /// A polyline.
+    Line(&'a [[f64; 2]]),
+    /// An area.
+    Polygon(&'a [[f64; 2]]),
+}
+
+impl Place<'_> {
+    /// Its key in the study.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Points(_) => "points",
+            Self::Line(_) => "line",
+            Self::Polygon(_) => "polygon",
+        }
+    }
+
+    /// Its corners.
+    pub fn corners(&self) -> &[[f64; 2]] {
+        match self {
+            Self::Points(corners) | Self::Line(corners) | Self::Polygon(corners) => corners,
+        }
+    }
+}
+
+impl Release {
+    /// Where; checked that there is exactly one.
+    pub fn place(&self) -> Place<'_> {
+        match (&self.points, &self.line, &self.polygon) {
+            (Some(points), _, _) => Place::Points(points),
+            (_, Some(line), _) => Place::Line(line),
+            (_, _, polygon) => Place::Polygon(polygon.as_deref().unwrap_or_default()),
+        }
+    }
+
+    /// Number of members, or of places.
+    pub fn count(&self) -> u64 {
+        let points = self.points.as_ref().map_or(0, |points| points.len() as u64);
+        self.count.map_or(points, u64::from)
+    }
+}
+
+/// Something that varies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Its key in `[vary]`: a quantity of the rock, or a dotted key of the scene.
+    pub name: String,
+    /// What.
+    pub quantity: Quantity,
+    /// How.
+    pub distribution: Distribution,
+}
+
+/// What can vary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Volume of the rock [m3]: its shape and spheres are scaled.
+    Volume,
+    /// Mass [kg]: the same, by its density.
+    Mass,
+    /// Density [kg/m3].
+    Density,
+    /// Its shape, a table as in a scene.
+    Shape,
+    /// Speed of the start [m/s].
+    Speed,
+    /// Its direction seen from above, clockwise from +y (north) [degrees].
+    Azimuth,
+    /// Its angle below the horizontal [degrees].
+    Dip,
+    /// Angular velocity about an axis of any direction [rad/s].
+    Spin,
+    /// Height above where the rock would touch the ground [m].
+    Height,
+    /// A key of the scene.
+    Key,
+}
+
+/// Quantities by name; any other name is a key of the scene.
+const QUANTITIES: [(&str, Quantity); 9] = [
+    ("volume", Quantity::Volume),
+    ("mass", Quantity::Mass),
+    ("density", Quantity::Density),
+    ("shape", Quantity::Shape),
+    ("speed", Quantity::Speed),
+    ("azimuth", Quantity::Azimuth),
+    ("dip", Quantity::Dip),
+    ("spin", Quantity::Spin),
+    ("height", Quantity::Height),
+];
+
+/// Name of the orientation in `[vary]`, and its one value.
+const ORIENTATION: &str = "orientation";
+const UNIFORM: &str = "uniform";
+
+/// Tables of the scene whose keys may vary.
+const TABLES: [&str; 3] = ["contact", "dem", "terrain"];
+/// Keys of these that all members share: what the terrain is made of, and how it is read.
+const SHARED: [&str; 11] = [
+    "law",
+    "between",
+    "file",
+    "nodata",
+    "nodata_value",
+    "classes",
+    "longest_edge",
+    "material",
+    "zones",
+    "polygon",
+    "number",
+];
+
+/// A study, checked as far as that goes without its terrain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudySettings {
+    /// The scene of which each member is a variant; relative to the study file.
+    pub scene: PathBuf,
+    /// Another number, other members.
+    pub seed: u64,
+    /// How they are spread.
+    pub sampling: Sampling,
+    /// Where they start.
+    pub releases: Vec<Release>,
+    /// What else varies, by name.
+    pub variables: Vec<Variable>,
+    /// Whether the rock is turned at random, every orientation as likely as any other.
+    pub turned: bool,
+    /// Share of members that may fail or be unreliable in a study that is done.
+    pub most_failed: f64,
+}
+
+/// Largest number of members.
+const MOST: u64 = 10_000_000;
+
+impl StudySettings {
+    /// Read and check them.
+    pub fn of(study: &Scene) -> Result<Self, InputError> {
+        let scene: Option<PathBuf> = study.read("scene")?;
+        let scene = scene.ok_or_else(|| {
+            study
+                .invalid("scene", "the key `scene` is missing")
+                .try_instead("name the scene of one fall, as in scene = \"fall.toml\"")
+        })?;
+        let seed: i64 = study.read("seed")?.unwrap_or(1);
+        let seed = u64::try_from(seed)
+            .map_err(|_| study.invalid("seed", format!("a seed of {seed}: 0 or more is possible")))?;
+        let mut releases: Vec<Release> = study.read("release")?.unwrap_or_default();
+        if releases.is_empty() {
+            return Err(study
+                .invalid("release", "the study has no release")
+                .try_instead("add a table [[release]] with points, line or polygon, and count"));
+        }
+        for (at, release) in releases.iter_mut().enumerate() {
+            if release.name.is_empty() {
+                release.name = format!("release_{}", at + 1);
+            }
+            check_release(at, release, study)?;
+        }
+        let (variables, turned) = variables(study)?;
+        let most_failed: f64 = study.read("most_failed")?.unwrap_or(0.01);
+        if !(0.0..=1.0).contains(&most_failed) {
+            let what = format!("most_failed = {most_failed}: it is a share, from 0 to 1");
+            return Err(study.invalid("most_failed", what));
+        }
+        let sampling = study.read("sampling")?.unwrap_or_default();
+        let it = Self { scene, seed, sampling, releases, variables, turned, most_failed };
+        it.check(study)?;
+        Ok(it)
+    }
+
+    /// Members per place of a release: the product of all levels.
+    pub fn combinations(&self) -> u64 {
+        match self.sampling {
+            Sampling::FullFactorial => {
+                self.variables.iter().map(|v| v.distribution.levels()).fold(1, u64::saturating_mul)
+            }
+            _ => 1,
+        }
+    }
+
+    /// Number of members of each release.
+    pub fn counts(&self) -> Vec<u64> {
+        let combinations = self.combinations();
+        self.releases.iter().map(|release| release.count().saturating_mul(combinations)).collect()
+    }
+
+    /// Number of members.
+    pub fn members(&self) -> u64 {
+        self.counts().iter().fold(0, |a, b| a.saturating_add(*b))
+    }
+
+    /// Whether this quantity varies.
+    pub fn varies(&self, quantity: Quantity) -> bool {
+        self.variables.iter().any(|v| v.quantity == quantity)
+    }
+
+    fn check(&self, study: &Scene) -> Result<(), InputError> {
+        let members = self.members();
+        if members > MOST {
+            let what = format!("{members} members: up to {MOST} are possible");
+            return Err(study.invalid("release", what).try_instead("lower count, or the levels in [vary]"));
+        }
+        if self.sampling == Sampling::Sobol
+            && let Some(at) = self.counts().iter().position(|count| *count > super::sampling::MOST_OF_SOBOL)
+        {
+            let what = format!(
+                "{} members of one release: a Sobol sequence has {}",
+                self.counts()[at],
+                super::sampling::MOST_OF_SOBOL
+            );
+            return Err(study
+                .invalid(&format!("release.{at}.count"), what)
+                .try_instead("sampling = \"latin_hypercube\""));
+        }
+        if self.varies(Quantity::Volume) && self.varies(Quantity::Mass) {
+            return Err(study
+                .invalid("vary.mass", "mass and volume together define one thing twice")
+                .try_instead("vary volume and density"));
+        }
+        Ok(())
+    }
+}
+
+fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), InputError> {
+    let key = |name: &str| format!("release.{at}.{name}");
+    let forms = [release.points.is_some(), release.line.is_some(), release.polygon.is_some()];
+    if forms.iter().filter(|there| **there).count() != 1 {
+        return Err(study
+            .invalid(&format!("release.{at}"), "exactly one of points, line and polygon says where it is")
+            .try_instead("polygon = [[x, y], [x, y], [x, y]]"));
+    }
+    let place = release.place();
+    let (least, what) = match place {
+        Place::Points(_) => (1, "a point"),
+        Place::Line(_) => (2, "a line of two points"),
+        Place::Polygon(_) => (3, "an area of three corners"),
+    };
+    let corners = place.corners();
+    if corners.len() < least {
+        let what = format!("{} points; {what} is the least", corners.len());
+        return Err(study.invalid(&key(place.key()), what));
+    }
+    match place {
+        Place::Points(_) => {}
+        Place::Line(line) => {
+            if outline::length(line) <= 0.0 {
+                return Err(study.invalid(&key("line"), "a line without length"));
+            }
+        }
+        Place::Polygon(polygon) => {
+            if let Some([a, b]) = outline::crossing(polygon) {
+                let side = |k: usize| {
+                    let [from, to] = [polygon[k], polygon[(k + 1) % polygon.len()]];
+                    format!("from ({}, {}) to ({}, {})", from[0], from[1], to[0], to[1])
+                };
+                let what = format!("the polygon crosses itself: its side {} and {}", side(a), side(b));
+                return Err(study
+                    .invalid(&key("polygon"), what)
+                    .try_instead("list its corners in order around it, or make two releases of it"));
+            }
+            if outline::area(polygon) <= 0.0 {
+                return Err(study.invalid(&key("polygon"), "a polygon without area"));
+            }
+        }
+    }
+    match release.count {
+        Some(0) => return Err(study.invalid(&key("count"), "count = 0: a release has one member at least")),
+        None if release.points.is_none() => {
+            return Err(study
+                .invalid(&format!("release.{at}"), "the key `count` is missing here")
+                .try_instead("add count = 1000, the number of members that start here"));
+        }
+        _ => {}
+    }
+    if release.height < 0.0 {
+        let what = format!("height = {} m: 0 (on the ground) or more is possible", release.height);
+        return Err(study.invalid(&key("height"), what));
+    }
+    Ok(())
+}
+
+/// What `[vary]` says, and whether the orientation is any.
+fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), InputError> {
+    let table: toml::Table = study.read("vary")?.unwrap_or_default();
+    let (mut found, mut turned) = (Vec::new(), false);
+    for (name, value) in &table {
+        let key = format!("vary.{name}");
+        if name == ORIENTATION {
+            if value.as_str() != Some(UNIFORM) {
+                return Err(study
+                    .invalid(
+                        &key,
+                        "an orientation that varies is `uniform`: every one as likely as any other",
+                    )
+                    .try_instead("one orientation for all stands in the scene"));
+            }
+            turned = true;
+        } else if let Some((_, quantity)) = QUANTITIES.iter().find(|(known, _)| known == name) {
+            let distribution = Distribution::of(value, &key, study)?;
+            check_quantity(*quantity, &distribution, &key, study)?;
+            found.push(Variable { name: name.clone(), quantity: *quantity, distribution });
+        } else if name.contains('.') || value.is_table() && !Distribution::is_one(value) {
+            keys_below(name, value, study, &mut found)?;
+        } else {
+            let mut known: Vec<&str> = QUANTITIES.iter().map(|(known, _)| *known).collect();
+            known.push(ORIENTATION);
+            return Err(study.invalid(&key, format!("unknown quantity `{name}`")).try_instead(format!(
+                "known here: {}; or a key of the scene, as in contact.0.restitution",
+                known.join(", ")
+            )));
+        }
+    }
+    Ok((found, turned))
+}
+
+/// All distributions at or below a dotted key of the scene.
+fn keys_below(
+    name: &str,
+    value: &toml::Value,
+    study: &Scene,
+    found: &mut Vec<Variable>,
+) -> Result<(), InputError> {
+    if let Some(table) = value.as_table().filter(|_| !Distribution::is_one(value)) {
+        return table
+            .iter()
+            .try_for_each(|(key, below)| keys_below(&format!("{name}.{key}"), below, study, found));
+    }
+    let key = format!("vary.{name}");
+    let parts: Vec<&str> = name.split('.').collect();
+    if !TABLES.contains(&parts[0]) || parts.len() < 2 {
+        return Err(study
+            .invalid(&key, format!("`{name}` of the scene cannot vary"))
+            .try_instead(format!(
+                "keys of {} can; of the rock: volume, mass, density, shape, speed, azimuth, dip, spin, height, orientation",
+                TABLES.join(", ")
+            )));
+    }
+    if let Some(part) = parts.iter().find(|part| SHARED.contains(part)) {
+        let what = format!("`{part}` is the same for all members: they share one terrain and its laws");
+        return Err(study.invalid(&key, what).try_instead("write one study for each"));
+    }
+    let distribution = Distribution::of(value, &key, study)?;
+    found.push(Variable { name: name.into(), quantity: Quantity::Key, distribution });
+    Ok(())
+}
+
+fn check_quantity(
+    quantity: Quantity,
+    distribution: &Distribution,
+    key: &str,
+    study: &Scene,
+) -> Result<(), InputError> {
+    if quantity == Quantity::Shape {
+        let tables = distribution.values().is_some_and(|v| v.iter().all(toml::Value::is_table));
+        return if tables {
+            Ok(())
+        } else {
+            Err(study.invalid(key, "shapes are a choice of tables").try_instead(
+                "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 1.0 }, { type = \"sphere\", radius = 0.5 }] }",
+            ))
+        };
+    }
+    let Some([low, high]) = distribution.range() else {
+        return Err(study.invalid(key, "numbers are needed here"));
+    };
+    let (least, most, strict) = match quantity {
+        Quantity::Volume | Quantity::Mass | Quantity::Density => (0.0, f64::INFINITY, true),
+        Quantity::Azimuth => (-360.0, 360.0, false),
+        Quantity::Dip => (-90.0, 90.0, false),
+        _ => (0.0, f64::INFINITY, false),
+    };
+    let inside = if strict { low > least } else { low >= least };
+    if inside && high <= most {
+        return Ok(());
+    }
+    let bounds = if most.is_finite() { format!("from {least} to {most}") } else { format!("above {least}") };
+    Err(study
+        .invalid(key, format!("values from {low} to {high}: {bounds} is possible"))
+        .try_instead("cut the distribution with within = [low, high]"))
+}

@@ -1,0 +1,127 @@
+//! `members.csv`: one row for each member, in order. Header names carry units.
+
+use super::base::Base;
+use super::member::Member;
+use super::record::Record;
+use super::settings::Quantity;
+use interface_defs::toolkit::summary::RunStatus;
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// How often rows are made to outlast a power cut, and to be seen by others.
+const SYNC: Duration = Duration::from_secs(1);
+
+/// Columns before those of what varies.
+const START: [&str; 17] = [
+    "member",
+    "release",
+    "x_m",
+    "y_m",
+    "z_m",
+    "vx_m_per_s",
+    "vy_m_per_s",
+    "vz_m_per_s",
+    "orientation_w",
+    "orientation_x",
+    "orientation_y",
+    "orientation_z",
+    "wx_rad_per_s",
+    "wy_rad_per_s",
+    "wz_rad_per_s",
+    "volume_m3",
+    "mass_kg",
+];
+
+/// Columns after them.
+const END: [&str; 15] = [
+    "status",
+    "ending",
+    "end_x_m",
+    "end_y_m",
+    "end_z_m",
+    "time_s",
+    "run_out_m",
+    "max_speed_m_per_s",
+    "max_kinetic_energy_J",
+    "max_jump_height_m",
+    "impacts",
+    "contact_time_fraction",
+    "max_penetration",
+    "energy_error",
+    "message",
+];
+
+/// A number with the digits that it takes to read it again; a zero has no sign.
+fn text(value: f64) -> String {
+    (value + 0.0).to_string()
+}
+
+/// The table on disk.
+pub struct Table {
+    rows: csv::Writer<BufWriter<File>>,
+    synced: Instant,
+}
+
+impl Table {
+    /// A new one, with its header.
+    pub fn create(path: &Path, base: &Base) -> io::Result<Self> {
+        let mut rows = csv::Writer::from_writer(BufWriter::new(File::create(path)?));
+        let varied = base.study.variables.iter().map(|v| match v.quantity {
+            Quantity::Key => v.name.clone(),
+            _ => format!("vary_{}", v.name),
+        });
+        let own = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
+        rows.write_record(own(&START).into_iter().chain(varied).chain(own(&END)))?;
+        Ok(Self { rows, synced: Instant::now() })
+    }
+
+    /// Add a row. What is not known of a member that failed stays empty.
+    pub fn add(&mut self, base: &Base, member: &Member, record: &Record) -> io::Result<()> {
+        let it = &record.outcome;
+        let mut cells = vec![record.number.to_string(), base.study.releases[member.release].name.clone()];
+        let started = it.mass > 0.0;
+        let mut number =
+            |known: bool, value: f64| cells.push(if known { text(value) } else { String::new() });
+        let start = it.start.iter().chain(&it.velocity).chain(&it.orientation).chain(&it.spin);
+        start.chain(&[it.volume, it.mass]).for_each(|value| number(started, *value));
+        for (variable, value) in base.study.variables.iter().zip(&member.values) {
+            cells.push(match (variable.quantity, value) {
+                (Quantity::Shape, _) => (member.prototype + 1).to_string(),
+                (_, toml::Value::Float(number)) => text(*number),
+                (_, toml::Value::String(words)) => words.clone(),
+                (_, other) => other.to_string(),
+            });
+        }
+        cells.push(it.status.word().into());
+        cells.push(it.how.word().into());
+        let ended = it.status != RunStatus::Failed;
+        let mut number = |value: f64| cells.push(if ended { text(value) } else { String::new() });
+        it.end.iter().for_each(|value| number(*value));
+        for value in [it.time, it.run_out, it.speed, it.energy, it.jump, it.impacts as f64, it.contact] {
+            number(value);
+        }
+        number(it.penetration);
+        number(it.energy_error);
+        cells.push(it.message.clone());
+        self.rows.write_record(&cells)?;
+        if self.synced.elapsed() >= SYNC {
+            self.sync()?;
+        }
+        Ok(())
+    }
+
+    /// Make all rows outlast a power cut.
+    pub fn sync(&mut self) -> io::Result<()> {
+        self.rows.flush()?;
+        self.synced = Instant::now();
+        self.rows.get_ref().get_ref().sync_data()
+    }
+}
+
+impl Drop for Table {
+    fn drop(&mut self) {
+        let _ = self.rows.flush();
+    }
+}

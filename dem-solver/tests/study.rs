@@ -1,0 +1,388 @@
+//! Studies: every member is the run of its own scene, whatever was computed before it, on how many threads, in which chunks,
+//! and after which kill.
+
+use dem_solver::terrain::slope::Slope;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const SCENE: &str = "end_time = 20.0\ngravity = [0.0, 0.0, -9.81]\n\
+    [[rock]]\nname = \"block\"\nposition = [2600012.0, 1200020.0, 1040.0]\ndensity = 2600.0\n\
+    shape = { type = \"box\", size = [0.8, 0.7, 0.6] }\ncluster.spheres = 27\n\
+    [terrain]\nfile = \"slope.asc\"\n\
+    [[contact]]\nlaw = \"hertz_rock\"\nyoung = 1e9\npoisson = 0.25\nrestitution = 0.2\nfriction = 0.6\n";
+
+const STUDY: &str = "scene = \"fall.toml\"\nseed = 3\n\
+    [[release]]\nname = \"cliff\"\npolygon = [[2600005.0, 1200010.0], [2600015.0, 1200012.0], [2600010.0, 1200030.0]]\ncount = 14\n\
+    [[release]]\npoints = [[2600020.5, 1200020.25], [2600018.0, 1200022.0]]\nheight = 2.0\ncount = 6\n\
+    [vary]\norientation = \"uniform\"\nspeed = { uniform = [0.5, 4.0] }\nspin = 2.0\n\
+    contact.0.friction = { normal = [0.6, 0.05] }\ndem.steps_per_contact = { choice = [40, 45] }\n";
+
+/// A directory with scene, study and terrain.
+struct Place {
+    temp: tempfile::TempDir,
+}
+
+impl Place {
+    fn new(study: &str) -> Self {
+        let temp = tempfile::tempdir().expect("a directory");
+        let slope = Slope {
+            corner: [2_600_000.0, 1_200_000.0],
+            spacing: 1.0,
+            counts: [61, 41],
+            drop: 35.0,
+            foot: 1000.0,
+            benches: 2,
+            roughness: 0.05,
+            seed: 5,
+        };
+        slope.raster().write_asc(&temp.path().join("slope.asc")).expect("written");
+        let place = Self { temp };
+        place.write("fall.toml", SCENE);
+        place.write("study.toml", study);
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.temp.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).expect("written");
+    }
+
+    fn command(&self, out: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dem-solver"));
+        command.arg("ensemble").arg(self.path("study.toml")).arg("--out").arg(self.path(out)).args(arguments);
+        command
+    }
+
+    fn run(&self, out: &str, arguments: &[&str]) -> Output {
+        self.command(out, arguments).output().expect("started")
+    }
+
+    /// The table of a study that ends well.
+    fn table(&self, out: &str, arguments: &[&str]) -> String {
+        let output = self.run(out, arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        self.read(out)
+    }
+
+    fn read(&self, out: &str) -> String {
+        std::fs::read_to_string(self.path(out).join("members.csv")).expect("a table")
+    }
+}
+
+/// The rows of a table by the names of its columns.
+fn rows(table: &str) -> Vec<HashMap<String, String>> {
+    let mut lines = table.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let header = lines.next().expect("a header");
+    lines.map(|cells| header.iter().cloned().zip(cells).collect()).collect()
+}
+
+fn number(row: &HashMap<String, String>, name: &str) -> f64 {
+    row[name].parse().unwrap_or_else(|_| panic!("{name}: {}", row[name]))
+}
+
+/// `dem-solver run` of a scene with a member's numbers ends at the same place at the same time, to the last bit.
+#[test]
+fn a_member_is_the_run_of_its_own_scene() {
+    let place = Place::new(STUDY);
+    let table = place.table("out", &["--threads", "2"]);
+    let rows = rows(&table);
+    assert_eq!(rows.len(), 20);
+    for row in [&rows[0], &rows[7], &rows[19]] {
+        let list = |names: &[&str]| {
+            format!(
+                "[{}]",
+                names.iter().map(|n| format!("{:?}", number(row, n))).collect::<Vec<_>>().join(", ")
+            )
+        };
+        let scene = SCENE
+            .replace(
+                "position = [2600012.0, 1200020.0, 1040.0]",
+                &format!(
+                    "position = {}\nvelocity = {}\norientation = {}\nangular_velocity = {}",
+                    list(&["x_m", "y_m", "z_m"]),
+                    list(&["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"]),
+                    list(&["orientation_w", "orientation_x", "orientation_y", "orientation_z"]),
+                    list(&["wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"]),
+                ),
+            )
+            .replace("density = 2600.0", &format!("mass = {:?}", number(row, "mass_kg")))
+            .replace("friction = 0.6", &format!("friction = {}", row["contact.0.friction"]))
+            + &format!("[dem]\nsteps_per_contact = {}\n", row["dem.steps_per_contact"]);
+        place.write("member.toml", &scene);
+        let out = place.path(&format!("member {}", row["member"]));
+        let output = Command::new(env!("CARGO_BIN_EXE_dem-solver"))
+            .arg("run")
+            .arg(place.path("member.toml"))
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .expect("started");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+        let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+        let measures = &summary["measures"];
+        let value = |name: &str| measures[name]["value"].as_f64();
+        for (column, name) in [
+            ("max_speed_m_per_s", "max_speed"),
+            ("max_kinetic_energy_J", "max_kinetic_energy"),
+            ("max_jump_height_m", "max_jump_height"),
+            ("impacts", "impacts"),
+            ("max_penetration", "max_penetration"),
+            ("energy_error", "energy_error"),
+            ("contact_time_fraction", "contact_time_fraction"),
+        ] {
+            let (own, alone) = (number(row, column), value(name).expect(name));
+            // A number of JSON is read to the last bit but one.
+            assert!(
+                (own - alone).abs() <= f64::EPSILON * own.abs(),
+                "{column} of member {}: {own} {alone}",
+                row["member"]
+            );
+        }
+        let way = if row["ending"] == "rest" { "runout_distance" } else { "exit_distance" };
+        let (own, alone) =
+            (number(row, "run_out_m"), value(way).unwrap_or_else(|| panic!("{way} in {summary}")));
+        // Both from the same end; the one counts in local coordinates.
+        assert!((own - alone).abs() < 1e-8, "{own} {alone}");
+        let ended = measures[way]["time_s"].as_f64().expect("a time");
+        assert!((number(row, "time_s") - ended).abs() <= f64::EPSILON * ended);
+    }
+}
+
+#[test]
+fn threads_chunks_and_their_order_leave_every_byte_as_it_is() {
+    let place = Place::new(STUDY);
+    let one = place.table("one", &["--threads", "1"]);
+    assert_eq!(one, place.table("two", &["--threads", "2"]));
+    for range in ["15..20", "4..9", "1..2"] {
+        assert!(place.run("chunks", &["--members", range]).status.success());
+        assert!(place.run("chunks", &["--members", range]).status.success(), "a task given out twice");
+    }
+    assert!(!place.path("chunks").join("members.csv").exists());
+    assert_eq!(one, place.table("chunks", &[]));
+    let again = place.run("one", &[]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&again.stderr).contains("--resume"));
+    assert_eq!(one, place.table("one", &["--resume"]));
+    assert_eq!(one, place.table("one", &["--force"]));
+    let other = place.run("one", &["--resume", "--set", "seed=4"]);
+    assert_eq!(other.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&other.stderr).contains("another study"));
+    assert_ne!(one, place.table("other", &["--set", "seed=4"]));
+}
+
+/// Killed at times all over the study, and gone on with, until it is whole: nothing is lost, nothing is there twice.
+#[test]
+fn a_study_that_was_killed_again_and_again_ends_with_the_same_table() {
+    let place = Place::new(&STUDY.replace("count = 14", "count = 60"));
+    let begun = std::time::Instant::now();
+    let whole = place.table("whole", &["--threads", "2"]);
+    let journal = std::fs::read(place.path("whole/chunks/main.journal")).expect("a journal");
+    let least = begun.elapsed().mul_f64(0.3);
+    let mut kills = 0;
+    for attempt in 0_u32.. {
+        let resume: &[&str] = if attempt == 0 { &[] } else { &["--resume"] };
+        let mut child = place.command("killed", resume).spawn().expect("started");
+        // Fractions of the golden ratio: times all over the study.
+        let share = (f64::from(attempt) * 0.618_034).fract();
+        std::thread::sleep(least.mul_f64(1.0 + 2.0 * share));
+        if child.try_wait().expect("asked").is_some_and(|status| status.success()) {
+            break;
+        }
+        child.kill().expect("killed");
+        child.wait().expect("waited for");
+        kills += 1;
+        let rows = place.path("killed").join("members.csv");
+        if let Ok(rows) = std::fs::read_to_string(rows) {
+            let complete = rows.rfind('\n').map_or("", |end| &rows[..=end]);
+            assert!(whole.starts_with(complete));
+        }
+        assert!(attempt < 200, "it does not come to its end");
+    }
+    assert!(kills > 0);
+    assert_eq!(place.read("killed"), whole);
+    assert_eq!(std::fs::read(place.path("killed/chunks/main.journal")).expect("a journal"), journal);
+}
+
+/// A rock of another size is the scene's rock with all lengths scaled: the same as one that is made at that size.
+#[test]
+fn a_scaled_cluster_is_the_one_that_is_made_at_that_size() {
+    use dem_solver::rock::Rock;
+    use dem_solver::settings::Settings;
+    use interface_defs::toolkit::scene::Scene;
+    let made = |volume: f64, shape: &str| {
+        let text = SCENE
+            .replace("shape = { type = \"box\", size = [0.8, 0.7, 0.6] }", shape)
+            .replace("SIZE", &format!("{volume:?}"))
+            .replace("spheres = 27", "spheres = 60");
+        let scene = Scene::from_text("fall.toml", &text).expect("a scene");
+        let settings = Settings::of(&scene).unwrap_or_else(|e| panic!("{e}"));
+        Rock::new(0, &settings.rocks[0], &scene).unwrap_or_else(|e| panic!("{e}")).0
+    };
+    let norm = "shape = { type = \"norm_rock\", form = \"111\", volume = SIZE }";
+    let cube = "shape = { type = \"box\", size = [SIZE, SIZE, SIZE] }";
+    // Powers of two leave every digit. With other factors rounding may let the maker choose between equally good places for a
+    // sphere in another way: a member's rock is the scaled one.
+    for (shape, small, factor, large, error) in
+        [(norm, 0.25, 2.0, 2.0, 1e-14), (norm, 4.0, 0.5, 0.5, 1e-14), (cube, 0.5, 1.7, 0.85, 1e-14)]
+    {
+        let own = made(large, shape);
+        let scaled = made(small, shape).scaled(factor, own.mass);
+        assert_eq!(scaled.spheres.len(), own.spheres.len());
+        for (a, b) in scaled.spheres.iter().zip(&own.spheres) {
+            let apart = (a.centre - b.centre).norm() + (a.radius - b.radius).abs();
+            assert!(apart < error, "{shape} times {factor}: {apart:e}");
+        }
+        assert!((scaled.inertia - own.inertia).norm() < 1e-12 * own.inertia.norm());
+        assert!((scaled.solid.volume() / own.solid.volume() - 1.0).abs() < 1e-12);
+        assert!((scaled.reach / own.reach - 1.0).abs() < 1e-9);
+        assert_eq!(scaled.outermost, own.outermost);
+    }
+}
+
+/// On the ground a rock touches it and is in it nowhere; higher up it is free by as much.
+#[test]
+fn members_start_on_the_ground_and_not_in_it() {
+    use dem_solver::study::base::Base;
+    use dem_solver::study::settings::STUDY as KIND;
+    use interface_defs::toolkit::scene::Scene;
+    let place = Place::new(STUDY);
+    let file = Scene::load_as(&KIND, &place.path("study.toml"), &[]).expect("a study");
+    let base = Base::new(&file, true).unwrap_or_else(|e| panic!("{e}"));
+    for number in 1..=base.members() {
+        let member = base.member(number);
+        let model = base.model(&member, None).unwrap_or_else(|e| panic!("{e}"));
+        let (rock, table) = (&model.rocks[0], &model.settings.rocks[0]);
+        let mut motion = rock.start(table, model.settings.gravity);
+        motion.position -= model.origin;
+        let near = |lift: f64| {
+            let nearest = rock.spheres.iter().map(|sphere| {
+                let centre =
+                    motion.position + motion.orientation * sphere.centre - nalgebra::Vector3::z() * lift;
+                let reach = (0..).map(|k| 1e-3 * f64::from(k)).find(|r| base.ground.is_near(&centre, *r));
+                reach.expect("somewhere there is ground") - sphere.radius
+            });
+            nearest.fold(f64::INFINITY, f64::min)
+        };
+        let height = if member.release == 0 { 0.0 } else { 2.0 };
+        let gap = near(height);
+        assert!((-1e-6..2e-3).contains(&gap), "member {number}: {gap}");
+        if height > 0.0 {
+            assert!(near(0.0) > 1.0, "member {number}");
+        }
+        let speed = nalgebra::Vector3::from(table.velocity);
+        assert!(speed.z < 0.0, "down the line of fall: {speed}");
+        assert!((nalgebra::Vector3::from(table.angular_velocity).norm() - 2.0).abs() < 1e-12);
+    }
+}
+
+/// What is wrong with a study is said before anything starts, at its place.
+#[test]
+fn what_is_wrong_with_a_study_is_said_at_its_place() {
+    let cases: &[(&str, &str, &str, &str)] = &[
+        ("seed = 3\n", "sede = 3\n", ":2:1", "unknown key `sede` at the top of the study"),
+        ("\"fall.toml\"", "\"fal.toml\"", "fal.toml", "there is no such file"),
+        ("scene = \"fall.toml\"\n", "", "study.toml", "the key `scene` is missing"),
+        ("count = 14", "count = 0", ":6:9", "one member at least"),
+        ("count = 14\n", "", ":3:1", "the key `count` is missing"),
+        ("[2600010.0, 1200030.0]", "[2600010.0, 1210030.0]", ":5:60", "lies beside the terrain"),
+        (
+            "[[2600005.0, 1200010.0], [2600015.0, 1200012.0], ",
+            "[[2600005.0, 1200010.0], ",
+            ":5:11",
+            "an area of three corners",
+        ),
+        (
+            "[2600015.0, 1200012.0], [2600010.0, 1200030.0]",
+            "[2600015.0, 1200012.0], [2600015.0, 1200010.0], [2600010.0, 1200030.0]",
+            ":5:11",
+            "the polygon crosses itself",
+        ),
+        (
+            "points = [[2600020.5",
+            "line = [[2600020.5, 1200020.25], [2600020.5, 1200021.0]]\npoints = [[2600020.5",
+            ":7:1",
+            "exactly one of points, line and polygon",
+        ),
+        ("height = 2.0", "height = -2.0", ":9:10", "0 (on the ground) or more"),
+        ("orientation = \"uniform\"", "orientation = \"any\"", ":12:15", "is `uniform`"),
+        (
+            "speed = { uniform = [0.5, 4.0] }",
+            "speed = { uniform = [4.0, 0.5] }",
+            ":13:9",
+            "the first must lie below",
+        ),
+        (
+            "speed = { uniform = [0.5, 4.0] }",
+            "speed = { normal = [1.0, 1.0] }",
+            ":13:9",
+            "values from -2 to 4",
+        ),
+        ("speed =", "sped =", ":13:8", "unknown quantity `sped`"),
+        ("spin = 2.0", "mass = 100.0\nvolume = 1.0", ":14:8", "define one thing twice"),
+        ("contact.0.friction", "contact.0.fricton", ":15:21", "unknown key `fricton`"),
+        ("contact.0.friction", "contact.3.friction", ":15:22", "is no item of `contact`"),
+        (
+            "contact.0.friction = { normal = [0.6, 0.05] }",
+            "contact.0.law = \"hertz_mindlin\"",
+            ":15:17",
+            "is the same for all members",
+        ),
+        ("contact.0.friction", "output.interval", ":15:19", "cannot vary"),
+        ("seed = 3\n", "seed = 3\nsampling = \"sobo\"\n", ":3:12", "unknown value `sobo`"),
+        ("seed = 3\n", "seed = 3\nmost_failed = 2.0\n", ":3:15", "it is a share"),
+    ];
+    for (before, after, at, words) in cases {
+        assert!(STUDY.contains(before), "{before}");
+        let place = Place::new(&STUDY.replacen(before, after, 1));
+        let output = place.run("out", &[]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{after}: {said}");
+        let headline = said.lines().find(|line| line.starts_with("error")).unwrap_or_default();
+        assert!(headline.contains(at) && headline.contains(words), "{after}: {headline}");
+        assert!(!place.path("out").exists(), "{after}");
+    }
+    let place = Place::new(STUDY);
+    for (arguments, words) in [
+        (["--members", "0..3"], "1..20"),
+        (["--members", "5..21"], "1..20"),
+        (["--members", "5"], "as in 1..100"),
+    ] {
+        let output = place.run("out", &arguments);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&output.stderr).contains(words), "{arguments:?}");
+    }
+}
+
+/// A member that cannot be computed is a row, and the study says how many there are.
+#[test]
+fn a_member_that_fails_is_a_row_with_its_reason() {
+    let place = Place::new(
+        &STUDY
+            .replace("speed = { uniform = [0.5, 4.0] }", "speed = { choice = [2.0, 3e5], weights = [9, 1] }"),
+    );
+    let output = place.run("out", &[]);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    let table = place.read("out");
+    let failed = table.lines().skip(1).filter(|row| row.contains(",failed,")).count();
+    assert!(failed > 0 && failed < 10, "{failed}");
+    assert_eq!(table.lines().count(), 21);
+    let summary = std::fs::read_to_string(place.path("out/summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    assert_eq!(summary["measures"]["members_failed"]["value"].as_f64(), Some(failed as f64));
+    assert_eq!(summary["status"], "unreliable");
+}
+
+/// The tables are files of their own even where a path has no directory yet.
+#[test]
+fn results_lie_where_they_are_asked_for() {
+    let place = Place::new(&STUDY.replace("count = 14", "count = 1").replace("count = 6", "count = 1"));
+    place.table("a/b", &[]);
+    for name in ["study.json", "study.toml", "scene.toml", "summary.json"] {
+        assert!(Path::new(&place.path("a/b")).join(name).exists(), "{name}");
+    }
+}
