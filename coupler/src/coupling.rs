@@ -153,6 +153,9 @@ const MOST_YIELDING: u32 = 4;
 /// impact.
 const MOST_DEFECT: f64 = 2e-4;
 
+/// A window is one of a flight if it is longer than the scene's by this factor.
+const FLIGHT: f64 = 1.5;
+
 /// Times that a window may begin anew with other nodes.
 const MOST_SELECTIONS: u32 = 4;
 
@@ -167,6 +170,8 @@ struct Accepted {
 
 enum Outcome {
     Accepted(Accepted),
+    /// Something touches in a window that was made longer because nothing would.
+    Touched,
     Rejected(String),
 }
 
@@ -235,6 +240,8 @@ impl<'a> Coupling<'a> {
                     self.check_energy(span.end())?;
                 }
                 Outcome::Rejected(reason) => self.reject(span, reason, agreement, &mut schedule)?,
+                // Both solvers begin again, in a window of the usual length.
+                Outcome::Touched => self.gauges.free_time = 0.0,
             }
         }
         agreement.motion.end(self.fem.participant.name())?;
@@ -253,7 +260,7 @@ impl<'a> Coupling<'a> {
     /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
     fn stretch(&self, schedule: &mut Schedule, agreement: &Agreement) {
         let free = self.gauges.free_time.min(agreement.largest_window);
-        if agreement.patch.is_some() && self.settings.flight_window > 0.0 && !self.gauges.touches {
+        if self.settings.flight_window > 0.0 && !self.gauges.touches {
             schedule.stretch(free, self.settings.flight_window);
         }
     }
@@ -331,6 +338,10 @@ impl<'a> Coupling<'a> {
                 }
             }
             let interface = &mut agreement.interface;
+            if self.gauges.touches && !yields && span.length > FLIGHT * self.settings.time_window {
+                self.counts.iterations -= 1;
+                return Ok(Outcome::Touched);
+            }
             residual = match self.settings.scheme {
                 _ if yields => interface.yielding_residual(iteration),
                 Scheme::Weak => interface.displacement_residual(),
