@@ -2,10 +2,11 @@
 
 use crate::energy::Account;
 use crate::guard::{self, breach, clause};
-use crate::interface::{Interface, Places};
+use crate::interface::Interface;
 use crate::mapping::map;
 use crate::passing::{self, Common, Passing};
 use crate::patch::Patch;
+use crate::places::Places;
 use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
