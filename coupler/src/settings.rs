@@ -31,10 +31,26 @@ pub enum OnNoConvergence {
     Stop,
 }
 
+/// What `rockfall` chooses where the scene does not: a yielding net in windows of ten steps of the structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Preset {
+    /// Longer steps of the structure, parts of 1 ms that just resolve its means.
+    Fast,
+    /// The steps that the solvers would take alone.
+    Balanced,
+    /// Half of the structure's steps, a quarter of the contact solver's, and a tenth of the tolerance.
+    Accurate,
+}
+
 /// How the two solvers are coupled: required where a scene has rocks and a structure.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CouplingSettings {
+    /// Settings by name, measured in `docs/coupling.md`: `rockfall` fills in what the scene leaves open of this table and of the
+    /// time steps of `[dem]` and `[fem]`.
+    #[serde(skip_serializing)]
+    pub preset: Option<Preset>,
     /// Weak or strong. Default: `rockfall` chooses.
     pub scheme: Scheme,
     /// Length of a window [s]. Default: `rockfall` computes it.
@@ -92,6 +108,7 @@ impl Default for CouplingSettings {
     /// Scheme and window are open: `rockfall` chooses them.
     fn default() -> Self {
         Self {
+            preset: None,
             scheme: Scheme::Weak,
             time_window: f64::NAN,
             longest_weak_window: None,

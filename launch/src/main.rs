@@ -28,6 +28,7 @@ mod events;
 mod manual;
 mod numbers;
 mod plan;
+mod preset;
 mod progress;
 mod record;
 mod reference;

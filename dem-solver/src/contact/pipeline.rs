@@ -191,6 +191,8 @@ pub struct Sums {
     pub tangential_energy: f64,
     /// Energy that they have taken up between two windows ([`ContactPoint::jump`]) [J].
     pub jump_energy: f64,
+    /// Energy lost to ground that gives way [J].
+    pub yielded: f64,
     /// Largest overlap over radius.
     pub penetration: f64,
     /// Largest speed of the partner's surface past the rock's centre [m/s].

@@ -79,28 +79,28 @@ pub fn check(model: &Model, ground: &Terrain) -> Vec<String> {
 /// The same of a rock that touches as a whole.
 fn of_whole(model: &Model, at: usize, whole: &Whole, normal: &Normal, energy: f64) -> Option<String> {
     let rock = &model.rocks[at];
-    let modulus = normal.modulus().expect("checked: it has a modulus");
-    let deepest = worst_whole(rock, whole, modulus, energy);
+    let deepest = worst_whole(rock, whole, normal, energy);
     (deepest > LIMIT).then(|| {
         // What a contact stores is in proportion to its stiffness.
-        let times = least_above(|times| worst_whole(rock, whole, modulus, energy / times) <= LIMIT);
+        let times = least_above(|times| worst_whole(rock, whole, normal, energy / times) <= LIMIT);
         let law = model.ground_rows[at][0] as usize;
-        let young = model.settings.contacts[law].young.expect("checked: the law needs it") * times;
+        let (key, value) = model.settings.contacts[law].strength().expect("checked: the law needs it");
+        let unit = if key == "ground_stiffness" { "N/m" } else { "Pa" };
         format!(
             "{}: rock `{}` lands on the terrain with up to {} J and is expected to go in by up to {} of its radius of {} m, \
-             above {LIMIT}; young = {} Pa keeps it below",
+             above {LIMIT}; {key} = {} {unit} keeps it below",
             model.settings.table(at),
             rock.name,
             short(energy),
             short(deepest),
             short(whole.radius),
-            short(young)
+            short(value * times)
         )
     })
 }
 
 /// How deep a rock that touches as a whole goes into a plane with `energy` [J], over its radius, in the worst of the turns.
-pub fn worst_whole(rock: &Rock, whole: &Whole, modulus: f64, energy: f64) -> f64 {
+pub fn worst_whole(rock: &Rock, whole: &Whole, normal: &Normal, energy: f64) -> f64 {
     let of = |turn: usize| {
         let down = direction(turn, TURNS);
         let ends: Vec<f64> = rock.spheres.iter().map(|s| s.centre.dot(&down) + s.radius).collect();
@@ -108,7 +108,7 @@ pub fn worst_whole(rock: &Rock, whole: &Whole, modulus: f64, energy: f64) -> f64
         let stored = |travel: f64| {
             let overlaps = ends.iter().enumerate().map(|(k, end)| (k as u32, travel - (first - end)));
             let sum = overlaps.filter(|(_, d)| *d > 0.0).map(|(k, d)| whole.part(k, d)).sum();
-            whole.pressed(modulus, whole.equivalent(sum)).energy
+            normal.load(whole.radius, whole.equivalent(sum)).energy
         };
         let (mut low, mut high) = (0.0, 2.0 * whole.radius);
         for _ in 0..HALVINGS {
@@ -219,15 +219,16 @@ mod tests {
     fn a_rock_as_a_whole_goes_in_as_deep_as_the_closed_form_says() {
         let ball = rock(Shape::Sphere { radius: 0.2 }, 1, 80.0);
         let exact = Normal::HertzMindlin(Hertz { modulus: 2e8 }).deepest(0.2, 80.0, 5.0) / 0.2;
-        let found = worst_whole(&ball, &Whole::new(&ball), 2e8, 0.5 * 80.0 * 25.0);
+        let law = |modulus| Normal::HertzRock(Hertz { modulus });
+        let found = worst_whole(&ball, &Whole::new(&ball), &law(2e8), 0.5 * 80.0 * 25.0);
         assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
         let cube = rock(Shape::Box { size: [0.8; 3] }, 512, 1382.4);
         let (whole, energy) = (Whole::new(&cube), 0.5 * 1382.4 * 15.8_f64.powi(2));
-        let corner = worst_whole(&cube, &whole, 3.2e10, energy);
+        let corner = worst_whole(&cube, &whole, &law(3.2e10), energy);
         // An elastic landing on its corner, computed: 0.0257 (tests/terrain/whole.rs).
         assert!((corner / 0.0257 - 1.0).abs() < 0.1, "{corner}");
-        let times = least_above(|times| worst_whole(&cube, &whole, 1e6, energy / times) <= LIMIT);
-        let kept = worst_whole(&cube, &whole, 1e6 * times, energy);
+        let times = least_above(|times| worst_whole(&cube, &whole, &law(1e6), energy / times) <= LIMIT);
+        let kept = worst_whole(&cube, &whole, &law(1e6 * times), energy);
         assert!(kept <= LIMIT && kept > 0.95 * LIMIT, "{kept}");
     }
 

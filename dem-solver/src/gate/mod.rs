@@ -1,6 +1,7 @@
 //! What can be known of a scene before it starts: an error where no one can mean it, a warning where someone might.
 //!
 //! - [`gravity`]: none, not downward, in another unit
+//! - [`ground`]: ground that gives way as contact of something else than terrain
 //! - [`units`]: density, size, stiffness, friction, speed and turn of the rocks; the number of steps
 //! - [`clusters`]: a file of spheres that is of another body
 //! - [`start`]: the surface of a rock in the terrain, in the net or in another rock
@@ -12,6 +13,7 @@
 pub mod clusters;
 pub mod duration;
 pub mod gravity;
+pub mod ground;
 pub mod landing;
 pub mod lengths;
 pub mod place;

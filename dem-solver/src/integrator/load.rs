@@ -33,6 +33,6 @@ impl StepLoad {
         self.torque += sums.torque;
         self.elastic += sums.elastic;
         self.tangential_energy += sums.tangential_energy;
-        self.lost += (sums.damping_power + sums.friction_power) * h;
+        self.lost += (sums.damping_power + sums.friction_power) * h + sums.yielded;
     }
 }

@@ -8,15 +8,15 @@
 //! and no sphere that was not counted can be reached within it.
 
 use crate::contact::broad_phase::terrain_pairs::TerrainPairs;
-use crate::contact::whole_rock::Whole;
 use crate::contact::whole_rock::terrain::WholeRockContacts;
+use crate::contact::whole_rock::{Landing, Whole};
 use crate::law::Law;
 use crate::law::rolling::STIFFNESS;
 use crate::law::table::SurfaceLaws;
 use crate::model::Model;
 use crate::model::critical::{DEEP, TURN, critical};
 use crate::model::state::Body;
-use crate::rock::{Motion, Rock};
+use crate::rock::Rock;
 use crate::settings::{DemSettings, EffectiveMass, RollingName};
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
@@ -81,7 +81,8 @@ pub fn next(
         if landed.contacts.is_empty() {
             return SubSteps { steps, parts: steps };
         }
-        let longest = of_whole(it, whole, landed, laws, now, SLOWEST * fastest, per_contact).min(TURN / turn);
+        let longest = of_whole(it, whole, landed, laws, body, [SLOWEST * fastest, per_contact]);
+        let longest = longest.min(TURN / turn);
         let parts = ((h * steps as f64 / longest).ceil() as usize).clamp(1, steps);
         return SubSteps { steps, parts };
     }
@@ -106,9 +107,8 @@ fn of_whole(
     whole: &Whole,
     landed: &WholeRockContacts,
     laws: SurfaceLaws,
-    now: &Motion,
-    slowest: f64,
-    per_contact: f64,
+    Body { motion: now, dent, .. }: &Body,
+    [slowest, per_contact]: [f64; 2],
 ) -> f64 {
     let spin = rock.spin(now);
     let (mut approach, mut mobility) = (slowest, 1.0 / rock.mass);
@@ -118,13 +118,25 @@ fn of_whole(
         mobility = mobility.max(1.0 / rock.mass + lever.dot(&lever.component_div(&rock.inertia)));
         approach = approach.max((now.velocity + spin.cross(&arm)).dot(&contact.normal).abs());
     }
-    let speed = (approach * approach + 2.0 * landed.energy(whole, laws) * mobility).sqrt();
+    let speed = (approach * approach + 2.0 * landed.energy(whole, laws, dent) * mobility).sqrt();
     let step = |law: u16| {
         let landing = whole.landing(rock, &laws.laws[law as usize], mobility, speed);
-        let stable = DemSettings::TIME_STEP_SCALE * critical(landing.square.sqrt(), landing.ratio);
-        stable.min(landing.duration / per_contact)
+        resolved(&landing, per_contact)
     };
-    laws.distinct().map(step).fold(f64::INFINITY, f64::min)
+    let longest = laws.distinct().map(step).fold(f64::INFINITY, f64::min);
+    if dent.deepest == 0.0 {
+        return longest;
+    }
+    // On its way out the rock is slower than what it came in with, and the ground is as stiff as that has made it.
+    let law = &laws.laws[dent.law as usize];
+    let landing = whole.landing_on_ground(rock, law, mobility, dent.deepest, dent.restitution);
+    longest.min(resolved(&landing, per_contact))
+}
+
+/// The step [s] that resolves a landing.
+fn resolved(landing: &Landing, per_contact: f64) -> f64 {
+    let stable = DemSettings::TIME_STEP_SCALE * critical(landing.square.sqrt(), landing.ratio);
+    stable.min(landing.duration / per_contact)
 }
 
 /// The step [s] that a law asks for.

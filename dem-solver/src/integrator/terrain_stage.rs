@@ -9,7 +9,9 @@ use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
 use crate::integrator::schedule::{Passed, Span};
 use crate::integrator::sub_stepping::{self, SubSteps};
+use crate::law::Law;
 use crate::law::table::SurfaceLaws;
+use crate::law::yielding::Dent;
 use crate::model::Model;
 use crate::model::critical::DEEP;
 use crate::model::runout::{LOOK, StepOnTerrain, jump_height};
@@ -30,6 +32,18 @@ fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<Sur
     Some(SurfaceLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
 }
 
+/// The laws with the friction that has grown over the way `slip` [m].
+fn grow(laws: &[Law], slip: f64, grown: &mut Vec<Law>) {
+    grown.clear();
+    grown.extend(laws.iter().map(|law| {
+        let mut law = law.clone();
+        if let (Some(tangential), Some(growing)) = (&mut law.tangential, &law.growing) {
+            tangential.friction = growing.coefficient(tangential.friction, slip);
+        }
+        law
+    }));
+}
+
 /// What surrounds the rocks, and the rows of their trajectories.
 #[derive(Debug, Clone)]
 pub struct TerrainStage {
@@ -37,6 +51,8 @@ pub struct TerrainStage {
     pub around: Vec<TerrainPairs>,
     standing: Vec<SurfaceContacts>,
     landed: Vec<WholeRockContacts>,
+    /// The laws with friction as it has grown for the rock at hand.
+    grown: Vec<Law>,
     /// Rows of the window under way; none are kept where nobody writes them.
     pub rows: Option<Vec<Row>>,
 }
@@ -57,6 +73,7 @@ impl TerrainStage {
         Self {
             standing: rocks.clone().map(of_spheres).collect(),
             landed: rocks.clone().map(of_rock).collect(),
+            grown: Vec::with_capacity(model.laws.as_ref().map_or(0, |laws| laws.surfaces.len())),
             around,
             rows: rows.then(Vec::new),
         }
@@ -97,21 +114,36 @@ impl TerrainStage {
         now: &Motion,
         Span { start: time, h }: Span,
     ) -> Result<(Sums, usize), Fault> {
-        let Some(laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
+        let Some(mut laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
         let it = &model.rocks[rock];
         let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
         around.update(it, &model.trees[rock], ground, now, h, 0.0);
+        let speed = now.velocity.norm();
+        let grows = !around.pairs.is_empty() && laws.any(|law| law.growing.is_some());
+        if grows {
+            grow(laws.laws, body.slip.at(time) + 0.5 * h * speed, &mut self.grown);
+            laws.laws = &self.grown;
+        }
+        let slide = |body: &mut Body, first: Option<u32>| {
+            let touched = first.filter(|_| grows).and_then(|triangle| laws.of(triangle).growing);
+            if let Some(growing) = touched {
+                body.slip.touch(time, h, speed, growing.relaxation);
+            }
+        };
         if around.pairs.is_empty() {
             watch_gap(model, ground, rock, now, h, time)?;
             body.terrain_histories.clear();
+            body.dent = Dent::default();
             return Ok((Sums::default(), 0));
         }
         if let Some(whole) = &model.wholes[rock] {
             let landed = &mut self.landed[rock];
             landed.find(it, whole, ground, around, now, 0.0);
-            let sums = landed.forces(it, whole, laws, now, h, &body.terrain_histories);
+            let memory = (&body.terrain_histories[..], &mut body.dent);
+            let sums = landed.forces(it, whole, laws, now, h, memory);
             watch_whole(model, rock, whole, now, &sums, h, time)?;
             std::mem::swap(&mut body.terrain_histories, &mut landed.histories);
+            slide(body, landed.contacts.first().map(|c| c.triangle));
             return Ok((sums, landed.contacts.len()));
         }
         standing.find(it, ground, around, now);
@@ -124,11 +156,13 @@ impl TerrainStage {
             Some((sphere, format!("near ({x:.2}, {y:.2}, {z:.2}) the terrain")))
         })?;
         std::mem::swap(&mut body.terrain_histories, &mut standing.histories);
+        slide(body, standing.contacts.first().map(|c| c.triangle));
         Ok((sums, standing.contacts.len()))
     }
 
-    /// Elastic energy [J] and number of contacts of rock number `rock` at `now`.
-    pub fn energy(&mut self, model: &Model, ground: &Terrain, rock: usize, now: &Motion) -> (f64, usize) {
+    /// Elastic energy [J] and number of contacts of rock number `rock`, whose state is `body`.
+    pub fn energy(&mut self, model: &Model, ground: &Terrain, rock: usize, body: &Body) -> (f64, usize) {
+        let now = &body.motion;
         let Some(laws) = laws_on(model, ground, rock) else { return (0.0, 0) };
         let it = &model.rocks[rock];
         let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
@@ -136,7 +170,7 @@ impl TerrainStage {
         if let Some(whole) = &model.wholes[rock] {
             let landed = &mut self.landed[rock];
             landed.find(it, whole, ground, around, now, 0.0);
-            return (landed.energy(whole, laws), landed.contacts.len());
+            return (landed.energy(whole, laws, &body.dent), landed.contacts.len());
         }
         standing.find(it, ground, around, now);
         (standing.energy(laws), standing.contacts.len())

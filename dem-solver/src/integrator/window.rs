@@ -582,7 +582,7 @@ impl RockIntegrator {
     ) -> Result<(), Fault> {
         for (rock, body) in state.bodies.iter_mut().enumerate() {
             let on_terrain = match (&mut self.terrain, &model.ground) {
-                (Some(terrain), Some(ground)) => terrain.energy(model, ground, rock, &body.motion),
+                (Some(terrain), Some(ground)) => terrain.energy(model, ground, rock, body),
                 _ => (0.0, 0),
             };
             let on_box =

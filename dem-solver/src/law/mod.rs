@@ -5,6 +5,7 @@
 //! - [`damping`]: dashpot, from a restitution coefficient by way of [`restitution`]
 //! - [`tangential`]: spring with Coulomb slip
 //! - [`rolling`]: resistance against rolling
+//! - [`yielding`]: what ground that gives way remembers; [`growing`]: friction that grows with the way on it; [`scarring`]: its drag
 //!
 //! [`contact_point`] applies the law to one contact, [`block`] to eight at a time; [`table`] knows which law a pair of
 //! materials has, its moduli combined by [`elastic`].
@@ -13,19 +14,25 @@ pub mod block;
 pub mod contact_point;
 pub mod damping;
 pub mod elastic;
+pub mod growing;
 pub mod normal;
 pub mod own_keys;
 pub mod restitution;
 pub mod rolling;
+pub mod scarring;
 pub mod settings;
 pub mod table;
 pub mod tangential;
+pub mod yielding;
 
 use damping::Damping;
+use growing::Growing;
 use normal::{LawName, Normal};
 use rolling::Rolling;
+use scarring::Scarring;
 use settings::{ContactSettings, EffectiveMass, RollingName};
 use tangential::{Sliding, Tangential};
+use yielding::Yielding;
 
 /// What a rock touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,8 +52,14 @@ pub struct Law {
     pub whole: bool,
     /// Dashpot; `None`: elastic.
     pub damping: Option<Damping>,
+    /// What comes back of an impact, where the partner gives way; `None`: the normal force is elastic.
+    pub yielding: Option<Yielding>,
     /// Friction; `None`: smooth.
     pub tangential: Option<Tangential>,
+    /// How friction grows on terrain; `None`: it does not.
+    pub growing: Option<Growing>,
+    /// Drag in the ground; `None`: none.
+    pub scarring: Option<Scarring>,
     /// Rolling resistance; `None`: it rolls freely.
     pub rolling: Option<Rolling>,
 }
@@ -56,7 +69,12 @@ impl Law {
     pub fn new(settings: &ContactSettings, partner: PartnerKind) -> Self {
         let sides = settings.sides(partner);
         let normal = settings.law.build(&settings.own, sides.as_ref()).expect("the table has been checked");
+        let yielding = normal.rule().map(|rule| Yielding {
+            restitution: settings.restitution.expect("the table has been checked"),
+            rule,
+        });
         let ratio = match settings.restitution {
+            _ if yielding.is_some() => 0.0,
             Some(e) => normal.damping_ratio(e),
             None => settings.damping_ratio.unwrap_or(0.0),
         };
@@ -80,8 +98,18 @@ impl Law {
             damping: settings.rolling_damping.unwrap_or(0.0),
             stiffening: normal.stiffening(),
         });
-        let whole = settings.law == LawName::HertzRock && partner == PartnerKind::Surface;
-        Self { normal, whole, damping, tangential, rolling }
+        let of_rock = matches!(settings.law, LawName::HertzRock | LawName::Ground);
+        let whole = of_rock && partner == PartnerKind::Surface;
+        let growing = settings.friction_max.map(|most| Growing {
+            most,
+            growth: settings.friction_growth.expect("checked: beside friction_max"),
+            relaxation: settings.friction_relaxation.expect("checked: beside friction_max"),
+        });
+        let scarring = settings.scarring_drag.filter(|_| whole).map(|drag| Scarring {
+            drag,
+            density: settings.ground_density.unwrap_or(ContactSettings::GROUND_DENSITY),
+        });
+        Self { normal, whole, damping, yielding, tangential, growing, scarring, rolling }
     }
 
     /// Whether the forces depend on velocities.
@@ -106,8 +134,9 @@ impl Law {
         if self.whole {
             text += " of the rock as a whole with terrain";
         }
-        match &self.damping {
-            Some(d) => {
+        match (&self.damping, &self.yielding) {
+            (_, Some(yielding)) => text += &yielding.describe(),
+            (Some(d), None) => {
                 text += &format!(
                     ", damping ratio {:.6} scaled with {} mass",
                     d.ratio,
@@ -117,7 +146,7 @@ impl Law {
                     }
                 )
             }
-            None => text += ", no dashpot",
+            (None, None) => text += ", no dashpot",
         }
         match &self.tangential {
             Some(t) => {
@@ -127,6 +156,12 @@ impl Law {
                 }
             }
             None => text += ", no friction",
+        }
+        if let Some(g) = &self.growing {
+            text += &format!(" that grows to {} over {} m and more", g.most, 1.0 / g.growth);
+        }
+        if let Some(s) = &self.scarring {
+            text += &format!(", drag {} in ground of {} kg/m3", s.drag, s.density);
         }
         if let Some(r) = &self.rolling {
             text += &format!(", rolling friction {}", r.friction);

@@ -22,13 +22,15 @@ pub fn owner(key: &str) -> Option<LawName> {
 /// A law's own keys as the struct that it takes.
 ///
 /// # Errors
-/// With the key that cannot be read: it is the one in whose place a number could; `law` where that is none.
+/// With the key that cannot be read: it is the one in whose place a number could, or nothing; `law` where that is none.
 pub fn read<K: DeserializeOwned>(own: &toml::Table) -> Result<K, Refusal> {
     own.clone().try_into().map_err(|e: toml::de::Error| {
         let is_at_fault = |key: &&String| {
             let mut other = own.clone();
             other.insert((*key).clone(), toml::Value::Float(1.0));
-            other.try_into::<K>().is_ok()
+            let as_number = other.clone().try_into::<K>().is_ok();
+            other.remove(*key);
+            as_number || other.try_into::<K>().is_ok()
         };
         let key = own.keys().find(is_at_fault).map_or("law", String::as_str);
         Refusal { misread: true, ..Refusal::of(key, e.message()) }

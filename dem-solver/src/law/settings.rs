@@ -22,7 +22,8 @@ pub struct ContactSettings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<[String; 2]>,
     /// Normal law: `hertz_rock` (force ~ overlap^1.5 of the rock as a whole: does not depend on the number of spheres; for
-    /// terrain), `hertz_mindlin` (the same of each sphere by its own radius) or `linear` (force ~ overlap).
+    /// terrain), `hertz_mindlin` (the same of each sphere by its own radius), `linear` (force ~ overlap) or `ground` (terrain that
+    /// gives way and remembers it; see docs/ground.md).
     pub law: LawName,
     /// Young's modulus of the rock [Pa]. `linear` takes it or `stiffness`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,6 +54,23 @@ pub struct ContactSettings {
     /// How fast friction falls from `friction` to `friction_dynamic` [s/m]. Default 500.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_decay: Option<f64>,
+    /// Terrain: coefficient to which friction grows with the way s of the rock's centre in touch,
+    /// `mu(s) = mu + 2/pi (mu_max - mu) atan(kappa s)`; in flight s decays with `exp(-beta t)`. Default: it does not grow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_max: Option<f64>,
+    /// kappa of `friction_max` [1/m]. Required beside it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_growth: Option<f64>,
+    /// beta of `friction_max` [1/s]. Required beside it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_relaxation: Option<f64>,
+    /// Terrain, `ground` and `hertz_rock`: drag coefficient C of the ground that the rock ploughs through while it touches,
+    /// `C rho A v^2 / 2` with the outline A below the surface. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scarring_drag: Option<f64>,
+    /// Density of the ground for `scarring_drag` [kg/m3]. Default 1700.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_density: Option<f64>,
     /// How the tangential spring follows the overlap. Default `unloading_scaled`, the one of the three
     /// that never creates energy.
     #[serde(default, skip_serializing_if = "TangentialName::is_default")]
@@ -207,21 +225,30 @@ pub enum EffectiveMass {
 impl ContactSettings {
     /// Decay of friction where the scene does not say [s/m].
     pub const FRICTION_DECAY: f64 = 500.0;
+    /// Density of the ground where the scene does not say [kg/m3].
+    pub const GROUND_DENSITY: f64 = 1700.0;
 
     /// Refuse what makes no sense; this is table number `number`.
     pub(super) fn check(&self, scene: &Scene, number: usize) -> Result<(), InputError> {
         let invalid = |key: &str, what: String| scene.invalid(&format!("contact.{number}.{key}"), what);
-        if self.law == LawName::HertzRock && self.effective_mass == EffectiveMass::Rock {
-            return Err(invalid(
-                "effective_mass",
-                "`hertz_rock` knows the mass that its force acts on".into(),
-            )
-            .try_instead("leave it out"));
+        let as_a_whole = matches!(self.law, LawName::HertzRock | LawName::Ground);
+        if as_a_whole && self.effective_mass == EffectiveMass::Rock {
+            let what = format!("`{}` knows the mass that its force acts on", self.law.name());
+            return Err(invalid("effective_mass", what).try_instead("leave it out"));
+        }
+        if self.law == LawName::Ground && self.damping_ratio.is_some() {
+            let what = "`ground` has no dashpot that this could be the ratio of".into();
+            return Err(invalid("damping_ratio", what)
+                .try_instead("write restitution, that of a slow impact: 0.25 on soft soil, 0.5 on bedrock"));
         }
         let above_zero = [
             ("young", self.young),
             ("partner_young", self.partner_young),
             ("stiffness_ratio", self.stiffness_ratio),
+            ("friction_max", self.friction_max),
+            ("friction_growth", self.friction_growth),
+            ("scarring_drag", self.scarring_drag),
+            ("ground_density", self.ground_density),
         ];
         for (key, value) in above_zero {
             if let Some(v) = value.filter(|v| *v <= 0.0) {
@@ -234,6 +261,7 @@ impl ContactSettings {
             ("friction", Some(self.friction)),
             ("friction_dynamic", self.friction_dynamic),
             ("friction_decay", self.friction_decay),
+            ("friction_relaxation", self.friction_relaxation),
             ("rolling_friction", Some(self.rolling_friction)),
             ("rolling_damping", self.rolling_damping),
         ];
@@ -291,7 +319,10 @@ impl ContactSettings {
     pub fn strength(&self) -> Option<(&str, f64)> {
         let number =
             |value: &toml::Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
-        let own = || self.own.iter().find_map(|(key, value)| Some((key.as_str(), number(value)?)));
+        let own = || {
+            let mut stiff = self.own.iter().filter(|(key, _)| !key.starts_with("restitution"));
+            stiff.find_map(|(key, value)| Some((key.as_str(), number(value)?)))
+        };
         self.young.map(|young| ("young", young)).or_else(own)
     }
 
@@ -377,6 +408,19 @@ impl ContactSettings {
     fn check_parts(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
         let slides = self.friction > 0.0;
         let springs = self.rolling == Some(RollingName::Spring);
+        let (grows, ploughs) = (self.friction_max.is_some(), self.scarring_drag.is_some());
+        let as_a_whole = matches!(self.law, LawName::HertzRock | LawName::Ground);
+        if let Some(most) = self.friction_max.filter(|most| *most < self.friction) {
+            let what =
+                format!("friction_max = {most} lies below friction = {}, from which it grows", self.friction);
+            return Err(invalid("friction_max", what).try_instead("are the two exchanged?"));
+        }
+        let beside =
+            [("friction_growth", self.friction_growth), ("friction_relaxation", self.friction_relaxation)];
+        if let Some((key, _)) = beside.into_iter().find(|(_, value)| grows && value.is_none()) {
+            let cure = "medium ground of RAMMS has friction_growth = 2.0 and friction_relaxation = 150.0";
+            return Err(invalid("friction_max", format!("`friction_max` needs `{key}`")).try_instead(cure));
+        }
         let idle = [
             ("friction_dynamic", self.friction_dynamic.is_some() && !slides, "without `friction`"),
             (
@@ -385,6 +429,20 @@ impl ContactSettings {
                 "without `friction_dynamic`",
             ),
             ("stiffness_ratio", self.stiffness_ratio.is_some() && !slides, "without `friction`"),
+            ("friction_max", self.friction_max.is_some() && !slides, "without `friction`"),
+            (
+                "friction_max",
+                self.friction_max.is_some() && self.friction_dynamic.is_some(),
+                "beside `friction_dynamic`",
+            ),
+            ("friction_growth", self.friction_growth.is_some() && !grows, "without `friction_max`"),
+            ("friction_relaxation", self.friction_relaxation.is_some() && !grows, "without `friction_max`"),
+            (
+                "scarring_drag",
+                self.scarring_drag.is_some() && !as_a_whole,
+                "without law = \"ground\" or \"hertz_rock\"",
+            ),
+            ("ground_density", self.ground_density.is_some() && !ploughs, "without `scarring_drag`"),
             ("rolling", self.rolling.is_some() && self.rolling_friction == 0.0, "without `rolling_friction`"),
             ("rolling_damping", self.rolling_damping.is_some() && !springs, "without rolling = \"spring\""),
         ];

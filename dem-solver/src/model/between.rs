@@ -35,17 +35,23 @@ pub fn whole_rocks(
     scene: &Scene,
 ) -> Result<Vec<Option<Whole>>, InputError> {
     let of = |(at, rock): (usize, &Rock)| {
-        let mut row =
-            ground_rows.get(at).into_iter().flatten().map(|n| (*n, laws.surfaces[*n as usize].whole));
-        let Some((_, whole)) = row.next() else { return Ok(None) };
-        match row.find(|(_, other)| *other != whole) {
-            Some((other, _)) => Err(scene
-                .invalid(
-                    &format!("contact.{other}.law"),
-                    format!("rock `{}` has `hertz_rock` with one part of the terrain and another law with the next", rock.name),
-                )
-                .try_instead("write law = \"hertz_rock\" in all its tables, or in none")),
-            None => Ok(whole.then(|| Whole::new(rock))),
+        let kind = |n: u16| {
+            let name = laws.settings[n as usize].law;
+            laws.surfaces[n as usize].whole.then_some(name)
+        };
+        let mut row = ground_rows.get(at).into_iter().flatten().map(|n| (*n, kind(*n)));
+        let Some((_, first)) = row.next() else { return Ok(None) };
+        match row.find(|(_, other)| *other != first) {
+            Some((other, second)) => {
+                let name = first.or(second).expect("one of two that differ").name();
+                Err(scene
+                    .invalid(
+                        &format!("contact.{other}.law"),
+                        format!("rock `{}` has `{name}` with one part of the terrain and another law with the next", rock.name),
+                    )
+                    .try_instead(format!("write law = \"{name}\" in all its tables, or in none")))
+            }
+            None => Ok(first.map(|_| Whole::new(rock))),
         }
     };
     rocks.iter().enumerate().map(of).collect()

@@ -103,7 +103,7 @@ impl Steps {
                 if let Some(whole) = whole.filter(|_| law.whole) {
                     on_mesh = on_mesh.and(steps.limit_whole(rock, whole, law, speed));
                 }
-                if alone.is_none() || !law.whole {
+                if alone.is_none() && law.yielding.is_none() || !law.whole {
                     on_mesh = on_mesh.and(steps.limit(rock, law, speed));
                 }
             }

@@ -2,6 +2,8 @@
 
 use crate::contact::history::SurfaceHistory;
 use crate::contact::rocks::RockHistory;
+use crate::law::growing::Slip;
+use crate::law::yielding::Dent;
 use crate::model::impact::ImpactRecord;
 use crate::model::runout::RunOut;
 use crate::rock::{Motion, Rock};
@@ -42,6 +44,10 @@ pub struct Body {
     pub histories: Vec<SurfaceHistory>,
     /// What its contacts with the terrain remember, likewise.
     pub terrain_histories: Vec<SurfaceHistory>,
+    /// What ground that gives way remembers of it.
+    pub dent: Dent,
+    /// How far it has slid, for friction that grows with it.
+    pub slip: Slip,
     /// With the sides of the box, likewise.
     pub box_histories: Vec<SurfaceHistory>,
     /// Energy of their tangential springs [J].
@@ -157,6 +163,8 @@ impl State {
             motion: at(rock, table),
             histories: Vec::new(),
             terrain_histories: Vec::new(),
+            dent: Dent::default(),
+            slip: Slip::default(),
             box_histories: Vec::new(),
             tangential_energy: 0.0,
             elastic: 0.0,
@@ -186,7 +194,7 @@ impl State {
         self.predicted.clone_from(&other.predicted);
         self.pushed.clone_from(&other.pushed);
         for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
-            mine.motion = theirs.motion;
+            (mine.motion, mine.dent, mine.slip) = (theirs.motion, theirs.dent, theirs.slip);
             mine.histories.clone_from(&theirs.histories);
             mine.terrain_histories.clone_from(&theirs.terrain_histories);
             mine.box_histories.clone_from(&theirs.box_histories);
@@ -207,6 +215,7 @@ impl Body {
         self.histories.clear();
         self.terrain_histories.clear();
         self.box_histories.clear();
+        self.dent = Dent::default();
         (self.tangential_energy, self.elastic, self.contacts, self.rock_contacts) = (0.0, 0.0, 0, 0);
     }
 

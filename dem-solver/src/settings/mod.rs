@@ -214,7 +214,7 @@ impl GranularSettings {
 }
 
 /// Keys of `[[contact]]` that rocks alone have.
-pub const OF_ROCKS_IN_CONTACT: [&str; 2] = ["effective_mass", "hierarchy"];
+pub const OF_ROCKS_IN_CONTACT: [&str; 4] = ["effective_mass", "hierarchy", "friction_max", "scarring_drag"];
 
 /// Keys of `[dem]` that rocks alone have.
 pub const OF_ROCKS_IN_DEM: [&str; 2] = ["contact_selection", "rotation"];
@@ -223,10 +223,14 @@ pub const OF_ROCKS_IN_DEM: [&str; 2] = ["contact_selection", "rotation"];
 fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
     let contacts: Vec<toml::Table> = scene.read("contact")?.unwrap_or_default();
     let dem: toml::Table = scene.read("dem")?.unwrap_or_default();
-    let of_rocks = |table: &toml::Table| table.get("law").and_then(|law| law.as_str()) == Some("hertz_rock");
-    if let Some(number) = contacts.iter().position(of_rocks) {
+    let of_rocks = |table: &toml::Table| {
+        let name = table.get("law").and_then(|law| law.as_str());
+        ["hertz_rock", "ground"].into_iter().find(|of_terrain| name == Some(of_terrain))
+    };
+    let first = contacts.iter().enumerate().find_map(|(number, table)| Some((number, of_rocks(table)?)));
+    if let Some((number, name)) = first {
         return Err(scene
-            .invalid(&format!("contact.{number}.law"), "`hertz_rock` is a contact of rocks with terrain")
+            .invalid(&format!("contact.{number}.law"), format!("`{name}` is a contact of rocks with terrain"))
             .try_instead("separate spheres take hertz_mindlin: each is a rock of its own"));
     }
     let of_contacts = contacts.iter().enumerate().flat_map(|(number, table)| {
@@ -241,6 +245,7 @@ fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
             "each contact of two spheres has their reduced mass, one with the [box] the sphere's"
         }
         "rotation" => "a sphere turns exactly",
+        "friction_max" | "scarring_drag" => "it is of contacts with terrain",
         _ => "a sphere touches each other sphere and each side of the [box] once",
     };
     Err(scene.invalid(&place, format!("`{key}` beside [[spheres]]: {why}")).try_instead("leave it out"))

@@ -11,7 +11,9 @@ use crate::integrator::rock_stage::{DEEPEST_AT_START, RockStage};
 use crate::integrator::window::{RockIntegrator, Solved};
 use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::crossings::Crossings;
+use crate::law::growing::Slip;
 use crate::law::table::Laws;
+use crate::law::yielding::Dent;
 use crate::model::between::{Between, rows, whole_rocks};
 use crate::model::critical::Steps;
 use crate::model::state::{self, State};
@@ -135,6 +137,7 @@ impl DemSolver {
         let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
         let between = Between::new(laws.as_ref(), &settings, scene)?;
         let side_rows = rows_with_box(laws.as_ref(), &settings, scene)?;
+        gate::ground::check(&settings, laws.as_ref(), between.as_ref(), &side_rows, scene)?;
         if settings.rocks.len() > 1 && between.is_none() {
             notices.push(
                 "rock: there is no table [[contact]]: the rocks fall through each other; add one".into(),
@@ -268,6 +271,8 @@ impl DemSolver {
             histories: std::mem::take(&mut body.histories),
             terrain_histories: std::mem::take(&mut body.terrain_histories),
             box_histories: std::mem::take(&mut body.box_histories),
+            dent: Dent::default(),
+            slip: Slip::default(),
             tangential_energy: 0.0,
             elastic: 0.0,
             contacts: 0,
@@ -311,6 +316,12 @@ impl DemSolver {
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
             .map_err(|(what, advice)| Fault::input(format!("{what}; {advice}")))?;
+        let yields = |n: &u16| laws.surfaces[*n as usize].yielding.is_some();
+        if self.model.rows.iter().flatten().any(yields) {
+            return Err(Fault::input(
+                "`ground` is a contact of rocks with terrain, and here also of one with the net; add a table [[contact]] for the net",
+            ));
+        }
         if laws.use_local_masses() && contact_mesh.inverse_mass.is_none() {
             self.model.laws = Some(laws.clone().without_local_masses());
             warnings.push(

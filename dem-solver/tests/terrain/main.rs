@@ -11,3 +11,4 @@ mod net;
 mod readers;
 mod way;
 mod whole;
+mod yielding;

@@ -16,10 +16,12 @@
 //! One ball is the contact of Hertz to the last digit. The same energy by volume of overlap (p = 1) is that of Feng (2021),
 //! Comput. Methods Appl. Mech. Engrg. 373, 113454; there the stiffness of a face is infinite at the first touch.
 
+pub mod ground;
 pub mod terrain;
 
 use crate::law::Law;
 use crate::law::rolling::STIFFNESS;
+use crate::law::yielding;
 use crate::rock::{Rock, exposed};
 use crate::settings::RollingName;
 use std::f64::consts::PI;
@@ -118,10 +120,12 @@ impl Whole {
         let energy = 0.5 * speed * speed / mobility;
         let rim = rock.highest_corner.max().max(-rock.lowest_corner.min());
         let equivalent = law.normal.deepest(self.radius, 1.0 / mobility, speed);
-        // D^(p+1) = (p+1) A d^p / (2 pi R), with A = pi rim^2.
+        if let Some(yielding) = &law.yielding {
+            let restitution = yielding.restitution(speed, equivalent);
+            return self.landing_on_ground(rock, law, mobility, equivalent, restitution);
+        }
         let p = f64::from(POWER);
-        let area = (p + 1.0) * rim * rim / (2.0 * self.radius);
-        let overlap = (equivalent.powf(p + 1.0) / area).powf(1.0 / p).min(equivalent);
+        let overlap = self.of_face(rim, equivalent);
         let scale = energy / (overlap * overlap);
         let inertia = rock.inertia.min();
         let turning = rim * rim / inertia;
@@ -137,6 +141,46 @@ impl Whole {
         }
         let duration = SEAT_DURATION * overlap / speed;
         Landing { duration, stiffness, square, ratio: law.damping.map_or(0.0, |d| d.ratio) }
+    }
+
+    /// Overlap of a face with this `rim` [m] that has the equivalent overlap `equivalent` [m]:
+    /// `D^(p+1) = (p+1) A d^p / (2 pi R)`, with `A = pi rim^2`.
+    fn of_face(&self, rim: f64, equivalent: f64) -> f64 {
+        let p = f64::from(POWER);
+        let area = (p + 1.0) * rim * rim / (2.0 * self.radius);
+        (equivalent.powf(p + 1.0) / area).powf(1.0 / p).min(equivalent)
+    }
+
+    /// The stiffest that ground is which gives way, on a face: on the way out from `deepest` [m] with `restitution`.
+    pub fn landing_on_ground(
+        &self,
+        rock: &Rock,
+        law: &Law,
+        mobility: f64,
+        deepest: f64,
+        restitution: f64,
+    ) -> Landing {
+        let rim = rock.highest_corner.max().max(-rock.lowest_corner.min());
+        let overlap = self.of_face(rim, deepest);
+        let p = f64::from(POWER);
+        let slope = p / (p + 1.0) * deepest / overlap;
+        let load = law.normal.load(self.radius, deepest);
+        let steeper = yielding::stiffening(law.normal.powers().overlap, restitution);
+        let stiffness = steeper * load.force / deepest * slope * slope;
+        let inertia = rock.inertia.min();
+        let turning = rim * rim / inertia;
+        // Where a tilt makes the overlaps differ, the force grows by its p-th part of the overlap, too.
+        let mut square = (stiffness * (mobility + turning)).max(load.force * slope * p / overlap * turning);
+        if let Some(tangential) = &law.tangential {
+            let along = tangential.stiffness_ratio * load.stiffness * slope * slope;
+            square = square.max(along * (mobility + turning));
+        }
+        if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
+            let arm = rolling.friction * self.radius;
+            square = square.max(STIFFNESS * arm * arm * load.stiffness * slope * slope / inertia);
+        }
+        let duration = PI / (stiffness * mobility).sqrt();
+        Landing { duration, stiffness, square, ratio: yielding::seat_damping(restitution) }
     }
 }
 

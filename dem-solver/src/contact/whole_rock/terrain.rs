@@ -18,6 +18,7 @@ use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
 use crate::law::restitution;
 use crate::law::table::SurfaceLaws;
+use crate::law::yielding::Dent;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
@@ -49,15 +50,19 @@ impl WholeRockContact {
 /// The contacts that share one law, at one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Group<'a> {
-    law: &'a Law,
+    pub(super) law: &'a Law,
     /// Its equivalent overlap and what follows.
     pub pressed: Pressed,
     /// Sum of the weights.
-    weights: f64,
+    pub(super) weights: f64,
+    /// Rate of the equivalent overlap [m/s].
+    pub(super) rate: f64,
+    /// Speed of the centre along the ground [m/s].
+    pub(super) travel: f64,
     /// Dashpot force along the sum of the contacts [N].
-    viscous: f64,
+    pub(super) viscous: f64,
     /// Mass that the force acts on [kg].
-    mass: f64,
+    pub(super) mass: f64,
 }
 
 /// The contacts, and buffers that are used again and again.
@@ -127,29 +132,32 @@ impl WholeRockContacts {
             law,
             pressed,
             weights: 0.0,
+            rate: 0.0,
+            travel: 0.0,
             viscous: 0.0,
             mass: 0.0,
         })
     }
 
-    /// Elastic energy of the contacts that were found [J].
-    pub fn energy(&self, whole: &Whole, laws: SurfaceLaws) -> f64 {
+    /// Elastic energy of the contacts that were found [J]; `dent` is what the ground remembers.
+    pub fn energy(&self, whole: &Whole, laws: SurfaceLaws, dent: &Dent) -> f64 {
+        if laws.any(|law| law.yielding.is_some()) {
+            return self.energy_on_ground(whole, laws, dent);
+        }
         laws.distinct().filter_map(|law| self.group(whole, laws, law)).map(|g| g.pressed.energy).sum()
     }
 
-    /// Weights, mass and dashpot of a group.
-    fn weigh(
-        &self,
+    /// Weights, mass and dashpot of a group, which is that of `contacts`.
+    pub(super) fn weigh<'c>(
         group: &mut Group,
         whole: &Whole,
-        laws: SurfaceLaws,
-        law: u16,
+        contacts: impl Iterator<Item = &'c WholeRockContact>,
         rock: &Rock,
         now: &Motion,
     ) {
         let spin = rock.spin(now);
         let (mut rate, mut push, mut turn) = (0.0, Vector3::zeros(), Vector3::zeros());
-        for contact in self.of(laws, law) {
+        for contact in contacts {
             let weight = whole.weight(contact.sphere, contact.overlap, group.pressed.overlap);
             let arm = contact.arm();
             group.weights += weight;
@@ -160,6 +168,8 @@ impl WholeRockContacts {
         let own = now.orientation.inverse_transform_vector(&turn);
         let mobility = push.norm_squared() / rock.mass + own.dot(&own.component_div(&rock.inertia));
         group.mass = group.weights * group.weights / mobility;
+        group.rate = rate;
+        group.travel = now.velocity.cross(&push).norm() / push.norm();
         if let Some(damping) = &group.law.damping {
             let ratio = restitution::as_linear(damping.ratio, 2.5);
             // ds/dt = F dD/dt / s with s = sqrt(2 U).
@@ -177,15 +187,19 @@ impl WholeRockContacts {
         laws: SurfaceLaws,
         now: &Motion,
         h: f64,
-        before: &[SurfaceHistory],
+        (before, dent): (&[SurfaceHistory], &mut Dent),
     ) -> Sums {
+        if laws.any(|law| law.yielding.is_some()) {
+            return self.forces_on_ground(rock, whole, laws, now, h, (before, dent));
+        }
         let mut histories = std::mem::take(&mut self.histories);
         histories.clear();
         let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
         for law in laws.distinct() {
             let Some(mut group) = self.group(whole, laws, law) else { continue };
-            self.weigh(&mut group, whole, laws, law, rock, now);
+            Self::weigh(&mut group, whole, self.of(laws, law), rock, now);
             sums.elastic += group.pressed.energy;
+            sums.scar(group.law, whole.radius, group.pressed.overlap, now);
             let seat = Seat { group: &group, rock, whole, now, spin: rock.spin(now), h, before };
             self.of(laws, law).for_each(|contact| seat.add(contact, &mut histories, &mut sums));
         }
@@ -196,19 +210,24 @@ impl WholeRockContacts {
 }
 
 /// What the contacts of a group are computed with.
-struct Seat<'a> {
-    group: &'a Group<'a>,
-    rock: &'a Rock,
-    whole: &'a Whole,
-    now: &'a Motion,
-    spin: Vector3<f64>,
-    h: f64,
-    before: &'a [SurfaceHistory],
+pub(super) struct Seat<'a> {
+    pub(super) group: &'a Group<'a>,
+    pub(super) rock: &'a Rock,
+    pub(super) whole: &'a Whole,
+    pub(super) now: &'a Motion,
+    pub(super) spin: Vector3<f64>,
+    pub(super) h: f64,
+    pub(super) before: &'a [SurfaceHistory],
 }
 
 impl Seat<'_> {
     /// Add the forces of one contact.
-    fn add(&self, contact: &WholeRockContact, histories: &mut Vec<SurfaceHistory>, sums: &mut Sums) {
+    pub(super) fn add(
+        &self,
+        contact: &WholeRockContact,
+        histories: &mut Vec<SurfaceHistory>,
+        sums: &mut Sums,
+    ) {
         let Self { group, rock, whole, now, spin, .. } = self;
         let (pressed, law) = (group.pressed, group.law);
         let weight = whole.weight(contact.sphere, contact.overlap, pressed.overlap);

@@ -88,6 +88,9 @@ const VARIANTS: [TangentialName; 3] =
 fn law(sides: Elastic, friction: f64, restitution: f64, history: TangentialName) -> Law {
     let ratio = if restitution < 1.0 { ratio(restitution, 2.5) } else { 0.0 };
     Law {
+        yielding: None,
+        growing: None,
+        scarring: None,
         whole: false,
         normal: Normal::HertzMindlin(Hertz { modulus: sides.modulus() }),
         damping: (ratio > 0.0).then_some(Damping { ratio, mass: EffectiveMass::Rock }),

@@ -3,10 +3,12 @@
 //! The file has the formula, the law's own keys of `[[contact]]` with their check, and its name; the line in [`laws`] makes it
 //! known to scenes, to the error for a misspelt name, to the reference, and to every partner of a contact.
 
+pub mod ground;
 pub mod hertz;
 pub mod linear;
 
 use super::elastic::Elastic;
+use super::yielding::Rule;
 use super::{own_keys, restitution};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -97,6 +99,11 @@ macro_rules! laws {
                 match self { $(Self::$kind(law) => law.modulus(),)+ }
             }
 
+            /// How its restitution depends on the impact, where it gives way.
+            pub fn rule(&self) -> Option<Rule> {
+                match self { $(Self::$kind(law) => law.rule(),)+ }
+            }
+
             /// In words, with numbers.
             pub fn describe(&self) -> String {
                 match self { $(Self::$kind(law) => law.describe(),)+ }
@@ -111,6 +118,7 @@ laws! {
     "hertz_rock" => HertzRock(hertz::Hertz): "The same of the rock as a whole, by its own radius, whatever spheres cover it: on \
         terrain. With a net, with the sides of a box and between rocks it is `hertz_mindlin`.",
     "linear" => Linear(linear::Linear): "Constant stiffnesses.",
+    "ground" => Ground(ground::Ground): "Ground that gives way below the rock as a whole and remembers its depth: on terrain alone.",
 }
 
 /// What the normal law gives.
@@ -173,6 +181,11 @@ pub trait NormalLaw: Copy {
     fn modulus(&self) -> Option<f64> {
         None
     }
+
+    /// How its restitution depends on the impact, where it gives way and remembers it.
+    fn rule(&self) -> Option<Rule> {
+        None
+    }
 }
 
 /// Why a law cannot be built from its table.
@@ -230,11 +243,12 @@ mod tests {
         let none = toml::Table::new();
         let mut laws = Vec::new();
         for law in LawName::ALL {
-            let own = crate::law::own_keys::of(*law).into_iter().map(|key| (key, toml::Value::Float(3e6)));
-            let own = own.collect();
             let before = laws.len();
             laws.extend(law.build(&none, Some(&sides)).ok());
-            laws.extend(law.build(&own, None).ok());
+            for key in crate::law::own_keys::of(*law) {
+                let own = [(key, toml::Value::Float(3e6))].into_iter().collect();
+                laws.extend(law.build(&own, None).ok());
+            }
             assert!(laws.len() > before, "{}", law.name());
         }
         laws
