@@ -4,7 +4,7 @@ use tests::{Bench, Ended, scene};
 
 /// The drop test to shortly after the touch.
 fn drop(bench: &Bench, out: &str, sets: &[&str], shortcuts: bool) -> Ended {
-    let common = ["end_time=0.7"];
+    let common = ["end_time=0.7", "output.interval=0.05"];
     let mut words: Vec<&str> = common.iter().chain(sets).flat_map(|set| ["--set", *set]).collect();
     if !shortcuts {
         words.push("--no-shortcuts");
@@ -18,7 +18,8 @@ fn is_harmless(sets: &[&str], window: f64) {
     let windows = |ended: &Ended| ended.summary()["coupling"]["windows"].as_f64().expect("counted");
     // It falls for 0.638 s of the 0.7.
     let all = (0.7 / window).ceil();
-    assert_eq!(windows(&short), all);
+    // A few more where some were halved.
+    assert!(windows(&short) >= all);
     assert!(windows(&long) < 0.3 * all, "{} of {all} windows", windows(&long));
     let time = |ended: &Ended| ended.measure("time_of_impact");
     assert!((time(&long) - time(&short)).abs() < 1e-9, "{} and {}", time(&long), time(&short));
