@@ -16,7 +16,8 @@ const STUDY: &str = "scene = \"fall.toml\"\nseed = 3\n\
     [[release]]\nname = \"cliff\"\npolygon = [[2600005.0, 1200010.0], [2600015.0, 1200012.0], [2600010.0, 1200030.0]]\ncount = 14\n\
     [[release]]\npoints = [[2600020.5, 1200020.25], [2600018.0, 1200022.0]]\nheight = 2.0\ncount = 6\n\
     [vary]\norientation = \"uniform\"\nspeed = { uniform = [0.5, 4.0] }\nspin = 2.0\n\
-    contact.0.friction = { normal = [0.6, 0.05] }\ndem.steps_per_contact = { choice = [40, 45] }\n";
+    contact.0.friction = { normal = [0.6, 0.05] }\ndem.steps_per_contact = { choice = [40, 45] }\n\
+    [maps]\ncell = 2.0\n[[line]]\nname = \"road\"\npoints = [[2600035.0, 1200005.0], [2600035.0, 1200035.0]]\n";
 
 /// A directory with scene, study and terrain.
 struct Place {
@@ -66,6 +67,21 @@ impl Place {
         let output = self.run(out, arguments);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         self.read(out)
+    }
+
+    /// The maps and what passes the line, byte by byte.
+    fn files(&self, out: &str) -> Vec<(PathBuf, Vec<u8>)> {
+        let mut all = Vec::new();
+        for folder in ["maps", "lines"] {
+            let entries = std::fs::read_dir(self.path(out).join(folder)).expect("a folder");
+            for path in entries.map(|entry| entry.expect("an entry").path()) {
+                let name = Path::new(folder).join(path.file_name().expect("a name"));
+                all.push((name, std::fs::read(path).expect("read")));
+            }
+        }
+        all.sort();
+        assert!(all.len() > 40, "{}", all.len());
+        all
     }
 
     fn read(&self, out: &str) -> String {
@@ -164,6 +180,9 @@ fn threads_chunks_and_their_order_leave_every_byte_as_it_is() {
     }
     assert!(!place.path("chunks").join("members.csv").exists());
     assert_eq!(one, place.table("chunks", &[]));
+    for other in ["two", "chunks"] {
+        assert!(place.files("one") == place.files(other), "{other}");
+    }
     let again = place.run("one", &[]);
     assert_eq!(again.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&again.stderr).contains("--resume"));
@@ -205,6 +224,7 @@ fn a_study_that_was_killed_again_and_again_ends_with_the_same_table() {
     }
     assert!(kills > 0);
     assert_eq!(place.read("killed"), whole);
+    assert!(place.files("killed") == place.files("whole"));
     assert_eq!(std::fs::read(place.path("killed/chunks/main.journal")).expect("a journal"), journal);
 }
 
@@ -335,6 +355,22 @@ fn what_is_wrong_with_a_study_is_said_at_its_place() {
         ("contact.0.friction", "output.interval", ":15:19", "cannot vary"),
         ("seed = 3\n", "seed = 3\nsampling = \"sobo\"\n", ":3:12", "unknown value `sobo`"),
         ("seed = 3\n", "seed = 3\nmost_failed = 2.0\n", ":3:15", "it is a share"),
+        ("cell = 2.0", "cell = -2.0", ":18:8", "must lie above 0"),
+        ("cell = 2.0", "cell = 1e-6", ":18:8", "on a terrain of 60 m x 40 m"),
+        ("cell = 2.0", "cel = 2.0", ":18:1", "unknown key `cel`"),
+        ("\"road\"", "\"a road\"", ":20:8", "cannot be the name of a file"),
+        (
+            "[[2600035.0, 1200005.0], [2600035.0, 1200035.0]]",
+            "[[2600035.0, 1200005.0]]",
+            ":21:10",
+            "a line without length",
+        ),
+        (
+            "[[2600035.0, 1200005.0], [2600035.0, 1200035.0]]",
+            "[[35.0, 5.0], [35.0, 35.0]]",
+            ":21:10",
+            "lies beside the terrain",
+        ),
     ];
     for (before, after, at, words) in cases {
         assert!(STUDY.contains(before), "{before}");
