@@ -13,8 +13,6 @@ use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
 use toml::{Table, Value};
 
-/// Share of the longest weak window that is taken.
-const SAFETY: f64 = 0.95;
 /// Longest weak window, and longest part of a strong one [s]: a tenth of the millisecond over which reactions are averaged.
 const RESOLVED: f64 = 1e-4;
 /// Parts of a strong window.
@@ -136,7 +134,7 @@ fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>,
         let longest = longest.ok_or_else(unknown)?;
         match named {
             Some(window) => window <= longest,
-            None => SAFETY * longest >= own.map_or(WORTH.0, |step| WORTH.0.min(WORTH.1 * step)),
+            None => longest >= own.map_or(WORTH.0, |step| WORTH.0.min(WORTH.1 * step)),
         }
     };
     let mut chosen = Vec::new();
@@ -151,7 +149,7 @@ fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>,
     }
     if open.window {
         let value = if weak {
-            of_whole_steps((SAFETY * longest.ok_or_else(unknown)?).min(RESOLVED), own)
+            of_whole_steps(longest.ok_or_else(unknown)?.min(RESOLVED), own)
         } else {
             f64::from(samples) * of_whole_steps(RESOLVED, own)
         };

@@ -198,7 +198,7 @@ mod tests {
         // w^2 = 4e8, k/m = 1e6 / 0.03.
         let exact = 2.0 / (4e8_f64 + 1e6 / 0.03).sqrt();
         assert!((numbers.together().expect("known") / exact - 1.0).abs() < 1e-15);
-        // Its spring would bear 0.85 * 2 sqrt(m / k) = 0.29 ms, which a mean over 1 ms does not.
+        // Its spring would bear 0.8 * 2 sqrt(m / k) = 0.28 ms, which a mean over 1 ms does not.
         let limit = numbers.limit.expect("known");
         assert!(limit.window == 1.25e-4 && limit.cause.contains("1 ms"), "{limit:?}");
         assert!(

@@ -22,9 +22,9 @@ const MOMENTS: f64 = 10.0;
 const KINK: f64 = 0.5;
 /// An eighth of the time over which reactions are averaged [s]: longer windows smear the peak by more than 1 %.
 const RESOLVED: f64 = 1.25e-4;
-/// Share of the limit that is promised: with 0.9 the drop test was `unreliable` 3 % below the printed window
-/// (`rockfall trade --atlas`).
-const MARGIN: f64 = 0.85;
+/// Share of the limit that is promised: with 0.85 the drop test was `unreliable` 1 % below the printed window, at
+/// 1.05e-4 s, and `done` at 1.03e-4 s.
+const MARGIN: f64 = 0.8;
 /// Time over which growth is measured [s].
 const OBSERVED: f64 = 2.0;
 /// Windows that are looked at [s].
