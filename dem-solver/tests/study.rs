@@ -547,3 +547,14 @@ fn maps_are_read_by_gdal() {
         assert!(text.contains(words), "{words}: {text}");
     }
 }
+
+/// A line at the border of the terrain, where a height is not known of every rock that passes.
+#[test]
+fn a_line_at_the_border_has_heights_as_far_as_they_are_known() {
+    let place = flights();
+    let text = FLIGHTS.replace("2600015.25", "2600060.0").replace("[10.0, 14.0]", "[35.0, 60.0]");
+    place.write("study.toml", &text);
+    place.table("out", &[]);
+    let table = std::fs::read_to_string(place.path("out/lines/road_exceedance.csv")).expect("a table");
+    assert!(!rows(&table).is_empty());
+}

@@ -79,7 +79,12 @@ pub fn write(
                 most.iter_mut().zip(LARGEST).for_each(|(most, (_, _, at))| *most = most.max(values[at]));
             }
             if let Some(most) = most {
-                passing.largest.iter_mut().zip(most).for_each(|(all, value)| all.push(value));
+                // Beside the terrain, or over a hole in it, a height is not known.
+                passing
+                    .largest
+                    .iter_mut()
+                    .zip(most)
+                    .for_each(|(all, value)| all.extend(Some(value).filter(|v| v.is_finite())));
             }
         }
         Ok(())
@@ -100,10 +105,11 @@ pub fn write(
         }
         for (values, (what, unit, _)) in passing.largest.iter_mut().zip(LARGEST) {
             values.sort_by(f64::total_cmp);
+            let Some(most) = values.last().copied() else { continue };
             for share in SHARES {
                 report(format!("{what}_q{share}"), quantile(values, f64::from(share) / 100.0), unit);
             }
-            report(format!("{what}_largest"), values[count - 1], unit);
+            report(format!("{what}_largest"), most, unit);
         }
         exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing.largest, computed)?;
         curves(&dir.join(format!("{name}.svg")), name, &passing.largest, share)
@@ -118,11 +124,12 @@ fn exceedance(path: &Path, largest: &[Vec<f64>; LARGEST.len()], computed: u64) -
     let names = LARGEST.map(|(name, unit, _)| format!("{name}_{}", unit.replace('/', "_per_")));
     table.write_record(["share_of_passing", "share_of_all"].map(String::from).into_iter().chain(names))?;
     let count = largest[0].len();
-    for rank in (0..count).rev() {
-        let reached = (count - rank) as f64;
-        let shares = [reached / count as f64, reached / computed as f64];
-        let values = largest.iter().map(|values| values[rank]);
-        table.write_record(shares.into_iter().chain(values).map(|v| v.to_string()))?;
+    for reached in 1..=count {
+        let shares = [reached as f64 / count as f64, reached as f64 / computed as f64];
+        // Of a quantity that is not known of all members there are fewer values.
+        let value = |values: &Vec<f64>| values.len().checked_sub(reached).map(|at| values[at].to_string());
+        let values = largest.iter().map(|values| value(values).unwrap_or_default());
+        table.write_record(shares.map(|v| v.to_string()).into_iter().chain(values))?;
     }
     table.flush()
 }
@@ -145,6 +152,9 @@ fn curves(
         (3, "speed [m/s]"),
     ]) {
         let values = &largest[at];
+        if values.is_empty() {
+            continue;
+        }
         let scale = if at == 0 { 1e-3 } else { 1.0 };
         let most = (values[values.len() - 1] * scale).max(1e-9) * 1.05;
         let least = (values[0] * scale).min(0.0);
