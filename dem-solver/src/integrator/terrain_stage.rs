@@ -7,6 +7,7 @@ use crate::contact::whole_rock::Whole;
 use crate::contact::whole_rock::terrain::WholeRockContacts;
 use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
+use crate::integrator::free_flight::clear_of_all;
 use crate::integrator::schedule::{Passed, Span};
 use crate::integrator::sub_stepping::{self, SubSteps};
 use crate::law::Law;
@@ -19,7 +20,9 @@ use crate::model::state::{Against, Body, State};
 use crate::results::trajectory::Row;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
+use crate::terrain::forest::Stands;
 use interface_defs::Fault;
+use nalgebra::Vector3;
 
 /// Rows in the shortest contact.
 const ROWS_PER_CONTACT: f64 = 10.0;
@@ -51,6 +54,8 @@ pub struct TerrainStage {
     pub around: Vec<TerrainPairs>,
     standing: Vec<SurfaceContacts>,
     landed: Vec<WholeRockContacts>,
+    /// Where forests are.
+    stands: Stands,
     /// The laws with friction as it has grown for the rock at hand.
     grown: Vec<Law>,
     /// Rows of the window under way; none are kept where nobody writes them.
@@ -70,13 +75,28 @@ impl TerrainStage {
         let of_rock = |(rock, whole): (&Rock, &Option<Whole>)| {
             WholeRockContacts::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
         };
+        let forests = |ground: &Terrain| Stands::new(ground, &model.settings.down());
         Self {
+            stands: model.ground.as_deref().map(forests).unwrap_or_default(),
             standing: rocks.clone().map(of_spheres).collect(),
             landed: rocks.clone().map(of_rock).collect(),
             grown: Vec::with_capacity(model.laws.as_ref().map_or(0, |laws| laws.surfaces.len())),
             around,
             rows: rows.then(Vec::new),
         }
+    }
+
+    /// Force of a forest on a rock in the motion `now` [N].
+    pub fn forest(&self, model: &Model, ground: &Terrain, now: &Motion) -> Option<Vector3<f64>> {
+        if self.stands.are_none() {
+            return None;
+        }
+        self.stands.force(ground, &now.position, &now.velocity, &model.settings.down())
+    }
+
+    /// Steps of `h` [s], at most `most`, that all rocks fly freely.
+    pub fn clear_steps(&mut self, model: &Model, state: &State, h: f64, most: usize) -> usize {
+        clear_of_all(model, (&mut self.around, &self.stands), state, h, most)
     }
 
     /// Times that pairs were searched, and that triangles were looked for.
