@@ -65,9 +65,13 @@ pub struct TerrainStage {
 impl TerrainStage {
     /// For the rocks of a model.
     pub fn new(model: &Model, rows: bool) -> Self {
-        let deep = |whole: &Option<Whole>| whole.as_ref().map_or(0.0, |whole| DEEP * whole.radius);
+        // Ground that gives way lets a rock in until the guard stops it.
+        let share = |at: usize| if model.gives_way(at) { 1.0 } else { DEEP };
+        let deep = |at: usize, whole: &Option<Whole>| whole.as_ref().map_or(0.0, |w| share(at) * w.radius);
         let rocks = model.rocks.iter().zip(&model.wholes);
-        let around = rocks.clone().map(|(rock, whole)| TerrainPairs::new(rock, deep(whole))).collect();
+        let of_rock =
+            |(at, (rock, whole)): (usize, (&Rock, &Option<Whole>))| TerrainPairs::new(rock, deep(at, whole));
+        let around = rocks.clone().enumerate().map(of_rock).collect();
         let of_spheres = |(rock, whole): (&Rock, &Option<Whole>)| match whole {
             None => SurfaceContacts::new(4 * rock.spheres.len() + 64),
             Some(_) => SurfaceContacts::default(),
