@@ -4,6 +4,7 @@ use crate::acceleration::AnyAcceleration;
 use crate::convergence::{Field, Measure, Tolerance};
 use crate::mapping::AnyMapper;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
 use schemars::JsonSchema;
@@ -31,10 +32,26 @@ pub enum OnNoConvergence {
     Stop,
 }
 
+/// What `rockfall` chooses where the scene does not: a yielding net in windows of ten steps of the structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Preset {
+    /// Longer steps of the structure, parts of 1 ms that just resolve its means.
+    Fast,
+    /// The steps that the solvers would take alone.
+    Balanced,
+    /// Half of the structure's steps, a quarter of the contact solver's, and a tenth of the tolerance.
+    Accurate,
+}
+
 /// How the two solvers are coupled: required where a scene has rocks and a structure.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CouplingSettings {
+    /// Settings by name, measured in `docs/coupling.md`: `rockfall` fills in what the scene leaves open of this table and of the
+    /// time steps of `[dem]` and `[fem]`.
+    #[serde(skip_serializing)]
+    pub preset: Option<Preset>,
     /// Weak or strong. Default: `rockfall` chooses.
     pub scheme: Scheme,
     /// Length of a window [s]. Default: `rockfall` computes it.
@@ -92,6 +109,7 @@ impl Default for CouplingSettings {
     /// Scheme and window are open: `rockfall` chooses them.
     fn default() -> Self {
         Self {
+            preset: None,
             scheme: Scheme::Weak,
             time_window: f64::NAN,
             longest_weak_window: None,
@@ -166,6 +184,7 @@ impl CouplingSettings {
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
         coupling.check_against_run(scene)?;
         coupling.scene = Some(scene.fingerprint());
+        coupling.flight_window = Output::of(scene)?.interval;
         let named = |key: &str| {
             let document = scene.document().ok();
             document.is_some_and(|d| d.get("coupling").is_some_and(|table| table.get(key).is_some()))

@@ -6,6 +6,7 @@
 
 use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
+use crate::preset::Preset;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -58,9 +59,13 @@ pub fn complete(
         return Ok(Vec::new());
     }
     let numbers = Numbers::of(reports, scene.end_time()?);
-    let open = Open::of(&scene.document()?);
+    let document = scene.document()?;
+    let open = Open::of(&document);
+    let preset = Preset::of(&document);
     let mut chosen = Vec::new();
-    if open.scheme || open.window {
+    if let Some(preset) = preset {
+        chosen = preset.choose(scene, plan, &numbers)?;
+    } else if open.scheme || open.window {
         chosen = coupling(scene, open, &numbers)?;
     }
     let weak = numbers.weak_with(&chosen);
@@ -71,7 +76,7 @@ pub fn complete(
             value: short(limit.window).parse().unwrap_or(limit.window).into(),
         });
     }
-    if open.scheme || open.window {
+    if preset.is_none() && (open.scheme || open.window) {
         steps(open, &numbers, &mut chosen);
     }
     for choice in &chosen {
@@ -180,7 +185,7 @@ fn of_whole_steps(most: f64, own: Option<f64>) -> f64 {
 }
 
 /// `value`, its first two digits.
-fn two_digits(value: f64) -> f64 {
+pub fn two_digits(value: f64) -> f64 {
     let power = value.log10().floor() as i32 - 1;
     // Read from text, so that the number is the one that a person would write.
     format!("{}e{power}", (value / 10.0_f64.powi(power) * (1.0 + 1e-9)).floor()).parse().unwrap_or(value)

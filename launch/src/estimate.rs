@@ -4,6 +4,7 @@ use crate::choice;
 use crate::events::Events;
 use crate::numbers::{Numbers, Side};
 use crate::plan::{Part, Plan};
+use crate::preset::Preset;
 use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
@@ -49,6 +50,9 @@ pub fn check(input: &Input, resolved: Option<&Path>) -> Result<String, Stop> {
     text.push('\n');
     for choice in chosen.iter().filter(|choice| choice.is_of_scene()) {
         let _ = writeln!(text, "{:<28} {}", "chosen, not in the scene", choice.text());
+    }
+    if let Some(preset) = Preset::of(&scene.document()?) {
+        let _ = writeln!(text, "{:<28} {}", "preset, as measured", preset.quote());
     }
     text.push_str(&numbers.steps());
     text.push_str(&numbers.cost());

@@ -1,6 +1,6 @@
 //! What a yielding net costs and how far off it is: the table of `docs/coupling.md`, printed.
 //!
-//! `cargo run --release -p tests --example yielding [SPHERES,...]`: the drop test with the comparison contact, from just above the
+//! `cargo run --release -p tests --example yielding [SPHERES,... [KEY=VALUE]...]`: the drop test with the comparison contact, from just above the
 //! net to the end of the braking, for three contact moduli, with and without friction and a radius of the wires. The
 //! reference is weak coupling in windows of 5e-6 s with steps as long, which advances no node of the net. All in this process.
 
@@ -40,6 +40,8 @@ fn column(run: &Result<Computed, String>, reference: &Computed) -> String {
 
 fn main() {
     let spheres = std::env::args().nth(1).unwrap_or("64,512".into());
+    // What is set for the yielding net alone.
+    let own: Vec<String> = std::env::args().skip(2).collect();
     println!(
         "| spheres | E [Pa] | friction | wire [mm] | reference [m] | [N] | 1 ms: deflection | reaction | energy | passes/ms | 2 ms: \
          deflection | reaction | energy | passes/ms |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
@@ -63,7 +65,10 @@ fn main() {
                     let reference = run(&physics, &weak).expect("the reference runs");
                     let yields = |window: &str| {
                         let window = format!("coupling.time_window={window}");
-                        run(&physics, &["coupling.scheme=strong", "coupling.yielding_net=true", &window])
+                        let sets = ["coupling.scheme=strong", "coupling.yielding_net=true", &window];
+                        let sets: Vec<&str> =
+                            sets.into_iter().chain(own.iter().map(String::as_str)).collect();
+                        run(&physics, &sets)
                     };
                     println!(
                         "| {spheres} | {young} | {friction} | {} | {:.5} | {:.0} | {} | {} |",

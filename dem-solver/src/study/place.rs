@@ -48,39 +48,45 @@ impl Gap<'_> {
     /// How far the rock may move in any direction until it touches the ground [m].
     fn find(&mut self) -> f64 {
         let mut gap = f64::INFINITY;
-        // From the sphere that is nearest as far as is known: others are then left out early.
-        let first = (0..self.least.len()).min_by(|a, b| self.least[*a].total_cmp(&self.least[*b]));
-        for at in first.into_iter().chain(0..self.least.len()) {
+        // From the lowest sphere: most others are then known to be further away.
+        for at in std::iter::once(self.lowest()).chain(0..self.least.len()) {
             if self.least[at] < gap {
-                self.least[at] = self.distance(at, gap);
+                let sphere = &self.rock.spheres[at];
+                let centre = self.motion.position + self.motion.orientation * sphere.centre;
+                self.least[at] = nearest(self.ground, &centre, gap + sphere.radius) - sphere.radius;
                 gap = gap.min(self.least[at]);
             }
         }
         gap
     }
 
-    /// Distance of a sphere's surface from the ground [m], or `most` where it is larger.
-    fn distance(&self, at: usize, most: f64) -> f64 {
-        let sphere = &self.rock.spheres[at];
-        let centre = self.motion.position + self.motion.orientation * sphere.centre;
-        let mut nearest = if most.is_finite() { most + sphere.radius } else { 4.0 * self.rock.reach };
-        loop {
-            let mut found = nearest;
-            self.ground.about(&centre, nearest, |t| {
-                let [a, b, c] = &self.ground.corners(t);
-                found = found.min(on_face(&centre, [a, b, c]).to_point.norm());
-            });
-            if found < nearest || most.is_finite() {
-                return found - sphere.radius;
-            }
-            nearest *= 2.0;
-        }
+    /// The sphere that reaches furthest down.
+    fn lowest(&self) -> usize {
+        let up = self.motion.orientation.inverse_transform_vector(&Vector3::z());
+        let end = |at: &usize| {
+            let sphere = &self.rock.spheres[*at];
+            sphere.centre.dot(&up) - sphere.radius
+        };
+        (0..self.least.len()).min_by(|a, b| end(a).total_cmp(&end(b))).unwrap_or(0)
     }
 
     fn sink(&mut self, by: f64) {
         self.motion.position.z -= by;
         self.least.iter_mut().for_each(|gap| *gap -= by);
     }
+}
+
+/// Distance of a point from the ground [m], or `most` where that is less.
+fn nearest(ground: &Terrain, point: &Vector3<f64>, most: f64) -> f64 {
+    // What lies straight below is not nearer than the nearest.
+    let below = ground.height(point, &-Vector3::z()).map_or(f64::INFINITY, f64::abs);
+    let size = (ground.highest - ground.lowest).norm();
+    let mut found = most.min(below).min(size);
+    ground.about(point, found, |t| {
+        let [a, b, c] = &ground.corners(t);
+        found = found.min(on_face(point, [a, b, c]).to_point.norm());
+    });
+    found
 }
 
 /// The lowest position at and above a place seen from above at which the rock only touches the ground, `height` [m] higher;
@@ -100,7 +106,9 @@ pub fn above_ground(
         }
         motion.position.z += 0.5 * rock.reach;
     }
-    let mut gap = Gap { ground, rock, motion, least: vec![0.0; rock.spheres.len()] };
+    let free = nearest(ground, &motion.position, f64::INFINITY);
+    let least = rock.spheres.iter().map(|sphere| free - sphere.centre.norm() - sphere.radius).collect();
+    let mut gap = Gap { ground, rock, motion, least };
     for _ in 0..STEPS {
         let free = gap.find();
         if free <= TOUCH * rock.smallest_radius {

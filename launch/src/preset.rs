@@ -1,0 +1,128 @@
+//! Presets of `[coupling]`: accuracy and cost by name.
+//!
+//! All of them let the net yield inside the contact solver, in windows of ten steps of the structure: measured on the drop test, the
+//! cable net and the barrier, that is the longest window whose first pass is accepted (`docs/coupling.md`).
+
+use crate::choice::{Chosen, two_digits};
+use crate::numbers::Numbers;
+use crate::plan::Plan;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use toml::{Table, Value};
+
+/// A preset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Preset {
+    /// Name in the scene.
+    pub name: &'static str,
+    /// Parts of a window.
+    pub samples: u32,
+    /// Share of the window's increment by which both motions of the net may differ.
+    pub share: f64,
+    /// Step of the structure over the one that it takes by itself.
+    pub structure: f64,
+    /// Longest step of the contact solver times the frequency of the stiffest contact on the lightest node of the net.
+    pub contact: f64,
+    /// Bounds [%] that the deviations of deflection and `max_reaction_1ms` and the energy error kept when measured.
+    pub measured: [f64; 3],
+}
+
+/// All, the fastest first. What was measured: `docs/coupling.md`, held by `tests/tests/presets.rs`.
+pub const PRESETS: [Preset; 3] = [
+    Preset { name: "fast", samples: 5, share: 0.3, structure: 1.2, contact: 0.7, measured: [0.05, 0.5, 0.5] },
+    Preset {
+        name: "balanced",
+        samples: 10,
+        share: 0.2,
+        structure: 1.0,
+        contact: 0.4,
+        measured: [0.05, 0.5, 1.1],
+    },
+    Preset {
+        name: "accurate",
+        samples: 10,
+        share: 0.02,
+        structure: 0.5,
+        contact: 0.16,
+        measured: [0.05, 0.5, 0.1],
+    },
+];
+
+/// Steps of the structure in a window.
+const STEPS: f64 = 10.0;
+/// Longest window [s]: what reactions are averaged over.
+const LONGEST: f64 = 1e-3;
+
+impl Preset {
+    /// The one that a scene names, if it names one.
+    pub fn of(document: &Table) -> Option<Self> {
+        let name = document.get("coupling")?.get("preset")?.as_str()?;
+        PRESETS.into_iter().find(|preset| preset.name == name)
+    }
+
+    /// What it sets and the scene leaves open.
+    pub fn choose(self, scene: &Scene, plan: &Plan, numbers: &Numbers) -> Result<Vec<Chosen>, InputError> {
+        let document = scene.document()?;
+        let refuse = |what: &str, cure: &str| Err(scene.invalid("coupling.preset", what).try_instead(cure));
+        let named = |table: &str, key: &str| document.get(table).and_then(|t| t.get(key));
+        if plan.members.iter().any(|member| member.foreign) {
+            return refuse(
+                "a preset is for the solvers of this project: of another program neither its steps are known nor whether it offers \
+                 what a yielding net takes",
+                "leave the preset out, and name scheme and time_window",
+            );
+        }
+        if named("coupling", "scheme").and_then(Value::as_str) == Some("weak") {
+            return refuse(
+                "a preset lets the net yield inside the contact solver, which weak coupling does not",
+                "keep one of preset and scheme",
+            );
+        }
+        if named("coupling", "yielding_net").and_then(Value::as_bool) == Some(false) {
+            return refuse(
+                "a preset lets the net yield inside the contact solver, and yielding_net = false does not",
+                "keep one of preset and yielding_net",
+            );
+        }
+        let own = numbers.net.step.filter(|step| step.is_finite() && !numbers.is_static);
+        let Some(own) = own else {
+            return refuse(
+                "a preset needs steps of the structure in time: statics have none",
+                "write integrator = \"central_difference\", or leave the preset out",
+            );
+        };
+        let open = |table: &str, key: &str| named(table, key).is_none();
+        let step = if open("fem", "time_step") { self.structure * own } else { own };
+        let window = numbers.window.filter(|_| !open("coupling", "time_window"));
+        let window = window.unwrap_or(two_digits((STEPS * step).min(LONGEST)));
+        let samples = if open("coupling", "samples") { self.samples } else { numbers.samples };
+        let part = window / f64::from(samples);
+        let divide = |longest: f64| part / (part / longest * (1.0 - 1e-9)).ceil().max(1.0);
+        let on_node = numbers.node_mass.zip(numbers.stiffness).map(|(m, k)| self.contact * (m / k).sqrt());
+        let longest = [numbers.contact.longest, on_node].into_iter().flatten().fold(part, f64::min);
+        let contact = divide(longest);
+        let all: [((&str, &str), Value); 7] = [
+            (("coupling", "scheme"), "strong".into()),
+            (("coupling", "yielding_net"), true.into()),
+            (("coupling", "time_window"), window.into()),
+            (("coupling", "samples"), i64::from(samples).into()),
+            (("coupling", "yielding_share"), self.share.into()),
+            (("dem", "time_step"), contact.into()),
+            (("fem", "time_step"), divide(step).into()),
+        ];
+        let by_steps = document.contains_key("terrain") || !open("dem", "steps_per_contact");
+        let left = |key: &(&str, &str)| open(key.0, key.1) && !(*key == ("dem", "time_step") && by_steps);
+        let left = all.into_iter().filter(|(key, _)| left(key));
+        Ok(left.map(|(key, value)| Chosen { key, value }).collect())
+    }
+
+    /// What is known of it, for `rockfall check`.
+    pub fn quote(self) -> String {
+        let [deflection, reaction, energy] = self.measured;
+        format!(
+            "{}: deflection within {deflection} %, reaction (1 ms) within {reaction} %, energy within {energy} % on the drop test and \
+             the barrier (docs/coupling.md)",
+            self.name
+        )
+    }
+}
