@@ -35,8 +35,8 @@ pub fn line_of_fall(ground: &Terrain, [x, y]: [f64; 2], size: f64) -> Option<Vec
     Vector3::new(-dx, -dy, -steep).try_normalize(1e-9)
 }
 
-/// Distance of a rock's spheres from the ground, as it comes down.
-struct Gap<'a> {
+/// A rock that comes down straight.
+struct Descent<'a> {
     ground: &'a Terrain,
     rock: &'a Rock,
     motion: Motion,
@@ -44,44 +44,58 @@ struct Gap<'a> {
     least: Vec<f64>,
 }
 
-impl Gap<'_> {
-    /// How far the rock may move in any direction until it touches the ground [m].
-    fn find(&mut self) -> f64 {
+impl Descent<'_> {
+    /// Distance of a sphere's surface from the ground [m], or `most` where that is less.
+    fn distance(&self, sphere: u32, most: f64) -> f64 {
+        let it = &self.rock.spheres[sphere as usize];
+        let centre = self.motion.position + self.motion.orientation * it.centre;
+        nearest(self.ground, &centre, most + it.radius) - it.radius
+    }
+
+    /// How far these spheres may move in any direction until one touches the ground [m].
+    fn gap(&mut self, spheres: &[u32]) -> f64 {
         let mut gap = f64::INFINITY;
-        // From the lowest sphere: most others are then known to be further away.
-        for at in std::iter::once(self.lowest()).chain(0..self.least.len()) {
-            if self.least[at] < gap {
-                let sphere = &self.rock.spheres[at];
-                let centre = self.motion.position + self.motion.orientation * sphere.centre;
-                self.least[at] = nearest(self.ground, &centre, gap + sphere.radius) - sphere.radius;
-                gap = gap.min(self.least[at]);
+        for &sphere in spheres {
+            if self.least[sphere as usize] < gap {
+                let distance = self.distance(sphere, gap);
+                self.least[sphere as usize] = distance;
+                gap = gap.min(distance);
             }
         }
         gap
     }
 
-    /// The sphere that reaches furthest down.
-    fn lowest(&self) -> usize {
-        let up = self.motion.orientation.inverse_transform_vector(&Vector3::z());
-        let end = |at: &usize| {
-            let sphere = &self.rock.spheres[*at];
-            sphere.centre.dot(&up) - sphere.radius
-        };
-        (0..self.least.len()).min_by(|a, b| end(a).total_cmp(&end(b))).unwrap_or(0)
+    /// Come down until one of these spheres touches.
+    fn sink(&mut self, spheres: &[u32]) {
+        let free = nearest(self.ground, &self.motion.position, f64::INFINITY);
+        self.least.clear();
+        self.least.extend(self.rock.spheres.iter().map(|s| free - s.centre.norm() - s.radius));
+        for _ in 0..STEPS {
+            let gap = self.gap(spheres);
+            if gap <= TOUCH * self.rock.smallest_radius {
+                break;
+            }
+            // Not quite: rounding must not press it in.
+            let by = gap * (1.0 - 1e-9);
+            self.motion.position.z -= by;
+            self.least.iter_mut().for_each(|least| *least -= by);
+        }
     }
 
-    fn sink(&mut self, by: f64) {
-        self.motion.position.z -= by;
-        self.least.iter_mut().for_each(|gap| *gap -= by);
+    /// Whether any sphere is in the ground.
+    fn is_in(&self) -> bool {
+        (0..self.rock.spheres.len() as u32).any(|sphere| self.distance(sphere, 0.0) < 0.0)
     }
 }
 
 /// Distance of a point from the ground [m], or `most` where that is less.
 fn nearest(ground: &Terrain, point: &Vector3<f64>, most: f64) -> f64 {
-    // What lies straight below is not nearer than the nearest.
-    let below = ground.height(point, &-Vector3::z()).map_or(f64::INFINITY, f64::abs);
-    let size = (ground.highest - ground.lowest).norm();
-    let mut found = most.min(below).min(size);
+    let mut found = most;
+    if !most.is_finite() {
+        // What lies straight below is not nearer than the nearest.
+        let below = ground.height(point, &-Vector3::z()).map_or(f64::INFINITY, f64::abs);
+        found = below.min((ground.highest - ground.lowest).norm());
+    }
     ground.about(point, found, |t| {
         let [a, b, c] = &ground.corners(t);
         found = found.min(on_face(point, [a, b, c]).to_point.norm());
@@ -106,17 +120,13 @@ pub fn above_ground(
         }
         motion.position.z += 0.5 * rock.reach;
     }
-    let free = nearest(ground, &motion.position, f64::INFINITY);
-    let least = rock.spheres.iter().map(|sphere| free - sphere.centre.norm() - sphere.radius).collect();
-    let mut gap = Gap { ground, rock, motion, least };
-    for _ in 0..STEPS {
-        let free = gap.find();
-        if free <= TOUCH * rock.smallest_radius {
-            break;
-        }
-        // Not quite: rounding must not press it in.
-        gap.sink(free * (1.0 - 1e-9));
+    let mut descent = Descent { ground, rock, motion, least: Vec::with_capacity(rock.spheres.len()) };
+    descent.sink(&rock.outermost);
+    // Between the outer spheres a ridge may reach into the rock; where it does, some sphere is cut by the surface.
+    if descent.is_in() {
+        descent.motion = motion;
+        descent.sink(&(0..rock.spheres.len() as u32).collect::<Vec<_>>());
     }
-    gap.motion.position.z += height;
-    Some(gap.motion.position)
+    descent.motion.position.z += height;
+    Some(descent.motion.position)
 }
