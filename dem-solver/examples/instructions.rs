@@ -1,9 +1,9 @@
 //! Contact steps for an instruction count: a cluster that lands on, tumbles and slides down a slope of 100 352
 //! triangles. Looks at no clock, so that callgrind can run it; `examples/README.md` has the command and the counts.
 //!
-//! `cargo run --release -p dem-solver --example instructions SPHERES [own | fixed]`
+//! `cargo run --release -p dem-solver --example instructions SPHERES [own | fixed] [LAW]`
 //!
-//! `fixed` takes every step as long as the shortest possible contact asks for, `own` (the default) as the contact at hand does.
+//! `fixed` takes every step as long as the shortest possible contact asks for, `own` (the default) as the contact at hand does. `LAW` is `hertz_mindlin` (the default), `hertz_rock` or a preset of ground.
 
 use dem_solver::DemSolver;
 use dem_solver::rock::Motion;
@@ -18,12 +18,15 @@ use std::path::Path;
 const WINDOWS: u64 = 60;
 const LENGTH: f64 = 0.1;
 
-fn solver(dir: &Path, spheres: &str, dem: &str) -> DemSolver {
+fn solver(dir: &Path, spheres: &str, law: &str, dem: &str) -> DemSolver {
+    let law = match law.starts_with("hertz") {
+        true => format!("law = \"{law}\"\nyoung = 1e10\npoisson = 0.25\nrestitution = 0.35\nfriction = 0.6"),
+        false => format!("preset = \"{law}\""),
+    };
     let text = format!(
         "end_time = 120.0\ngravity = [0.0, 0.0, -9.81]\n[[rock]]\nposition = [8.0, 30.0, 70.0]\ndensity = 2600.0\n\
          shape = {{ type = \"box\", size = [0.8, 0.8, 0.8] }}\ncluster.spheres = {spheres}\n[terrain]\nfile = \"t.asc\"\n\
-         [[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e10\npoisson = 0.25\nrestitution = 0.35\nfriction = 0.6\n\
-         [dem]\n{dem}\n"
+         [[contact]]\n{law}\n[dem]\n{dem}\n"
     );
     let scene = Scene::from_text(&dir.join("s.toml").display().to_string(), &text).expect("a scene");
     let options = Options { out: None, shortcuts: true };
@@ -33,6 +36,7 @@ fn solver(dir: &Path, spheres: &str, dem: &str) -> DemSolver {
 fn main() {
     let spheres = std::env::args().nth(1).unwrap_or_else(|| "1000".into());
     let fixed = std::env::args().nth(2).is_some_and(|a| a == "fixed");
+    let law = std::env::args().nth(3).unwrap_or_else(|| "hertz_mindlin".into());
     let dir = tempfile::tempdir().expect("a directory");
     let slope = Slope {
         corner: [0.0, 0.0],
@@ -45,10 +49,10 @@ fn main() {
         seed: 5,
     };
     slope.raster().write_asc(&dir.path().join("t.asc")).expect("written");
-    let mut it = solver(dir.path(), &spheres, "steps_per_contact = 30.0");
+    let mut it = solver(dir.path(), &spheres, &law, "steps_per_contact = 30.0");
     if fixed {
         let step = it.model().steps.step;
-        it = solver(dir.path(), &spheres, &format!("time_step = {step:?}"));
+        it = solver(dir.path(), &spheres, &law, &format!("time_step = {step:?}"));
     }
     let mut output = it.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}")).initial;
     let ground = it.model().ground.as_ref().expect("a terrain");

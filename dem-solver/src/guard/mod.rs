@@ -94,11 +94,16 @@ pub fn watch_whole(
     if sums.penetration > 1.0 {
         return Err(Fault::window(format!(
             "rock `{}` at {time:.6} s, at {:.4} m/s: it is {:.2} of its radius {:.3e} m deep in the terrain; the contact is too \
-             soft for this landing: raise contact.young",
+             soft for this landing: raise contact.{}",
             it.name,
             now.velocity.norm(),
             sums.penetration,
-            whole.radius
+            whole.radius,
+            if model.gives_way(rock) {
+                "ground_modulus (or the key of its strength that the scene names)"
+            } else {
+                "young"
+            }
         )));
     }
     Ok(())

@@ -8,6 +8,7 @@ use crate::model::Model;
 use crate::model::state::State;
 use crate::rock::Motion;
 use crate::terrain::Terrain;
+use crate::terrain::forest::Stands;
 use crate::terrain::queries::Parabola;
 
 /// How far triangles are looked for, as a share of the rock's reach.
@@ -44,12 +45,23 @@ fn clear_steps(
 
 /// Steps, at most `most`, that all rocks fly freely over the terrain; 0 while one touches. `around` holds what
 /// surrounds each.
-pub fn clear_of_all(model: &Model, around: &mut [TerrainPairs], state: &State, h: f64, most: usize) -> usize {
+pub fn clear_of_all(
+    model: &Model,
+    (around, stands): (&mut [TerrainPairs], &Stands),
+    state: &State,
+    h: f64,
+    most: usize,
+) -> usize {
     let Some(ground) = &model.ground else { return 0 };
     if state.bodies.iter().any(|body| body.contacts > 0) {
         return 0;
     }
     let mut clear = most;
+    for motion in state.bodies.iter().map(|body| &body.motion).filter(|_| !stands.are_none()) {
+        let (position, velocity) = (motion.position, motion.velocity);
+        let flight = Parabola { position, velocity, gravity: model.settings.gravity };
+        clear = stands.steps_outside(&flight, h, clear);
+    }
     for (rock, (body, around)) in state.bodies.iter().zip(around).enumerate() {
         if clear > 0 {
             clear = clear_steps(model, ground, around, rock, &body.motion, h, clear);

@@ -158,6 +158,10 @@ impl RockIntegrator {
         let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
         let (sums, contacts) = terrain.forces(model, ground, rock, body, now, span)?;
         self.loads[rock].add(&sums, h);
+        if let Some(force) = terrain.forest(model, ground, now) {
+            self.loads[rock].force += force;
+            self.loads[rock].lost -= force.dot(&now.velocity) * h;
+        }
         self.loads[rock].touching = contacts;
         body.contacts = contacts;
         self.counts.contact_evaluations += contacts as u64;

@@ -7,6 +7,7 @@ use crate::contact::whole_rock::Whole;
 use crate::contact::whole_rock::terrain::WholeRockContacts;
 use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
+use crate::integrator::free_flight::clear_of_all;
 use crate::integrator::schedule::{Passed, Span};
 use crate::integrator::sub_stepping::{self, SubSteps};
 use crate::law::Law;
@@ -19,7 +20,9 @@ use crate::model::state::{Against, Body, State};
 use crate::results::trajectory::Row;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
+use crate::terrain::forest::Stands;
 use interface_defs::Fault;
+use nalgebra::Vector3;
 
 /// Rows in the shortest contact.
 const ROWS_PER_CONTACT: f64 = 10.0;
@@ -51,6 +54,8 @@ pub struct TerrainStage {
     pub around: Vec<TerrainPairs>,
     standing: Vec<SurfaceContacts>,
     landed: Vec<WholeRockContacts>,
+    /// Where forests are.
+    stands: Stands,
     /// The laws with friction as it has grown for the rock at hand.
     grown: Vec<Law>,
     /// Rows of the window under way; none are kept where nobody writes them.
@@ -60,9 +65,13 @@ pub struct TerrainStage {
 impl TerrainStage {
     /// For the rocks of a model.
     pub fn new(model: &Model, rows: bool) -> Self {
-        let deep = |whole: &Option<Whole>| whole.as_ref().map_or(0.0, |whole| DEEP * whole.radius);
+        // Ground that gives way lets a rock in until the guard stops it.
+        let share = |at: usize| if model.gives_way(at) { 1.0 } else { DEEP };
+        let deep = |at: usize, whole: &Option<Whole>| whole.as_ref().map_or(0.0, |w| share(at) * w.radius);
         let rocks = model.rocks.iter().zip(&model.wholes);
-        let around = rocks.clone().map(|(rock, whole)| TerrainPairs::new(rock, deep(whole))).collect();
+        let of_rock =
+            |(at, (rock, whole)): (usize, (&Rock, &Option<Whole>))| TerrainPairs::new(rock, deep(at, whole));
+        let around = rocks.clone().enumerate().map(of_rock).collect();
         let of_spheres = |(rock, whole): (&Rock, &Option<Whole>)| match whole {
             None => SurfaceContacts::new(4 * rock.spheres.len() + 64),
             Some(_) => SurfaceContacts::default(),
@@ -70,13 +79,28 @@ impl TerrainStage {
         let of_rock = |(rock, whole): (&Rock, &Option<Whole>)| {
             WholeRockContacts::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
         };
+        let forests = |ground: &Terrain| Stands::new(ground, &model.settings.down());
         Self {
+            stands: model.ground.as_deref().map(forests).unwrap_or_default(),
             standing: rocks.clone().map(of_spheres).collect(),
             landed: rocks.clone().map(of_rock).collect(),
             grown: Vec::with_capacity(model.laws.as_ref().map_or(0, |laws| laws.surfaces.len())),
             around,
             rows: rows.then(Vec::new),
         }
+    }
+
+    /// Force of a forest on a rock in the motion `now` [N].
+    pub fn forest(&self, model: &Model, ground: &Terrain, now: &Motion) -> Option<Vector3<f64>> {
+        if self.stands.are_none() {
+            return None;
+        }
+        self.stands.force(ground, &now.position, &now.velocity, &model.settings.down())
+    }
+
+    /// Steps of `h` [s], at most `most`, that all rocks fly freely.
+    pub fn clear_steps(&mut self, model: &Model, state: &State, h: f64, most: usize) -> usize {
+        clear_of_all(model, (&mut self.around, &self.stands), state, h, most)
     }
 
     /// Times that pairs were searched, and that triangles were looked for.

@@ -2,7 +2,6 @@
 
 use crate::contact::broad_phase::mesh_pairs::Instant;
 use crate::integrator::box_stage::{self, BoxStage};
-use crate::integrator::free_flight::clear_of_all;
 use crate::integrator::load::StepLoad;
 use crate::integrator::mesh_stage::{MeshStage, MeshWindow, add_forces};
 use crate::integrator::rock_stage::RockStage;
@@ -16,11 +15,12 @@ use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Counts;
 use crate::model::Model;
 use crate::model::runout::jump_height;
-use crate::model::state::State;
+use crate::model::state::{Body, State};
 use crate::results::gauges::{Gauges, Moment};
 use crate::results::outline::Outline;
 use crate::results::trajectory::Row;
 use crate::rock::Motion;
+use crate::terrain::Terrain;
 use interface_defs::{
     Fault, FieldSpec, InterfaceMesh, Items, Layout, Plan, Sampling, Selection, Window, name,
 };
@@ -79,6 +79,17 @@ pub struct RockIntegrator {
     pub(super) rest: Option<AtRest>,
     pub(super) starts: Vec<Motion>,
     pub(super) instants: Vec<usize>,
+}
+
+/// How far a forest may take a rock off its flight within `length` [s] [m].
+fn bend(model: &Model, body: &Body, length: f64) -> f64 {
+    let drag = model.ground.as_deref().map_or(0.0, Terrain::largest_forest_drag);
+    if drag == 0.0 {
+        return 0.0;
+    }
+    let lightest = model.rocks.iter().map(|rock| rock.mass).fold(f64::INFINITY, f64::min);
+    let fastest = body.motion.velocity.norm() + model.settings.gravity.norm() * length;
+    0.5 * drag / lightest * fastest * length * length
 }
 
 /// How a window went.
@@ -241,7 +252,8 @@ impl RockIntegrator {
         for ((stage, body), kick) in
             self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.displacements)
         {
-            nodes.extend_from_slice(stage.list(view, &body.motion, *kick + AGAIN * self.drift)?);
+            let bend = bend(model, body, window.length);
+            nodes.extend_from_slice(stage.list(view, &body.motion, *kick + AGAIN * self.drift + bend)?);
         }
         nodes.sort_unstable();
         nodes.dedup();
@@ -395,7 +407,9 @@ impl RockIntegrator {
         let view =
             MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
         let times = self.mesh_stages.iter().zip(&state.bodies).map(|(s, b)| s.free_time(view, &b.motion));
-        let others = if self.rock_stage.is_empty() { f64::INFINITY } else { length };
+        // Nobody knows beforehand how a forest bends a flight.
+        let in_forest = model.ground.as_ref().is_some_and(|ground| ground.largest_forest_drag() > 0.0);
+        let others = if self.rock_stage.is_empty() && !in_forest { f64::INFINITY } else { length };
         output[at.start] = times.fold(others, f64::min);
     }
 
@@ -483,11 +497,12 @@ impl RockIntegrator {
         self.drift = if self.is_local { self.net.drift(&self.local, input, length) } else { 0.0 };
         let drift = self.drift;
         let mut flies = model.shortcuts;
+        let bent = |body: &Body| bend(model, body, length);
         self.secondary_impacts.find(model, &self.rock_stage, state, length);
         for ((stage, body), kick) in
             self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.displacements)
         {
-            stage.begin(view, &body.motion, *kick + drift)?;
+            stage.begin(view, &body.motion, *kick + drift + bent(body))?;
             if let Some(reach) = &self.answer.reach {
                 stage.mark_reach(view, &body.motion, &mut output[reach.clone()]);
             }
@@ -515,7 +530,7 @@ impl RockIntegrator {
             if flies && step >= next_try {
                 let most = self.steps_apart(model, state, cut.h, cut.steps - step);
                 let clear = match &mut self.terrain {
-                    Some(terrain) if most > 0 => clear_of_all(model, &mut terrain.around, state, cut.h, most),
+                    Some(terrain) if most > 0 => terrain.clear_steps(model, state, cut.h, most),
                     _ => 0,
                 };
                 if clear >= FEWEST.min(cut.steps - step) {

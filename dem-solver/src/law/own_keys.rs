@@ -1,11 +1,15 @@
 //! `[[contact]]` is one flat table: the keys that all laws have, and those of the law that it names.
 
 use super::normal::{LawName, Refusal};
+use super::presets;
 use serde::de::{
     DeserializeOwned, DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, Visitor,
 };
 use serde::forward_to_deserialize_any;
 use std::fmt;
+
+/// The key that fills in others.
+const PRESET: &str = "preset";
 
 /// Names of a law's own keys.
 pub fn of(law: LawName) -> Vec<String> {
@@ -81,15 +85,29 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Entries<'_, V> {
     }
 
     fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<V::Value, M::Error> {
-        self.visitor.visit_map(Common { map, fields: self.fields, own: self.own })
+        let state = Filling::default();
+        self.visitor.visit_map(Common { map, fields: self.fields, own: self.own, state })
     }
 }
 
-/// The entries that all laws have.
+/// The entries that all laws have, then those that a preset adds.
 struct Common<'a, M> {
     map: M,
     fields: &'static [&'static str],
     own: &'a mut toml::Table,
+    state: Filling,
+}
+
+/// What is known of a table with `preset`.
+#[derive(Default)]
+struct Filling {
+    /// Keys of the table.
+    given: Vec<String>,
+    preset: Option<String>,
+    /// What the preset adds, once the table is read.
+    added: Option<std::vec::IntoIter<(String, toml::Value)>>,
+    /// The value of the key at hand, where it is not in the table or was read to be looked at.
+    value: Option<toml::Value>,
 }
 
 impl<'de, M: MapAccess<'de>> MapAccess<'de> for Common<'_, M> {
@@ -97,6 +115,12 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Common<'_, M> {
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, M::Error> {
         while let Some(key) = self.map.next_key::<String>()? {
+            self.state.given.push(key.clone());
+            if key == PRESET {
+                let value: toml::Value = self.map.next_value()?;
+                self.state.preset = value.as_str().map(str::to_owned);
+                self.state.value = Some(value);
+            }
             if self.fields.contains(&key.as_str()) {
                 return seed.deserialize(key.into_deserializer()).map(Some);
             }
@@ -110,10 +134,21 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Common<'_, M> {
             let value = self.map.next_value()?;
             self.own.insert(key, value);
         }
+        let Filling { given, preset: Some(preset), added, value } = &mut self.state else { return Ok(None) };
+        for (key, number) in added.get_or_insert_with(|| presets::fill(preset, given).into_iter()) {
+            if self.fields.contains(&key.as_str()) {
+                *value = Some(number);
+                return seed.deserialize(key.into_deserializer()).map(Some);
+            }
+            self.own.insert(key, number);
+        }
         Ok(None)
     }
 
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, M::Error> {
-        self.map.next_value_seed(seed)
+        match self.state.value.take() {
+            Some(value) => seed.deserialize(value).map_err(|e| M::Error::custom(e.message())),
+            None => self.map.next_value_seed(seed),
+        }
     }
 }

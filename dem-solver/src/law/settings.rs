@@ -4,6 +4,7 @@ use super::PartnerKind;
 use super::elastic::Elastic;
 use super::normal::LawName;
 use super::own_keys::{self, Split};
+use super::presets;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::{JsonSchema, Schema};
@@ -21,6 +22,10 @@ pub struct ContactSettings {
     /// pair that no other table names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<[String; 2]>,
+    /// Kind of ground whose values fill in what the table does not say: `bedrock`, `scree`, `meadow`, `soil`, `wetland` or
+    /// `forest`, of `law = "ground"`. None is calibrated: docs/ground.md.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
     /// Normal law: `hertz_rock` (force ~ overlap^1.5 of the rock as a whole: does not depend on the number of spheres; for
     /// terrain), `hertz_mindlin` (the same of each sphere by its own radius), `linear` (force ~ overlap) or `ground` (terrain that
     /// gives way and remembers it; see docs/ground.md).
@@ -231,6 +236,17 @@ impl ContactSettings {
     /// Refuse what makes no sense; this is table number `number`.
     pub(super) fn check(&self, scene: &Scene, number: usize) -> Result<(), InputError> {
         let invalid = |key: &str, what: String| scene.invalid(&format!("contact.{number}.{key}"), what);
+        if let Some(name) = &self.preset {
+            let known = presets::ALL.map(|preset| preset.name).join(", ");
+            if presets::named(name).is_none() {
+                return Err(invalid("preset", format!("there is no ground `{name}`")).try_instead(known));
+            }
+            if self.law != LawName::Ground {
+                let what =
+                    format!("the preset `{name}` is of law = \"ground\", and this is `{}`", self.law.name());
+                return Err(invalid("preset", what).try_instead("leave `preset` or `law` out"));
+            }
+        }
         let as_a_whole = matches!(self.law, LawName::HertzRock | LawName::Ground);
         if as_a_whole && self.effective_mass == EffectiveMass::Rock {
             let what = format!("`{}` knows the mass that its force acts on", self.law.name());
@@ -380,78 +396,6 @@ impl ContactSettings {
             _ => {}
         }
         Ok(())
-    }
-
-    /// The other side's modulus.
-    fn check_sides(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
-        match (self.partner_young, self.partner_poisson) {
-            (Some(_), _) if self.young.is_none() => Err(invalid(
-                "partner_young",
-                "partner_young is the partner of `young`, which is missing".into(),
-            )),
-            (Some(_), None) => Err(invalid(
-                "partner_poisson",
-                "Poisson's ratio of the partner is needed with `partner_young`".into(),
-            )),
-            (None, Some(_)) => {
-                Err(invalid("partner_poisson", "partner_poisson without `partner_young`".into())
-                    .try_instead("leave it out: the partner is rigid"))
-            }
-            (_, Some(nu)) if !(0.0..=0.5).contains(&nu) => {
-                Err(invalid("partner_poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible")))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// Keys of parts that are not built.
-    fn check_parts(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
-        let slides = self.friction > 0.0;
-        let springs = self.rolling == Some(RollingName::Spring);
-        let (grows, ploughs) = (self.friction_max.is_some(), self.scarring_drag.is_some());
-        let as_a_whole = matches!(self.law, LawName::HertzRock | LawName::Ground);
-        if let Some(most) = self.friction_max.filter(|most| *most < self.friction) {
-            let what =
-                format!("friction_max = {most} lies below friction = {}, from which it grows", self.friction);
-            return Err(invalid("friction_max", what).try_instead("are the two exchanged?"));
-        }
-        let beside =
-            [("friction_growth", self.friction_growth), ("friction_relaxation", self.friction_relaxation)];
-        if let Some((key, _)) = beside.into_iter().find(|(_, value)| grows && value.is_none()) {
-            let cure = "medium ground of RAMMS has friction_growth = 2.0 and friction_relaxation = 150.0";
-            return Err(invalid("friction_max", format!("`friction_max` needs `{key}`")).try_instead(cure));
-        }
-        let idle = [
-            ("friction_dynamic", self.friction_dynamic.is_some() && !slides, "without `friction`"),
-            (
-                "friction_decay",
-                self.friction_decay.is_some() && self.friction_dynamic.is_none(),
-                "without `friction_dynamic`",
-            ),
-            ("stiffness_ratio", self.stiffness_ratio.is_some() && !slides, "without `friction`"),
-            ("friction_max", self.friction_max.is_some() && !slides, "without `friction`"),
-            (
-                "friction_max",
-                self.friction_max.is_some() && self.friction_dynamic.is_some(),
-                "beside `friction_dynamic`",
-            ),
-            ("friction_growth", self.friction_growth.is_some() && !grows, "without `friction_max`"),
-            ("friction_relaxation", self.friction_relaxation.is_some() && !grows, "without `friction_max`"),
-            (
-                "scarring_drag",
-                self.scarring_drag.is_some() && !as_a_whole,
-                "without law = \"ground\" or \"hertz_rock\"",
-            ),
-            ("ground_density", self.ground_density.is_some() && !ploughs, "without `scarring_drag`"),
-            ("rolling", self.rolling.is_some() && self.rolling_friction == 0.0, "without `rolling_friction`"),
-            ("rolling_damping", self.rolling_damping.is_some() && !springs, "without rolling = \"spring\""),
-        ];
-        match idle.into_iter().find(|(_, idle, _)| *idle) {
-            Some((key, _, why)) => {
-                Err(invalid(key, format!("`{key}` {why} does nothing")).try_instead("leave it out"))
-            }
-            None => Ok(()),
-        }
     }
 
     /// Whether this table names the pair, in either order; a table without names does not.

@@ -176,11 +176,18 @@ pub struct Felt {
     pub lost: f64,
     /// `2 g sqrt(k2)` of the dashpot about the seat [N^(1/2) m^(-1/2)].
     pub dashpot: f64,
+    /// Its g.
+    pub ratio: f64,
 }
 
 impl Felt {
-    const NOTHING: Self =
-        Self { load: Load { stiffness: 0.0, force: 0.0, energy: 0.0 }, depth: 0.0, lost: 0.0, dashpot: 0.0 };
+    const NOTHING: Self = Self {
+        load: Load { stiffness: 0.0, force: 0.0, energy: 0.0 },
+        depth: 0.0,
+        lost: 0.0,
+        dashpot: 0.0,
+        ratio: 0.0,
+    };
 }
 
 impl Dent {
@@ -237,7 +244,7 @@ impl Dent {
                 ..*self
             };
             let load = Load { energy: kept, ..first };
-            return Felt { load, depth, lost: first.energy - kept - before, dashpot: 0.0 };
+            return Felt { load, depth, lost: first.energy - kept - before, ..Felt::NOTHING };
         }
         let (stiffness, free) = self.unloading(law, radius);
         if depth <= free {
@@ -252,7 +259,7 @@ impl Dent {
         let force = stiffness * (depth - free);
         let load = Load { stiffness: first.stiffness, force, energy: 0.5 * force * (depth - free) };
         let ratio = if self.seated { seat_damping(self.restitution) } else { 0.0 };
-        Felt { load, depth, lost: 0.0, dashpot: 2.0 * ratio * stiffness.sqrt() }
+        Felt { load, depth, lost: 0.0, dashpot: 2.0 * ratio * stiffness.sqrt(), ratio }
     }
 
     /// Become the dent in other ground, of law number `number`: it is pressed by the same force at `overlap` [m], and holds no

@@ -68,6 +68,14 @@ pub struct Model {
     pub shortcuts: bool,
 }
 
+impl Model {
+    /// Whether the terrain gives way below rock number `rock`.
+    pub fn gives_way(&self, rock: usize) -> bool {
+        let laws = self.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
+        self.ground_rows.get(rock).into_iter().flatten().any(|law| laws[*law as usize].yielding.is_some())
+    }
+}
+
 /// What the names of a rock's measures begin with: its name where there are several.
 pub fn prefix(model: &Model, rock: usize) -> String {
     if model.settings.named() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }

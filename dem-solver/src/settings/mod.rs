@@ -85,9 +85,11 @@ impl Settings {
             rename_partner(&mut contacts, scene)?,
             scale,
         ];
-        let terrain: Option<TerrainSettings> = scene.read("terrain")?;
-        if let Some(terrain) = &terrain {
+        let mut terrain: Option<TerrainSettings> = scene.read("terrain")?;
+        let mut forests = Vec::new();
+        if let Some(terrain) = &mut terrain {
             terrain.check(scene)?;
+            forests = terrain.plant(scene)?;
         }
         let known = materials(&rocks, terrain.as_ref(), sides.as_ref());
         check_all(&contacts, &known, scene)?;
@@ -104,7 +106,7 @@ impl Settings {
             end_time: scene.end_time()?,
             interval: output.interval,
             fields: output.fields,
-            notices: notes.into_iter().flatten().collect(),
+            notices: notes.into_iter().flatten().chain(forests).collect(),
         })
     }
 

@@ -12,6 +12,7 @@ use crate::integrator::window::{RockIntegrator, Solved};
 use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::crossings::Crossings;
 use crate::law::growing::Slip;
+use crate::law::presets;
 use crate::law::table::Laws;
 use crate::law::yielding::Dent;
 use crate::model::between::{Between, rows, whole_rocks};
@@ -126,6 +127,7 @@ impl DemSolver {
             notices.extend(limits::of_rock(at, table, rock.mass));
         }
         notices.extend(limits::of_contacts(&settings.contacts));
+        notices.extend(presets::warnings(&settings.contacts));
         notices.extend(settings.notices.iter().cloned());
         let laws = Laws::new(&settings.contacts);
         let mut ground = settings.terrain.as_ref().map(|terrain| Terrain::of(scene, terrain)).transpose()?;

@@ -9,10 +9,12 @@
 //! - [`raster`]: heights on a grid
 //! - [`triangulation`]: from those to one surface, its holes refused or cut
 //! - [`zones`]: which material lies where
+//! - [`forest`]: where a rock in flight is slowed down
 //! - [`queries`]: what is near, how high a point stands, for how long a flight is free
 //! - [`slope`]: one that is generated
 //! - `winding`: which side is up
 
+pub mod forest;
 pub mod formats;
 pub mod queries;
 pub mod raster;
@@ -24,6 +26,7 @@ pub mod zones;
 
 use crate::geometry::box_tree::{Bounds, BoxTree, morton_order};
 use crate::geometry::shared_nodes::{Unshared, first_fault};
+use forest::Forest;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -43,6 +46,8 @@ pub struct Terrain {
     pub zones: Vec<u8>,
     /// Materials by zone; the first is that of everything no zone names.
     pub materials: Vec<String>,
+    /// Forests by zone.
+    pub forests: Vec<Option<Forest>>,
     /// Lowest corner of the box around it, local [m].
     pub lowest: Vector3<f64>,
     /// Highest corner, local [m].
@@ -65,6 +70,7 @@ impl Terrain {
             return Err(InputError::in_file(file, "the terrain has no triangle with an area"));
         }
         ground.materials = zones.materials().to_vec();
+        ground.forests = zones.forests().to_vec();
         ground.notices.extend(zones::beside(
             settings,
             &(ground.lowest + ground.origin),
@@ -102,6 +108,7 @@ impl Terrain {
             triangles,
             zones: Vec::new(),
             materials: vec![String::new()],
+            forests: vec![None],
             lowest,
             highest,
             notices,

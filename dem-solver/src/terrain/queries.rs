@@ -29,7 +29,7 @@ impl Parabola {
     }
 
     /// Lowest and highest corner of the box around the piece between two times [s].
-    fn piece(&self, from: f64, to: f64) -> (Vector3<f64>, Vector3<f64>) {
+    pub(super) fn piece(&self, from: f64, to: f64) -> (Vector3<f64>, Vector3<f64>) {
         let (a, b) = (self.at(from), self.at(to));
         let (mut lowest, mut highest) = (a.inf(&b), a.sup(&b));
         for axis in 0..3 {
@@ -140,9 +140,14 @@ impl Terrain {
     /// along `down` to the first triangle at or below the point, else (below the surface) to the
     /// nearest above, counted negative; `None` beside the terrain.
     pub fn height(&self, point: &Vector3<f64>, down: &Vector3<f64>) -> Option<f64> {
+        self.below(point, down).map(|(height, _)| height)
+    }
+
+    /// The same with the number of that triangle.
+    pub fn below(&self, point: &Vector3<f64>, down: &Vector3<f64>) -> Option<(f64, u32)> {
         let far = (self.highest - self.lowest).norm() + (point - self.lowest).norm();
         let (from, to) = (point - down * far, point + down * far);
-        let (mut below, mut above) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut below, mut above) = ((f64::INFINITY, 0), (f64::NEG_INFINITY, 0));
         let query = Bounds::around(&from.inf(&to), &from.sup(&to));
         // The box around a line along an axis is the line.
         let upright = down.amax() == 1.0;
@@ -150,16 +155,16 @@ impl Terrain {
             |bounds| bounds.meets(&query) && (upright || line_meets(bounds, &from, &to)),
             |t| {
                 if let Some(distance) = crossing(&self.corners(t as u32), point, down) {
-                    if distance >= 0.0 {
-                        below = below.min(distance);
-                    } else {
-                        above = above.max(distance);
+                    if distance >= 0.0 && distance < below.0 {
+                        below = (distance, t as u32);
+                    } else if distance < 0.0 && distance > above.0 {
+                        above = (distance, t as u32);
                     }
                 }
                 true
             },
         );
-        if below.is_finite() { Some(below) } else { above.is_finite().then_some(above) }
+        if below.0.is_finite() { Some(below) } else { above.0.is_finite().then_some(above) }
     }
 }
 

@@ -1,5 +1,6 @@
 //! `[terrain]`: the file, what lies where on it, and when a rock has come to its end.
 
+use super::forest;
 use super::formats::{self, Holds};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -30,6 +31,16 @@ pub struct TerrainSettings {
     /// Material of everything that no zone names. Default `ground`.
     #[serde(default = "ground_name")]
     pub material: String,
+    /// Forest where no zone lies: `open`, `medium` or `dense`, the drag of 20, 35 and 50 m2 of trunks per hectare. It fills in
+    /// `forest_drag` and `forest_height`, uncalibrated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forest: Option<ForestName>,
+    /// Drag of that forest on a rock over its velocity [kg/s]. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forest_drag: Option<f64>,
+    /// Height over the ground up to which it acts on the rock's centre [m]. Default 30.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forest_height: Option<f64>,
     /// Raster of zone numbers, which `[[terrain.zone]]` gives materials by `number`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zones: Option<PathBuf>,
@@ -67,6 +78,55 @@ pub struct ZoneSettings {
     /// Number in the raster `zones`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number: Option<i64>,
+    /// Forest in it, as `terrain.forest`. Default: none, whatever stands around it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forest: Option<ForestName>,
+    /// As `terrain.forest_drag` [kg/s].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forest_drag: Option<f64>,
+    /// As `terrain.forest_height` [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forest_height: Option<f64>,
+}
+
+/// A stand of trees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ForestName {
+    /// 20 m2 of trunks per hectare: 250 kg/s.
+    Open,
+    /// 35 m2: 500 kg/s.
+    Medium,
+    /// 50 m2: 750 kg/s.
+    Dense,
+}
+
+/// Fill in what `forest` names; what the user must know of it.
+fn plant(
+    place: &str,
+    (name, drag, height): (Option<ForestName>, &mut Option<f64>, &mut Option<f64>),
+    scene: &Scene,
+) -> Result<Option<String>, InputError> {
+    for (key, value) in [("forest_drag", &*drag), ("forest_height", &*height)] {
+        if let Some(v) = value.filter(|v| *v <= 0.0) {
+            return Err(scene.invalid(&format!("{place}.{key}"), format!("{key} = {v}: it must lie above 0")));
+        }
+    }
+    if let Some(name) = name {
+        drag.get_or_insert(name.drag());
+    }
+    if drag.is_none() && height.is_some() {
+        let what = "`forest_height` without `forest_drag` does nothing";
+        return Err(scene
+            .invalid(&format!("{place}.forest_height"), what)
+            .try_instead("write forest = \"medium\""));
+    }
+    if drag.is_some() {
+        height.get_or_insert(forest::HEIGHT);
+    }
+    Ok(name.map(|_| {
+        format!("{place}.forest: its drag is uncalibrated: calibrate it on falls that were measured at the site (RAMMS)")
+    }))
 }
 
 fn ground_class() -> Vec<u8> {
@@ -100,11 +160,25 @@ impl TerrainSettings {
             classes: ground_class(),
             longest_edge: None,
             material: ground_name(),
+            forest: None,
+            forest_drag: None,
+            forest_height: None,
             zones: None,
             zone: Vec::new(),
             rest_speed: rest_speed(),
             rest_time: rest_time(),
         }
+    }
+
+    /// Fill in what the names of forests stand for; what the user must know of them.
+    pub fn plant(&mut self, scene: &Scene) -> Result<Vec<String>, InputError> {
+        let own = (self.forest, &mut self.forest_drag, &mut self.forest_height);
+        let mut notes: Vec<String> = plant("terrain", own, scene)?.into_iter().collect();
+        for (i, zone) in self.zone.iter_mut().enumerate() {
+            let of_zone = (zone.forest, &mut zone.forest_drag, &mut zone.forest_height);
+            notes.extend(plant(&format!("terrain.zone.{i}"), of_zone, scene)?);
+        }
+        Ok(notes)
     }
 
     /// Refuse keys that the file leaves without use.

@@ -1,5 +1,6 @@
 //! Which material lies where: polygons in the scene, or a raster of zone numbers.
 
+use super::forest::Forest;
 use super::formats;
 use super::raster::Raster;
 use super::settings::TerrainSettings;
@@ -11,6 +12,7 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Default)]
 pub struct Zones {
     materials: Vec<String>,
+    forests: Vec<Option<Forest>>,
     polygons: Vec<(Vec<[f64; 2]>, u8)>,
     raster: Option<Raster>,
     numbers: Vec<(i64, u8)>,
@@ -39,10 +41,15 @@ pub fn beside(settings: &TerrainSettings, low: &Vector3<f64>, high: &Vector3<f64
 impl Zones {
     /// Those of a scene whose terrain has the origin `origin`.
     pub fn of(scene: &Scene, settings: &TerrainSettings, origin: &Vector3<f64>) -> Result<Self, InputError> {
-        let mut zones = Self { materials: vec![settings.material.clone()], ..Self::default() };
+        let (materials, forests) = (vec![settings.material.clone()], vec![Forest::of_terrain(settings)]);
+        let mut zones = Self { materials, forests, ..Self::default() };
         for zone in &settings.zone {
-            let place = zones.materials.iter().position(|m| *m == zone.material).unwrap_or_else(|| {
+            let forest = Forest::of_zone(zone);
+            let known = zones.materials.iter().zip(&zones.forests);
+            let same = known.into_iter().position(|(m, f)| *m == zone.material && *f == forest);
+            let place = same.unwrap_or_else(|| {
                 zones.materials.push(zone.material.clone());
+                zones.forests.push(forest);
                 zones.materials.len() - 1
             }) as u8;
             if let Some(corners) = &zone.polygon {
@@ -64,6 +71,11 @@ impl Zones {
     /// Materials by zone.
     pub fn materials(&self) -> &[String] {
         &self.materials
+    }
+
+    /// Forests by zone.
+    pub fn forests(&self) -> &[Option<Forest>] {
+        &self.forests
     }
 
     /// True if everything is zone 0.
@@ -108,6 +120,7 @@ mod tests {
         let square = |a: f64, b: f64| vec![[a, a], [b, a], [b, b], [a, b]];
         let zones = Zones {
             materials: ["ground", "scree", "wood", "rock"].map(String::from).into(),
+            forests: vec![None; 4],
             polygons: vec![(square(0.0, 4.0), 1), (square(2.0, 6.0), 2)],
             raster: Some(Raster {
                 corner: [10.0, 0.0],

@@ -33,7 +33,7 @@ const LAW: &str = "law = \"hertz_mindlin\"\nyoung = 1e7\npoisson = 0.2\nrestitut
                    friction_dynamic = 0.2\nrolling_friction = 0.1\nrolling = \"spring\"\nrolling_damping = 0.2\n";
 
 /// For each key the lines of [`LAW`] that give way to it, what stands there instead, and where it is refused.
-const KEYS: [(&str, &str, &str, &[Touched]); 21] = [
+const KEYS: [(&str, &str, &str, &[Touched]); 22] = [
     ("law", "law = \"hertz_mindlin\"", "law = \"linear\"", &[]),
     ("young", "young = 1e7", "young = 2e7", &[]),
     ("poisson", "poisson = 0.2", "poisson = 0.4", &[]),
@@ -57,6 +57,7 @@ const KEYS: [(&str, &str, &str, &[Touched]); 21] = [
         "friction_max = 2.0\nfriction_growth = 50.0\nfriction_relaxation = 100.0",
         &[Net, OtherRock, OtherSphere, Box, BoxOfRock],
     ),
+    ("preset", "", "preset = \"meadow\"", &ALL),
     ("friction_growth", "", "friction_growth = 3.0", &ALL),
     ("scarring_drag", "", "scarring_drag = 2.0", &ALL),
     ("between", "law = \"hertz", "between = [\"rock\", \"nothing\"]\nlaw = \"hertz", &ALL),

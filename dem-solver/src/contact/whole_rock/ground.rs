@@ -70,15 +70,23 @@ impl WholeRockContacts {
             }
             let law = &laws.laws[number as usize];
             let pressed = Pressed { overlap, stiffness: 0.0, force: 0.0, energy: 0.0 };
-            let mut group =
-                Group { law, pressed, weights: 0.0, rate: 0.0, travel: 0.0, viscous: 0.0, mass: 0.0 };
+            let mut group = Group {
+                law,
+                pressed,
+                weights: 0.0,
+                rate: 0.0,
+                travel: 0.0,
+                viscous: 0.0,
+                mass: 0.0,
+                seated: [0.0; 2],
+            };
             Self::weigh(&mut group, whole, self.touching(), rock, now);
             let (rate, mass) = (group.rate, group.mass);
             let felt =
                 dent.press(law, whole.radius, &Pressing { overlap, rate, travel: group.travel * h, mass });
             let (force, stiffness) = (felt.load.force, felt.load.stiffness);
             group.pressed = Pressed { stiffness, force, energy: felt.load.energy, ..pressed };
-            group.viscous = felt.dashpot * group.mass.sqrt() * group.rate / group.weights;
+            group.seated = [felt.dashpot * group.weights, 2.0 * felt.ratio].map(|c| c * group.mass.sqrt());
             sums.yielded += felt.lost;
             sums.elastic += felt.load.energy;
             if force > 0.0 {

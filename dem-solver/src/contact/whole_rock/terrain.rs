@@ -63,6 +63,9 @@ pub struct Group<'a> {
     pub(super) viscous: f64,
     /// Mass that the force acts on [kg].
     pub(super) mass: f64,
+    /// About a seat in ground that gives way: dashpot of all contacts along their normals [N s/m], and `2 g sqrt(m*)` of those
+    /// along the surface.
+    pub(super) seated: [f64; 2],
 }
 
 /// The contacts, and buffers that are used again and again.
@@ -136,6 +139,7 @@ impl WholeRockContacts {
             travel: 0.0,
             viscous: 0.0,
             mass: 0.0,
+            seated: [0.0; 2],
         })
     }
 
@@ -238,8 +242,15 @@ impl Seat<'_> {
         let elastic = pressed.force * group.weights;
         // Rocks do not stick.
         let force = (elastic + group.viscous).max(0.0);
-        let dashpot = law.damping.map_or(0.0, |d| 2.0 * d.ratio * group.mass.sqrt());
+        let [along_normal, along_surface] = group.seated;
+        let dashpot = law.damping.map_or(along_surface, |d| 2.0 * d.ratio * group.mass.sqrt());
         let arm = contact.arm();
+        let velocity = now.velocity + spin.cross(&arm);
+        // Of each contact its own: a rock that rocks in its seat comes to rest, too.
+        let mut pressed_by = force * share;
+        if along_normal > 0.0 {
+            pressed_by = (pressed_by + along_normal * share * velocity.dot(&contact.normal)).max(0.0);
+        }
         let stiffness = pressed.stiffness * weight * group.weights;
         // Of the contact of Hertz of the rock's radius that is as stiff.
         let overlap = pressed.overlap * (stiffness / pressed.stiffness).powi(2);
@@ -248,7 +259,7 @@ impl Seat<'_> {
             normal: contact.normal,
             overlap,
             radius: whole.radius,
-            velocity: now.velocity + spin.cross(&arm),
+            velocity,
             spin: *spin,
             inertia: rock.inertia.min() * share,
             dashpot: dashpot * share.sqrt(),
@@ -256,7 +267,7 @@ impl Seat<'_> {
         };
         let found = self.before.binary_search_by_key(&contact.sphere, |m| m.sphere);
         let history = found.map_or(History::default(), |at| self.before[at].history);
-        let response = law.respond_pressed(load, force * share, &point, &history, self.h);
+        let response = law.respond_pressed(load, pressed_by, &point, &history, self.h);
         if law.remembers() {
             histories.push(SurfaceHistory {
                 sphere: contact.sphere,
