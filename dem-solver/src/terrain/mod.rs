@@ -10,10 +10,12 @@
 //! - [`triangulation`]: from those to one surface, its holes refused or cut
 //! - [`zones`]: which material lies where
 //! - [`queries`]: what is near, how high a point stands, for how long a flight is free
+//! - [`ground`]: `dem-solver ground`, heights around a line for what is built there
 //! - [`slope`]: one that is generated
 //! - `winding`: which side is up
 
 pub mod formats;
+pub mod ground;
 pub mod queries;
 pub mod raster;
 pub mod settings;
