@@ -4,7 +4,7 @@ use crate::convergence::{Field, Measure, Residual, Trend};
 use crate::counts::Counts;
 use crate::energy::{Balance, Both};
 use crate::guard;
-use crate::handshake::{Agreement, Side, agree};
+use crate::handshake::{Agreement, agree};
 use crate::interface::Interface;
 use crate::patch::Patch;
 use crate::schedule::{Schedule, Span};
@@ -13,96 +13,12 @@ use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use crate::trust::Causes;
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::limits::Limits;
-use interface_defs::{Command, Failure, Layout, Participant, Statistics, ipc::interrupt};
-use std::fmt;
+use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
 
-/// Why the run ended before its time.
-#[derive(Debug, Clone, PartialEq)]
-pub enum CouplingError {
-    /// A participant failed, was lost, or broke the contract.
-    Failed(Failure),
-    /// A window could not be solved, and is not halved: not allowed, or as short as allowed.
-    NotConverged {
-        /// Number of the window.
-        window: u64,
-        /// Its start [s].
-        start: f64,
-        /// Its length [s].
-        length: f64,
-        /// Why.
-        reason: String,
-        /// What to try.
-        advice: String,
-    },
-    /// The energy error has left its bound for good.
-    Diverged(String),
-    /// The records could not be written.
-    Output(String),
-}
+mod selection;
+use selection::no_selection;
 
-impl fmt::Display for CouplingError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Failed(failure) => write!(f, "{failure}"),
-            Self::NotConverged { window, start, length, reason, advice } => {
-                write!(f, "window {window} at t = {start} s of {length:.3e} s: {reason}; {advice}")
-            }
-            Self::Diverged(what) | Self::Output(what) => f.write_str(what),
-        }
-    }
-}
-
-impl std::error::Error for CouplingError {}
-
-impl From<Failure> for CouplingError {
-    fn from(failure: Failure) -> Self {
-        Self::Failed(failure)
-    }
-}
-
-/// One coupling iteration, as an observer sees it.
-pub struct Iteration {
-    /// The window.
-    pub span: Span,
-    /// Number of the iteration in it, from 1.
-    pub iteration: u32,
-    /// What is left.
-    pub residual: Residual,
-    /// Relaxation factor used for the iterate.
-    pub factor: f64,
-}
-
-/// One committed window, as an observer sees it.
-pub struct Committed<'a> {
-    /// The window.
-    pub span: Span,
-    /// Iterations that it took.
-    pub iterations: u32,
-    /// What was left.
-    pub residual: Residual,
-    /// Whether the residual passed (always true in weak coupling, where it is not judged).
-    pub converged: bool,
-    /// Whether the contact solver exerts a force.
-    pub touches: bool,
-    /// The contact solver's gauges, three numbers each.
-    pub dem: &'a [f64],
-    /// The structure's gauges, three numbers each.
-    pub fem: &'a [f64],
-    /// Energy and work.
-    pub balance: &'a Balance,
-}
-
-/// Sees what happens; writes files, draws progress. The loop does neither.
-pub trait Observer {
-    /// Both solvers are prepared.
-    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[String]) -> Result<(), String>;
-    /// One iteration is done.
-    fn iteration(&mut self, _iteration: &Iteration) -> Result<(), String> {
-        Ok(())
-    }
-    /// One window is committed. Called while the contact solver is at work on the next.
-    fn committed(&mut self, committed: &Committed) -> Result<(), String>;
-}
+pub use crate::observer::{Committed, CouplingError, Iteration, Observer};
 
 /// A run of the loop over two participants.
 pub struct Coupling<'a> {
@@ -153,6 +69,9 @@ const MOST_YIELDING: u32 = 4;
 /// impact.
 const MOST_DEFECT: f64 = 2e-4;
 
+/// A window is one of a flight if it is longer than the scene's by this factor.
+const FLIGHT: f64 = 1.5;
+
 /// Times that a window may begin anew with other nodes.
 const MOST_SELECTIONS: u32 = 4;
 
@@ -167,6 +86,8 @@ struct Accepted {
 
 enum Outcome {
     Accepted(Accepted),
+    /// Something touches in a window that was made longer because nothing would.
+    Touched,
     Rejected(String),
 }
 
@@ -235,6 +156,8 @@ impl<'a> Coupling<'a> {
                     self.check_energy(span.end())?;
                 }
                 Outcome::Rejected(reason) => self.reject(span, reason, agreement, &mut schedule)?,
+                // Both solvers begin again, in a window of the usual length.
+                Outcome::Touched => self.gauges.free_time = 0.0,
             }
         }
         agreement.motion.end(self.fem.participant.name())?;
@@ -253,7 +176,7 @@ impl<'a> Coupling<'a> {
     /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
     fn stretch(&self, schedule: &mut Schedule, agreement: &Agreement) {
         let free = self.gauges.free_time.min(agreement.largest_window);
-        if agreement.patch.is_some() && self.settings.flight_window > 0.0 && !self.gauges.touches {
+        if self.settings.flight_window > 0.0 && !self.gauges.touches {
             schedule.stretch(free, self.settings.flight_window);
         }
     }
@@ -331,6 +254,10 @@ impl<'a> Coupling<'a> {
                 }
             }
             let interface = &mut agreement.interface;
+            if self.gauges.touches && !yields && span.length > FLIGHT * self.settings.time_window {
+                self.counts.iterations -= 1;
+                return Ok(Outcome::Touched);
+            }
             residual = match self.settings.scheme {
                 _ if yields => interface.yielding_residual(iteration),
                 Scheme::Weak => interface.displacement_residual(),
@@ -498,59 +425,6 @@ impl<'a> Coupling<'a> {
         Ok(Passed::Done)
     }
 
-    /// Select the nodes that cross anew: all of the committed state to the contact solver, which lists what it must see; that to
-    /// the structure, which says how these nodes are coupled.
-    fn reselect(&mut self, span: Span, agreement: &mut Agreement) -> Result<(), CouplingError> {
-        let Agreement { interface, dem, fem, patch, .. } = agreement;
-        let Some(patch) = patch else { return Err(no_selection(self.dem.participant.name())) };
-        self.counts.selections += 1;
-        let all = patch.all();
-        for side in [&mut *dem, &mut *fem] {
-            side.request.resize(&all);
-            side.layout.resize(&all);
-        }
-        let state = Ask {
-            command: Command::State,
-            selection: 0,
-            listed: 0,
-            nodes: 0,
-            sends: 0,
-            expects: Some(fem.layout.len()),
-        };
-        self.fem.send((span, 1), state, &mut |_| ())?;
-        done(self.fem.receive(span, fem)?, self.fem.participant.name())?;
-        interface.select(dem, fem, all.nodes, false, self.fem.participant.answer());
-        interface.predict(self.settings.predictor, span.length);
-        let reach = Ask { command: Command::Reach, sends: dem.request.len(), expects: Some(0), ..state };
-        self.dem.send((span, 1), reach, &mut |payload| interface.write_motion(payload, 1, 0.0))?;
-        done(self.dem.receive(span, dem)?, self.dem.participant.name())?;
-        let breaks = |solver: &str, what: String| Failure::Contract { solver: solver.into(), what };
-        patch
-            .select(self.dem.participant.answer())
-            .map_err(|what| breaks(self.dem.participant.name(), what))?;
-        let nodes = patch.nodes().len();
-        let state = Ask { selection: 1, listed: nodes, nodes, sends: nodes, expects: None, ..state };
-        self.fem.send((span, 1), state, &mut |list| patch.announce(list))?;
-        done(self.fem.receive(span, fem)?, self.fem.participant.name())?;
-        let answer = self.fem.participant.answer();
-        let fields = answer.len() - self.fem.participant.listed();
-        patch.set_pairs(&answer[fields..]).map_err(|what| breaks(self.fem.participant.name(), what))?;
-        let items = patch.items();
-        for side in [&mut *dem, &mut *fem] {
-            side.request.resize(&items);
-            side.layout.resize(&items);
-        }
-        if fields != fem.layout.len() {
-            let what = format!(
-                "its committed state has {fields} numbers, its fields and gauges make {}",
-                fem.layout.len()
-            );
-            return Err(breaks(self.fem.participant.name(), what).into());
-        }
-        interface.select(dem, fem, nodes, true, &answer[..fields]);
-        Ok(())
-    }
-
     /// Count and book an accepted window.
     fn book(&mut self, accepted: Accepted, interface: &Interface) {
         let Accepted { span, iterations, residual, converged } = accepted;
@@ -602,21 +476,6 @@ impl<'a> Coupling<'a> {
             reason,
             advice,
         })
-    }
-}
-
-/// An answer that only a solver with a part of the net may give, of one that has all.
-fn no_selection(solver: &str) -> CouplingError {
-    let what = "answered status 3, beyond the selection, to a request for all nodes".into();
-    Failure::Contract { solver: solver.into(), what }.into()
-}
-
-/// A request that cannot fail.
-fn done(answered: Answered, solver: &str) -> Result<(), CouplingError> {
-    match answered {
-        Answered::Done => Ok(()),
-        Answered::Failed(what) => Err(Failure::Contract { solver: solver.into(), what }.into()),
-        Answered::Beyond => Err(no_selection(solver)),
     }
 }
 

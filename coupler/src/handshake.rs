@@ -2,10 +2,11 @@
 
 use crate::energy::Account;
 use crate::guard::{self, breach, clause};
-use crate::interface::{Interface, Places};
+use crate::interface::Interface;
 use crate::mapping::map;
 use crate::passing::{self, Common, Passing};
 use crate::patch::Patch;
+use crate::places::Places;
 use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::message::capability;
 use interface_defs::solver::OnProgress;
@@ -269,6 +270,10 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     if settings.scheme == Scheme::Strong {
         from_dem.extend(find(&dem.gives, name::REACH, Once));
     }
+    // A long window in which something touches after all is tried again: both must be able to.
+    if settings.flight_window > 0.0 && [dem, fem].iter().all(|hello| hello.repeats.is_some()) {
+        from_dem.extend(find(&dem.gives, name::FREE_TIME, Once));
+    }
     let common = Common {
         to_contact: passing::common(&fem.gives, &dem.takes, samples),
         to_structure: passing::common(&dem.gives, &fem.takes, samples),
@@ -287,7 +292,7 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
                 local = of.local;
                 from_fem.extend(local.iter().cloned().chain(of.travel.clone()));
                 to_dem.extend(local.iter().cloned().chain([of.star]).chain(of.travel));
-                from_dem.extend([of.own].into_iter().chain(of.free_time));
+                from_dem.push(of.own);
                 from_dem
                     .extend(find(&dem.gives, name::REACH, Once).filter(|_| settings.scheme == Scheme::Weak));
             }
@@ -305,7 +310,6 @@ struct LocalFields {
     star: FieldSpec,
     own: FieldSpec,
     travel: Option<FieldSpec>,
-    free_time: Option<FieldSpec>,
 }
 
 /// The fields of a yielding net, or what is missing.
@@ -335,7 +339,6 @@ fn local_fields(
         own: find(&dem.gives, name::DISPLACEMENT, Sampling::AtEnds)
             .ok_or_else(|| lacks("\"displacement\" in its answer"))?,
         travel: both(name::TRAVEL).ok(),
-        free_time: find(&dem.gives, name::FREE_TIME, Sampling::Once),
     })
 }
 

@@ -9,8 +9,9 @@
 //! - before the loop: [`program`] (command line), [`settings`] (the table `[coupling]`: keys, defaults, checks), [`handshake`]
 //!   (who is there, which fields cross the interface, the interface mesh)
 //! - in a window: [`schedule`] (which window is next), [`predictor`] (first iterate), [`interface`] (motion and force on both
-//!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), [`convergence`] (residual and tolerances),
+//!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), `places` (where fields lie in a payload), [`convergence`] (residual and tolerances),
 //!   [`acceleration`] (residual to next iterate)
+//! - seen from outside: `observer`
 //! - after it: [`energy`] (balance and work at the interface), [`counts`], [`records`] (result files) with `rows` (which windows
 //!   become rows), [`trust`] (what speaks against a run), `cost`
 //!
@@ -26,8 +27,10 @@ pub mod guard;
 pub mod handshake;
 pub mod interface;
 pub mod mapping;
+mod observer;
 pub mod passing;
 pub mod patch;
+mod places;
 pub mod predictor;
 pub mod program;
 pub mod records;

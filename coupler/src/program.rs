@@ -105,7 +105,9 @@ impl Prepared {
         let mut settings = CouplingSettings::of(&scene)?;
         let processes = Processes::of(&scene)?;
         let output = Output::of(&scene)?;
-        settings.flight_window = if arguments.savings.no_shortcuts { 0.0 } else { output.interval };
+        if arguments.savings.no_shortcuts {
+            settings.flight_window = 0.0;
+        }
         let limits = Limits::of(&scene)?;
         let end_time = scene.end_time()?;
         let Results { dir, force } = &arguments.leader.results;

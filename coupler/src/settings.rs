@@ -4,6 +4,7 @@ use crate::acceleration::AnyAcceleration;
 use crate::convergence::{Field, Measure, Tolerance};
 use crate::mapping::AnyMapper;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
 use schemars::JsonSchema;
@@ -183,6 +184,7 @@ impl CouplingSettings {
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
         coupling.check_against_run(scene)?;
         coupling.scene = Some(scene.fingerprint());
+        coupling.flight_window = Output::of(scene)?.interval;
         let named = |key: &str| {
             let document = scene.document().ok();
             document.is_some_and(|d| d.get("coupling").is_some_and(|table| table.get(key).is_some()))

@@ -16,7 +16,8 @@ const STUDY: &str = "scene = \"fall.toml\"\nseed = 3\n\
     [[release]]\nname = \"cliff\"\npolygon = [[2600005.0, 1200010.0], [2600015.0, 1200012.0], [2600010.0, 1200030.0]]\ncount = 14\n\
     [[release]]\npoints = [[2600020.5, 1200020.25], [2600018.0, 1200022.0]]\nheight = 2.0\ncount = 6\n\
     [vary]\norientation = \"uniform\"\nspeed = { uniform = [0.5, 4.0] }\nspin = 2.0\n\
-    contact.0.friction = { normal = [0.6, 0.05] }\ndem.steps_per_contact = { choice = [40, 45] }\n";
+    contact.0.friction = { normal = [0.6, 0.05] }\ndem.steps_per_contact = { choice = [40, 45] }\n\
+    [maps]\ncell = 2.0\n[[line]]\nname = \"road\"\npoints = [[2600035.0, 1200005.0], [2600035.0, 1200035.0]]\n";
 
 /// A directory with scene, study and terrain.
 struct Place {
@@ -66,6 +67,21 @@ impl Place {
         let output = self.run(out, arguments);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         self.read(out)
+    }
+
+    /// The maps and what passes the line, byte by byte.
+    fn files(&self, out: &str) -> Vec<(PathBuf, Vec<u8>)> {
+        let mut all = Vec::new();
+        for folder in ["maps", "lines"] {
+            let entries = std::fs::read_dir(self.path(out).join(folder)).expect("a folder");
+            for path in entries.map(|entry| entry.expect("an entry").path()) {
+                let name = Path::new(folder).join(path.file_name().expect("a name"));
+                all.push((name, std::fs::read(path).expect("read")));
+            }
+        }
+        all.sort();
+        assert!(all.len() > 40, "{}", all.len());
+        all
     }
 
     fn read(&self, out: &str) -> String {
@@ -164,6 +180,9 @@ fn threads_chunks_and_their_order_leave_every_byte_as_it_is() {
     }
     assert!(!place.path("chunks").join("members.csv").exists());
     assert_eq!(one, place.table("chunks", &[]));
+    for other in ["two", "chunks"] {
+        assert!(place.files("one") == place.files(other), "{other}");
+    }
     let again = place.run("one", &[]);
     assert_eq!(again.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&again.stderr).contains("--resume"));
@@ -205,6 +224,7 @@ fn a_study_that_was_killed_again_and_again_ends_with_the_same_table() {
     }
     assert!(kills > 0);
     assert_eq!(place.read("killed"), whole);
+    assert!(place.files("killed") == place.files("whole"));
     assert_eq!(std::fs::read(place.path("killed/chunks/main.journal")).expect("a journal"), journal);
 }
 
@@ -335,6 +355,22 @@ fn what_is_wrong_with_a_study_is_said_at_its_place() {
         ("contact.0.friction", "output.interval", ":15:19", "cannot vary"),
         ("seed = 3\n", "seed = 3\nsampling = \"sobo\"\n", ":3:12", "unknown value `sobo`"),
         ("seed = 3\n", "seed = 3\nmost_failed = 2.0\n", ":3:15", "it is a share"),
+        ("cell = 2.0", "cell = -2.0", ":18:8", "must lie above 0"),
+        ("cell = 2.0", "cell = 1e-6", ":18:8", "on a terrain of 60 m x 40 m"),
+        ("cell = 2.0", "cel = 2.0", ":18:1", "unknown key `cel`"),
+        ("\"road\"", "\"a road\"", ":20:8", "cannot be the name of a file"),
+        (
+            "[[2600035.0, 1200005.0], [2600035.0, 1200035.0]]",
+            "[[2600035.0, 1200005.0]]",
+            ":21:10",
+            "a line without length",
+        ),
+        (
+            "[[2600035.0, 1200005.0], [2600035.0, 1200035.0]]",
+            "[[35.0, 5.0], [35.0, 35.0]]",
+            ":21:10",
+            "lies beside the terrain",
+        ),
     ];
     for (before, after, at, words) in cases {
         assert!(STUDY.contains(before), "{before}");
@@ -384,5 +420,130 @@ fn results_lie_where_they_are_asked_for() {
     place.table("a/b", &[]);
     for name in ["study.json", "study.toml", "scene.toml", "summary.json"] {
         assert!(Path::new(&place.path("a/b")).join(name).exists(), "{name}");
+    }
+}
+
+const FLIGHT: &str = "end_time = 1.5\ngravity = [0.0, 0.0, -9.81]\n\
+    [[rock]]\nposition = [2600012.0, 1200020.0, 1040.0]\ndensity = 2600.0\nshape = { type = \"sphere\", radius = 0.3 }\n\
+    [terrain]\nfile = \"slope.asc\"\n\
+    [[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.25\nrestitution = 0.2\nfriction = 0.6\n";
+
+const FLIGHTS: &str = "scene = \"fall.toml\"\n\
+    [[release]]\npoints = [[2600010.0, 1200020.5]]\nheight = 20.0\ncount = 4\n\
+    [vary]\nspeed = { choice = [10.0, 14.0], weights = [3, 1] }\nazimuth = 90.0\n\
+    [maps]\ncell = 2.0\nepsg = 2056\n\
+    [[line]]\nname = \"road\"\npoints = [[2600015.25, 1200030.0], [2600015.25, 1200010.0]]\n";
+
+/// A study over level ground.
+fn flights() -> Place {
+    let place = Place::new(FLIGHTS);
+    place.write("fall.toml", FLIGHT);
+    let level = "ncols 61\nnrows 41\nxllcenter 2600000\nyllcenter 1200000\ncellsize 1\n".to_owned()
+        + &("1000 ".repeat(61) + "\n").repeat(41);
+    place.write("slope.asc", &level);
+    place
+}
+
+/// Flights are parabolas: energy, height and place at a line, and the largest values in every cell that is passed, in closed form.
+#[test]
+fn lines_and_maps_hold_what_flies_past() {
+    let place = flights();
+    let rows = rows(&place.table("out", &[]));
+    let (g, mass) = (9.81, number(&rows[0], "mass_kg"));
+    let table = std::fs::read_to_string(place.path("out/lines/road.csv")).expect("a table");
+    let crossings = self::rows(&table);
+    assert_eq!(crossings.len(), 4);
+    let mut energies = Vec::new();
+    for (row, crossing) in rows.iter().zip(&crossings) {
+        let (v, z) = (number(row, "vx_m_per_s"), number(row, "z_m") - 1000.0);
+        assert!((0.0..1e-3).contains(&(z - 20.3)), "{z}");
+        let t = 5.25 / v;
+        let energy = 0.5 * mass * (v * v + (g * t).powi(2));
+        energies.push(energy);
+        for (name, exact) in [
+            ("time_s", t),
+            ("along_m", 9.5),
+            ("x_m", 2_600_015.25),
+            ("y_m", 1_200_020.5),
+            ("centre_height_m", z - 0.5 * g * t * t),
+            ("passing_height_m", z - 0.3 - 0.5 * g * t * t),
+            ("speed_m_per_s", (v * v + (g * t).powi(2)).sqrt()),
+            ("kinetic_energy_J", energy),
+            ("rotation_energy_J", 0.0),
+            ("vz_m_per_s", -g * t),
+        ] {
+            let found = number(crossing, name);
+            // Places of a survey have seven digits before the point.
+            assert!((found - exact).abs() < 1e-8 * exact.abs().max(1.0), "{name}: {found} {exact}");
+        }
+    }
+    energies.sort_by(f64::total_cmp);
+    let summary = std::fs::read_to_string(place.path("out/summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    let measure = |name: &str| summary["measures"][name]["value"].as_f64().expect(name);
+    // Of four numbers the 90 % quantile lies at 2.7 between the third and the fourth.
+    let exact = energies[2] + 0.7 * (energies[3] - energies[2]);
+    assert!((measure("road_energy_q90") / exact - 1.0).abs() < 1e-9);
+    assert_eq!(measure("road_passing_share"), 1.0);
+    let exceedance = std::fs::read_to_string(place.path("out/lines/road_exceedance.csv")).expect("a table");
+    let exceedance = self::rows(&exceedance);
+    assert_eq!(number(&exceedance[0], "share_of_all"), 0.25);
+    assert!((number(&exceedance[0], "energy_J") / energies[3] - 1.0).abs() < 1e-9);
+    let raster = |name: &str| {
+        let file = place.path("out/maps").join(name);
+        dem_solver::terrain::formats::raster(&file).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let (count, speed, height) =
+        (raster("count.tif"), raster("speed_q99.tif"), raster("jump_height_q99.tif"));
+    let mut fastest: Vec<f64> = rows.iter().map(|row| number(row, "vx_m_per_s")).collect();
+    fastest.sort_by(f64::total_cmp);
+    let z = number(&rows[0], "z_m") - 1000.3;
+    for cell in 0..7 {
+        let x = 2_600_011.0 + 2.0 * f64::from(cell);
+        let at = |r: &dem_solver::terrain::raster::Raster| r.nearest(x, 1_200_021.0).expect("passed");
+        assert_eq!(at(&count), 4.0);
+        let out = |v: f64| (v * v + (g * 2.0 * f64::from(cell + 1) / v).powi(2)).sqrt();
+        let mut values: Vec<f64> = fastest.iter().map(|v| out(*v)).collect();
+        values.sort_by(f64::total_cmp);
+        let exact = values[2] + 0.97 * (values[3] - values[2]);
+        assert!((at(&speed) / exact - 1.0).abs() < 1e-6, "{cell}: {} {exact}", at(&speed));
+        let heights = |v: f64| z - 0.5 * g * (2.0 * f64::from(cell) / v).powi(2);
+        let (low, high) = (heights(fastest[2]), heights(fastest[3]));
+        let exact = low + 0.97 * (high - low);
+        assert!((at(&height) / exact - 1.0).abs() < 1e-6, "{cell}: {} {exact}", at(&height));
+        assert_eq!(count.nearest(x, 1_200_023.0), None);
+    }
+    let ways = std::fs::read_to_string(place.path("out/maps/trajectories.geojson")).expect("ways");
+    let ways: serde_json::Value = serde_json::from_str(&ways).expect("JSON");
+    assert_eq!(ways["features"].as_array().map(Vec::len), Some(4));
+    assert_eq!(ways["crs"]["properties"]["name"], "urn:ogc:def:crs:EPSG::2056");
+}
+
+/// GDAL, with which QGIS reads: extent, coordinate system, cells without a value.
+#[test]
+fn maps_are_read_by_gdal() {
+    let place = flights();
+    place.table("out", &[]);
+    let ask = |program: &str, arguments: &[&str], file: &str| {
+        Command::new(program).args(arguments).arg(place.path("out/maps").join(file)).output()
+    };
+    let Ok(output) = ask("gdalinfo", &["-json", "-stats"], "count.tif") else {
+        return println!("skipped: gdalinfo is not installed (Debian: gdal-bin)");
+    };
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(
+        info["cornerCoordinates"]["upperLeft"],
+        serde_json::json!([2_600_000.0, 1_200_040.0]),
+        "{info}"
+    );
+    assert_eq!(info["cornerCoordinates"]["lowerRight"], serde_json::json!([2_600_060.0, 1_200_000.0]));
+    let system = info["coordinateSystem"]["wkt"].as_str().unwrap_or_default();
+    assert!(system.contains("CH1903+ / LV95") && system.contains("2056"), "{system}");
+    let band = &info["bands"][0];
+    assert_eq!((band["noDataValue"].as_f64(), band["maximum"].as_f64()), (Some(-9999.0), Some(4.0)));
+    let output = ask("ogrinfo", &["-al", "-so"], "trajectories.geojson").expect("part of the same package");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for words in ["Feature Count: 4", "3D Line String", "CH1903+ / LV95", "max_kinetic_energy_J: Real"] {
+        assert!(text.contains(words), "{words}: {text}");
     }
 }

@@ -4,7 +4,7 @@ use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
-use crate::{manual, reference, schema, trade};
+use crate::{manual, reference, schema, status, trade};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::arguments::{ClusterArguments, EnsembleArguments, Input, Logging, Results};
@@ -72,6 +72,13 @@ enum Command {
     /// of this machine; a study that was killed goes on with --resume and gives the same table. --members A..B is one task of
     /// many on other machines.
     Ensemble(EnsembleArguments),
+    /// How far a run or a study is, by the files in its directory
+    ///
+    /// Exit codes: 0 done, or on its way; 1 failed, interrupted or killed; 2 no run or study there; 3 done, but unreliable.
+    Status {
+        /// Directory of the results
+        dir: PathBuf,
+    },
     /// Print the JSON schema of the scene file, for editors
     ///
     /// Write it into a file once, and name that in the first line of a scene: `#:schema rockfall.schema.json`.
@@ -149,6 +156,11 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         }
         Command::Trade(arguments) => trade::trade(&arguments, json),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble", &arguments_after("ensemble")),
+        Command::Status { dir } => {
+            let (text, exit) = status::status(&dir)?;
+            show(&text);
+            Ok(exit)
+        }
         Command::Cluster(_) => hand_over("dem-solver", "cluster", &arguments_after("cluster")),
         Command::Schema { reference } => {
             let share = schema::share()?;

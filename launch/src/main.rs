@@ -14,6 +14,7 @@
 //! - [`record`]: on disk before it runs: `scene.toml` with every default, `run.json`
 //! - [`supervise`]: start, watch, end ([`events`], [`progress`]); [`verdict`]: one message of how it ended, [`stop`]: with its exit code
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
+//! - [`status`]: `rockfall status`: how far a run or a study is, by its files
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
 //! - [`schema`], [`reference`](mod@reference): what a scene may hold, put together from all programs; [`manual`]: the manual page
 //!
@@ -36,6 +37,7 @@ mod reference;
 mod run;
 mod schema;
 mod stability;
+mod status;
 mod stop;
 mod supervise;
 mod trade;

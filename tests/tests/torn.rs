@@ -45,6 +45,9 @@ density = 7850.0
 prestress = 1e6
 rupture_force = {strength:?}
 
+[fem]
+time_step = 1e-5
+
 [coupling]
 scheme = "{scheme}"
 time_window = 1e-5

@@ -82,7 +82,7 @@ impl Row {
 
     /// At a share (0 to 1) of the time to the row `to`, by the cubic that has place and velocity of both: exact in free
     /// flight, as are the energies. The spin is that of this row.
-    fn towards(&self, to: &Self, share: f64) -> Self {
+    pub fn towards(&self, to: &Self, share: f64) -> Self {
         let (s, length) = (share, to.time() - self.time());
         let mut row = *self;
         row.0[0] = self.time() + s * length;
@@ -124,6 +124,16 @@ impl Row {
     /// Speed [m/s].
     pub fn speed(&self) -> f64 {
         Vector3::new(self.0[5], self.0[6], self.0[7]).norm()
+    }
+
+    /// Velocity [m/s].
+    pub fn velocity(&self) -> [f64; 3] {
+        [self.0[5], self.0[6], self.0[7]]
+    }
+
+    /// Kinetic energy of rotation [J].
+    pub fn rotation_energy(&self) -> f64 {
+        self.0[ROTATION]
     }
 
     /// Kinetic energy, rotation included [J].

@@ -183,8 +183,9 @@ impl DemSolver {
         })
     }
 
-    /// The solver of a model that has been prepared and checked, which writes no files but keeps the rows of the trajectories.
-    pub fn of_model(model: Model, scene: &Scene) -> Self {
+    /// The solver of a model that has been prepared and checked. It writes no files, and keeps the rows of the trajectories where
+    /// `keeps_rows` asks for them.
+    pub fn of_model(model: Model, scene: &Scene, keeps_rows: bool) -> Self {
         let state = State::start(&model.settings, &model.rocks, &model.origin);
         Self {
             options: Options { out: None, shortcuts: model.shortcuts },
@@ -199,7 +200,7 @@ impl DemSolver {
             trial: state,
             fields: None,
             trajectory: None,
-            keeps_rows: true,
+            keeps_rows,
         }
     }
 

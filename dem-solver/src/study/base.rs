@@ -1,6 +1,7 @@
 //! What all members of a study share: the scene, its terrain, its rocks, the laws; built once.
 
-use super::outline::Area;
+use super::grid::{self, Grid};
+use super::outline::{Area, Point};
 use super::place::ground_at;
 use super::sampling::Sampler;
 use super::settings::{Place, Quantity, Sampling, StudySettings, Variable};
@@ -51,6 +52,10 @@ pub struct Base {
     pub samplers: Vec<Sampler>,
     /// Areas of the releases that have one, local [m].
     pub areas: Vec<Option<Area>>,
+    /// The cells of the maps, where there are any.
+    pub grid: Option<Grid>,
+    /// The lines, local [m].
+    pub lines: Vec<Vec<Point>>,
     /// Number of the first member of each release, from 0, and of all members.
     pub starts: Vec<u64>,
     /// What the user should look at twice.
@@ -90,6 +95,12 @@ impl Base {
             _ => None,
         });
         let areas = areas.collect();
+        check_lines(&study, &ground, file)?;
+        let grid = grid(&study, &ground, file)?;
+        let lines = study.lines.iter().map(|line| {
+            line.points.iter().map(|[x, y]| [x - ground.origin.x, y - ground.origin.y]).collect()
+        });
+        let lines = lines.collect();
         let counts = study.counts();
         let samplers = counts
             .iter()
@@ -108,6 +119,8 @@ impl Base {
             prototypes,
             samplers,
             areas,
+            grid,
+            lines,
             starts,
             warnings,
             fingerprint: String::new(),
@@ -121,6 +134,17 @@ impl Base {
     /// Number of members.
     pub fn members(&self) -> u64 {
         self.starts[self.starts.len() - 1]
+    }
+
+    /// Whether the ways of members are followed.
+    pub fn follows(&self) -> bool {
+        self.grid.is_some() || !self.lines.is_empty()
+    }
+
+    /// Whether the way of a member is drawn: of all members evenly as many as the study asks for.
+    pub fn draws(&self, number: u64) -> bool {
+        let most = self.study.maps.as_ref().map_or(0, |maps| u64::from(maps.trajectories));
+        most > 0 && (number - 1).is_multiple_of(self.members().div_ceil(most))
     }
 
     /// A hash of all that the results depend on: study, scene, terrain, spheres, program.
@@ -248,6 +272,41 @@ fn check_masses(study: &StudySettings, prototypes: &[Prototype], file: &Scene) -
                     format!("{name} varies, and the rock of the scene has no density"),
                 )
                 .try_instead("write density in place of mass in the scene"));
+        }
+    }
+    Ok(())
+}
+
+/// The cells of the maps.
+fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<Grid>, InputError> {
+    let Some(maps) = &study.maps else { return Ok(None) };
+    let size = ground.highest - ground.lowest;
+    if let Some(cell) = maps.cell.filter(|cell| (size.x / cell + 1.0) * (size.y / cell + 1.0) > grid::MOST) {
+        let what = format!(
+            "cells of {cell} m on a terrain of {:.0} m x {:.0} m are more than {:.0e}",
+            size.x,
+            size.y,
+            grid::MOST
+        );
+        return Err(file.invalid("maps.cell", what).try_instead("make them larger, or leave `cell` out"));
+    }
+    Ok(Some(Grid::new(ground, maps.cell)))
+}
+
+/// Refuse lines that lie beside all of the terrain.
+fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), InputError> {
+    let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
+    for (at, line) in study.lines.iter().enumerate() {
+        let beside = |axis: usize| {
+            line.points.iter().all(|p| p[axis] < low[axis])
+                || line.points.iter().all(|p| p[axis] > high[axis])
+        };
+        if beside(0) || beside(1) {
+            let what = format!("the line `{}` lies beside the terrain", line.name);
+            return Err(file.invalid(&format!("line.{at}.points"), what).try_instead(format!(
+                "the terrain lies from ({:.1}, {:.1}) to ({:.1}, {:.1})",
+                low.x, low.y, high.x, high.y
+            )));
         }
     }
     Ok(())

@@ -4,6 +4,8 @@ use super::base::Base;
 use super::directory::{Directory, Index, MEMBERS, Reader};
 use super::execute::compute;
 use super::journal::Journal;
+use super::record::Record;
+use super::results;
 use super::settings::STUDY;
 use super::summary::Numbers;
 use super::table::Table;
@@ -237,18 +239,30 @@ impl Study<'_> {
         Ok(whole)
     }
 
+    /// Call `each` with every record, in order.
+    fn each(&self, index: &Index, each: &mut dyn FnMut(&Record) -> io::Result<()>) -> io::Result<()> {
+        let mut reader = index.reader();
+        for number in 1..=self.base.members() {
+            let record = reader.record(index, number)?;
+            each(&record.ok_or_else(|| io::Error::other(format!("member {number} is missing")))?)?;
+        }
+        Ok(())
+    }
+
     /// Write what follows from all members, and say how it went.
     fn finish(&self, index: &Index, owner: &Owner, work: &Work) -> Result<Exit, InputError> {
         let mut numbers = Numbers::default();
-        let mut reader = index.reader();
-        for number in 1..=self.base.members() {
-            match reader.record(index, number) {
-                Ok(Some(record)) => numbers.add(number, &record.outcome),
-                Ok(None) => return Err(self.fault(format!("member {number} is missing"))),
-                Err(e) => return Err(self.fault(e)),
-            }
-        }
+        let mut all = |each: &mut dyn FnMut(&Record) -> io::Result<()>| self.each(index, each);
+        all(&mut |record| {
+            numbers.add(record.number, &record.outcome);
+            Ok(())
+        })
+        .map_err(|e| self.fault(e))?;
         let mut summary = numbers.summary(self.base.study.most_failed);
+        let (measures, warnings) =
+            results::write(self.base, owner.dir(), &mut all).map_err(|e| self.fault(e))?;
+        summary.measures.extend(measures);
+        summary.warnings.extend(warnings);
         summary.warnings.extend(self.base.warnings.iter().map(|w| self.base.scene.placed(w)));
         summary.cost.insert("wall_s".into(), json!(work.seconds));
         summary.cost.insert("members_computed".into(), json!(work.members));

@@ -6,6 +6,7 @@
 use super::base::Base;
 use super::journal::{Found, Records, Refused, complete};
 use super::record::Record;
+use super::results;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::run_dir::{SCENE, SUMMARY};
@@ -109,12 +110,17 @@ impl Directory {
         for name in [RECORD, STUDY, SCENE, MEMBERS, SUMMARY] {
             remove(&self.path(name))?;
         }
-        let Ok(entries) = std::fs::read_dir(self.dir.join(CHUNKS)) else { return Ok(()) };
-        for entry in entries {
-            let path = entry?.path();
-            let ours = path.extension().is_some_and(|e| e == DONE || e == PART || e == "journal");
-            if ours {
-                remove(&path)?;
+        for (folder, ends) in [
+            (CHUNKS, &[DONE, PART, "journal"][..]),
+            (results::MAPS, &["tif", "svg", "geojson"]),
+            (results::LINES, &["csv", "svg"]),
+        ] {
+            let Ok(entries) = std::fs::read_dir(self.dir.join(folder)) else { continue };
+            for entry in entries {
+                let path = entry?.path();
+                if path.extension().is_some_and(|e| ends.iter().any(|end| e == *end)) {
+                    remove(&path)?;
+                }
             }
         }
         Ok(())

@@ -31,7 +31,7 @@ pub fn compute(base: &Base, todo: &[u64], threads: usize, mut take: impl FnMut(R
                 return;
             }
             let outcome = runner.run(&base.member(*number));
-            let record = outcome.map(|outcome| Record { number: *number, outcome });
+            let record = outcome.map(|(outcome, track)| Record { number: *number, outcome, track });
             let stop = record.is_none();
             if to_main.send((at, record)).is_err() || stop {
                 return;

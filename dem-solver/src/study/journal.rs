@@ -187,9 +187,10 @@ impl Journal {
 mod tests {
     use super::*;
     use crate::study::record::Outcome;
+    use crate::study::track::Track;
 
     fn record(number: u64) -> Record {
-        Record { number, outcome: Outcome::failed(format!("member {number}")) }
+        Record { number, outcome: Outcome::failed(format!("member {number}")), track: Track::default() }
     }
 
     /// Cut at every length a journal goes on to the same bytes as one that was never cut.

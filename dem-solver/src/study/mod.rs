@@ -9,6 +9,7 @@
 //! - [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
 //! - [`record`], [`journal`], [`directory`]: what is kept of each, so that a killed process loses nothing
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`
+//! - [`track`]: what is kept of a member's way, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
 //! - [`command`](mod@command): `dem-solver ensemble`, which `rockfall ensemble` starts
 
 pub mod base;
@@ -16,13 +17,16 @@ pub mod command;
 pub mod directory;
 pub mod distribution;
 pub mod execute;
+pub mod grid;
 pub mod journal;
 pub mod member;
 pub mod outline;
 pub mod place;
 pub mod record;
+pub mod results;
 pub mod runner;
 pub mod sampling;
 pub mod settings;
 pub mod summary;
 pub mod table;
+pub mod track;

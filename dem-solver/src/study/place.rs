@@ -35,8 +35,8 @@ pub fn line_of_fall(ground: &Terrain, [x, y]: [f64; 2], size: f64) -> Option<Vec
     Vector3::new(-dx, -dy, -steep).try_normalize(1e-9)
 }
 
-/// Distance of a rock's spheres from the ground, as it comes down.
-struct Gap<'a> {
+/// A rock that comes down straight.
+struct Descent<'a> {
     ground: &'a Terrain,
     rock: &'a Rock,
     motion: Motion,
@@ -44,43 +44,63 @@ struct Gap<'a> {
     least: Vec<f64>,
 }
 
-impl Gap<'_> {
-    /// How far the rock may move in any direction until it touches the ground [m].
-    fn find(&mut self) -> f64 {
+impl Descent<'_> {
+    /// Distance of a sphere's surface from the ground [m], or `most` where that is less.
+    fn distance(&self, sphere: u32, most: f64) -> f64 {
+        let it = &self.rock.spheres[sphere as usize];
+        let centre = self.motion.position + self.motion.orientation * it.centre;
+        nearest(self.ground, &centre, most + it.radius) - it.radius
+    }
+
+    /// How far these spheres may move in any direction until one touches the ground [m].
+    fn gap(&mut self, spheres: &[u32]) -> f64 {
         let mut gap = f64::INFINITY;
-        // From the sphere that is nearest as far as is known: others are then left out early.
-        let first = (0..self.least.len()).min_by(|a, b| self.least[*a].total_cmp(&self.least[*b]));
-        for at in first.into_iter().chain(0..self.least.len()) {
-            if self.least[at] < gap {
-                self.least[at] = self.distance(at, gap);
-                gap = gap.min(self.least[at]);
+        for &sphere in spheres {
+            if self.least[sphere as usize] < gap {
+                let distance = self.distance(sphere, gap);
+                self.least[sphere as usize] = distance;
+                gap = gap.min(distance);
             }
         }
         gap
     }
 
-    /// Distance of a sphere's surface from the ground [m], or `most` where it is larger.
-    fn distance(&self, at: usize, most: f64) -> f64 {
-        let sphere = &self.rock.spheres[at];
-        let centre = self.motion.position + self.motion.orientation * sphere.centre;
-        let mut nearest = if most.is_finite() { most + sphere.radius } else { 4.0 * self.rock.reach };
-        loop {
-            let mut found = nearest;
-            self.ground.about(&centre, nearest, |t| {
-                let [a, b, c] = &self.ground.corners(t);
-                found = found.min(on_face(&centre, [a, b, c]).to_point.norm());
-            });
-            if found < nearest || most.is_finite() {
-                return found - sphere.radius;
+    /// Come down until one of these spheres touches.
+    fn sink(&mut self, spheres: &[u32]) {
+        let free = nearest(self.ground, &self.motion.position, f64::INFINITY);
+        self.least.clear();
+        self.least.extend(self.rock.spheres.iter().map(|s| free - s.centre.norm() - s.radius));
+        for _ in 0..STEPS {
+            let gap = self.gap(spheres);
+            if gap <= TOUCH * self.rock.smallest_radius {
+                break;
             }
-            nearest *= 2.0;
+            // Not quite: rounding must not press it in.
+            let by = gap * (1.0 - 1e-9);
+            self.motion.position.z -= by;
+            self.least.iter_mut().for_each(|least| *least -= by);
         }
     }
 
-    fn sink(&mut self, by: f64) {
-        self.motion.position.z -= by;
-        self.least.iter_mut().for_each(|gap| *gap -= by);
+    /// Whether any sphere is in the ground.
+    fn is_in(&self) -> bool {
+        (0..self.rock.spheres.len() as u32).any(|sphere| self.distance(sphere, 0.0) < 0.0)
     }
+}
+
+/// Distance of a point from the ground [m], or `most` where that is less.
+fn nearest(ground: &Terrain, point: &Vector3<f64>, most: f64) -> f64 {
+    let mut found = most;
+    if !most.is_finite() {
+        // What lies straight below is not nearer than the nearest.
+        let below = ground.height(point, &-Vector3::z()).map_or(f64::INFINITY, f64::abs);
+        found = below.min((ground.highest - ground.lowest).norm());
+    }
+    ground.about(point, found, |t| {
+        let [a, b, c] = &ground.corners(t);
+        found = found.min(on_face(point, [a, b, c]).to_point.norm());
+    });
+    found
 }
 
 /// The lowest position at and above a place seen from above at which the rock only touches the ground, `height` [m] higher;
@@ -100,15 +120,13 @@ pub fn above_ground(
         }
         motion.position.z += 0.5 * rock.reach;
     }
-    let mut gap = Gap { ground, rock, motion, least: vec![0.0; rock.spheres.len()] };
-    for _ in 0..STEPS {
-        let free = gap.find();
-        if free <= TOUCH * rock.smallest_radius {
-            break;
-        }
-        // Not quite: rounding must not press it in.
-        gap.sink(free * (1.0 - 1e-9));
+    let mut descent = Descent { ground, rock, motion, least: Vec::with_capacity(rock.spheres.len()) };
+    descent.sink(&rock.outermost);
+    // Between the outer spheres a ridge may reach into the rock; where it does, some sphere is cut by the surface.
+    if descent.is_in() {
+        descent.motion = motion;
+        descent.sink(&(0..rock.spheres.len() as u32).collect::<Vec<_>>());
     }
-    gap.motion.position.z += height;
-    Some(gap.motion.position)
+    descent.motion.position.z += height;
+    Some(descent.motion.position)
 }

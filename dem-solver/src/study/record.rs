@@ -1,5 +1,6 @@
 //! What is kept of a member: one frame of a journal. Numbers are little-endian; each frame ends with a hash of itself.
 
+use super::track::{Crossing, Track, Visit};
 use crate::model::Model;
 use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::summary::RunStatus;
@@ -161,6 +162,8 @@ pub struct Record {
     pub number: u64,
     /// What became of it.
     pub outcome: Outcome,
+    /// What is kept of its way.
+    pub track: Track,
 }
 
 /// Reads numbers from bytes, until they end.
@@ -184,6 +187,36 @@ impl<'a> Bytes<'a> {
     }
 }
 
+impl Bytes<'_> {
+    fn single(&mut self) -> Option<f32> {
+        Some(f32::from_le_bytes(self.take(4)?.try_into().ok()?))
+    }
+
+    fn four(&mut self) -> Option<[f32; 4]> {
+        Some([self.single()?, self.single()?, self.single()?, self.single()?])
+    }
+}
+
+fn track_of(rest: &mut Bytes) -> Option<Track> {
+    let mut track = Track::default();
+    for _ in 0..rest.u64()? {
+        let cell = u32::from_le_bytes(rest.take(4)?.try_into().ok()?);
+        track.visits.push(Visit { cell, values: rest.four()? });
+    }
+    for _ in 0..rest.u64()? {
+        let line = u16::from_le_bytes(rest.take(2)?.try_into().ok()?);
+        let mut values = [0.0; 13];
+        for value in &mut values {
+            *value = f64::from_bits(rest.u64()?);
+        }
+        track.crossings.push(Crossing { line, values });
+    }
+    for _ in 0..rest.u64()? {
+        track.path.push(rest.four()?);
+    }
+    Some(track)
+}
+
 /// Bytes of a frame before its content, and after it.
 const HEAD: usize = 8;
 const TAIL: usize = 8;
@@ -204,6 +237,7 @@ impl Record {
         let numbers = self.outcome.numbers();
         bytes.extend((numbers.len() as u64).to_le_bytes());
         bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
+        self.track_bytes(&mut bytes);
         let length = (bytes.len() - HEAD) as u64;
         bytes[..HEAD].copy_from_slice(&length.to_le_bytes());
         let hash = fnv1a(&bytes);
@@ -229,7 +263,24 @@ impl Record {
         let words = usize::try_from(rest.u64()?).ok()?;
         let message = String::from_utf8(rest.take(words)?.to_vec()).ok()?;
         let outcome = Outcome::from_numbers(status, message, how, &rest.numbers()?)?;
-        Some((Self { number, outcome }, whole))
+        let track = track_of(&mut rest)?;
+        Some((Self { number, outcome, track }, whole))
+    }
+
+    fn track_bytes(&self, bytes: &mut Vec<u8>) {
+        let Track { visits, crossings, path } = &self.track;
+        bytes.extend((visits.len() as u64).to_le_bytes());
+        for visit in visits {
+            bytes.extend(visit.cell.to_le_bytes());
+            bytes.extend(visit.values.iter().flat_map(|v| v.to_le_bytes()));
+        }
+        bytes.extend((crossings.len() as u64).to_le_bytes());
+        for crossing in crossings {
+            bytes.extend(crossing.line.to_le_bytes());
+            bytes.extend(crossing.values.iter().flat_map(|v| v.to_le_bytes()));
+        }
+        bytes.extend((path.len() as u64).to_le_bytes());
+        bytes.extend(path.iter().flatten().flat_map(|v| v.to_le_bytes()));
     }
 }
 
@@ -245,7 +296,15 @@ mod tests {
         outcome = Outcome::from_numbers(outcome.status, outcome.message, outcome.how, &numbers)
             .expect("all of them");
         outcome.impacts = 7;
-        let record = Record { number: 42, outcome };
+        let track = Track {
+            visits: vec![
+                Visit { cell: 3, values: [1.0, 2.0, 0.5, 4.0] },
+                Visit { cell: 9, values: [0.0; 4] },
+            ],
+            crossings: vec![Crossing { line: 1, values: [0.25; 13] }],
+            path: vec![[1.0, 2.0, 3.0, 4.0]; 3],
+        };
+        let record = Record { number: 42, outcome, track };
         let frame = record.frame();
         assert_eq!(Record::read(&frame), Some((record.clone(), frame.len())));
         assert_eq!(Record::read(&[frame.clone(), vec![1, 2, 3]].concat()), Some((record, frame.len())));

@@ -3,8 +3,10 @@
 use super::base::Base;
 use super::member::{Kept, Member};
 use super::record::{How, Outcome};
+use super::track::{Follower, Track};
 use crate::DemSolver;
-use crate::model::runout::Ending;
+use crate::model::runout::{Ending, jump_height};
+use crate::results::trajectory::Row;
 use interface_defs::ipc::interrupt;
 use interface_defs::message::{Gauge, Measure};
 use interface_defs::toolkit::energy::{Balance, Energies};
@@ -38,23 +40,23 @@ impl<'a> Runner<'a> {
     }
 
     /// Compute a member; `None`: a signal has ended it.
-    pub fn run(&mut self, member: &Member) -> Option<Outcome> {
+    pub fn run(&mut self, member: &Member) -> Option<(Outcome, Track)> {
         let kept = self.kept.take();
         let computed = catch_unwind(AssertUnwindSafe(|| self.attempt(member, kept)));
         computed.unwrap_or_else(|panic| {
             let words = panic.downcast_ref::<String>().map(String::as_str);
             let words = words.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a broken invariant");
-            Some(Outcome::failed(format!("the computation broke: {words}")))
+            Some((Outcome::failed(format!("the computation broke: {words}")), Track::default()))
         })
     }
 
-    fn attempt(&mut self, member: &Member, kept: Option<Kept>) -> Option<Outcome> {
+    fn attempt(&mut self, member: &Member, kept: Option<Kept>) -> Option<(Outcome, Track)> {
         let model = match self.base.model(member, kept) {
             Ok(model) => model,
-            Err(what) => return Some(Outcome::failed(what)),
+            Err(what) => return Some((Outcome::failed(what), Track::default())),
         };
         let mut outcome = Outcome::of_start(&model);
-        let mut solver = DemSolver::of_model(model, &self.base.scene);
+        let mut solver = DemSolver::of_model(model, &self.base.scene, self.base.follows());
         let (interval, end) = (self.base.settings.interval, self.base.settings.end_time);
         let plan = Plan { end_time: end, window: interval.min(end), ..Plan::default() };
         let fall = match solver.prepare(&plan, &mut |_| Ok(())) {
@@ -64,15 +66,22 @@ impl<'a> Runner<'a> {
             }
             Err(fault) => {
                 outcome.fail(fault.message);
-                return Some(outcome);
+                return Some((outcome, Track::default()));
             }
         };
-        let fall = self.advance(fall, &mut outcome)?;
+        let mut follower = Follower::new(self.base, self.base.draws(member.number));
+        let fall = self.advance(fall, &mut outcome, &mut follower)?;
         self.kept = Kept::of(member, fall.solver.into_model());
-        Some(outcome)
+        Some((outcome, follower.end()))
     }
 
-    fn advance(&self, mut fall: Fall, outcome: &mut Outcome) -> Option<Fall> {
+    fn advance(&self, mut fall: Fall, outcome: &mut Outcome, follower: &mut Follower) -> Option<Fall> {
+        if self.base.follows() {
+            let (model, body) = (fall.solver.model(), &fall.solver.state().bodies[0]);
+            let height =
+                jump_height(&self.base.ground, &model.rocks[0], &body.motion, &model.settings.down());
+            follower.row(&Row::of(model, 0, body, 0.0, height, false));
+        }
         let (interval, end_time) = (self.base.settings.interval, self.base.settings.end_time);
         let rows = ((end_time / interval) * (1.0 - 1e-9)).ceil().max(1.0) as u64;
         let time = |row: u64| if row >= rows { end_time } else { (interval * row as f64).min(end_time) };
@@ -89,6 +98,7 @@ impl<'a> Runner<'a> {
                 outcome.fail(what);
                 break;
             }
+            fall.solver.rows().iter().for_each(|row| follower.row(row));
             if fall.solver.has_ended() {
                 break;
             }

@@ -8,8 +8,10 @@ use serde::Deserialize;
 use std::path::PathBuf;
 
 /// What a study file may hold at its top.
-pub static STUDY: Kind =
-    Kind { name: "study", keys: &["title", "scene", "seed", "sampling", "release", "vary", "most_failed"] };
+pub static STUDY: Kind = Kind {
+    name: "study",
+    keys: &["title", "scene", "seed", "sampling", "release", "vary", "maps", "line", "most_failed"],
+};
 
 /// How the members of a study are spread over what varies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -90,6 +92,34 @@ impl Release {
         let points = self.points.as_ref().map_or(0, |points| points.len() as u64);
         self.count.map_or(points, u64::from)
     }
+}
+
+/// `[maps]`: rasters of what passes where. Presence is the switch.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Maps {
+    /// Edge of a cell [m]. Default: some 300 cells along the longer side of the terrain.
+    pub cell: Option<f64>,
+    /// EPSG code of the terrain's coordinate system. Default: that of a GeoTIFF, or of a `.prj` beside the terrain.
+    pub epsg: Option<u16>,
+    /// Number of trajectories that are drawn. Default 200.
+    #[serde(default = "trajectories")]
+    pub trajectories: u32,
+}
+
+fn trajectories() -> u32 {
+    200
+}
+
+/// `[[line]]`: a line across the slope, such as a barrier's; what passes it is recorded.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScreenLine {
+    /// Its name: letters, digits, `_`, `-`. Default `line_1`, `line_2`, ...
+    #[serde(default)]
+    pub name: String,
+    /// Its points `[x, y]` [m] in the terrain's coordinates.
+    pub points: Vec<[f64; 2]>,
 }
 
 /// Something that varies.
@@ -177,6 +207,10 @@ pub struct StudySettings {
     pub variables: Vec<Variable>,
     /// Whether the rock is turned at random, every orientation as likely as any other.
     pub turned: bool,
+    /// The maps.
+    pub maps: Option<Maps>,
+    /// The lines.
+    pub lines: Vec<ScreenLine>,
     /// Share of members that may fail or be unreliable in a study that is done.
     pub most_failed: f64,
 }
@@ -215,7 +249,12 @@ impl StudySettings {
             return Err(study.invalid("most_failed", what));
         }
         let sampling = study.read("sampling")?.unwrap_or_default();
-        let it = Self { scene, seed, sampling, releases, variables, turned, most_failed };
+        let maps: Option<Maps> = study.read("maps")?;
+        if let Some(cell) = maps.as_ref().and_then(|maps| maps.cell).filter(|cell| *cell <= 0.0) {
+            return Err(study.invalid("maps.cell", format!("cells of {cell} m: they must lie above 0")));
+        }
+        let lines = lines(study)?;
+        let it = Self { scene, seed, sampling, releases, variables, turned, maps, lines, most_failed };
         it.check(study)?;
         Ok(it)
     }
@@ -271,6 +310,32 @@ impl StudySettings {
         }
         Ok(())
     }
+}
+
+/// The lines, each with a name of its own.
+fn lines(study: &Scene) -> Result<Vec<ScreenLine>, InputError> {
+    let mut lines: Vec<ScreenLine> = study.read("line")?.unwrap_or_default();
+    for at in 0..lines.len() {
+        let line = &mut lines[at];
+        if line.name.is_empty() {
+            line.name = format!("line_{}", at + 1);
+        }
+        if !line.name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+            let what =
+                format!("`{}` cannot be the name of a file: letters, digits, `_` and `-` can", line.name);
+            return Err(study.invalid(&format!("line.{at}.name"), what));
+        }
+        if outline::length(&line.points) <= 0.0 {
+            return Err(study
+                .invalid(&format!("line.{at}.points"), "a line without length")
+                .try_instead("points = [[x, y], [x, y]]"));
+        }
+        let name = line.name.clone();
+        if lines[..at].iter().any(|other| other.name == name) {
+            return Err(study.invalid(&format!("line.{at}.name"), format!("two lines are named `{name}`")));
+        }
+    }
+    Ok(lines)
 }
 
 fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), InputError> {

@@ -181,6 +181,12 @@ pub fn refuse_stranger(dir: &Path, run: &RunId) -> Result<(), String> {
     }
 }
 
+/// The run, and the process, that writes into `dir` on this machine now; `None`: there is none.
+pub fn holder(dir: &Path) -> Option<(Option<RunId>, Option<u32>)> {
+    let mut lock = open_with(dir, OFlags::RDONLY).ok()?;
+    matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)).then(|| read(&mut lock))
+}
+
 fn taken(dir: &str, run: Option<&RunId>, process: Option<u32>) -> InputError {
     let run = run.map_or("another run".into(), |run| format!("run {run}"));
     let process = process.map_or(String::new(), |pid| format!(" (process {pid})"));

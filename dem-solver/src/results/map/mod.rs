@@ -2,10 +2,10 @@
 //! height, speed and energy along them. Drawn from the rows and the terrain alone; the same rows give the same bytes.
 
 mod contours;
-mod page;
+pub(crate) mod page;
 mod panels;
 mod plan;
-mod shade;
+pub(crate) mod shade;
 
 use crate::model::Model;
 use crate::model::state::Body;

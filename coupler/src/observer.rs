@@ -1,0 +1,96 @@
+//! What others see of the loop: iterations, committed windows, and why it ended.
+
+use crate::convergence::Residual;
+use crate::energy::Balance;
+use crate::handshake::Side;
+use crate::schedule::Span;
+use interface_defs::Failure;
+use std::fmt;
+
+/// Why the run ended before its time.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CouplingError {
+    /// A participant failed, was lost, or broke the contract.
+    Failed(Failure),
+    /// A window could not be solved, and is not halved: not allowed, or as short as allowed.
+    NotConverged {
+        /// Number of the window.
+        window: u64,
+        /// Its start [s].
+        start: f64,
+        /// Its length [s].
+        length: f64,
+        /// Why.
+        reason: String,
+        /// What to try.
+        advice: String,
+    },
+    /// The energy error has left its bound for good.
+    Diverged(String),
+    /// The records could not be written.
+    Output(String),
+}
+
+impl fmt::Display for CouplingError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Failed(failure) => write!(f, "{failure}"),
+            Self::NotConverged { window, start, length, reason, advice } => {
+                write!(f, "window {window} at t = {start} s of {length:.3e} s: {reason}; {advice}")
+            }
+            Self::Diverged(what) | Self::Output(what) => f.write_str(what),
+        }
+    }
+}
+
+impl std::error::Error for CouplingError {}
+
+impl From<Failure> for CouplingError {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
+    }
+}
+
+/// One coupling iteration, as an observer sees it.
+pub struct Iteration {
+    /// The window.
+    pub span: Span,
+    /// Number of the iteration in it, from 1.
+    pub iteration: u32,
+    /// What is left.
+    pub residual: Residual,
+    /// Relaxation factor used for the iterate.
+    pub factor: f64,
+}
+
+/// One committed window, as an observer sees it.
+pub struct Committed<'a> {
+    /// The window.
+    pub span: Span,
+    /// Iterations that it took.
+    pub iterations: u32,
+    /// What was left.
+    pub residual: Residual,
+    /// Whether the residual passed (always true in weak coupling, where it is not judged).
+    pub converged: bool,
+    /// Whether the contact solver exerts a force.
+    pub touches: bool,
+    /// The contact solver's gauges, three numbers each.
+    pub dem: &'a [f64],
+    /// The structure's gauges, three numbers each.
+    pub fem: &'a [f64],
+    /// Energy and work.
+    pub balance: &'a Balance,
+}
+
+/// Sees what happens; writes files, draws progress. The loop does neither.
+pub trait Observer {
+    /// Both solvers are prepared.
+    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[String]) -> Result<(), String>;
+    /// One iteration is done.
+    fn iteration(&mut self, _iteration: &Iteration) -> Result<(), String> {
+        Ok(())
+    }
+    /// One window is committed. Called while the contact solver is at work on the next.
+    fn committed(&mut self, committed: &Committed) -> Result<(), String>;
+}

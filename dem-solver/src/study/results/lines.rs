@@ -1,0 +1,174 @@
+//! What passes each line: a table of crossings, exceedance curves, quantiles of energy, height and speed.
+
+use super::All;
+use super::picture::short;
+use crate::study::base::Base;
+use crate::study::summary::{SHARES, quantile};
+use crate::study::track::place;
+use interface_defs::message::Measure;
+use interface_defs::toolkit::summary::RunStatus;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::io;
+use std::path::Path;
+
+/// Columns of the table of crossings, after member and number of the crossing.
+const COLUMNS: [&str; 13] = [
+    "time_s",
+    "along_m",
+    "x_m",
+    "y_m",
+    "z_m",
+    "centre_height_m",
+    "passing_height_m",
+    "speed_m_per_s",
+    "kinetic_energy_J",
+    "rotation_energy_J",
+    "vx_m_per_s",
+    "vy_m_per_s",
+    "vz_m_per_s",
+];
+
+/// The largest values of each member that passes: name, unit, which column.
+const LARGEST: [(&str, &str, usize); 4] = [
+    ("energy", "J", place::ENERGY),
+    ("height", "m", place::HEIGHT),
+    ("centre_height", "m", place::CENTRE),
+    ("speed", "m/s", place::SPEED),
+];
+
+/// What passes one line.
+struct Passing {
+    table: csv::Writer<std::fs::File>,
+    /// Largest values of each member that passes.
+    largest: [Vec<f64>; LARGEST.len()],
+}
+
+/// Write tables and curves of all lines; add their measures.
+pub fn write(
+    base: &Base,
+    dir: &Path,
+    all: All,
+    measures: &mut Vec<Measure>,
+    warnings: &mut Vec<String>,
+) -> io::Result<()> {
+    let mut passing = Vec::new();
+    for line in &base.study.lines {
+        let mut table = csv::Writer::from_path(dir.join(format!("{}.csv", line.name)))?;
+        table.write_record(["member", "crossing"].into_iter().chain(COLUMNS))?;
+        passing.push(Passing { table, largest: Default::default() });
+    }
+    let origin = [base.ground.origin.x, base.ground.origin.y, base.ground.origin.z];
+    let mut computed = 0_u64;
+    all(&mut |record| {
+        if record.outcome.status == RunStatus::Failed {
+            return Ok(());
+        }
+        computed += 1;
+        for (number, passing) in passing.iter_mut().enumerate() {
+            let mut most: Option<[f64; LARGEST.len()]> = None;
+            let own = record.track.crossings.iter().filter(|crossing| usize::from(crossing.line) == number);
+            for (count, crossing) in (1..).zip(own) {
+                let mut values = crossing.values;
+                (0..3).for_each(|axis| values[place::POSITION + axis] += origin[axis]);
+                let cells = values.iter().map(|v| if v.is_nan() { String::new() } else { v.to_string() });
+                passing
+                    .table
+                    .write_record([record.number.to_string(), count.to_string()].into_iter().chain(cells))?;
+                let most = most.get_or_insert([f64::NEG_INFINITY; LARGEST.len()]);
+                most.iter_mut().zip(LARGEST).for_each(|(most, (_, _, at))| *most = most.max(values[at]));
+            }
+            if let Some(most) = most {
+                passing.largest.iter_mut().zip(most).for_each(|(all, value)| all.push(value));
+            }
+        }
+        Ok(())
+    })?;
+    for (line, mut passing) in base.study.lines.iter().zip(passing) {
+        passing.table.flush()?;
+        let name = &line.name;
+        let count = passing.largest[0].len();
+        let share = count as f64 / computed.max(1) as f64;
+        let mut report = |what: String, value: f64, unit: &str| {
+            measures.push(Measure { name: format!("{name}_{what}"), value, unit: unit.into(), time: None });
+        };
+        report("passing".into(), count as f64, "1");
+        report("passing_share".into(), share, "1");
+        if count == 0 {
+            warnings.push(format!("quantiles at the line `{name}` absent: no rock passes it"));
+            continue;
+        }
+        for (values, (what, unit, _)) in passing.largest.iter_mut().zip(LARGEST) {
+            values.sort_by(f64::total_cmp);
+            for share in SHARES {
+                report(format!("{what}_q{share}"), quantile(values, f64::from(share) / 100.0), unit);
+            }
+            report(format!("{what}_largest"), values[count - 1], unit);
+        }
+        exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing.largest, computed)?;
+        curves(&dir.join(format!("{name}.svg")), name, &passing.largest, share)
+            .map_err(|e| io::Error::other(e.to_string()))?;
+    }
+    Ok(())
+}
+
+/// How often each value is reached or exceeded, of the members that pass and of all.
+fn exceedance(path: &Path, largest: &[Vec<f64>; LARGEST.len()], computed: u64) -> io::Result<()> {
+    let mut table = csv::Writer::from_path(path)?;
+    let names = LARGEST.map(|(name, unit, _)| format!("{name}_{}", unit.replace('/', "_per_")));
+    table.write_record(["share_of_passing", "share_of_all"].map(String::from).into_iter().chain(names))?;
+    let count = largest[0].len();
+    for rank in (0..count).rev() {
+        let reached = (count - rank) as f64;
+        let shares = [reached / count as f64, reached / computed as f64];
+        let values = largest.iter().map(|values| values[rank]);
+        table.write_record(shares.into_iter().chain(values).map(|v| v.to_string()))?;
+    }
+    table.flush()
+}
+
+/// Exceedance of energy, passing height and speed.
+fn curves(
+    path: &Path,
+    name: &str,
+    largest: &[Vec<f64>; LARGEST.len()],
+    share: f64,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let page = SVGBackend::new(path, (1080, 400)).into_drawing_area();
+    page.fill(&WHITE)?;
+    let title = format!("Line {name}: {:.1} % of all rocks pass; share of those that reach", 100.0 * share);
+    let page = page.titled(&title, ("sans-serif", 18))?;
+    let panels = page.split_evenly((1, 3));
+    for (panel, (at, title)) in panels.iter().zip([
+        (0, "kinetic energy [kJ]"),
+        (1, "height of the lowest point [m]"),
+        (3, "speed [m/s]"),
+    ]) {
+        let values = &largest[at];
+        let scale = if at == 0 { 1e-3 } else { 1.0 };
+        let most = (values[values.len() - 1] * scale).max(1e-9) * 1.05;
+        let least = (values[0] * scale).min(0.0);
+        let mut chart = ChartBuilder::on(panel)
+            .margin(12)
+            .x_label_area_size(40)
+            .y_label_area_size(48)
+            .build_cartesian_2d(least..most, 0.0..1.0)?;
+        chart.configure_mesh().x_desc(title).y_labels(6).x_labels(6).light_line_style(WHITE).draw()?;
+        let count = values.len() as f64;
+        let steps = values.iter().enumerate().flat_map(|(k, v)| {
+            [(v * scale, 1.0 - k as f64 / count), (v * scale, 1.0 - (k + 1) as f64 / count)]
+        });
+        let all = std::iter::once((least, 1.0)).chain(steps);
+        chart.draw_series(LineSeries::new(all, RGBColor(180, 40, 45).stroke_width(2)))?;
+        for share in [0.95, 0.99] {
+            let at = quantile(values, share) * scale;
+            chart.draw_series(LineSeries::new([(at, 0.0), (at, 1.0 - share + 0.08)], BLACK))?;
+            let label = format!("{:.0} %: {}", 100.0 * share, short(at));
+            // To the left of its line, where there is always room.
+            let style = TextStyle::from(("sans-serif", 12)).pos(Pos::new(HPos::Right, VPos::Bottom));
+            chart.draw_series(std::iter::once(Text::new(label, (at, 1.0 - share + 0.12), style)))?;
+        }
+    }
+    page.present()?;
+    Ok(())
+}

@@ -1,0 +1,44 @@
+//! What follows from all members, in their order: whatever was computed where, the files are the same.
+//!
+//! - [`cells`]: values of every member by cell; [`raster`]: GeoTIFF; [`picture`]: the same to look at
+//! - [`lines`]: what passes each line; [`ways`]: trajectories and ends for a map
+
+pub mod cells;
+pub mod lines;
+pub mod picture;
+pub mod raster;
+pub mod ways;
+
+use super::base::Base;
+use super::record::Record;
+use interface_defs::message::Measure;
+use std::io;
+use std::path::Path;
+
+/// Rasters, pictures, trajectories.
+pub const MAPS: &str = "maps";
+/// Tables and curves of the lines.
+pub const LINES: &str = "lines";
+
+/// Calls what it is given with every record, in order.
+pub type All<'a> = &'a mut dyn FnMut(&mut dyn FnMut(&Record) -> io::Result<()>) -> io::Result<()>;
+
+/// Write all files into `dir`; the measures of the lines, and what the user should know.
+pub fn write(base: &Base, dir: &Path, all: All) -> io::Result<(Vec<Measure>, Vec<String>)> {
+    let mut warnings = Vec::new();
+    if let Some(grid) = &base.grid {
+        let maps = dir.join(MAPS);
+        std::fs::create_dir_all(&maps)?;
+        let system = raster::System::of(base);
+        warnings.extend(system.warning());
+        cells::write(base, grid, &system, &maps, all)?;
+        ways::write(base, &system, &maps, all)?;
+    }
+    let mut measures = Vec::new();
+    if !base.lines.is_empty() {
+        let lines = dir.join(LINES);
+        std::fs::create_dir_all(&lines)?;
+        lines::write(base, &lines, all, &mut measures, &mut warnings)?;
+    }
+    Ok((measures, warnings))
+}

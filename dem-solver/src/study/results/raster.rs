@@ -1,0 +1,126 @@
+//! GeoTIFF: one band of numbers, north up, in the terrain's coordinate system.
+//!
+//! Source: OGC GeoTIFF 1.1, 7.1 and B; the mark of cells without a value is GDAL's.
+
+use crate::study::base::Base;
+use crate::study::grid::Grid;
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Write};
+use std::path::Path;
+use tiff::TiffResult;
+use tiff::encoder::compression::DeflateLevel;
+use tiff::encoder::{Compression, TiffEncoder, colortype::Gray32Float};
+use tiff::tags::Tag;
+
+/// Value of cells without one.
+const NOTHING: f32 = -9999.0;
+/// Geo keys, and their values.
+const MODEL: u16 = 1024;
+const PROJECTED: u16 = 1;
+const RASTER: u16 = 1025;
+const PIXEL_IS_AREA: u16 = 1;
+const PROJECTED_TYPE: u16 = 3072;
+const LINEAR_UNITS: u16 = 3076;
+const METRE: u16 = 9001;
+const USER_DEFINED: u16 = 32_767;
+
+/// The coordinate system of the maps.
+pub struct System {
+    /// Its EPSG code.
+    pub epsg: Option<u16>,
+}
+
+impl System {
+    /// That which the study names, else that of the terrain's file.
+    pub fn of(base: &Base) -> Self {
+        let named = base.study.maps.as_ref().and_then(|maps| maps.epsg);
+        let file = base.settings.terrain.as_ref().map(|terrain| base.scene.resolve(&terrain.file));
+        Self { epsg: named.or_else(|| file.and_then(|file| of_tif(&file).or_else(|| of_text(&file)))) }
+    }
+
+    /// What the user should know of it.
+    pub fn warning(&self) -> Option<String> {
+        self.epsg.is_none().then(|| {
+            "maps have no coordinate system: the terrain's file names none; write its code in the study, as in maps.epsg = 2056".into()
+        })
+    }
+
+    /// For GeoJSON.
+    pub fn urn(&self) -> Option<String> {
+        self.epsg.map(|code| format!("urn:ogc:def:crs:EPSG::{code}"))
+    }
+}
+
+/// The code in a GeoTIFF.
+fn of_tif(file: &Path) -> Option<u16> {
+    let mut decoder = tiff::decoder::Decoder::new(BufReader::new(File::open(file).ok()?)).ok()?;
+    let keys = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).ok()?;
+    let code =
+        keys[4.min(keys.len())..].chunks_exact(4).find(|key| key[0] == PROJECTED_TYPE && key[1] == 0)?[3];
+    (code != USER_DEFINED && code > 0).then_some(code)
+}
+
+/// The code of the whole, which stands last in the well-known text beside a file.
+fn of_text(file: &Path) -> Option<u16> {
+    code_in(&std::fs::read_to_string(file.with_extension("prj")).ok()?)
+}
+
+fn code_in(text: &str) -> Option<u16> {
+    let compact: String = text.chars().filter(|c| !c.is_whitespace() && *c != '"').collect();
+    let ends = compact.trim_end_matches(']');
+    // No bracket is open behind it but those that close the whole.
+    let at = ends.rfind("[EPSG,")?;
+    ends[at + 6..].parse().ok()
+}
+
+/// Write one band; NaN: no value.
+pub fn write(path: &Path, base: &Base, grid: &Grid, system: &System, values: &[f32]) -> io::Result<()> {
+    let mut file = BufWriter::new(File::create(path)?);
+    encode(&mut file, base, grid, system, values).map_err(io::Error::other)?;
+    file.flush()
+}
+
+fn encode(
+    file: &mut BufWriter<File>,
+    base: &Base,
+    grid: &Grid,
+    system: &System,
+    values: &[f32],
+) -> TiffResult<()> {
+    let [columns, rows] = grid.counts.map(|n| n as u32);
+    let mut encoder = TiffEncoder::new(file)?.with_compression(Compression::Deflate(DeflateLevel::default()));
+    let mut image = encoder.new_image::<Gray32Float>(columns, rows)?;
+    let [west, north] = [0, 1].map(|k| grid.corner[k] + base.ground.origin[k]);
+    let mut keys: Vec<u16> = Vec::new();
+    let mut key = |id: u16, value: u16| keys.extend([id, 0, 1, value]);
+    key(MODEL, PROJECTED);
+    key(RASTER, PIXEL_IS_AREA);
+    key(PROJECTED_TYPE, system.epsg.unwrap_or(USER_DEFINED));
+    if system.epsg.is_none() {
+        key(LINEAR_UNITS, METRE);
+    }
+    let head = [1, 1, 0, (keys.len() / 4) as u16];
+    let tags = image.encoder();
+    tags.write_tag(Tag::ModelPixelScaleTag, &[grid.cell, grid.cell, 0.0][..])?;
+    tags.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, west, north, 0.0][..])?;
+    tags.write_tag(Tag::GeoKeyDirectoryTag, &[&head[..], &keys].concat()[..])?;
+    tags.write_tag(Tag::GdalNodata, &*format!("{NOTHING}"))?;
+    let filled: Vec<f32> = values.iter().map(|v| if v.is_nan() { NOTHING } else { *v }).collect();
+    image.write_data(&filled)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_code_of_the_whole_is_found_in_well_known_text() {
+        let swiss = "PROJCS[\"CH1903+ / LV95\",\n GEOGCS[\"x\",AUTHORITY[\"EPSG\",\"4150\"]],UNIT[\"metre\",1,AUTHORITY[\"EPSG\",\"9001\"]],\n AUTHORITY[\"EPSG\",\"2056\"]]";
+        assert_eq!(code_in(swiss), Some(2056));
+        assert_eq!(code_in("PROJCRS[\"x\",ID[\"EPSG\",25832]]"), Some(25832));
+        assert_eq!(
+            code_in("PROJCS[\"x\",GEOGCS[\"y\",AUTHORITY[\"EPSG\",\"4150\"]],UNIT[\"metre\",1]]"),
+            None
+        );
+    }
+}

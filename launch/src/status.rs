@@ -1,0 +1,202 @@
+//! `rockfall status`: how far a run or a study is, by the files in its directory. Nothing is started or changed.
+
+use crate::stop::Stop;
+use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::owner::holder;
+use interface_defs::toolkit::run_dir::{HISTORY, SCENE, SUMMARY};
+use interface_defs::toolkit::summary::Summary;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+use std::time::SystemTime;
+
+/// What a study is, its rows, its chunks.
+const STUDY: &str = "study.json";
+const MEMBERS: &str = "members.csv";
+const CHUNKS: &str = "chunks";
+/// Bytes at the end of a table in which its last row is looked for.
+const TAIL: u64 = 1 << 16;
+
+/// The text for the screen, and the exit code.
+pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
+    let name = dir.display();
+    if !dir.is_dir() {
+        return Err(Stop::input(format!("{name}: there is no such directory")));
+    }
+    let running = holder(dir).map(|(_, process)| match process {
+        Some(pid) => format!("process {pid} is writing to it"),
+        None => "a process is writing to it".into(),
+    });
+    if let Ok(text) = std::fs::read_to_string(dir.join(STUDY)) {
+        let study: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        return Ok(of_study(dir, study["members"].as_u64().unwrap_or(0), running));
+    }
+    if dir.join(SUMMARY).exists() {
+        return ended(dir);
+    }
+    if !dir.join(HISTORY).exists() {
+        return match running {
+            Some(running) => Ok((format!("{name}: a run is being prepared, {running}\n"), Exit::Done)),
+            None => Err(Stop::input(format!("{name}: there is no run and no study in this directory"))),
+        };
+    }
+    let time = last_row(&dir.join(HISTORY)).and_then(|row| row.split(',').next()?.parse::<f64>().ok());
+    let end = end_time(dir);
+    let share =
+        time.zip(end).map_or(String::new(), |(t, end)| format!(" of {end} s, {:.1} %", 100.0 * t / end));
+    let far = time.map_or("no row yet".into(), |t| format!("{t:.4} s{share}"));
+    let seen = age(&dir.join(HISTORY));
+    Ok(match running {
+        Some(running) => {
+            (format!("{name}: a run on its way: {far}; last row {seen}; {running}\n"), Exit::Done)
+        }
+        None => (
+            format!(
+                "{name}: a run without an end: {far}; last row {seen}; no process of this machine is writing to it: it was killed\n"
+            ),
+            Exit::Failed,
+        ),
+    })
+}
+
+/// A run or a study that has a summary.
+fn ended(dir: &Path) -> Result<(String, Exit), Stop> {
+    let summary = Summary::read(dir)
+        .map_err(|e| Stop::failed(format!("{}: {SUMMARY} cannot be read: {e}", dir.display())))?;
+    let mut text = format!("{}: {}\n", dir.display(), summary.status.word());
+    for sentence in summary.verdict.iter().chain(&summary.message) {
+        text += &format!("  {sentence}\n");
+    }
+    Ok((text, Exit::of(summary.status)))
+}
+
+fn of_study(dir: &Path, members: u64, running: Option<String>) -> (String, Exit) {
+    if let Ok((text, exit)) = ended(dir) {
+        return (text, exit);
+    }
+    let rows =
+        std::fs::read(dir.join(MEMBERS)).map_or(0, |bytes| bytes.iter().filter(|b| **b == b'\n').count());
+    let rows = (rows as u64).saturating_sub(1);
+    let (complete, begun) = chunks(&dir.join(CHUNKS));
+    let of_chunks: u64 = complete.iter().map(|[first, last]| last + 1 - first).sum();
+    let mut text = format!("{}: a study of {members} members\n", dir.display());
+    if dir.join(MEMBERS).exists() {
+        let share = 100.0 * rows as f64 / members.max(1) as f64;
+        text += &format!("  {rows} rows in {MEMBERS}, {share:.1} %; last row {}\n", age(&dir.join(MEMBERS)));
+    }
+    if !complete.is_empty() || !begun.is_empty() {
+        let share = 100.0 * of_chunks as f64 / members.max(1) as f64;
+        text += &format!(
+            "  {} chunks complete, {of_chunks} members, {share:.1} %; {} chunks begun\n",
+            complete.len(),
+            begun.len()
+        );
+        for [first, last] in begun {
+            text += &format!("  begun: {first}..{last}\n");
+        }
+    }
+    match running {
+        Some(running) => text += &format!("  {running}\n"),
+        None if of_chunks >= members => {
+            text += "  all members are there: rockfall ensemble without --members collects them\n";
+        }
+        None => {
+            text += "  no process of this machine is collecting: rockfall ensemble ... --resume goes on\n"
+        }
+    }
+    (text, Exit::Done)
+}
+
+/// Ranges of complete chunks and of those at work, by their names.
+fn chunks(dir: &Path) -> (Vec<[u64; 2]>, Vec<[u64; 2]>) {
+    let (mut complete, mut begun) = (Vec::new(), Vec::new());
+    for entry in std::fs::read_dir(dir).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let (Some(stem), Some(end)) = (path.file_stem(), path.extension()) else { continue };
+        let range = stem.to_str().and_then(|s| s.split_once('-'));
+        let Some((Ok(first), Ok(last))) = range.map(|(a, b)| (a.parse(), b.parse())) else { continue };
+        match end.to_str() {
+            Some("chunk") => complete.push([first, last]),
+            Some("part") => begun.push([first, last]),
+            _ => {}
+        }
+    }
+    complete.sort_unstable();
+    begun.sort_unstable();
+    (complete, begun)
+}
+
+/// The last whole row of a table.
+fn last_row(path: &Path) -> Option<String> {
+    let mut file = File::open(path).ok()?;
+    let length = file.metadata().ok()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).ok()?;
+    let text = String::from_utf8_lossy(&bytes);
+    let whole = &text[..=text.rfind('\n')?];
+    whole.lines().next_back().map(str::to_owned)
+}
+
+/// `end_time` of the scene as it was resolved.
+fn end_time(dir: &Path) -> Option<f64> {
+    let text = std::fs::read_to_string(dir.join(SCENE)).ok()?;
+    let table: toml::Table = text.parse().ok()?;
+    let end = table.get("end_time")?;
+    end.as_float().or_else(|| end.as_integer().map(|i| i as f64))
+}
+
+/// How long ago a file was written.
+fn age(path: &Path) -> String {
+    let written = std::fs::metadata(path).and_then(|m| m.modified()).ok();
+    let seconds = written.and_then(|t| SystemTime::now().duration_since(t).ok()).map_or(0, |d| d.as_secs());
+    format!("{seconds} s ago")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface_defs::toolkit::summary::RunStatus;
+
+    #[test]
+    fn a_run_is_as_far_as_its_last_whole_row() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let dir = temp.path();
+        assert_eq!(status(dir).expect_err("nothing there").exit, Exit::BadInput);
+        assert_eq!(status(&dir.join("none")).expect_err("not there").exit, Exit::BadInput);
+        std::fs::write(dir.join(SCENE), "end_time = 8\n").expect("written");
+        std::fs::write(dir.join(HISTORY), "time_s,a\n0,1\n2,1\n4,").expect("written");
+        let (text, exit) = status(dir).expect("a run");
+        assert!(text.contains("2.0000 s of 8 s, 25.0 %") && text.contains("it was killed"), "{text}");
+        assert_eq!(exit, Exit::Failed);
+        let mut summary = Summary::new(RunStatus::Unreliable);
+        summary.verdict.push("rock came to rest".into());
+        summary.write(dir).expect("written");
+        let (text, exit) = status(dir).expect("a run");
+        assert!(text.contains("unreliable\n  rock came to rest"), "{text}");
+        assert_eq!(exit, Exit::Unreliable);
+    }
+
+    #[test]
+    fn a_study_is_as_far_as_its_rows_and_chunks() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let dir = temp.path();
+        std::fs::write(dir.join(STUDY), "{\"members\": 200}").expect("written");
+        std::fs::create_dir(dir.join(CHUNKS)).expect("created");
+        for name in ["00000001-00000050.chunk", "00000051-00000060.part", "main.journal"] {
+            std::fs::write(dir.join(CHUNKS).join(name), "").expect("written");
+        }
+        std::fs::write(dir.join(MEMBERS), "member\n1\n2\n3\n").expect("written");
+        let (text, exit) = status(dir).expect("a study");
+        for words in [
+            "200 members",
+            "3 rows in members.csv, 1.5 %",
+            "1 chunks complete, 50 members, 25.0 %",
+            "begun: 51..60",
+            "--resume",
+        ] {
+            assert!(text.contains(words), "{words}: {text}");
+        }
+        assert_eq!(exit, Exit::Done);
+    }
+}
