@@ -51,8 +51,12 @@ impl Ground {
             return Ok(ground);
         }
         let answer = ask(structure, "site", input, &[], events)?;
-        let area: Option<Area> = serde_json::from_str(&answer)
-            .map_err(|e| Stop::failed(format!("{} site: {e}; are all programs of one version?", structure.program.display())))?;
+        let area: Option<Area> = serde_json::from_str(&answer).map_err(|e| {
+            Stop::failed(format!(
+                "{} site: {e}; are all programs of one version?",
+                structure.program.display()
+            ))
+        })?;
         let Some(area) = area else { return Ok(ground) };
         let file = std::env::temp_dir().join(format!("rockfall-{}-{FILE}", RunId::new()));
         let made = Made { key: area.wants.clone(), file };
@@ -106,7 +110,13 @@ fn name(table: &mut Table, key: &str, value: Option<&str>) {
 }
 
 /// What a program prints when it is asked of the scene.
-fn ask(member: &Member, what: &str, input: &Input, more: &[OsString], events: &Events) -> Result<String, Stop> {
+fn ask(
+    member: &Member,
+    what: &str,
+    input: &Input,
+    more: &[OsString],
+    events: &Events,
+) -> Result<String, Stop> {
     let program = member.program.display();
     let mut command = Command::new(&member.program);
     command.arg(what).arg(&input.scene).args(more).stdin(Stdio::null());
@@ -116,7 +126,9 @@ fn ask(member: &Member, what: &str, input: &Input, more: &[OsString], events: &E
     let Output { status, stdout, stderr } =
         command.output().map_err(|e| Stop::input(format!("{program} cannot be started: {e}")))?;
     let said = String::from_utf8_lossy(&stderr);
-    let error = || error_in(&said).unwrap_or_else(|| format!("{program} {what} ended with {status} and printed: {said}"));
+    let error = || {
+        error_in(&said).unwrap_or_else(|| format!("{program} {what} ended with {status} and printed: {said}"))
+    };
     match status.code() {
         Some(0) => Ok(String::from_utf8_lossy(&stdout).into_owned()),
         Some(2) => Err(Stop::input(error())),

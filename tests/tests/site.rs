@@ -17,7 +17,8 @@ fn placed(bench: &Bench, line: &str) -> std::path::PathBuf {
 
 fn heights(file: &Path) -> (Vec<f64>, Vec<Vec<f64>>) {
     let text = std::fs::read_to_string(file).expect("a raster");
-    let header = text.lines().take(5).map(|l| l.split(' ').nth(1).expect("a value").parse().expect("a number"));
+    let header =
+        text.lines().take(5).map(|l| l.split(' ').nth(1).expect("a value").parse().expect("a number"));
     let header: Vec<f64> = header.collect();
     let row = |l: &str| l.split(' ').map(|z| z.parse().expect("a height")).collect();
     (header, text.lines().skip(6).map(row).collect())

@@ -37,7 +37,11 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
         InputError::in_file(file, format!("the heights cannot be written: {e}"))
     })?;
     let [columns, rows] = raster.counts;
-    show(&format!("{}: {columns} x {rows} heights, {} m apart\n", arguments.output.display(), arguments.cell));
+    show(&format!(
+        "{}: {columns} x {rows} heights, {} m apart\n",
+        arguments.output.display(),
+        arguments.cell
+    ));
     Ok(Exit::Done)
 }
 
@@ -70,7 +74,9 @@ pub fn around(scene: &Scene, arguments: &GroundArguments) -> Result<Raster, Inpu
                 "the point x = {x}, y = {y} m lies beside the terrain or in a hole of it: it has x {:.1} to {:.1}, y {:.1} to {:.1} m",
                 from.x, to.x, from.y, to.y
             );
-            return Err(fault(what).try_instead("the line is in the coordinates of the terrain's file, in metres"));
+            return Err(
+                fault(what).try_instead("the line is in the coordinates of the terrain's file, in metres")
+            );
         }
     }
     let axis = |a: usize| points.iter().map(move |p| p[a]);

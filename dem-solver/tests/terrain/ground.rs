@@ -6,17 +6,20 @@ use interface_defs::toolkit::scene::Scene;
 
 /// A plane in the coordinates of a survey, 20 m x 12 m in cells of 4 m, with one cell without height.
 fn scene(dir: &std::path::Path) -> Scene {
-    let mut text = "ncols 6\nnrows 4\nxllcenter 2600000\nyllcenter 1200000\ncellsize 4\nNODATA_value -9999\n".to_owned();
+    let mut text =
+        "ncols 6\nnrows 4\nxllcenter 2600000\nyllcenter 1200000\ncellsize 4\nNODATA_value -9999\n".to_owned();
     for row in (0..4).rev() {
         for i in 0..6 {
-            let height = if (i, row) == (5, 3) { -9999.0 } else { plane(4.0 * f64::from(i), 4.0 * f64::from(row)) };
+            let height =
+                if (i, row) == (5, 3) { -9999.0 } else { plane(4.0 * f64::from(i), 4.0 * f64::from(row)) };
             text += &format!("{height} ");
         }
         text.push('\n');
     }
     std::fs::write(dir.join("plane.asc"), text).expect("written");
     let file = dir.join("s.toml");
-    std::fs::write(&file, "[terrain]\nfile = \"plane.asc\"\nnodata = \"cut\"\n[structure]\nline = 1\n").expect("written");
+    std::fs::write(&file, "[terrain]\nfile = \"plane.asc\"\nnodata = \"cut\"\n[structure]\nline = 1\n")
+        .expect("written");
     Scene::load(&file, &[]).expect("valid")
 }
 
@@ -67,7 +70,10 @@ fn a_line_beside_the_terrain_is_refused_where_the_scene_states_it() {
     let scene = scene(dir.path());
     let refused = |line: &[f64]| around(&scene, &arguments(&scene, line)).expect_err("refused").to_string();
     let beside = refused(&[2_600_004.0, 1_200_003.0, 2_600_021.0, 1_200_003.0]);
-    assert!(beside.contains("s.toml:5:8: the point x = 2600021, y = 1200003 m lies beside the terrain"), "{beside}");
+    assert!(
+        beside.contains("s.toml:5:8: the point x = 2600021, y = 1200003 m lies beside the terrain"),
+        "{beside}"
+    );
     assert!(beside.contains("it has x 2600000.0 to 2600020.0"), "{beside}");
     assert!(refused(&[2_600_019.0, 1_200_011.0]).contains("or in a hole of it"));
     assert!(refused(&[1.0, 2.0, 3.0]).contains("3 numbers are no points"));

@@ -57,7 +57,9 @@ impl Heights {
                 heights.push(height.ok_or_else(|| fault(format!("`{word}` is no height")))?);
             }
             if heights.len() > MOST {
-                return Err(fault(format!("more than {MOST} heights: cut the grid to what lies around the line")));
+                return Err(fault(format!(
+                    "more than {MOST} heights: cut the grid to what lies around the line"
+                )));
             }
         }
         header.with(heights).map_err(|what| InputError::in_file(file, what))
@@ -109,10 +111,13 @@ impl Header {
             .ok()
             .filter(|v: &f64| v.is_finite())
             .ok_or_else(|| format!("`{value}` is no number for `{name}`"))?;
-        let size = (number > 0.0).then_some(number).ok_or_else(|| format!("{name} = {value}: it must lie above 0"));
+        let size =
+            (number > 0.0).then_some(number).ok_or_else(|| format!("{name} = {value}: it must lie above 0"));
         let count = || {
             let whole = number >= 2.0 && number.fract() == 0.0 && number <= MOST as f64;
-            whole.then_some(number as usize).ok_or_else(|| format!("{name} = {value}: a whole number of 2 or more is required"))
+            whole
+                .then_some(number as usize)
+                .ok_or_else(|| format!("{name} = {value}: a whole number of 2 or more is required"))
         };
         match name.as_str() {
             "ncols" => self.counts[0] = Some(count()?),
@@ -134,7 +139,10 @@ impl Header {
         let [Some(west), Some(south)] = self.corner else { return Err(missing("xllcorner` or `yllcorner")) };
         let [Some(dx), Some(dy)] = self.spacing else { return Err(missing("cellsize")) };
         if columns.saturating_mul(rows) != heights.len() {
-            return Err(format!("the header promises {columns} x {rows} heights, and the file has {}", heights.len()));
+            return Err(format!(
+                "the header promises {columns} x {rows} heights, and the file has {}",
+                heights.len()
+            ));
         }
         let nodata = self.nodata.unwrap_or(NODATA);
         heights.iter_mut().filter(|z| **z == nodata).for_each(|z| *z = f64::NAN);
@@ -153,7 +161,8 @@ mod tests {
     use super::*;
 
     fn grid(header: &str, heights: &str) -> Result<Heights, String> {
-        Heights::parse("g.asc", &format!("ncols 3\nnrows 2\n{header}\n{heights}\n")).map_err(|e| e.to_string())
+        Heights::parse("g.asc", &format!("ncols 3\nnrows 2\n{header}\n{heights}\n"))
+            .map_err(|e| e.to_string())
     }
 
     #[test]
@@ -170,7 +179,8 @@ mod tests {
 
     #[test]
     fn beside_a_cell_without_height_there_is_none() {
-        let grid = grid("xllcenter 0\nyllcenter 0\ncellsize 1\nNODATA_value -1", "5 6 -1\n1 2 3").expect("a grid");
+        let grid =
+            grid("xllcenter 0\nyllcenter 0\ncellsize 1\nNODATA_value -1", "5 6 -1\n1 2 3").expect("a grid");
         assert_eq!((grid.at(1.5, 0.5), grid.at(2.0, 0.0), grid.at(2.0, 0.1)), (None, Some(3.0), None));
         // On the edge of the cell the height that is missing has no weight.
         assert_eq!(grid.at(1.0, 0.5), Some(4.0));
@@ -182,7 +192,11 @@ mod tests {
             ("xllcenter 0\nyllcenter 0", "1 2 3\n4 5 6", "g.asc: the header has no `cellsize`"),
             ("xllcenter 0\nyllcenter 0\ncellsize 0", "1", "g.asc:5: cellsize = 0: it must lie above 0"),
             ("xllcenter 0\nyllcenter 0\ncellsize 1", "1 2 3\n4 5 x", "g.asc:7: `x` is no height"),
-            ("xllcenter 0\nyllcenter 0\ncellsize 1", "1 2 3\n4 5", "promises 3 x 2 heights, and the file has 5"),
+            (
+                "xllcenter 0\nyllcenter 0\ncellsize 1",
+                "1 2 3\n4 5",
+                "promises 3 x 2 heights, and the file has 5",
+            ),
             ("xllcenter\nyllcenter 0\ncellsize 1", "1 2 3\n4 5 6", "g.asc:3: `xllcenter` has no value"),
             ("cells 4", "1", "g.asc:3: `cells` is no line of the header"),
         ] {

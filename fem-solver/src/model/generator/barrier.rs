@@ -249,7 +249,8 @@ impl<'a> Work<'a> {
         let nodes = &self.mesh.nodes;
         let fields = (self.table.fields / 2) as f64 + 0.5;
         let middle = self.in_net(fields, self.table.spacing() * fields, 0.5);
-        let inside = self.net.iter().zip(&self.along).filter(|(_, a)| (*a - fields).abs() < 0.5 * (1.0 - 1e-9));
+        let inside =
+            self.net.iter().zip(&self.along).filter(|(_, a)| (*a - fields).abs() < 0.5 * (1.0 - 1e-9));
         let free: Vec<usize> =
             self.net.iter().copied().filter(|n| !self.feet.contains(n) && !self.heads.contains(n)).collect();
         // Feet and heads lie at its borders.

@@ -32,7 +32,9 @@ impl Line {
             }
             (Some(line), None) => Self::stated(scene, table, line),
             (None, Some(middle)) => Self::around(scene, table, middle),
-            (None, None) => Err(scene.invalid("structure.generator", "the barrier has neither line nor position")),
+            (None, None) => {
+                Err(scene.invalid("structure.generator", "the barrier has neither line nor position"))
+            }
         }
     }
 
@@ -41,7 +43,9 @@ impl Line {
         for (name, stated) in [("azimuth", table.azimuth), ("length", table.length)] {
             if stated.is_some() {
                 let what = format!("`{name}` belongs to position: the line has its own");
-                return Err(scene.invalid(&format!("structure.generator.{name}"), what).try_instead("leave it out"));
+                return Err(scene
+                    .invalid(&format!("structure.generator.{name}"), what)
+                    .try_instead("leave it out"));
             }
         }
         if line.len() < 2 {
@@ -57,7 +61,8 @@ impl Line {
                     .try_instead("[x, y] on the ground, or [x, y, z]"));
             }
         }
-        let points = line.iter().map(|p| Vector3::new(p[0], p[1], p.get(2).copied().unwrap_or(0.0))).collect();
+        let points =
+            line.iter().map(|p| Vector3::new(p[0], p[1], p.get(2).copied().unwrap_or(0.0))).collect();
         Self { points, has_heights: size == 3, key }.checked(scene, table)
     }
 
@@ -65,7 +70,9 @@ impl Line {
         let key = "structure.generator.position";
         let (Some(azimuth), Some(length)) = (table.azimuth, table.length) else {
             let what = "position is the middle of the line: azimuth and length are required with it";
-            return Err(scene.invalid(key, what).try_instead("azimuth in degrees from y, clockwise; length in metres"));
+            return Err(scene
+                .invalid(key, what)
+                .try_instead("azimuth in degrees from y, clockwise; length in metres"));
         };
         positive(scene, "structure.generator.length", length, "m")?;
         if !(-360.0..=360.0).contains(&azimuth) {
@@ -90,16 +97,25 @@ impl Line {
         let pieces: Vec<Vector2<f64>> = self.points.windows(2).map(|p| (p[1] - p[0]).xy()).collect();
         let fields = self.fields(table.fields);
         if table.fields < pieces.len() {
-            let what = format!("{} fields: the line has {} pieces, and a post stands at each of its points", table.fields, pieces.len());
-            return Err(scene.invalid("structure.generator.fields", what).try_instead(format!("fields = {}", pieces.len())));
+            let what = format!(
+                "{} fields: the line has {} pieces, and a post stands at each of its points",
+                table.fields,
+                pieces.len()
+            );
+            return Err(scene
+                .invalid("structure.generator.fields", what)
+                .try_instead(format!("fields = {}", pieces.len())));
         }
         for (i, (piece, fields)) in pieces.iter().zip(&fields).enumerate() {
             let field = piece.norm() / *fields as f64;
             if !(FIELD[0]..=FIELD[1]).contains(&field) {
                 let what = format!(
-                    "fields of {field:.3} m as seen from above: posts stand {} to {} m apart", FIELD[0], FIELD[1]
+                    "fields of {field:.3} m as seen from above: posts stand {} to {} m apart",
+                    FIELD[0], FIELD[1]
                 );
-                return Err(fault(i + 1, what).try_instead("the line is in metres, in the coordinates of the terrain; or change `fields`"));
+                return Err(fault(i + 1, what).try_instead(
+                    "the line is in metres, in the coordinates of the terrain; or change `fields`",
+                ));
             }
         }
         for (i, pair) in pieces.windows(2).enumerate() {
@@ -176,7 +192,10 @@ mod tests {
         let line = Line::of(&scene, &table).expect("a line");
         let half = Vector3::new(20.0 * 60.0_f64.to_radians().cos().hypot(0.0) * 3.0_f64.sqrt(), -10.0, 0.0);
         let middle = Vector3::new(100.0, 200.0, 7.0);
-        assert!((line.points[1] - middle - half).norm() < 1e-13 && (line.points[0] - middle + half).norm() < 1e-13);
+        assert!(
+            (line.points[1] - middle - half).norm() < 1e-13
+                && (line.points[0] - middle + half).norm() < 1e-13
+        );
         assert!(line.has_heights);
     }
 }

@@ -8,10 +8,10 @@ mod ring_net;
 mod site;
 
 pub use self::generated::{Generated, MadeFor};
-use crate::config::generator::{Barrier, Generator, Held};
-use crate::read::bounds::{not_negative, positive};
 use self::line::Line;
 use self::site::Site;
+use crate::config::generator::{Barrier, Generator, Held};
+use crate::read::bounds::{not_negative, positive};
 use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -97,8 +97,16 @@ fn check_use(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
         ("length", !placed && table.length.is_some(), on_line),
         ("ground", !placed && table.ground.is_some(), on_line),
         ("uphill", !placed && table.uphill.is_some(), on_line),
-        ("spacing", placed && table.spacing.is_some(), "the posts stand on a line, whose length and `fields` say how far apart"),
-        ("anchor_rise", table.ground.is_some() && table.anchor_rise.is_some(), "the anchors lie on the ground"),
+        (
+            "spacing",
+            placed && table.spacing.is_some(),
+            "the posts stand on a line, whose length and `fields` say how far apart",
+        ),
+        (
+            "anchor_rise",
+            table.ground.is_some() && table.anchor_rise.is_some(),
+            "the anchors lie on the ground",
+        ),
     ];
     match idle.into_iter().find(|(_, idle, _)| *idle) {
         Some((key, _, why)) => Err(scene

@@ -65,12 +65,16 @@ fn ground(scene: &Scene, table: &Barrier, line: &Line) -> Result<Option<Heights>
     };
     if line.has_heights {
         let what = "the line has heights of its own: nothing will use the ground";
-        return Err(scene.invalid(key, what).try_instead("leave out the third number of each point, or ground"));
+        return Err(scene
+            .invalid(key, what)
+            .try_instead("leave out the third number of each point, or ground"));
     }
     let path = scene.resolve(path);
     if !path.is_file() {
         let what = format!("there is no file {}", path.display());
-        return Err(scene.invalid(key, what).try_instead("the path counts from the directory of the scene file"));
+        return Err(scene
+            .invalid(key, what)
+            .try_instead("the path counts from the directory of the scene file"));
     }
     Heights::read(&path).map(Some)
 }
@@ -96,7 +100,10 @@ impl Place<'_> {
         }
         let down: Vec<Vector2<f64>> = (0..feet.len()).map(|k| left(along(&feet, k))).collect();
         let rise = (self.table.height.powi(2) - self.table.lean.powi(2)).sqrt();
-        let posts = down.iter().map(|d| Vector3::new(d.x, d.y, 0.0) * self.table.lean + Vector3::z() * rise).collect();
+        let posts = down
+            .iter()
+            .map(|d| Vector3::new(d.x, d.y, 0.0) * self.table.lean + Vector3::z() * rise)
+            .collect();
         let sides = [self.beside(&feet, 0.5)?, self.beside(&feet, 1.0)?];
         let upslope = (0..feet.len()).map(|k| self.upslope(&feet, &down, k)).collect::<Result<_, _>>()?;
         let warnings = self.ground.map_or_else(Vec::new, |ground| off_ground(ground, &feet));
@@ -125,7 +132,10 @@ impl Place<'_> {
         }
         let Some(ground) = self.ground else {
             let what = "without ground it is not known on which side of the line the slope rises";
-            return Err(self.scene.invalid(self.line.key, what).try_instead("uphill = \"left\" or \"right\", seen from its first point"));
+            return Err(self
+                .scene
+                .invalid(self.line.key, what)
+                .try_instead("uphill = \"left\" or \"right\", seen from its first point"));
         };
         let away = self.table.anchor_distance;
         let rise = |k: usize, sign: f64| {
@@ -138,7 +148,10 @@ impl Place<'_> {
                 "{away} m to its left the ground lies {:.2} m higher than to its right: no slope says where rocks come from",
                 mean
             );
-            return Err(self.scene.invalid(self.line.key, what).try_instead("uphill = \"left\" or \"right\", seen from its first point"));
+            return Err(self
+                .scene
+                .invalid(self.line.key, what)
+                .try_instead("uphill = \"left\" or \"right\", seen from its first point"));
         }
         Ok(if mean > 0.0 { Side::Left } else { Side::Right })
     }
@@ -155,7 +168,12 @@ impl Place<'_> {
     }
 
     /// Anchors in the slope above post `k`, a quarter of a field to either side.
-    fn upslope(&self, feet: &[Vector3<f64>], down: &[Vector2<f64>], k: usize) -> Result<[Vector3<f64>; 2], InputError> {
+    fn upslope(
+        &self,
+        feet: &[Vector3<f64>],
+        down: &[Vector2<f64>],
+        k: usize,
+    ) -> Result<[Vector3<f64>; 2], InputError> {
         let table = self.table;
         let one = |sign: f64| {
             let beside = match sign < 0.0 {
@@ -164,7 +182,8 @@ impl Place<'_> {
                 false if k + 1 < feet.len() => feet[k + 1] - feet[k],
                 false => feet[k] - feet[k - 1],
             };
-            let at = feet[k] + 0.25 * beside - Vector3::new(down[k].x, down[k].y, 0.0) * table.anchor_distance;
+            let at =
+                feet[k] + 0.25 * beside - Vector3::new(down[k].x, down[k].y, 0.0) * table.anchor_distance;
             match self.ground {
                 Some(ground) => self.on(ground, at.xy(), &format!("an upslope anchor of post {}", k + 1)),
                 None => Ok(at + Vector3::z() * table.anchor_rise()),
@@ -200,7 +219,8 @@ fn off_ground(ground: &Heights, feet: &[Vector3<f64>]) -> Vec<String> {
         });
         let most = over.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
         if let Some((over, at)) = most.filter(|(over, _)| over.abs() > OFF_GROUND) {
-            let (where_to, so) = if over > 0.0 { ("above", "the net hangs in it") } else { ("below", "rocks may pass there") };
+            let (where_to, so) =
+                if over > 0.0 { ("above", "the net hangs in it") } else { ("below", "rocks may pass there") };
             warnings.push(format!(
                 "structure.generator.line: between posts {} and {} the ground lies {:.2} m {where_to} the bottom rope, at x = {:.2}, \
                  y = {:.2} m: {so}",

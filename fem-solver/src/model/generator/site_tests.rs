@@ -119,7 +119,10 @@ fn a_bent_line_has_a_post_at_each_of_its_points() {
     assert_eq!(feet.len(), 4);
     for point in line {
         let ground = 100.0 + 0.5 * point[1];
-        assert!(feet.iter().any(|f| (f - Vector3::new(point[0], point[1], ground)).norm() < 1e-9), "{point:?}");
+        assert!(
+            feet.iter().any(|f| (f - Vector3::new(point[0], point[1], ground)).norm() < 1e-9),
+            "{point:?}"
+        );
     }
     assert!(made.mesh.warnings.is_empty(), "{:?}", made.mesh.warnings);
 }
@@ -154,18 +157,62 @@ fn what_no_one_can_mean_is_refused_with_its_reason() {
         (across.clone(), Some(&flat), "no slope says where rocks come from"),
         (across.clone(), Some(&holed), "an anchor at the side stands at x = 17.50, y = 0.00 m"),
         (Barrier { line: line(&[&[0.0, 0.0]]), ..across.clone() }, Some(&text), "1 points: a line has two"),
-        (Barrier { line: line(&[&[0.0, 0.0], &[5.0]]), ..across.clone() }, Some(&text), "a point of 1 numbers"),
-        (Barrier { line: line(&[&[0.0, 0.0], &[9.0, 0.0, 1.0]]), ..across.clone() }, Some(&text), "a point of 3 numbers"),
-        (Barrier { line: line(&[&[0.0, 0.0], &[0.0, 0.0]]), ..across.clone() }, Some(&text), "fields of 0.000 m"),
-        (Barrier { line: line(&[&[0.0, 0.0], &[3e3, 0.0]]), ..across.clone() }, Some(&text), "fields of 1000.000 m"),
-        (Barrier { line: line(&[&[50.0, 0.0], &[80.0, 0.0]]), ..across.clone() }, Some(&text), "post 1 stands at x = 50.00"),
-        (Barrier { line: line(&[&[0.0, 0.0], &[9.0, 0.0], &[5.0, 9.0]]), ..across.clone() }, Some(&text), "turns by 114 degrees"),
-        (Barrier { fields: 1, line: line(&[&[0.0, 0.0], &[9.0, 0.0], &[18.0, 1.0]]), ..across.clone() }, Some(&text), "the line has 2 pieces"),
+        (
+            Barrier { line: line(&[&[0.0, 0.0], &[5.0]]), ..across.clone() },
+            Some(&text),
+            "a point of 1 numbers",
+        ),
+        (
+            Barrier { line: line(&[&[0.0, 0.0], &[9.0, 0.0, 1.0]]), ..across.clone() },
+            Some(&text),
+            "a point of 3 numbers",
+        ),
+        (
+            Barrier { line: line(&[&[0.0, 0.0], &[0.0, 0.0]]), ..across.clone() },
+            Some(&text),
+            "fields of 0.000 m",
+        ),
+        (
+            Barrier { line: line(&[&[0.0, 0.0], &[3e3, 0.0]]), ..across.clone() },
+            Some(&text),
+            "fields of 1000.000 m",
+        ),
+        (
+            Barrier { line: line(&[&[50.0, 0.0], &[80.0, 0.0]]), ..across.clone() },
+            Some(&text),
+            "post 1 stands at x = 50.00",
+        ),
+        (
+            Barrier { line: line(&[&[0.0, 0.0], &[9.0, 0.0], &[5.0, 9.0]]), ..across.clone() },
+            Some(&text),
+            "turns by 114 degrees",
+        ),
+        (
+            Barrier { fields: 1, line: line(&[&[0.0, 0.0], &[9.0, 0.0], &[18.0, 1.0]]), ..across.clone() },
+            Some(&text),
+            "the line has 2 pieces",
+        ),
         (Barrier { position: Some(vec![0.0, 0.0]), ..across.clone() }, Some(&text), "define one thing twice"),
-        (Barrier { position: Some(vec![0.0, 0.0]), ..Barrier::default() }, Some(&text), "azimuth and length are required"),
-        (Barrier { spacing: Some(10.0), ..across.clone() }, Some(&text), "`spacing`: the posts stand on a line"),
-        (Barrier { anchor_rise: Some(4.0), ..across.clone() }, Some(&text), "`anchor_rise`: the anchors lie on the ground"),
-        (Barrier { azimuth: Some(4.0), ..Barrier::default() }, None, "`azimuth`: there is neither line nor position"),
+        (
+            Barrier { position: Some(vec![0.0, 0.0]), ..Barrier::default() },
+            Some(&text),
+            "azimuth and length are required",
+        ),
+        (
+            Barrier { spacing: Some(10.0), ..across.clone() },
+            Some(&text),
+            "`spacing`: the posts stand on a line",
+        ),
+        (
+            Barrier { anchor_rise: Some(4.0), ..across.clone() },
+            Some(&text),
+            "`anchor_rise`: the anchors lie on the ground",
+        ),
+        (
+            Barrier { azimuth: Some(4.0), ..Barrier::default() },
+            None,
+            "`azimuth`: there is neither line nor position",
+        ),
     ];
     for (table, ground, what) in cases {
         let refused = made(&table, ground).expect_err(what);
