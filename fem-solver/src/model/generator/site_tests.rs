@@ -17,7 +17,7 @@ fn made(table: &Barrier, file: Option<&str>) -> Result<Generated, String> {
     generate(&scene, &Generator::Barrier(table)).map_err(|e| e.to_string())
 }
 
-fn of_group<'a>(mesh: &'a Mesh, name: &str) -> Vec<Vector3<f64>> {
+fn of_group(mesh: &Mesh, name: &str) -> Vec<Vector3<f64>> {
     let group = mesh.node_groups.iter().find(|g| g.name == name);
     group.expect("a group").nodes.iter().map(|n| mesh.nodes[*n as usize]).collect()
 }
