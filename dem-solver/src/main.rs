@@ -1,4 +1,4 @@
-//! The program `dem-solver`: run, check and serve its part of a scene; make clusters, compute studies.
+//! The program `dem-solver`: run, check and serve its part of a scene; make clusters, compute studies, write heights.
 
 use interface_defs::toolkit::alloc::CountingAllocator;
 use interface_defs::toolkit::program;
@@ -10,6 +10,10 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 fn main() -> ExitCode {
     program::main_with(
         &dem_solver::PROGRAM,
-        &[dem_solver::command::COMMAND, dem_solver::study::command::COMMAND],
+        &[
+            dem_solver::command::COMMAND,
+            dem_solver::study::command::COMMAND,
+            dem_solver::terrain::ground::COMMAND,
+        ],
     )
 }

@@ -1,4 +1,4 @@
-//! The program `fem-solver`: run, check and serve its part of a scene.
+//! The program `fem-solver`: run, check and serve its part of a scene; say where it needs heights of the terrain.
 
 use interface_defs::toolkit::alloc::CountingAllocator;
 use interface_defs::toolkit::program;
@@ -8,5 +8,5 @@ use std::process::ExitCode;
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn main() -> ExitCode {
-    program::main(&fem_solver::PROGRAM)
+    program::main_with(&fem_solver::PROGRAM, &[fem_solver::solver::site::COMMAND])
 }

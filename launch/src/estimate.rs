@@ -2,6 +2,7 @@
 
 use crate::choice;
 use crate::events::Events;
+use crate::ground::Ground;
 use crate::numbers::{Numbers, Side};
 use crate::plan::{Part, Plan};
 use crate::preset::Preset;
@@ -23,10 +24,13 @@ pub fn check(input: &Input, resolved: Option<&Path>) -> Result<String, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
     let scene = input.load()?;
     let plan = Plan::of(&scene)?;
-    let mut reports = validate(&plan, input, &events)?;
+    let ground = Ground::of(&scene, &plan, input, &events)?;
+    let mut reports = validate(&plan, ground.input(), &events)?;
     let chosen = choice::complete(&scene, &plan, &mut reports)?;
     if let Some(file) = resolved {
-        let table = record::resolved(&scene, &plan, &reports)?;
+        let mut table = record::resolved(&scene, &plan, &reports)?;
+        // It is made again by whoever runs the scene.
+        ground.forget(&mut table);
         record::write_scene(file, &scene, &table, None)
             .map_err(|e| Stop::input(format!("{}: cannot be written: {e}", file.display())))?;
     }

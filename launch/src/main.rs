@@ -8,6 +8,7 @@
 //! [`run`] is `rockfall run` from top to bottom, [`cli`] the command line before it. In order:
 //!
 //! - [`plan`]: who takes part, by presence; [`command_line`]: the program files
+//! - [`ground`]: heights of the terrain for a structure that stands on it
 //! - [`validate`]: each program checks the tables that are its own, and reports numbers
 //! - [`choice`]: scheme, window and steps that the scene leaves open, from [`numbers`] and [`stability`] (the longest weak window)
 //! - [`record`]: on disk before it runs: `scene.toml` with every default, `run.json`
@@ -25,6 +26,7 @@ mod cli;
 mod command_line;
 mod estimate;
 mod events;
+mod ground;
 mod manual;
 mod numbers;
 mod plan;

@@ -3,6 +3,7 @@
 use crate::choice;
 use crate::estimate;
 use crate::events::Events;
+use crate::ground::{self, Ground};
 use crate::plan::{Member, Part, Plan};
 use crate::progress::Bar;
 use crate::record;
@@ -41,7 +42,8 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
     let scene = request.input.load()?;
     let plan = Plan::of(&scene)?;
-    let mut reports = validate(&plan, &request.input, &events)?;
+    let ground = Ground::of(&scene, &plan, &request.input, &events)?;
+    let mut reports = validate(&plan, ground.input(), &events)?;
     for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene())
     {
         tracing::info!("chosen, as the scene does not say: {}", choice.text());
@@ -50,7 +52,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     for warning in warnings.iter().filter(|_| !request.quiet) {
         tracing::warn!("{warning}");
     }
-    let resolved = record::resolved(&scene, &plan, &reports)?;
+    let mut resolved = record::resolved(&scene, &plan, &reports)?;
     clean(&plan)?;
     if events.interrupted() {
         return Err(Stop::failed("interrupted"));
@@ -62,7 +64,9 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let jobs: Vec<Job> = plan.members.iter().map(|m| job(m, &plan, request, &owner, show)).collect();
     let log = out.join(run_dir::LOG);
     let mut clusters = reports.iter().flat_map(|(_, report)| &report.clusters);
-    write_record(&owner, &scene, &resolved, &jobs)
+    ground
+        .keep(&out.join(ground::FILE), &mut resolved)
+        .and_then(|()| write_record(&owner, &scene, &resolved, &jobs))
         .and_then(|()| clusters.try_for_each(|(rock, text)| record::write_cluster(&out, rock, text)))
         .map_err(|e| Stop::input(format!("{}: cannot be written to: {e}", out.display())))?;
     owner.share_with_children();

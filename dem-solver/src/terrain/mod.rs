@@ -11,11 +11,13 @@
 //! - [`zones`]: which material lies where
 //! - [`forest`]: where a rock in flight is slowed down
 //! - [`queries`]: what is near, how high a point stands, for how long a flight is free
+//! - [`ground`]: `dem-solver ground`, heights around a line for what is built there
 //! - [`slope`]: one that is generated
 //! - `winding`: which side is up
 
 pub mod forest;
 pub mod formats;
+pub mod ground;
 pub mod queries;
 pub mod raster;
 pub mod settings;

@@ -4,6 +4,7 @@ mod bench;
 mod bounces;
 mod coordinates;
 mod figure8;
+mod ground;
 mod heap;
 mod memory;
 mod meshes;

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 fn yes() -> bool {
     true
@@ -85,8 +86,9 @@ pub struct RingNet {
 /// `type = "barrier"`: a barrier as a whole, in the manner of EAD 340059: posts, net, bearing ropes
 /// with brakes, ropes to the slope with brakes, anchors.
 ///
-/// x runs along the barrier and is 0 in its middle, y points down the slope (the direction in which rocks
-/// come), z upwards; the feet lie on y = z = 0.
+/// Without `line` and `position` it stands in axes of its own: x runs along the barrier and is 0 in its middle, y points down
+/// the slope (the direction in which rocks come), z upwards; the feet lie on y = z = 0. With one of them it stands on the
+/// terrain: `docs/barrier.md`.
 ///
 /// | group of elements | made for | what |
 /// |---|---|---|
@@ -111,10 +113,11 @@ pub struct RingNet {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Barrier {
-    /// Fields between posts.
+    /// Fields between posts. Of a `line` of several pieces, each has as many as keep the longest field short.
     pub fields: usize,
-    /// Distance of the posts [m].
-    pub spacing: f64,
+    /// Distance of the posts [m]. Default 10; not with `line` or `position`, whose length says it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<f64>,
     /// Length of the posts [m].
     pub height: f64,
     /// How far the heads lie down the slope of the feet [m]; below 0: towards the slope.
@@ -123,30 +126,100 @@ pub struct Barrier {
     pub cells: [usize; 2],
     /// What the net is made of.
     pub net: BarrierNet,
-    /// How far the anchors of the upslope ropes lie up the slope of the feet [m].
+    /// How far the anchors of the upslope ropes lie up the slope of the feet [m], as seen from above.
     pub anchor_distance: f64,
-    /// How far they lie above the feet [m].
-    pub anchor_rise: f64,
-    /// How far the side anchors lie beyond the outer posts [m]; those of the bottom rope at half of it.
+    /// How far they lie above the feet [m]. Default 4; not with `ground`, on which they lie.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub anchor_rise: Option<f64>,
+    /// How far the side anchors lie beyond the outer posts [m], as seen from above; those of the bottom rope at half of it.
     pub side_distance: f64,
     /// Length of a brake before it gives way [m].
     pub brake_length: f64,
+    /// The line of the posts' feet: two points or more, `[x, y]` [m] on the ground or `[x, y, z]` [m]. A post stands at each.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<Vec<Vec<f64>>>,
+    /// The middle of the line, `[x, y]` or `[x, y, z]` [m], in place of `line`; with `azimuth` and `length`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<Vec<f64>>,
+    /// Direction of the line [degrees from y (north), clockwise as seen from above: 90 is x (east)].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuth: Option<f64>,
+    /// Length of the line as seen from above [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// Heights of the ground around the line: an ESRI grid (`.asc`), from the directory of the scene. Where points have two
+    /// numbers and the scene has `[terrain]`, `rockfall` makes it of that by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground: Option<PathBuf>,
+    /// On which side of the line, seen from its first point, the slope rises. Default: as the ground does; without `ground` it
+    /// is required.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uphill: Option<Side>,
 }
 
 impl Default for Barrier {
     fn default() -> Self {
         Self {
             fields: 3,
-            spacing: 10.0,
+            spacing: None,
             height: 4.0,
             lean: 0.0,
             cells: [20, 8],
             net: BarrierNet::Square,
             anchor_distance: 6.0,
-            anchor_rise: 4.0,
+            anchor_rise: None,
             side_distance: 5.0,
             brake_length: 1.0,
+            line: None,
+            position: None,
+            azimuth: None,
+            length: None,
+            ground: None,
+            uphill: None,
         }
+    }
+}
+
+impl Barrier {
+    /// Distance of the posts in own axes [m].
+    pub fn spacing(&self) -> f64 {
+        self.spacing.unwrap_or(10.0)
+    }
+
+    /// Height of the upslope anchors above the feet, without ground [m].
+    pub fn anchor_rise(&self) -> f64 {
+        self.anchor_rise.unwrap_or(4.0)
+    }
+
+    /// Whether it stands on a line of the terrain.
+    pub fn is_placed(&self) -> bool {
+        self.line.is_some() || self.position.is_some()
+    }
+}
+
+/// A side of a line, seen from its first point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// To the left.
+    Left,
+    /// To the right.
+    Right,
+}
+
+impl Generator {
+    /// With what is chosen where nothing is stated.
+    pub fn filled_in(&self) -> Self {
+        let mut filled = self.clone();
+        if let Self::Barrier(barrier) = &mut filled {
+            if !barrier.is_placed() {
+                barrier.spacing = Some(barrier.spacing());
+            }
+            if barrier.ground.is_none() {
+                barrier.anchor_rise = Some(barrier.anchor_rise());
+            }
+        }
+        filled
     }
 }
 

@@ -10,7 +10,7 @@ mod at_start;
 mod base;
 mod build;
 mod cell;
-mod generator;
+pub(crate) mod generator;
 mod holding;
 mod loading;
 mod names;

@@ -4,6 +4,7 @@
 //! - [`msh`]: Gmsh, versions 2.2 and 4.1, ASCII
 //! - [`inp`]: CalculiX and Abaqus
 //! - [`mdpa`]: the meshes of Kratos
+//! - [`heights`]: heights of the ground on a grid
 //! - [`tokens`]: words of a text and the lines on which they stand
 //!
 //! Coordinates are taken as metres. A file is read in time and memory proportional to its length, whatever
@@ -14,6 +15,7 @@
 
 pub(crate) mod bounds;
 pub mod format;
+pub mod heights;
 pub mod inp;
 pub mod mdpa;
 pub mod mesh;

@@ -1,5 +1,6 @@
 //! `fem-solver check`: what would be built, the critical step, the cost.
 
+use crate::config::generator::Generator;
 use crate::config::{Config, Integrator};
 use crate::integrator::critical_step::typical_stiffness;
 use crate::integrator::start::{NoStart, Start};
@@ -146,9 +147,11 @@ fn resolve(config: &Config, start: &Start, inherited: Option<&Inherited>) -> Res
     if start.time_step.is_finite() {
         fem.time_step = Some(start.time_step);
     }
+    let mut structure = config.structure.clone();
+    structure.generator = structure.generator.as_ref().map(Generator::filled_in);
     let mut table = toml::Table::new();
     let broken = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
-    table.insert("structure".into(), toml::Value::try_from(&config.structure).map_err(broken)?);
+    table.insert("structure".into(), toml::Value::try_from(&structure).map_err(broken)?);
     table.insert("fem".into(), toml::Value::try_from(fem).map_err(broken)?);
     if let Some(from) = inherited {
         table.insert(KEY.into(), toml::Value::try_from(&from.origin).map_err(broken)?);

@@ -3,6 +3,7 @@
 mod broken;
 pub mod check;
 pub mod reference;
+pub mod site;
 
 use crate::config::Config;
 use crate::config::scheme::Scheme;

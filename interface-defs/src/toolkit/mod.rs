@@ -9,6 +9,7 @@
 //! - [`program`]: the `main` of a solver: run, check, serve
 //! - [`progress`]: lines from which a launcher draws its bar
 //! - [`check`]: what a program answers to `check`
+//! - [`ground`]: heights of the terrain for what is built on it
 //! - [`history`], [`summary`], [`vtu`]: result files
 //! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: files that are whole or not there
 //! - [`start_from`], [`state_file`]: a run that starts where another has ended, and the file that this one leaves for it
@@ -25,6 +26,7 @@ mod exact;
 pub mod exit;
 pub mod explain;
 pub mod files;
+pub mod ground;
 pub mod history;
 pub mod input_error;
 pub mod input_file;

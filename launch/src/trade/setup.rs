@@ -7,6 +7,7 @@ use super::report::{Facts, quoted};
 use super::store::Identity;
 use crate::choice;
 use crate::events::Events;
+use crate::ground::Ground;
 use crate::numbers::Numbers;
 use crate::plan::Plan;
 use crate::record;
@@ -36,9 +37,11 @@ impl Setup {
         let input = &arguments.input;
         let scene = input.load()?;
         let plan = Plan::of(&scene)?;
-        let mut reports = validate(&plan, input, events)?;
+        let ground = Ground::of(&scene, &plan, input, events)?;
+        let mut reports = validate(&plan, ground.input(), events)?;
         let chosen = choice::complete(&scene, &plan, &mut reports)?;
-        let resolved = record::resolved(&scene, &plan, &reports)?;
+        let mut resolved = record::resolved(&scene, &plan, &reports)?;
+        ground.forget(&mut resolved);
         let end_time = scene.end_time()?;
         let numbers = Numbers::of(&reports, end_time);
         let steps = [("dem.time_step", numbers.contact.step), ("fem.time_step", numbers.net.step)];
@@ -90,7 +93,8 @@ pub fn numbers(input: &Input, sets: &[String], events: &Events) -> Option<Number
     input.sets.extend_from_slice(sets);
     let scene = input.load().ok()?;
     let plan = Plan::of(&scene).ok()?;
-    let mut reports = validate(&plan, &input, events).ok()?;
+    let ground = Ground::of(&scene, &plan, &input, events).ok()?;
+    let mut reports = validate(&plan, ground.input(), events).ok()?;
     choice::complete(&scene, &plan, &mut reports).ok()?;
     Some(Numbers::of(&reports, scene.end_time().ok()?))
 }

@@ -4,6 +4,7 @@
 
 use super::generated::{Generated, MadeFor, named};
 use super::ring_net::Contacts;
+use super::site::Site;
 use crate::config::generator::{Barrier, BarrierNet};
 use crate::read::mesh::{ElementGroup, Kind, Mesh};
 use nalgebra::Vector3;
@@ -11,9 +12,9 @@ use nalgebra::Vector3;
 /// Half of the width of a block of 3 200 kg [m].
 const HALF_BLOCK: f64 = 0.6;
 
-/// The barrier as a mesh with named parts.
-pub fn barrier(table: &Barrier) -> Generated {
-    let mut work = Work::new(table);
+/// The barrier as a mesh with named parts; in axes of its own, or where `site` says.
+pub fn barrier(table: &Barrier, site: Option<&Site>) -> Generated {
+    let mut work = Work::new(table, site);
     work.net();
     work.posts();
     work.bearing_ropes();
@@ -24,6 +25,8 @@ pub fn barrier(table: &Barrier) -> Generated {
 /// A barrier in the making.
 struct Work<'a> {
     table: &'a Barrier,
+    /// Where it stands; `None`: in axes of its own.
+    site: Option<&'a Site>,
     mesh: Mesh,
     parts: Vec<MadeFor>,
     /// Up along a post, of the post's length [m].
@@ -34,6 +37,8 @@ struct Work<'a> {
     upslope_anchors: Vec<usize>,
     /// Every node of the net.
     net: Vec<usize>,
+    /// Where along the line they lie, in fields.
+    along: Vec<f64>,
     /// Nodes of ropes and net along the feet, along the heads, and along the two sides, in order.
     bottom: Vec<usize>,
     top: Vec<usize>,
@@ -41,10 +46,11 @@ struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn new(table: &'a Barrier) -> Self {
+    fn new(table: &'a Barrier, site: Option<&'a Site>) -> Self {
         let rise = (table.height * table.height - table.lean * table.lean).sqrt();
         Self {
             table,
+            site,
             mesh: Mesh::default(),
             parts: Vec::new(),
             post: Vector3::new(0.0, table.lean, rise),
@@ -53,6 +59,7 @@ impl<'a> Work<'a> {
             side_anchors: Vec::new(),
             upslope_anchors: Vec::new(),
             net: Vec::new(),
+            along: Vec::new(),
             bottom: Vec::new(),
             top: Vec::new(),
             sides: [Vec::new(), Vec::new()],
@@ -66,12 +73,46 @@ impl<'a> Work<'a> {
 
     /// Half of the length of the barrier [m].
     fn half(&self) -> f64 {
-        0.5 * self.table.fields as f64 * self.table.spacing
+        0.5 * self.table.fields as f64 * self.table.spacing()
     }
 
-    /// A point of the net's plane: `along` the feet from the first [m], `up` in parts of a post.
-    fn in_plane(&self, along: f64, up: f64) -> Vector3<f64> {
-        Vector3::new(along - self.half(), 0.0, 0.0) + up * self.post
+    /// A point of the net: `fields` along the feet from the first, `along` the same in its own axes [m], `up` in parts of a post.
+    fn in_net(&self, fields: f64, along: f64, up: f64) -> Vector3<f64> {
+        match self.site {
+            Some(site) => site.in_net(fields, up),
+            None => Vector3::new(along - self.half(), 0.0, 0.0) + up * self.post,
+        }
+    }
+
+    /// A node of the net, `cells` along it and `up` in parts of a post.
+    fn net_node(&mut self, cells: f64, up: f64) {
+        let per_field = self.table.cells[0] as f64;
+        let cell = self.table.spacing() / per_field;
+        let node = self.node(self.in_net(cells / per_field, cell * cells, up));
+        self.net.push(node);
+        self.along.push(cells / per_field);
+    }
+
+    /// Anchors beside the first and the last post; `rope` 0: of the bottom rope, 1: of the top rope.
+    fn side_anchors(&self, rope: usize) -> [Vector3<f64>; 2] {
+        if let Some(site) = self.site {
+            return site.sides[rope];
+        }
+        let share = [0.5, 1.0][rope];
+        let beyond = self.half() + share * self.table.side_distance;
+        [-beyond, beyond].map(|x| Vector3::new(x, 0.0, 0.0))
+    }
+
+    /// The two anchors in the slope of post `k`.
+    fn anchors_of(&self, k: usize) -> [Vector3<f64>; 2] {
+        if let Some(site) = self.site {
+            return site.upslope[k];
+        }
+        let x = self.table.spacing() * k as f64 - self.half();
+        [-1.0, 1.0].map(|sign| {
+            let across = sign * 0.25 * self.table.spacing();
+            Vector3::new(x + across, -self.table.anchor_distance, self.table.anchor_rise())
+        })
     }
 
     fn part(&mut self, group: &'static str, element: &'static str, elements: Vec<(Kind, Vec<usize>)>) {
@@ -93,14 +134,11 @@ impl<'a> Work<'a> {
     fn square_net(&mut self) {
         let [per_field, rows] = self.table.cells;
         let columns = per_field * self.table.fields;
-        let cell = self.table.spacing / per_field as f64;
         let number = |i: usize, j: usize| j * (columns + 1) + i;
         let mut cables = Vec::new();
         for j in 0..=rows {
             for i in 0..=columns {
-                let at = self.in_plane(cell * i as f64, j as f64 / rows as f64);
-                self.net.push(number(i, j));
-                self.node(at);
+                self.net_node(i as f64, j as f64 / rows as f64);
                 if i < columns && j > 0 && j < rows {
                     cables.push((Kind::Line2, vec![number(i, j), number(i + 1, j)]));
                 }
@@ -121,17 +159,14 @@ impl<'a> Work<'a> {
     fn rings(&mut self) {
         let [per_field, rows] = self.table.cells;
         let columns = per_field * self.table.fields;
-        let cell = self.table.spacing / per_field as f64;
         let contacts = Contacts::new([columns, rows]);
         for [x, y] in contacts.places() {
-            let at = self.in_plane(cell * x, y / rows as f64);
-            let node = self.node(at);
-            self.net.push(node);
+            self.net_node(x, y / rows as f64);
         }
         for k in 0..=self.table.fields {
-            let along = self.table.spacing * k as f64;
-            let foot = self.node(self.in_plane(along, 0.0));
-            let head = self.node(self.in_plane(along, 1.0));
+            let along = self.table.spacing() * k as f64;
+            let foot = self.node(self.in_net(k as f64, along, 0.0));
+            let head = self.node(self.in_net(k as f64, along, 1.0));
             self.feet.push(foot);
             self.heads.push(head);
             self.bottom.push(foot);
@@ -171,13 +206,13 @@ impl<'a> Work<'a> {
         self.part("side_ropes", "cable", sides);
         let mut brakes = Vec::new();
         let mut lateral = Vec::new();
-        for (group, share, mut rope) in
-            [("bottom_rope", 0.5, self.bottom.clone()), ("top_rope", 1.0, self.top.clone())]
+        for (group, which, mut rope) in
+            [("bottom_rope", 0, self.bottom.clone()), ("top_rope", 1, self.top.clone())]
         {
-            let beyond = self.half() + share * self.table.side_distance;
+            let [before, behind] = self.side_anchors(which);
             let ends = [rope[0], rope[rope.len() - 1]];
-            let [first, last] = [(-beyond, ends[0]), (beyond, ends[1])].map(|(x, end)| {
-                let anchor = self.node(Vector3::new(x, 0.0, 0.0));
+            let [first, last] = [(before, ends[0]), (behind, ends[1])].map(|(at, end)| {
+                let anchor = self.node(at);
                 let brake = self.brake_end(anchor, end);
                 self.side_anchors.push(anchor);
                 brakes.push((Kind::Line2, vec![brake, anchor]));
@@ -198,10 +233,7 @@ impl<'a> Work<'a> {
     fn upslope_ropes(&mut self) {
         let (mut ropes, mut brakes) = (Vec::new(), Vec::new());
         for k in 0..=self.table.fields {
-            let x = self.table.spacing * k as f64 - self.half();
-            for sign in [-1.0, 1.0] {
-                let across = sign * 0.25 * self.table.spacing;
-                let at = Vector3::new(x + across, -self.table.anchor_distance, self.table.anchor_rise);
+            for at in self.anchors_of(k) {
                 let anchor = self.node(at);
                 let brake = self.brake_end(anchor, self.heads[k]);
                 self.upslope_anchors.push(anchor);
@@ -215,12 +247,14 @@ impl<'a> Work<'a> {
 
     fn finish(mut self) -> Generated {
         let nodes = &self.mesh.nodes;
-        let middle = self.in_plane(self.table.spacing * ((self.table.fields / 2) as f64 + 0.5), 0.5);
-        let half_field = 0.5 * self.table.spacing;
+        let fields = (self.table.fields / 2) as f64 + 0.5;
+        let middle = self.in_net(fields, self.table.spacing() * fields, 0.5);
+        let inside =
+            self.net.iter().zip(&self.along).filter(|(_, a)| (*a - fields).abs() < 0.5 * (1.0 - 1e-9));
         let free: Vec<usize> =
             self.net.iter().copied().filter(|n| !self.feet.contains(n) && !self.heads.contains(n)).collect();
-        let inside = |n: &usize| (nodes[*n].x - middle.x).abs() < half_field * (1.0 - 1e-9);
-        let middle_field: Vec<usize> = free.iter().copied().filter(inside).collect();
+        // Feet and heads lie at its borders.
+        let middle_field: Vec<usize> = inside.map(|(n, _)| *n).collect();
         let distance = |n: &usize| (nodes[*n] - middle).norm();
         let mut impact: Vec<usize> =
             middle_field.iter().copied().filter(|n| distance(n) <= HALF_BLOCK).collect();
@@ -241,6 +275,7 @@ impl<'a> Work<'a> {
         .map(|(name, nodes)| named(name, nodes))
         .to_vec();
         self.mesh.name_nodes();
+        self.mesh.warnings.extend(self.site.iter().flat_map(|site| site.warnings.iter().cloned()));
         Generated { mesh: self.mesh, held: Vec::new(), parts: self.parts }
     }
 }
@@ -267,7 +302,7 @@ mod tests {
 
     fn both() -> [Generated; 2] {
         [BarrierNet::Square, BarrierNet::Rings]
-            .map(|net| barrier(&Barrier { net, lean: 1.0, cells: [6, 3], ..Barrier::default() }))
+            .map(|net| barrier(&Barrier { net, lean: 1.0, cells: [6, 3], ..Barrier::default() }, None))
     }
 
     #[test]
@@ -348,7 +383,7 @@ mod tests {
                 assert!(nodes(&made, post).iter().all(|n| !nodes(&made, "free_net").contains(n)));
             }
         }
-        let fine = barrier(&Barrier { cells: [40, 16], ..Barrier::default() });
+        let fine = barrier(&Barrier { cells: [40, 16], ..Barrier::default() }, None);
         // 0.25 m cells: the grid points of a circle of 2.4 cells.
         assert_eq!(nodes(&fine, "impact").len(), 21);
     }

@@ -2,12 +2,17 @@
 
 mod barrier;
 mod generated;
+mod line;
 mod rectangular_net;
 mod ring_net;
+mod site;
 
 pub use self::generated::{Generated, MadeFor};
+use self::line::Line;
+use self::site::Site;
 use crate::config::generator::{Barrier, Generator, Held};
 use crate::read::bounds::{not_negative, positive};
+use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
@@ -34,10 +39,29 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Input
         }
         Generator::Barrier(table) => {
             check_barrier(scene, table)?;
-            Ok(barrier::barrier(table))
+            let site = if table.is_placed() { Some(Site::of(scene, table)?) } else { None };
+            Ok(barrier::barrier(table, site.as_ref()))
         }
     }
 }
+
+/// Where heights of the ground are needed for the barrier of `table`, whose `ground` is not named: nowhere if its line has its own.
+pub fn area(scene: &Scene, table: &Barrier) -> Result<Option<Area>, InputError> {
+    check_barrier(scene, table)?;
+    let line = Line::of(scene, table)?;
+    // A cell more, between whose heights the furthest anchor lies.
+    let margin = table.anchor_distance.max(table.side_distance) + 2.0 * CELL;
+    Ok((!line.has_heights).then(|| Area {
+        wants: "structure.generator.ground".into(),
+        of: line.key.into(),
+        line: line.points.iter().map(|p| [p.x, p.y]).collect(),
+        margin,
+        cell: CELL,
+    }))
+}
+
+/// Distance of heights below a barrier [m]: feet stand on kinks of the terrain within some centimetres.
+const CELL: f64 = 0.25;
 
 /// Most cells or rings of a generated net.
 const MOST_CELLS: usize = 4_000_000;
@@ -64,19 +88,48 @@ fn check_place(scene: &Scene, origin: Option<[f64; 3]>, center: Option<[f64; 3]>
 const POSTS: [f64; 2] = [0.1, 40.0];
 const FIELDS: [f64; 2] = [0.1, 200.0];
 
+/// Refuse keys that leave each other without use.
+fn check_use(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
+    let placed = table.is_placed();
+    let on_line = "there is neither line nor position: nothing will use it";
+    let idle = [
+        ("azimuth", !placed && table.azimuth.is_some(), on_line),
+        ("length", !placed && table.length.is_some(), on_line),
+        ("ground", !placed && table.ground.is_some(), on_line),
+        ("uphill", !placed && table.uphill.is_some(), on_line),
+        (
+            "spacing",
+            placed && table.spacing.is_some(),
+            "the posts stand on a line, whose length and `fields` say how far apart",
+        ),
+        (
+            "anchor_rise",
+            table.ground.is_some() && table.anchor_rise.is_some(),
+            "the anchors lie on the ground",
+        ),
+    ];
+    match idle.into_iter().find(|(_, idle, _)| *idle) {
+        Some((key, _, why)) => Err(scene
+            .invalid(&format!("structure.generator.{key}"), format!("`{key}`: {why}"))
+            .try_instead(format!("leave `{key}` out"))),
+        None => Ok(()),
+    }
+}
+
 fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
     let key = |name: &str| format!("structure.generator.{name}");
     if table.fields == 0 {
         return Err(scene.invalid(&key("fields"), "a barrier has one field at least"));
     }
     check_counts(scene, "cells", [table.cells[0].saturating_mul(table.fields), table.cells[1]])?;
-    positive(scene, &key("spacing"), table.spacing, "m")?;
+    check_use(scene, table)?;
+    positive(scene, &key("spacing"), table.spacing(), "m")?;
     positive(scene, &key("height"), table.height, "m")?;
     positive(scene, &key("anchor_distance"), table.anchor_distance, "m")?;
-    not_negative(scene, &key("anchor_rise"), table.anchor_rise, "m")?;
+    not_negative(scene, &key("anchor_rise"), table.anchor_rise(), "m")?;
     positive(scene, &key("side_distance"), table.side_distance, "m")?;
     positive(scene, &key("brake_length"), table.brake_length, "m")?;
-    for (name, value) in [("height", table.height), ("spacing", table.spacing)] {
+    for (name, value) in [("height", table.height), ("spacing", table.spacing())] {
         let [least, most] = if name == "height" { POSTS } else { FIELDS };
         if !(least..=most).contains(&value) {
             let what = format!(
@@ -99,3 +152,6 @@ fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod site_tests;

@@ -1,0 +1,105 @@
+//! `dem-solver ground`: heights of the terrain around a line, as an ESRI grid, for what is built on it.
+//!
+//! They are those of the surface that rocks touch, whatever the file of the terrain holds.
+
+use super::Terrain;
+use super::raster::Raster;
+use super::settings::TerrainSettings;
+use clap::{ArgMatches, Args, FromArgMatches};
+use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::ground::GroundArguments;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::program::Extra;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::screen::show;
+use nalgebra::Vector3;
+
+/// The subcommand.
+pub const COMMAND: Extra = Extra { command, run };
+
+/// Most heights that are written.
+const MOST: f64 = 1e7;
+
+fn command() -> clap::Command {
+    GroundArguments::augment_args(
+        clap::Command::new("ground")
+            .about("Write heights of the scene's terrain around a line, as an ESRI grid")
+            .after_help("What stands on the terrain names the file: structure.generator.ground. `rockfall` does both by itself."),
+    )
+}
+
+fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
+    let arguments = GroundArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+    let scene = arguments.input.load()?;
+    let raster = around(&scene, &arguments)?;
+    raster.write_asc(&arguments.output).map_err(|e| {
+        let file = arguments.output.display().to_string();
+        InputError::in_file(file, format!("the heights cannot be written: {e}"))
+    })?;
+    let [columns, rows] = raster.counts;
+    show(&format!(
+        "{}: {columns} x {rows} heights, {} m apart\n",
+        arguments.output.display(),
+        arguments.cell
+    ));
+    Ok(Exit::Done)
+}
+
+/// Heights of the terrain of `scene` around the line of `arguments`, NaN where there is no terrain.
+pub fn around(scene: &Scene, arguments: &GroundArguments) -> Result<Raster, InputError> {
+    let fault = |what: String| match &arguments.key {
+        Some(key) => scene.invalid(key, what),
+        None => InputError::in_file("--line", what),
+    };
+    for (name, value) in [("--margin", arguments.margin), ("--cell", arguments.cell)] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(InputError::in_file(name, format!("{value} m: it must be a finite number above 0")));
+        }
+    }
+    let (points, rest) = arguments.line.as_chunks::<2>();
+    if points.is_empty() || !rest.is_empty() || arguments.line.iter().any(|v| !v.is_finite()) {
+        let what = format!("{} numbers are no points", arguments.line.len());
+        return Err(fault(what).try_instead("x and y of each point, in metres"));
+    }
+    let settings: Option<TerrainSettings> = scene.read("terrain")?;
+    let settings = settings.ok_or_else(|| {
+        scene.invalid("terrain", "the scene has no [terrain], whose heights could be written")
+    })?;
+    settings.check(scene)?;
+    let terrain = Terrain::of(scene, &settings)?;
+    for [x, y] in points {
+        if height(&terrain, *x, *y).is_none() {
+            let (from, to) = (terrain.lowest + terrain.origin, terrain.highest + terrain.origin);
+            let what = format!(
+                "the point x = {x}, y = {y} m lies beside the terrain or in a hole of it: it has x {:.1} to {:.1}, y {:.1} to {:.1} m",
+                from.x, to.x, from.y, to.y
+            );
+            return Err(
+                fault(what).try_instead("the line is in the coordinates of the terrain's file, in metres")
+            );
+        }
+    }
+    let axis = |a: usize| points.iter().map(move |p| p[a]);
+    let cell = arguments.cell;
+    let from = |a: usize| ((axis(a).fold(f64::INFINITY, f64::min) - arguments.margin) / cell).floor();
+    let to = |a: usize| ((axis(a).fold(f64::NEG_INFINITY, f64::max) + arguments.margin) / cell).ceil();
+    let (corner, counts) = ([from(0), from(1)], [to(0) - from(0) + 1.0, to(1) - from(1) + 1.0]);
+    if counts[0] * counts[1] > MOST {
+        let what = format!("{:e} heights {cell} m apart: {MOST:e} are possible", counts[0] * counts[1]);
+        return Err(fault(what).try_instead("a shorter line, or a larger --cell"));
+    }
+    let counts = counts.map(|n| n as usize);
+    let at = |axis: usize, k: usize| (corner[axis] + k as f64) * cell;
+    let heights = (0..counts[1]).rev().flat_map(|row| {
+        let terrain = &terrain;
+        (0..counts[0]).map(move |column| height(terrain, at(0, column), at(1, row)).unwrap_or(f64::NAN))
+    });
+    Ok(Raster { corner: [at(0, 0), at(1, 0)], spacing: [cell; 2], counts, heights: heights.collect() })
+}
+
+/// Height of the surface there [m], the highest one.
+fn height(terrain: &Terrain, x: f64, y: f64) -> Option<f64> {
+    let above = Vector3::new(x - terrain.origin.x, y - terrain.origin.y, terrain.highest.z + 1.0);
+    let drop = terrain.height(&above, &-Vector3::z())?;
+    Some(above.z - drop + terrain.origin.z)
+}

@@ -1,0 +1,207 @@
+//! Heights of the ground on a grid: an ESRI ASCII grid, as `dem-solver ground` and any GIS write it.
+//!
+//! `ncols`, `nrows`, `xllcenter` or `xllcorner`, `yll..`, `cellsize` (or `dx`, `dy`), `NODATA_value`, then the heights row by
+//! row from the north. A height stands in the middle of its cell; between four of them it is bilinear.
+
+use interface_defs::toolkit::input_error::InputError;
+use std::path::Path;
+
+/// Most heights that are read.
+const MOST: usize = 20_000_000;
+/// Height of a cell without height where the file does not say.
+const NODATA: f64 = -9999.0;
+
+/// A raster of heights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heights {
+    /// x of the first column's and y of the last row's middles [m].
+    corner: [f64; 2],
+    /// Distance of columns and of rows [m].
+    spacing: [f64; 2],
+    /// Columns, rows.
+    counts: [usize; 2],
+    /// Row by row from the north; NaN where there is none [m].
+    heights: Vec<f64>,
+}
+
+#[derive(Default)]
+struct Header {
+    counts: [Option<usize>; 2],
+    /// Lower left, and whether the middle of the cell is meant.
+    corner: [Option<(f64, bool)>; 2],
+    spacing: [Option<f64>; 2],
+    nodata: Option<f64>,
+}
+
+impl Heights {
+    /// Read the file at `path`.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| InputError::in_file(file.as_str(), format!("the heights cannot be read: {e}")))?;
+        Self::parse(&file, &text)
+    }
+
+    /// From the text of `file`.
+    pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
+        let mut header = Header::default();
+        let mut heights = Vec::new();
+        for (line, number) in text.lines().zip(1..) {
+            let fault = |what: String| InputError::in_file(format!("{file}:{number}"), what);
+            if heights.is_empty() && line.trim_start().starts_with(|c: char| c.is_alphabetic()) {
+                header.line(line).map_err(fault)?;
+                continue;
+            }
+            for word in line.split_whitespace() {
+                let height = word.parse().ok().filter(|z: &f64| z.is_finite());
+                heights.push(height.ok_or_else(|| fault(format!("`{word}` is no height")))?);
+            }
+            if heights.len() > MOST {
+                return Err(fault(format!(
+                    "more than {MOST} heights: cut the grid to what lies around the line"
+                )));
+            }
+        }
+        header.with(heights).map_err(|what| InputError::in_file(file, what))
+    }
+
+    /// Height of the ground [m]; `None` outside, and where one of the four around has none.
+    pub fn at(&self, x: f64, y: f64) -> Option<f64> {
+        let place = |v: f64, axis: usize| {
+            let cells = self.counts[axis] - 1;
+            let at = (v - self.corner[axis]) / self.spacing[axis];
+            // A point on the border that is beyond it by rounding is on it.
+            let rounding = 1e-9 * cells as f64;
+            (at >= -rounding && at <= cells as f64 + rounding).then(|| {
+                let at = at.clamp(0.0, cells as f64);
+                let cell = (at as usize).min(cells - 1);
+                (cell, at - cell as f64)
+            })
+        };
+        let ((i, u), (j, v)) = (place(x, 0)?, place(y, 1)?);
+        let [columns, rows] = self.counts;
+        let node = |i: usize, j: usize, weight: f64| {
+            // Without weight it may have no height.
+            if weight == 0.0 { 0.0 } else { weight * self.heights[(rows - 1 - j) * columns + i] }
+        };
+        let low = node(i, j, (1.0 - u) * (1.0 - v)) + node(i + 1, j, u * (1.0 - v));
+        let height = low + node(i, j + 1, (1.0 - u) * v) + node(i + 1, j + 1, u * v);
+        height.is_finite().then_some(height)
+    }
+
+    /// Distance of its points [m], the shorter one.
+    pub fn cell(&self) -> f64 {
+        self.spacing[0].min(self.spacing[1])
+    }
+
+    /// Where it lies, in words.
+    pub fn extent(&self) -> String {
+        let to = |axis: usize| self.corner[axis] + (self.counts[axis] - 1) as f64 * self.spacing[axis];
+        format!("x {:.2} to {:.2}, y {:.2} to {:.2} m", self.corner[0], to(0), self.corner[1], to(1))
+    }
+}
+
+impl Header {
+    fn line(&mut self, line: &str) -> Result<(), String> {
+        let mut words = line.split_whitespace();
+        let (name, value) = (words.next().unwrap_or_default().to_lowercase(), words.next());
+        let value = value.ok_or_else(|| format!("`{name}` has no value"))?;
+        let number: f64 = value
+            .parse()
+            .ok()
+            .filter(|v: &f64| v.is_finite())
+            .ok_or_else(|| format!("`{value}` is no number for `{name}`"))?;
+        let size =
+            (number > 0.0).then_some(number).ok_or_else(|| format!("{name} = {value}: it must lie above 0"));
+        let count = || {
+            let whole = number >= 2.0 && number.fract() == 0.0 && number <= MOST as f64;
+            whole
+                .then_some(number as usize)
+                .ok_or_else(|| format!("{name} = {value}: a whole number of 2 or more is required"))
+        };
+        match name.as_str() {
+            "ncols" => self.counts[0] = Some(count()?),
+            "nrows" => self.counts[1] = Some(count()?),
+            "xllcorner" | "xllcenter" => self.corner[0] = Some((number, name.ends_with("center"))),
+            "yllcorner" | "yllcenter" => self.corner[1] = Some((number, name.ends_with("center"))),
+            "cellsize" => self.spacing = [Some(size?); 2],
+            "dx" => self.spacing[0] = Some(size?),
+            "dy" => self.spacing[1] = Some(size?),
+            "nodata_value" => self.nodata = Some(number),
+            _ => return Err(format!("`{name}` is no line of the header of an ESRI grid")),
+        }
+        Ok(())
+    }
+
+    fn with(self, mut heights: Vec<f64>) -> Result<Heights, String> {
+        let missing = |name: &str| format!("the header has no `{name}`; an ESRI grid (.asc) is required");
+        let [Some(columns), Some(rows)] = self.counts else { return Err(missing("ncols` or `nrows")) };
+        let [Some(west), Some(south)] = self.corner else { return Err(missing("xllcorner` or `yllcorner")) };
+        let [Some(dx), Some(dy)] = self.spacing else { return Err(missing("cellsize")) };
+        if columns.saturating_mul(rows) != heights.len() {
+            return Err(format!(
+                "the header promises {columns} x {rows} heights, and the file has {}",
+                heights.len()
+            ));
+        }
+        let nodata = self.nodata.unwrap_or(NODATA);
+        heights.iter_mut().filter(|z| **z == nodata).for_each(|z| *z = f64::NAN);
+        let middle = |(at, is_middle): (f64, bool), size: f64| if is_middle { at } else { at + 0.5 * size };
+        Ok(Heights {
+            corner: [middle(west, dx), middle(south, dy)],
+            spacing: [dx, dy],
+            counts: [columns, rows],
+            heights,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(header: &str, heights: &str) -> Result<Heights, String> {
+        Heights::parse("g.asc", &format!("ncols 3\nnrows 2\n{header}\n{heights}\n"))
+            .map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_plane_is_read_exactly_wherever_it_is_asked() {
+        // z = 2 x + 3 y, x 10, 14, 18, y 1, 6.
+        for header in ["xllcenter 10\nyllcenter 1\ndx 4\ndy 5", "XLLCORNER 8\nyllcorner -1.5\ndx 4\ndy 5"] {
+            let grid = grid(header, "38 46 54\n23 31 39").expect("a grid");
+            for (x, y) in [(10.0, 1.0), (18.0, 6.0), (14.0, 3.5), (17.9, 1.1), (11.0, 6.0)] {
+                assert!((grid.at(x, y).expect("inside") - (2.0 * x + 3.0 * y)).abs() < 1e-13);
+            }
+            assert_eq!((grid.at(9.9, 2.0), grid.at(18.1, 2.0), grid.at(12.0, 0.9)), (None, None, None));
+        }
+    }
+
+    #[test]
+    fn beside_a_cell_without_height_there_is_none() {
+        let grid =
+            grid("xllcenter 0\nyllcenter 0\ncellsize 1\nNODATA_value -1", "5 6 -1\n1 2 3").expect("a grid");
+        assert_eq!((grid.at(1.5, 0.5), grid.at(2.0, 0.0), grid.at(2.0, 0.1)), (None, Some(3.0), None));
+        // On the edge of the cell the height that is missing has no weight.
+        assert_eq!(grid.at(1.0, 0.5), Some(4.0));
+    }
+
+    #[test]
+    fn a_grid_that_is_wrong_says_where() {
+        for (header, heights, what) in [
+            ("xllcenter 0\nyllcenter 0", "1 2 3\n4 5 6", "g.asc: the header has no `cellsize`"),
+            ("xllcenter 0\nyllcenter 0\ncellsize 0", "1", "g.asc:5: cellsize = 0: it must lie above 0"),
+            ("xllcenter 0\nyllcenter 0\ncellsize 1", "1 2 3\n4 5 x", "g.asc:7: `x` is no height"),
+            (
+                "xllcenter 0\nyllcenter 0\ncellsize 1",
+                "1 2 3\n4 5",
+                "promises 3 x 2 heights, and the file has 5",
+            ),
+            ("xllcenter\nyllcenter 0\ncellsize 1", "1 2 3\n4 5 6", "g.asc:3: `xllcenter` has no value"),
+            ("cells 4", "1", "g.asc:3: `cells` is no line of the header"),
+        ] {
+            let fault = grid(header, heights).expect_err(what);
+            assert!(fault.contains(what), "{fault}");
+        }
+    }
+}

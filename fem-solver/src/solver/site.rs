@@ -1,0 +1,39 @@
+//! `fem-solver site`: where a scene needs heights of the terrain. `rockfall` asks it, and has them made.
+
+use crate::config::StructureConfig;
+use crate::config::generator::Generator;
+use crate::model::generator::area;
+use clap::{ArgMatches, Args, FromArgMatches};
+use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::ground::{Area, SiteArguments};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::program::Extra;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::screen::show;
+
+/// The subcommand.
+pub const COMMAND: Extra = Extra { command, run };
+
+fn command() -> clap::Command {
+    SiteArguments::augment_args(
+        clap::Command::new("site").hide(true).about("Print where heights of the terrain are needed (JSON)"),
+    )
+}
+
+fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
+    let arguments = SiteArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+    let area = of(&arguments.input.load()?)?;
+    show(&serde_json::to_string(&area).expect("numbers and text are valid JSON"));
+    Ok(Exit::Done)
+}
+
+/// Where the structure of `scene` needs heights that it does not name.
+pub fn of(scene: &Scene) -> Result<Option<Area>, InputError> {
+    let structure: Option<StructureConfig> = scene.read("structure")?;
+    match structure.and_then(|structure| structure.generator) {
+        Some(Generator::Barrier(barrier)) if barrier.is_placed() && barrier.ground.is_none() => {
+            area(scene, &barrier)
+        }
+        _ => Ok(None),
+    }
+}

@@ -1,0 +1,166 @@
+//! Heights of the terrain for a structure that stands on it and names none: where they are needed the structure's program
+//! says, and the rocks' program writes them.
+//!
+//! Neither of the two knows the other. What a scene names itself is left as it is, and so is a scene without terrain.
+
+use crate::events::Events;
+use crate::plan::{Member, Part, Plan};
+use crate::stop::Stop;
+use crate::verdict::error_in;
+use interface_defs::ipc::RunId;
+use interface_defs::toolkit::arguments::Input;
+use interface_defs::toolkit::ground::Area;
+use interface_defs::toolkit::scene::Scene;
+use std::ffi::OsString;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use toml::Table;
+
+/// Name of the raster in the directory of a run.
+pub const FILE: &str = "ground.asc";
+
+/// The raster that was made for a scene, if it takes one; removed with it.
+#[derive(Debug)]
+pub struct Ground {
+    input: Input,
+    made: Option<Made>,
+}
+
+/// A raster in a file of its own, and the key of the scene that names it.
+#[derive(Debug)]
+struct Made {
+    key: String,
+    file: PathBuf,
+}
+
+impl Drop for Made {
+    fn drop(&mut self) {
+        // Where nothing was written there is nothing to remove.
+        let _ = std::fs::remove_file(&self.file);
+    }
+}
+
+impl Ground {
+    /// That of `scene`, as it is loaded from `input`.
+    pub fn of(scene: &Scene, plan: &Plan, input: &Input, events: &Events) -> Result<Self, Stop> {
+        let mut ground = Self { input: input.clone(), made: None };
+        let own = |part: Part| plan.members.iter().find(|m| m.part == part && !m.foreign);
+        let (Some(structure), Some(rocks)) = (own(Part::Fem), own(Part::Dem)) else { return Ok(ground) };
+        if !may_take_one(&scene.document()?) {
+            return Ok(ground);
+        }
+        let answer = ask(structure, "site", input, &[], events)?;
+        let area: Option<Area> = serde_json::from_str(&answer).map_err(|e| {
+            Stop::failed(format!(
+                "{} site: {e}; are all programs of one version?",
+                structure.program.display()
+            ))
+        })?;
+        let Some(area) = area else { return Ok(ground) };
+        let file = std::env::temp_dir().join(format!("rockfall-{}-{FILE}", RunId::new()));
+        let made = Made { key: area.wants.clone(), file };
+        let mut options: Vec<OsString> = area.options().into_iter().map(OsString::from).collect();
+        options.extend(["-o".into(), made.file.clone().into_os_string()]);
+        ask(rocks, "ground", input, &options, events)?;
+        let name = toml::Value::from(made.file.display().to_string());
+        ground.input.sets.push(format!("{}={name}", made.key));
+        ground.made = Some(made);
+        Ok(ground)
+    }
+
+    /// The scene with the raster named in it.
+    pub fn input(&self) -> &Input {
+        &self.input
+    }
+
+    /// Write it to `file`, and name that in the resolved scene.
+    pub fn keep(&self, file: &Path, resolved: &mut Table) -> io::Result<()> {
+        let Some(made) = &self.made else { return Ok(()) };
+        std::fs::copy(&made.file, file)?;
+        let absolute = std::path::absolute(file)?;
+        name(resolved, &made.key, Some(&absolute.display().to_string()));
+        Ok(())
+    }
+
+    /// Leave it out of the resolved scene: who runs that has it made again.
+    pub fn forget(&self, resolved: &mut Table) {
+        if let Some(made) = &self.made {
+            name(resolved, &made.key, None);
+        }
+    }
+}
+
+/// Whether a scene has terrain, and a generated structure on a line without heights of its own: all others cost nothing.
+fn may_take_one(document: &Table) -> bool {
+    let generator = document.get("structure").and_then(|s| s.get("generator"));
+    let has = |key: &str| generator.is_some_and(|g| g.get(key).is_some());
+    document.contains_key("terrain") && (has("line") || has("position")) && !has("ground")
+}
+
+/// Write or remove a text at a dotted key.
+fn name(table: &mut Table, key: &str, value: Option<&str>) {
+    let (path, last) = key.rsplit_once('.').unwrap_or(("", key));
+    let inner = path.split('.').try_fold(table, |table, key| table.get_mut(key)?.as_table_mut());
+    match (inner, value) {
+        (Some(table), Some(value)) => drop(table.insert(last.into(), value.into())),
+        (Some(table), None) => drop(table.remove(last)),
+        (None, _) => {}
+    }
+}
+
+/// What a program prints when it is asked of the scene.
+fn ask(
+    member: &Member,
+    what: &str,
+    input: &Input,
+    more: &[OsString],
+    events: &Events,
+) -> Result<String, Stop> {
+    let program = member.program.display();
+    let mut command = Command::new(&member.program);
+    command.arg(what).arg(&input.scene).args(more).stdin(Stdio::null());
+    for set in &input.sets {
+        command.args(["--set", set]);
+    }
+    let Output { status, stdout, stderr } =
+        command.output().map_err(|e| Stop::input(format!("{program} cannot be started: {e}")))?;
+    let said = String::from_utf8_lossy(&stderr);
+    let error = || {
+        error_in(&said).unwrap_or_else(|| format!("{program} {what} ended with {status} and printed: {said}"))
+    };
+    match status.code() {
+        Some(0) => Ok(String::from_utf8_lossy(&stdout).into_owned()),
+        Some(2) => Err(Stop::input(error())),
+        _ if events.interrupted() => Err(Stop::failed("interrupted")),
+        _ => Err(Stop::failed(error())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_line_on_terrain_without_heights_takes_a_raster() {
+        let takes = |text: &str| may_take_one(&text.parse().expect("TOML"));
+        let line = "[structure.generator]\nline = [[0, 0], [1, 1]]\n";
+        assert!(takes(&format!("[terrain]\n{line}")));
+        assert!(takes("[terrain]\n[structure.generator]\nposition = [0, 0]\n"));
+        assert!(!takes(line));
+        assert!(!takes(&format!("[terrain]\n{line}ground = \"g.asc\"\n")));
+        assert!(!takes("[terrain]\n[structure.generator]\ntype = \"barrier\"\n"));
+    }
+
+    #[test]
+    fn the_resolved_scene_names_what_was_kept_and_nothing_else() {
+        let mut table: Table = "a.b = { c = 1 }\nd = 2".parse().expect("TOML");
+        let before = table.clone();
+        name(&mut table, "a.b.file", Some("x.asc"));
+        assert_eq!(table["a"]["b"]["file"].as_str(), Some("x.asc"));
+        name(&mut table, "a.b.file", None);
+        name(&mut table, "d.file", Some("x.asc"));
+        name(&mut table, "e.file", Some("x.asc"));
+        assert_eq!(table, before);
+    }
+}
