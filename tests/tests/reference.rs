@@ -28,7 +28,7 @@ fn faults(value: &Value, schema: &Value, root: &Value, at: &str, found: &mut Vec
     for (word, rule) in schema.as_object().expect("a schema") {
         let mut refuse = |what: String| found.push(format!("{at}: {what}"));
         match word.as_str() {
-            "description" | "default" | "title" | "$schema" | "definitions" => {}
+            "description" | "default" | "writeOnly" | "title" | "$schema" | "definitions" => {}
             "type" if rule == "number" && value.is_number() => {}
             "type" if rule == kind(value) => {}
             "type" => refuse(format!("{value} is no {rule}")),
