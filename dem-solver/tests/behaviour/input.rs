@@ -277,6 +277,8 @@ fn field_files_are_written_at_each_interval_and_at_the_start() {
         solver.solve(&window, &[], &mut output).expect("solved");
         solver.commit().expect("committed");
     }
+    // What is still being written then is there.
+    drop(solver);
     for series in ["rocks", "rock_surface"] {
         let pvd = std::fs::read_to_string(dir.path().join(format!("fields/{series}.pvd"))).expect("a series");
         assert_eq!(pvd.matches("<DataSet").count(), 11, "{pvd}");

@@ -321,6 +321,8 @@ fn field_files_are_written_at_multiples_of_their_interval() {
     let structure = FemSolver::new(&scene(&text), &options).unwrap();
     let mut run = Run::of(structure, coupled_plan(5e-5, Sampling::Means, 1, 1));
     (0..20).for_each(|_| run.step(5e-5, &[]));
+    // What is still being written then is there.
+    drop(run);
     let pvd = std::fs::read_to_string(dir.path().join("fields/structure.pvd")).unwrap();
     // t = 0, 0.2, ... 1 ms.
     assert_eq!(pvd.matches("<DataSet").count(), 6, "{pvd}");
@@ -353,6 +355,7 @@ fields = 1e-3
     let structure = FemSolver::new(&scene(text), &options).unwrap();
     let mut run = Run::of(structure, coupled_plan(1e-3, Sampling::Means, 1, 1));
     run.step(1e-3, &[]);
+    run.solver.finish().unwrap();
     let file = std::fs::read_to_string(dir.path().join("fields/structure_faces_000002.vtu")).unwrap();
     for field in ["displacement", "stress_1", "stress_2", "slack"] {
         assert!(file.contains(&format!("Name=\"{field}\"")), "{field}");

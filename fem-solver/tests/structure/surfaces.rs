@@ -4,6 +4,7 @@ use crate::common::{Run, off, scene};
 use crate::fields::array;
 use fem_solver::FemSolver;
 use interface_defs::message::Plan;
+use interface_defs::solver::Solver;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 
@@ -156,6 +157,7 @@ fn every_reader_gives_quadrilaterals_and_the_field_file_shows_them() {
             file.0
         );
         run.step(0.1, &[]);
+        run.solver.finish().unwrap();
         let faces = dir.path().join("fields/structure_faces_000002.vtu");
         for (name, exact) in [
             ("stress_1", 2e6),
