@@ -7,6 +7,7 @@
 //! - *went through*, *passed over*, *beside*, *under*: contact was lost, and one rock's size further the net lay behind it,
 //!   seen along the impact direction ([`crate::results::outline`]), the net as it was deformed then. A rock that never touched is judged
 //!   on its flight at its closest approach to the net at rest, seen along its velocity there.
+//!   The net is called *torn* where elements of it have broken.
 //! - *was still being stopped*: none of these when the time was over.
 //!
 //! Then how it ended: *came to rest* on the terrain, *left the terrain* ([`crate::model::runout`]), *still moved*.
@@ -32,7 +33,7 @@ pub fn verdicts(model: &Model, state: &State, net: Option<(&ContactMesh, &AtRest
     let bodies = model.rocks.iter().zip(&state.bodies);
     bodies
         .take(model.settings.named())
-        .map(|(rock, body)| format!("{VERDICT}{}", sentence(model, rock, body, state.time, net)))
+        .map(|(rock, body)| format!("{VERDICT}{}", sentence(model, rock, body, state, net)))
         .collect()
 }
 
@@ -40,11 +41,12 @@ fn sentence(
     model: &Model,
     rock: &Rock,
     body: &Body,
-    time: f64,
+    state: &State,
     net: Option<(&ContactMesh, &AtRest)>,
 ) -> String {
+    let time = state.time;
     let at_net = match (&body.track.touch, net) {
-        (Some(impact), _) => Some(after_touch(model, body, impact, time)),
+        (Some(impact), _) => Some(after_touch(model, body, impact, state)),
         (None, Some((contact_mesh, rest))) => {
             without_touch(model, rock, &body.track, time, contact_mesh, rest)
         }
@@ -59,13 +61,15 @@ fn sentence(
 }
 
 /// What the net did to a rock that touched it.
-fn after_touch(model: &Model, body: &Body, impact: &Impact, time: f64) -> String {
-    let track = &body.track;
+fn after_touch(model: &Model, body: &Body, impact: &Impact, state: &State) -> String {
+    let (track, time) = (&body.track, state.time);
+    // What has torn hangs lower: a rock that broke a rope is over the net that is left.
+    let net = if state.broken > 0 { "the torn net" } else { "the net" };
     let travel = track.travel.map_or(0.0, |(travel, _)| travel.max(0.0));
     if let (Some(passing), Some(lost)) = (track.passed, track.lost) {
         let verb = if passing == Passing::Through { "went" } else { "passed" };
         return format!(
-            "{verb} {} the net: it touched at {:.4} s with {:.2} m/s and lost contact at {:.4} s near {} with {:.2} m/s",
+            "{verb} {} {net}: it touched at {:.4} s with {:.2} m/s and lost contact at {:.4} s near {} with {:.2} m/s",
             passing.words(),
             impact.time,
             impact.velocity.norm(),

@@ -278,6 +278,17 @@ fn a_ball_that_touches_the_top_wire_and_goes_on_above_it_passed_over() {
     assert!(last.1.x > 0.5 && last.1.z > 1.1, "by its rows it is behind and above: {}", last.1);
 }
 
+/// The same past a net of which a wire has torn: whoever reads only the verdict must learn of it.
+#[test]
+fn a_net_that_has_torn_is_called_so() {
+    let rock = "position = [-0.5, 0.1, 1.1]\nvelocity = [10.0, 0.0, 0.0]";
+    let setup = Setup::new(scene(0.0, rock, "restitution = 1.0"), upright(net(4, 0.5, 0.01)));
+    let mut bench = Setup { broken: true, ..setup }.build();
+    bench.tear(|line| line == 0);
+    rows(&mut bench, 0.3);
+    End::of(&mut bench).says("passed over the torn net: it touched at ");
+}
+
 /// The net gives way before the ball, which loses contact in its pocket and finds it again: that is no passing.
 #[test]
 fn a_ball_that_loses_contact_behind_a_net_that_runs_ahead_has_not_passed() {

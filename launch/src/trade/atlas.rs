@@ -269,12 +269,8 @@ const BEYOND: [(&str, &str); 3] = [
 /// The limit that `rockfall check` gives for a push.
 pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Option<f64> {
     let of: Numbers = numbers(input, &space.sets(&push.arm)?, events)?;
-    // The limit of weak coupling is none of a net that yields.
-    let yields =
-        space.knob("yielding_net").and_then(|knob| knob.value(super::point::rung(&push.arm, knob.name)));
-    let yields = yields.as_deref() == Some("true");
     match push.knob.name {
-        "window" if of.weak && !yields => {
+        "window" if of.weak => {
             of.limit.map(|limit| limit.stable.unwrap_or(f64::INFINITY)).filter(|w| w.is_finite())
         }
         // It is of a landing on something rigid: a light node of a net in contact with the rock swings faster.

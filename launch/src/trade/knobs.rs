@@ -37,13 +37,12 @@ struct Spec {
 /// times dearer one rung finer may be; `needs`: used only with that name of another knob; `reported`: where the scene has no
 /// value, this number of `check` is the one in use.
 const REGISTRY: &[Spec] = &[
-    choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong"]).arm(),
-    choice("yielding_net", &[("coupling.yielding_net", 0)], &["false", "true"]).arm(),
+    choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong", YIELDING]).arm(),
     choice("integrator", &[("fem.integrator", 0)], &["central_difference", "generalized_alpha"]).arm(),
     ladder("window", &[("coupling.time_window", 1)]).refines(),
     ladder("samples", &[("coupling.samples", -1)]),
     ladder("tolerance", TOLERANCES).refines().costs(1.5).needs("scheme", "strong"),
-    ladder("yielding_tolerance", YIELDING).refines().costs(1.5).needs("yielding_net", "true"),
+    ladder("yielding_tolerance", OF_YIELDING).refines().costs(1.5).needs("scheme", YIELDING),
     ladder("dem_step", &[("dem.time_step", 1)]).refines().reported("dem.time_step"),
     ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]).refines(),
     ladder("fem_step", &[("fem.time_step", 1)]).refines().reported("fem.time_step"),
@@ -55,8 +54,11 @@ const REGISTRY: &[Spec] = &[
 
 /// Both tolerances of strong coupling.
 const TOLERANCES: &[(&str, i32)] = &[("coupling.tolerance", 2), ("coupling.absolute_tolerance", 2)];
-/// Both tolerances of a net that yields in the contact solver.
-const YIELDING: &[(&str, i32)] = &[("coupling.yielding_tolerance", 2), ("coupling.yielding_share", 2)];
+/// Name of strong coupling with a net that yields in the contact solver: weak coupling accepts what that has not judged.
+const YIELDING: &str = "yielding";
+const YIELDING_NET: &str = "coupling.yielding_net";
+/// Both its tolerances.
+const OF_YIELDING: &[(&str, i32)] = &[("coupling.yielding_tolerance", 2), ("coupling.yielding_share", 2)];
 /// A rectangular net of half the cells, its wires thicker: of the same mass and stiffness per metre of its width.
 const NET: &[(&str, i32)] =
     &[("structure.generator.cells", -1), ("structure.generator.spacing", 1), ("structure.cable.area", 1)];
@@ -126,8 +128,13 @@ impl Spec {
             Turn::Ladder(if own.is_empty() { of_report()? } else { all_there.then_some(own)? })
         } else {
             let key = self.keys[0].0;
-            let now = text_at(scene.resolved, key)?;
-            let others = self.names.iter().map(|name| (*name).to_owned()).filter(|name| *name != now);
+            let mut now = at(scene.resolved, key)?.as_str()?.to_owned();
+            let yields = at(scene.resolved, YIELDING_NET).and_then(Value::as_bool);
+            if self.names.contains(&YIELDING) && yields == Some(true) {
+                now = YIELDING.into();
+            }
+            let others = self.names.iter().map(|name| (*name).to_owned());
+            let others = others.filter(|name| *name != now && (name != YIELDING || yields.is_some()));
             Turn::Choice { key: key.into(), names: std::iter::once(now.clone()).chain(others).collect() }
         };
         let Spec { name, class, arm, refines, growth, needs, .. } = *self;
@@ -243,14 +250,22 @@ impl Knob {
                 .collect(),
             Turn::Choice { key, names } => {
                 let name = names.get(usize::try_from(rung).ok()?)?;
-                // A name that TOML reads as a truth value stays one.
-                Some(vec![format!("{key}={name}")])
+                Some(match name.as_str() {
+                    YIELDING => vec![format!("{key}=strong"), format!("{YIELDING_NET}=true")],
+                    name if names[0] == YIELDING => {
+                        vec![format!("{key}={name}"), format!("{YIELDING_NET}=false")]
+                    }
+                    name => vec![format!("{key}={name}")],
+                })
             }
         }
     }
 
     /// Its value at a rung, for people: the first of its values.
     pub fn value(&self, rung: i32) -> Option<String> {
+        if let Turn::Choice { names, .. } = &self.turn {
+            return names.get(usize::try_from(rung).ok()?).cloned();
+        }
         let sets = self.sets(rung)?;
         sets.first().and_then(|set| set.split_once('=')).map(|(_, value)| value.to_owned())
     }
@@ -366,14 +381,6 @@ pub fn at<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
     Some(value)
 }
 
-fn text_at(table: &Table, key: &str) -> Option<String> {
-    match at(table, key)? {
-        Value::String(text) => Some(text.clone()),
-        Value::Boolean(truth) => Some(truth.to_string()),
-        _ => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -427,10 +434,34 @@ mod tests {
                 assert!(there.names.contains(&name), "{}", spec.name);
             }
         }
-        let yielding = "[coupling]\nyielding_net = false\nyielding_tolerance = 1e-4\nyielding_share = 0.1\n";
-        let knobs = knobs(yielding, &[]);
-        assert_eq!(names(&knobs), ["yielding_net", "yielding_tolerance"]);
-        assert_eq!(knobs[0].sets(1), Some(vec!["coupling.yielding_net=true".to_owned()]));
+    }
+
+    /// A yielding net is strong coupling: in weak windows nothing judges it.
+    #[test]
+    fn a_net_that_yields_is_a_scheme_of_its_own() {
+        let text = |own: &str| {
+            format!("[coupling]\nscheme = {own}\nyielding_tolerance = 1e-4\nyielding_share = 0.1\n")
+        };
+        let of = |own: &str| {
+            let knobs = knobs(&text(own), &[]);
+            assert_eq!(names(&knobs), ["scheme", "yielding_tolerance"]);
+            [0, 1, 2].map(|rung| (knobs[0].value(rung).expect("a name"), knobs[0].sets(rung).expect("sets")))
+        };
+        let named = |name: &str, sets: &[&str]| {
+            (name.to_owned(), sets.iter().map(|set| (*set).to_owned()).collect::<Vec<_>>())
+        };
+        assert_eq!(
+            of("\"weak\"\nyielding_net = false"),
+            [
+                named("weak", &["coupling.scheme=weak"]),
+                named("strong", &["coupling.scheme=strong"]),
+                named("yielding", &["coupling.scheme=strong", "coupling.yielding_net=true"])
+            ]
+        );
+        assert_eq!(
+            of("\"strong\"\nyielding_net = true")[1],
+            named("weak", &["coupling.scheme=weak", "coupling.yielding_net=false"])
+        );
     }
 
     #[test]
