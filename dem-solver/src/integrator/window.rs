@@ -26,6 +26,9 @@ use interface_defs::{
 };
 use std::ops::Range;
 
+mod kept;
+pub use kept::KeptIntegrator;
+
 /// How much further than in the window begun last nodes may drift in those to come.
 const AGAIN: f64 = 1.5;
 

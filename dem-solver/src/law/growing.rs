@@ -6,6 +6,7 @@
 //! Source: Leine et al. (2014), Multibody Syst. Dyn. 32, 241; Lu et al. (2019), Rock Mech. Rock Eng. 52, 2343.
 
 use std::f64::consts::PI;
+use serde::{Deserialize, Serialize};
 
 /// How friction grows from the coefficient of [`crate::law::tangential`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +27,7 @@ impl Growing {
 }
 
 /// The s of a rock.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Slip {
     /// When it last touched [m].
     value: f64,

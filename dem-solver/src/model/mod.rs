@@ -22,9 +22,10 @@ use between::Between;
 use critical::Steps;
 use nalgebra::Vector3;
 use std::sync::Arc;
+use serde::{Deserialize, Serialize};
 
 /// Counts of work done since the start, repeated windows included.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// Own steps, times rocks.
     pub sub_steps: u64,

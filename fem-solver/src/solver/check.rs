@@ -26,7 +26,7 @@ const ROUNDS: usize = 5;
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let config = Config::of(scene)?;
     let mut solver = FemSolver::new(scene, &Options::default())?;
-    let start = Start::new(scene, &config, solver.model(), solver.inherited(), &mut |_| Ok(())).map_err(
+    let start = Start::new(scene, &config, solver.model(), solver.inherited(), None, &mut |_| Ok(())).map_err(
         |reason| match reason {
             NoStart::Input(error) => error,
             NoStart::Stopped(fault) => InputError::new(fault.message),

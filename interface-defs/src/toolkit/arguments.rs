@@ -51,8 +51,11 @@ pub struct Results {
     #[command(flatten)]
     pub dir: ResultDir,
     /// Overwrite the run that the directory holds
-    #[arg(long, help_heading = "Results")]
+    #[arg(long, conflicts_with = "resume", help_heading = "Results")]
     pub force: bool,
+    /// Go on with the run that the directory holds, from its last checkpoint; without one it begins anew
+    #[arg(long, help_heading = "Results")]
+    pub resume: bool,
 }
 
 /// Of a program that leads a run, alone or as the coupler.
