@@ -14,13 +14,13 @@ use std::time::{Duration, Instant};
 use tests::{Bench, processes_with, program, repository, until, wait};
 
 const SCENE: &str = "end_time = 30.0\ngravity = [0.0, 0.0, -9.81]\n\
-    [[rock]]\nname = \"block\"\nposition = [2600012.0, 1200020.0, 1040.0]\ndensity = 2600.0\n\
+    [[rock]]\nname = \"block\"\nposition = [2600012.0, 1200020.0, 1070.0]\ndensity = 2600.0\n\
     shape = { type = \"box\", size = [0.8, 0.7, 0.6] }\ncluster.spheres = 64\n\
     [terrain]\nfile = \"slope.asc\"\n\
     [[contact]]\nlaw = \"hertz_rock\"\nyoung = 1e9\npoisson = 0.25\nrestitution = 0.2\nfriction = 0.6\n";
 
 const STUDY: &str = "scene = \"fall.toml\"\nseed = 3\n\
-    [[release]]\npolygon = [[2600005.0, 1200010.0], [2600015.0, 1200012.0], [2600010.0, 1200030.0]]\nheight = 1.0\ncount = 400\n\
+    [[release]]\npolygon = [[2600005.0, 1200010.0], [2600015.0, 1200012.0], [2600010.0, 1200030.0]]\nheight = 1.0\ncount = 120\n\
     [vary]\norientation = \"uniform\"\nspeed = { uniform = [0.5, 4.0] }\ncontact.0.friction = { normal = [0.6, 0.05] }\n\
     [maps]\ncell = 2.0\nepsg = 2056\n[[line]]\nname = \"road\"\npoints = [[2600035.0, 1200005.0], [2600035.0, 1200035.0]]\n";
 
@@ -141,7 +141,7 @@ impl Drop for Daemon {
 fn chunks_are_printed_as_the_option_members_takes_them() {
     let bench = Bench::new();
     fs::write(bench.path("study.toml"), STUDY).expect("written");
-    for (count, lines) in [(1, 1), (7, 7), (1000, 400)] {
+    for (count, lines) in [(1, 1), (7, 7), (1000, 120)] {
         let mut command = Command::new(program("rockfall"));
         command.arg("ensemble").arg(bench.path("study.toml")).args(["--chunks", &count.to_string()]);
         let output = command.output().expect("started");
@@ -154,7 +154,7 @@ fn chunks_are_printed_as_the_option_members_takes_them() {
         let parts: Vec<[u64; 2]> = parts.collect();
         assert_eq!(parts.len(), lines);
         let members: Vec<u64> = parts.iter().flat_map(|[first, last]| *first..=*last).collect();
-        assert_eq!(members, (1..=400).collect::<Vec<_>>());
+        assert_eq!(members, (1..=120).collect::<Vec<_>>());
     }
 }
 
@@ -217,7 +217,7 @@ fn hyperqueue_ends_with_the_results_of_one_process() {
     }
     let site = Site::new();
     let start = |arguments: &[&str]| {
-        let mut page = site.page("python3", "hyperqueue.py");
+        let mut page = site.page("python3", "on_hyperqueue.py");
         page.args(["study.toml", "--out", "on", "--chunks", CHUNKS]).args(arguments);
         page.spawn().expect("started")
     };
@@ -299,7 +299,8 @@ impl Slurm {
         for (task, line) in processes_with(&word) {
             if line.contains("--members") {
                 let page = parent(task);
-                [parent(page), page, task].into_iter().for_each(kill);
+                let of_slurm = [parent(page), page].into_iter().filter(|process| is_of_slurm(*process));
+                of_slurm.chain([task]).for_each(kill);
             }
         }
         self.daemons.push(Daemon(self.command("/usr/sbin/slurmd").arg("-D").spawn().expect("started")));
@@ -317,6 +318,12 @@ impl Drop for Slurm {
             }
         }
     }
+}
+
+/// Whether a process is one of a node: what watches a task, or the page that it runs.
+fn is_of_slurm(process: u32) -> bool {
+    let line = fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
+    String::from_utf8_lossy(&line).contains("slurm")
 }
 
 /// The process that has started this one.
@@ -364,7 +371,7 @@ fn slurm_ends_with_the_results_of_one_process() {
     }
     let site = Site::new();
     let mut slurm = Slurm::start(site.bench.path("slurm"));
-    let mut page = site.page("sh", "slurm.sh");
+    let mut page = site.page("sh", "on_slurm.sh");
     page.args(["study.toml", CHUNKS])
         .env("OUT", site.bench.path("on"))
         .env("SLURM_CONF", slurm.dir.join("slurm.conf"));

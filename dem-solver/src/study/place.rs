@@ -229,7 +229,10 @@ mod tests {
         let mut cut = 0;
         for k in 0..40 {
             let part = |f: f64| (f64::from(k) * f).fract();
-            let place = [4.0 + 12.0 * part(0.618_034), 4.0 + 12.0 * part(0.414_214)];
+            let place = [
+                4.0 + 12.0 * part(0.618_034) - ground.origin.x,
+                4.0 + 12.0 * part(0.414_214) - ground.origin.y,
+            ];
             let [w, x, y, z] = orientation([part(0.732_051), part(0.236_068), part(0.645_751)]);
             let turn = nalgebra::Quaternion::new(w, x, y, z);
             let motion = Motion { orientation: nalgebra::UnitQuaternion::from_quaternion(turn), ..own };

@@ -2,8 +2,8 @@
 """A study on HyperQueue: copy this page and change it to your site.
 
     pip install hyperqueue
-    launch/engines/hyperqueue.py study.toml                              # server and workers on this machine
-    launch/engines/hyperqueue.py study.toml --server ~/.hq-server --chunks 400    # a server that runs already
+    launch/engines/on_hyperqueue.py study.toml                              # server and workers on this machine
+    launch/engines/on_hyperqueue.py study.toml --server ~/.hq-server --chunks 400    # a server that runs already
 
 The study is cut into chunks. Each is one task, `rockfall ensemble STUDY --members A..B`; the call without `--members`
 then collects all chunks and writes the results. With --server the tasks go to the workers of a server that was started with
@@ -51,11 +51,16 @@ def arguments():
     return given
 
 
+def refuse(words):
+    print(f"error: {words}", file=sys.stderr)
+    sys.exit(BAD_INPUT)
+
+
 def program():
     own = Path(os.environ.get("ROCKFALL_BIN", Path(__file__).resolve().parent / "../../target/release"))
     found = shutil.which("rockfall", path=f"{own.resolve()}{os.pathsep}{os.environ['PATH']}")
     if found is None:
-        sys.exit("error: rockfall is not there; set ROCKFALL_BIN")
+        refuse("rockfall is not there; set ROCKFALL_BIN")
     return found
 
 
@@ -115,7 +120,7 @@ def main():
         from hyperqueue import Client, LocalCluster
         from hyperqueue.cluster import WorkerConfig
     except ImportError as missing:
-        sys.exit(f"error: {missing}; pip install hyperqueue")
+        refuse(f"{missing}; pip install hyperqueue")
     rockfall = program()
     out = Path(given.out or Path("out") / Path(given.study).stem).resolve()
     study = str(Path(given.study).resolve())

@@ -1,8 +1,8 @@
 #!/bin/sh
 # A study on a Slurm cluster, as an array of tasks: copy this page and change it to your site.
 #
-#   launch/engines/slurm.sh STUDY CHUNKS [OPTIONS OF SBATCH]...
-#   launch/engines/slurm.sh study.toml 200 --partition=long --time=2:00:00 --cpus-per-task=4
+#   launch/engines/on_slurm.sh STUDY CHUNKS [OPTIONS OF SBATCH]...
+#   launch/engines/on_slurm.sh study.toml 200 --partition=long --time=2:00:00 --cpus-per-task=4
 #
 # The study is cut into CHUNKS parts. Each is one task, `rockfall ensemble STUDY --members A..B`, on as many threads as
 # --cpus-per-task says. A last job collects all parts, computes what tasks have left undone, and writes the results to
@@ -14,7 +14,7 @@
 # It costs nothing to compute a part twice: a part that is complete is left alone, and one that was begun is gone on with.
 set -eu
 
-usage="usage: slurm.sh STUDY CHUNKS [OPTIONS OF SBATCH]..."
+usage="usage: on_slurm.sh STUDY CHUNKS [OPTIONS OF SBATCH]..."
 case ${1:-} in
 task | collect) role=$1 && shift ;;
 *) role=submit ;;
