@@ -143,7 +143,16 @@ pub fn agree(
     }
     interface.pass_on(&fields.local, &dem_side, &fem_side);
     let largest_window = dem_hello.largest_window.min(fem_hello.largest_window);
-    Ok(Agreement { interface, motion, dem: dem_side, fem: fem_side, patch, largest_window, warnings, forgetful })
+    Ok(Agreement {
+        interface,
+        motion,
+        dem: dem_side,
+        fem: fem_side,
+        patch,
+        largest_window,
+        warnings,
+        forgetful,
+    })
 }
 
 fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {

@@ -183,8 +183,7 @@ fn couple(
     let (end_time, form) = (prepared.end_time, arguments.leader.progress);
     let mut records = Records::new(prepared.owner.dir(), end_time, &prepared.output, form);
     let from = prepared.resume.as_ref();
-    let store =
-        Store::new(prepared.owner.dir(), prepared.scene.clone(), prepared.output.checkpoint, from);
+    let store = Store::new(prepared.owner.dir(), prepared.scene.clone(), prepared.output.checkpoint, from);
     let kept = records.keep_in(store, from);
     let [dem, fem] = &mut *remotes else { unreachable!("as many as names") };
     let mut coupling = Coupling::new(prepared.settings.clone(), end_time, dem, fem);

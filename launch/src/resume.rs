@@ -58,13 +58,15 @@ fn refuse(out: &Path, what: String) -> Stop {
 /// The scene of the run, every default filled in, must be the one at hand.
 fn same_scene(out: &Path, resolved: &Table, ground: &Ground) -> Result<(), Stop> {
     let path = out.join(SCENE);
-    let read = std::fs::read_to_string(&path).map_err(|e| refuse(out, format!("{SCENE} cannot be read: {e}")))?;
+    let read =
+        std::fs::read_to_string(&path).map_err(|e| refuse(out, format!("{SCENE} cannot be read: {e}")))?;
     let mut before: Table =
         read.parse().map_err(|e| refuse(out, format!("{SCENE} is none of a run: {e}")))?;
     let mut now = resolved.clone();
     // Made from the rest of the scene, and lies in this directory.
     [&mut before, &mut now].into_iter().for_each(|table| ground.forget(table));
-    let keys: Vec<&String> = before.keys().chain(now.keys().filter(|key| !before.contains_key(*key))).collect();
+    let keys: Vec<&String> =
+        before.keys().chain(now.keys().filter(|key| !before.contains_key(*key))).collect();
     match keys.into_iter().find(|key| text(before.get(*key)) != text(now.get(*key))) {
         None => Ok(()),
         Some(key) => Err(refuse(out, format!("it holds a run of another scene: `{key}` differs"))),

@@ -76,7 +76,8 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         say(&resume, &out);
     }
     let show = request.bar && std::io::stderr().is_terminal();
-    let jobs: Vec<Job> = plan.members.iter().map(|m| job(m, &plan, request, &owner, (show, goes_on))).collect();
+    let jobs: Vec<Job> =
+        plan.members.iter().map(|m| job(m, &plan, request, &owner, (show, goes_on))).collect();
     let log = out.join(run_dir::LOG);
     let mut clusters = reports.iter().flat_map(|(_, report)| &report.clusters);
     let recorded = match goes_on {
@@ -143,7 +144,11 @@ fn keep_logs(log: &Path, jobs: &[Job]) -> io::Result<()> {
 fn is_over(summary: &Summary, out: &Path, quiet: bool) -> Exit {
     if !quiet {
         summary.print_table(out);
-        screen::show(&format!("{}: this run is {}; there is nothing to resume\n", out.display(), summary.status.word()));
+        screen::show(&format!(
+            "{}: this run is {}; there is nothing to resume\n",
+            out.display(),
+            summary.status.word()
+        ));
     }
     Exit::Done
 }
@@ -232,13 +237,7 @@ fn with_warnings(mut summary: Summary, before: &[String], out: &Path) -> Summary
 
 /// The command line of a member: what the scene names, and what makes it take part. All get the resolved scene, in which
 /// every default and `--set` is filled in, so that all compute the same.
-fn job(
-    member: &Member,
-    plan: &Plan,
-    request: &Request,
-    owner: &Owner,
-    (show, goes_on): (bool, bool),
-) -> Job {
+fn job(member: &Member, plan: &Plan, request: &Request, owner: &Owner, (show, goes_on): (bool, bool)) -> Job {
     let mut words: Vec<OsString> = vec![member.program.clone().into()];
     words.extend(member.arguments.iter().map(OsString::from));
     let leads = !plan.is_coupled() || member.part == Part::Coupler;

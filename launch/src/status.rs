@@ -1,8 +1,8 @@
 //! `rockfall status`: how far a run or a study is, by the files in its directory. Nothing is started or changed.
 
 use crate::stop::Stop;
-use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::checkpoint::Found;
+use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::owner::holder;
 use interface_defs::toolkit::run_dir::{HISTORY, SCENE, SUMMARY};
 use interface_defs::toolkit::summary::{RunStatus, Summary};

@@ -146,7 +146,8 @@ fn a_yielding_net_goes_on() {
 fn implicit_structures_go_on() {
     for integrator in ["generalized_alpha", "newmark"] {
         let integrator = format!("fem.integrator={integrator}");
-        let window = ["coupling.scheme=strong", "coupling.time_window=5e-4", "fem.time_step=5e-4", &integrator];
+        let window =
+            ["coupling.scheme=strong", "coupling.time_window=5e-4", "fem.time_step=5e-4", &integrator];
         near("walenstadt-compare", &[&window[..], &["end_time=0.012"]].concat(), 3);
     }
 }
@@ -254,7 +255,8 @@ fn killed(bench: &Bench, path: &Path, words: &[&str], kills: u64, dice: &mut Dic
             let moment = Duration::from_millis(dice.below(if anywhere { 400 } else { 60 }));
             until("progress", || {
                 let ended = child.try_wait().unwrap().is_some();
-                (ended || (if anywhere { started.elapsed() > moment } else { newest() > before })).then_some(())
+                (ended || (if anywhere { started.elapsed() > moment } else { newest() > before }))
+                    .then_some(())
             });
             std::thread::sleep(if anywhere { Duration::ZERO } else { moment });
             if child.try_wait().unwrap().is_none() {

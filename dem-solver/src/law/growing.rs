@@ -5,8 +5,8 @@
 //!
 //! Source: Leine et al. (2014), Multibody Syst. Dyn. 32, 241; Lu et al. (2019), Rock Mech. Rock Eng. 52, 2343.
 
-use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// How friction grows from the coefficient of [`crate::law::tangential`].
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -21,8 +21,8 @@ use crate::terrain::Terrain;
 use between::Between;
 use critical::Steps;
 use nalgebra::Vector3;
-use std::sync::Arc;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Counts of work done since the start, repeated windows included.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -217,7 +217,8 @@ impl Trajectory {
         let file = History::go_on(&path, &COLUMNS.map(String::from), length).map_err(unwritable)?;
         let text = std::fs::read_to_string(&path).map_err(unwritable)?;
         let rows = text.lines().skip(1).map(read).collect::<Option<Vec<Row>>>();
-        let rows = rows.ok_or_else(|| Fault::broken(format!("{TRAJECTORY} has rows that were not written here")))?;
+        let rows =
+            rows.ok_or_else(|| Fault::broken(format!("{TRAJECTORY} has rows that were not written here")))?;
         Ok(Self { file, rows })
     }
 

@@ -146,7 +146,11 @@ impl Fields {
     pub fn kept(&mut self) -> Result<KeptFields, Fault> {
         let lines = self.series.kept().map_err(|e| cannot_write(&e))?;
         let faces = self.faces.as_mut().map(|faces| faces.series.kept());
-        Ok(KeptFields { written: self.written, lines, faces: faces.transpose().map_err(|e| cannot_write(&e))? })
+        Ok(KeptFields {
+            written: self.written,
+            lines,
+            faces: faces.transpose().map_err(|e| cannot_write(&e))?,
+        })
     }
 
     /// Wait until all states are written.

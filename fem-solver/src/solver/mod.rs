@@ -1,8 +1,8 @@
 //! The structure as a [`Solver`]: the contract's verbs, and nothing else.
 
 mod broken;
-mod kept;
 pub mod check;
+mod kept;
 pub mod reference;
 pub mod site;
 
@@ -23,7 +23,6 @@ use crate::results::record::{Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
 use crate::state::{Critical, CriticalKind, State};
 use broken::BrokenLines;
-use kept::Kept;
 use interface_defs::field::{FieldSpec, Place, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
@@ -34,6 +33,7 @@ use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
+use kept::Kept;
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;

@@ -215,9 +215,7 @@ impl Session<'_> {
                 }
                 Work::Message(ToSolver::Save { commit }) => {
                     let saved = self.exchange.save(solver, commit);
-                    self.send(
-                        &saved.map_or_else(FromSolver::Fault, |state| FromSolver::Saved { state }),
-                    )?;
+                    self.send(&saved.map_or_else(FromSolver::Fault, |state| FromSolver::Saved { state }))?;
                 }
                 Work::Message(ToSolver::Resume { state }) => {
                     let answer = match exchange::resume(solver, &state) {

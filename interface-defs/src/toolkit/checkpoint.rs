@@ -164,10 +164,14 @@ pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, InputEr
     let own = env!("CARGO_PKG_VERSION");
     if newest.version != own {
         let theirs = &newest.version;
-        return Err(refuse(format!("the checkpoint is of version {theirs} of the programs, these are {own}")));
+        return Err(refuse(format!(
+            "the checkpoint is of version {theirs} of the programs, these are {own}"
+        )));
     }
     if newest.scene != scene.fingerprint() {
-        return Err(refuse("the checkpoint is of a run of another scene, or of another version of it".into()));
+        return Err(refuse(
+            "the checkpoint is of a run of another scene, or of another version of it".into(),
+        ));
     }
     Ok(Some(newest))
 }

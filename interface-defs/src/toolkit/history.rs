@@ -191,7 +191,11 @@ mod tests {
         let kept = history.length();
         history.row(&[3.0, 4.0]).expect("written");
         drop(history);
-        std::fs::OpenOptions::new().append(true).open(&path).and_then(|mut f| f.write_all(b"5,")).expect("torn");
+        std::fs::OpenOptions::new()
+            .append(true)
+            .open(&path)
+            .and_then(|mut f| f.write_all(b"5,"))
+            .expect("torn");
         let mut history = History::go_on(&path, &columns, kept).expect("there");
         history.row(&[6.0, 7.0]).expect("written");
         assert_eq!(std::fs::read_to_string(&path).expect("a file"), "a,b\n1,2\n6,7\n");

@@ -2,8 +2,8 @@
 
 use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Supervised};
 use super::check;
-use super::checkpoint;
 pub use super::check::CheckReport;
+use super::checkpoint;
 use super::counted::Counted;
 use super::exit::Exit;
 use super::input_error::InputError;

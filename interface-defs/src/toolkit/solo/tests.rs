@@ -74,8 +74,14 @@ fn run_fall(fall: &mut Fall, text: &str) -> (Summary, Vec<Vec<f64>>) {
     let scene = Scene::from_text("s.toml", text).expect("TOML");
     let owner = Owner::claim(dir.path(), &Claim::default()).expect("free");
     let limits = Limits::of(&scene).expect("valid");
-    let mut stage =
-        Stage { role: "dem", owner: &owner, supervisor: None, limits, reporter: Reporter::default(), resume: None };
+    let mut stage = Stage {
+        role: "dem",
+        owner: &owner,
+        supervisor: None,
+        limits,
+        reporter: Reporter::default(),
+        resume: None,
+    };
     let summary = run(&mut stage, fall, &scene).expect("good input");
     assert_eq!(Summary::read(dir.path()).expect("written").status, summary.status);
     let history = std::fs::read_to_string(dir.path().join(HISTORY)).expect("rows");
@@ -132,9 +138,8 @@ fn energy_that_comes_from_nowhere_is_a_warning() {
     assert_eq!(summary.status, RunStatus::Unreliable);
     let message = summary.message.expect("says why");
     assert!(
-        message.starts_with(
-            "unreliable: energy_error is 25 % at 1.000000 s, above limits.energy_error = 10 %"
-        ),
+        message
+            .starts_with("unreliable: energy_error is 25 % at 1.000000 s, above limits.energy_error = 10 %"),
         "{message}"
     );
     let mut fall = Fall { shown: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
@@ -150,10 +155,7 @@ fn a_run_whose_energy_explodes_ends_at_once_and_keeps_its_rows() {
     // Three windows in a row beyond ten times the bound, then the end.
     assert_eq!(rows.len(), 4);
     let message = summary.message.expect("says why");
-    assert!(
-        message.contains("diverged: at t = 0.3") && message.contains("shorten the steps"),
-        "{message}"
-    );
+    assert!(message.contains("diverged: at t = 0.3") && message.contains("shorten the steps"), "{message}");
     assert!((summary.measures.last().expect("one").value - 4.0).abs() < 1e-9, "{:?}", summary.measures);
 }
 
