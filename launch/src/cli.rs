@@ -4,7 +4,7 @@ use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
-use crate::{manual, reference, schema, status, trade};
+use crate::{manual, reference, schema, status, trade, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::arguments::{ClusterArguments, EnsembleArguments, Input, Logging, Results};
@@ -70,7 +70,7 @@ enum Command {
     ///
     /// The study file names a scene, points, lines or areas where rocks start, and what varies. Members are computed on all cores
     /// of this machine; a study that was killed goes on with --resume and gives the same table. --members A..B is one task of
-    /// many on other machines.
+    /// many on other machines. --barrier SCENE --worst N runs the worst members again, coupled, against a barrier in its place.
     Ensemble(EnsembleArguments),
     /// How far a run or a study is, by the files in its directory
     ///
@@ -155,6 +155,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             Ok(Exit::Done)
         }
         Command::Trade(arguments) => trade::trade(&arguments, json),
+        Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble", &arguments_after("ensemble")),
         Command::Status { dir } => {
             let (text, exit) = status::status(&dir)?;
