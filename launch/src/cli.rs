@@ -74,7 +74,7 @@ enum Command {
     Ensemble(EnsembleArguments),
     /// How far a run or a study is, by the files in its directory
     ///
-    /// Exit codes: 0 done, or on its way; 1 failed, interrupted or killed; 2 no run or study there; 3 done, but unreliable.
+    /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 no run or study there; 3 done, but unreliable.
     Status {
         /// Directory of the results
         dir: PathBuf,
