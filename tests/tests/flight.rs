@@ -61,10 +61,12 @@ fn motions(history: &Path) -> BTreeMap<String, Vec<String>> {
 /// structure is awake in each window or not.
 #[test]
 fn a_fall_over_terrain_is_the_same_with_the_structure_always_awake() {
-    let forest = ["--set", "terrain.forest=medium", "--set", "terrain.forest_height=3.0"];
-    for more in [&[][..], &forest] {
+    let open = ["--set", "end_time=0.85"];
+    let sets = ["end_time=1.1", "terrain.forest=medium", "terrain.forest_height=3.0"];
+    let forest = sets.map(|set| ["--set", set]).concat();
+    for more in [&open[..], &forest] {
         let bench = Bench::new();
-        let common = ["end_time=0.9", "output.interval=0.01", "rock.0.position=[0.0, -5.0, 6.0]"];
+        let common = ["output.interval=0.01", "rock.0.position=[0.0, -5.0, 6.0]"];
         let sets = common.iter().flat_map(|set| ["--set", *set]).chain(more.iter().copied());
         let sets: Vec<&str> = sets.collect();
         let run =
@@ -72,7 +74,8 @@ fn a_fall_over_terrain_is_the_same_with_the_structure_always_awake() {
         let (long, short) = (run("long", &[]), run("short", &["--no-shortcuts"]));
         let windows = |ended: &Ended| ended.summary()["coupling"]["windows"].as_f64().expect("counted");
         let touch = long.measure("time_of_impact");
-        assert_eq!(touch, short.measure("time_of_impact"));
+        // A net that is awake swings about its rest by rounding.
+        assert!((touch - short.measure("time_of_impact")).abs() < 1e-12);
         println!("{} and {} windows, touch at {touch} s", windows(&long), windows(&short));
         assert!(windows(&long) < 0.6 * windows(&short));
         let (all, few) = (motions(&short.out.join("history.csv")), motions(&long.out.join("history.csv")));

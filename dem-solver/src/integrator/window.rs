@@ -15,6 +15,7 @@ use crate::interface_mesh::motion::MotionFields;
 use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Counts;
 use crate::model::Model;
+use crate::model::impact::Passing;
 use crate::model::runout::jump_height;
 use crate::model::state::{Body, State};
 use crate::results::gauges::{Gauges, Moment};
@@ -158,7 +159,14 @@ impl RockIntegrator {
             let Some(direction) = body.track.is_parting(rock, &body.motion) else { continue };
             let at = |n: u32| contact_mesh.nodes[n as usize] + self.fields.displacement(input, segment, n);
             let up = -model.settings.down();
-            body.track.passed = Outline { contact_mesh, at }.passed(&body.motion.position, &direction, &up);
+            let mut passed = Outline { contact_mesh, at }.passed(&body.motion.position, &direction, &up);
+            if passed.is_some() && state.broken > 0 {
+                // A torn net falls: who came into it and is past it now has gone through, whatever is left of it above or below.
+                let at_rest = Outline { contact_mesh, at: |n: u32| contact_mesh.nodes[n as usize] };
+                let came = body.track.touch.and_then(|touch| at_rest.before(&touch.position, &direction));
+                passed = came.map_or(passed, |_| Some(Passing::Through));
+            }
+            body.track.passed = passed;
         }
     }
 
