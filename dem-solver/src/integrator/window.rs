@@ -25,6 +25,9 @@ use crate::rock::Motion;
 use interface_defs::{Fault, InterfaceMesh, Items, Layout, Plan, Window};
 use std::ops::Range;
 
+mod kept;
+pub use kept::KeptIntegrator;
+
 /// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
 const FEWEST: usize = 4;
 

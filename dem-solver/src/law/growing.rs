@@ -5,6 +5,7 @@
 //!
 //! Source: Leine et al. (2014), Multibody Syst. Dyn. 32, 241; Lu et al. (2019), Rock Mech. Rock Eng. 52, 2343.
 
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// How friction grows from the coefficient of [`crate::law::tangential`].
@@ -26,7 +27,7 @@ impl Growing {
 }
 
 /// The s of a rock.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Slip {
     /// When it last touched [m].
     value: f64,

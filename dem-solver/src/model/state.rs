@@ -9,9 +9,10 @@ use crate::model::runout::RunOut;
 use crate::rock::{Flight, Motion, Rock};
 use crate::settings::Settings;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// State of all rocks at one instant.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Time [s].
     pub time: f64,
@@ -36,7 +37,7 @@ pub struct State {
 }
 
 /// State of one rock.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// Motion.
     pub motion: Motion,
@@ -98,7 +99,7 @@ impl Against {
 
 /// Largest overlap of a rock with each kind of partner, over the radius of the sphere (of two spheres the smaller), and
 /// when [1, s]; 0 while nothing was touched.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Depths([(f64, f64); 4]);
 
 impl Depths {
@@ -129,7 +130,7 @@ impl Depths {
 }
 
 /// Contacts of rocks with each other.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct BetweenRocks {
     /// What they remember, by pair of rocks, then of spheres; empty without friction.
     pub histories: Vec<RockHistory>,

@@ -8,12 +8,13 @@
 use crate::rock::Motion;
 use crate::rock::rotation::{is_spherical, turn};
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Largest turn between two orientations that are kept [rad]: one short series each.
 const TURN: f64 = 0.05;
 
 /// A flight under way. Time is counted in steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Flight {
     /// Motion at its start.
     start: Motion,

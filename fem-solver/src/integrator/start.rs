@@ -54,6 +54,8 @@ pub struct Start {
     pub time_step: f64,
     /// Largest axial force [N].
     pub cable_force: f64,
+    /// Whether friction of ropes was left out to find the form.
+    pub smoothed: bool,
     /// What form finding took.
     pub form_finding: Info,
     /// What the user should know.
@@ -89,12 +91,13 @@ impl From<NoStart> for Fault {
 }
 
 impl Start {
-    /// Find the form, the critical step and the time step of `model`.
+    /// Find the form, the critical step and the time step of `model`; a form that was found before, and what that took, is `known`.
     pub fn new(
         scene: &Scene,
         config: &Config,
         model: &Model,
         inherited: Option<&Inherited>,
+        known: Option<&(Form, Info)>,
         on_progress: OnProgress,
     ) -> Result<Self, NoStart> {
         let (whole, at_start) = (model, model.at_start());
@@ -110,9 +113,10 @@ impl Start {
         let basis = inherited
             .map(|Inherited { end, .. }| Basis { displacement: &end.displacement, history: &end.history });
         let way = if moves.is_some() { FormFinding::None } else { config.structure.form_finding };
-        let (Form { displacement, history, smoothed }, form_finding) = match way {
-            FormFinding::None => (as_it_is(model, basis), Info::default()),
-            way => {
+        let (Form { displacement, history, smoothed }, form_finding) = match (known, way) {
+            (Some(known), _) => known.clone(),
+            (None, FormFinding::None) => (as_it_is(model, basis), Info::default()),
+            (None, way) => {
                 let most = config.fem.newton.max_iterations;
                 let found =
                     find_form_from(model, &mut newton, way, most, basis, &mut now_and_then(on_progress));
@@ -164,10 +168,19 @@ impl Start {
             critical_step: 2.0 / frequency,
             time_step,
             cable_force,
+            smoothed,
             form_finding,
             warnings,
             newton: of_run.unwrap_or(newton),
         })
+    }
+}
+
+impl Start {
+    /// The form that was found, for a run that goes on.
+    pub fn form(&self) -> Form {
+        let (displacement, history) = (self.displacement.clone(), self.history.clone());
+        Form { displacement, history, smoothed: self.smoothed }
     }
 }
 

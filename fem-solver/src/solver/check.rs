@@ -26,12 +26,11 @@ const ROUNDS: usize = 5;
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let config = Config::of(scene)?;
     let mut solver = FemSolver::new(scene, &Options::default())?;
-    let start = Start::new(scene, &config, solver.model(), solver.inherited(), &mut |_| Ok(())).map_err(
-        |reason| match reason {
+    let start = Start::new(scene, &config, solver.model(), solver.inherited(), None, &mut |_| Ok(()))
+        .map_err(|reason| match reason {
             NoStart::Input(error) => error,
             NoStart::Stopped(fault) => InputError::new(fault.message),
-        },
-    )?;
+        })?;
     let model = solver.model();
     let mut interface = model.interface_mesh(&start.displacement);
     // Masses are for contact alone, and JSON has no infinity for those that are held.

@@ -5,9 +5,10 @@ use crate::interface_mesh::motion::NodeMotion;
 use crate::interface_mesh::{ContactMesh, Kind};
 use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// An element near a rock: its number in the mesh and its nodes in [`NearList::nodes`].
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct NearElement {
     /// Number in the mesh.
     pub number: u32,
@@ -16,7 +17,7 @@ pub struct NearElement {
 }
 
 /// Elements that were within some distance of a rock's centre when the list was made.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct NearList {
     /// The elements, in the mesh's order, without broken ones.
     pub elements: Vec<NearElement>,
