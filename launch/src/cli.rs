@@ -74,7 +74,7 @@ enum Command {
     Ensemble(EnsembleArguments),
     /// How far a run or a study is, by the files in its directory
     ///
-    /// Exit codes: 0 done, or on its way; 1 failed, interrupted or killed; 2 no run or study there; 3 done, but unreliable.
+    /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 no run or study there; 3 done, but unreliable.
     Status {
         /// Directory of the results
         dir: PathBuf,
@@ -271,7 +271,8 @@ mod tests {
         for option in
             Cli::command().get_subcommands().flat_map(|c| c.get_arguments().cloned().collect::<Vec<_>>())
         {
-            let Some(name) = option.get_long() else { continue };
+            // What programs say to each other is not for the user.
+            let Some(name) = option.get_long().filter(|_| !option.is_hide_set()) else { continue };
             let name = format!("\\-\\-{}", name.replace('-', "\\-"));
             assert!(page.contains(&name), "{name} is not in\n{page}");
         }

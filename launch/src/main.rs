@@ -11,6 +11,7 @@
 //! - [`ground`]: heights of the terrain for a structure that stands on it
 //! - [`validate`]: each program checks the tables that are its own, and reports numbers
 //! - [`choice`]: scheme, window and steps that the scene leaves open, from [`numbers`] and [`stability`] (the longest weak window)
+//! - [`resume`]: whether a run that was killed can go on in the directory of the results
 //! - [`record`]: on disk before it runs: `scene.toml` with every default, `run.json`
 //! - [`supervise`]: start, watch, end ([`events`], [`progress`]); [`verdict`]: one message of how it ended, [`stop`]: with its exit code
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
@@ -35,6 +36,7 @@ mod preset;
 mod progress;
 mod record;
 mod reference;
+mod resume;
 mod run;
 mod schema;
 mod stability;

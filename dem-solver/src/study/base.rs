@@ -320,6 +320,9 @@ fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<
 fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), InputError> {
     let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
     for (at, line) in study.lines.iter().enumerate() {
+        if let Some(design) = &line.design {
+            design.check(&format!("line.{at}.design"), file)?;
+        }
         let beside = |axis: usize| {
             line.points.iter().all(|p| p[axis] < low[axis])
                 || line.points.iter().all(|p| p[axis] > high[axis])

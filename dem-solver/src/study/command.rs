@@ -3,10 +3,10 @@
 use super::base::Base;
 use super::directory::{Directory, Index, MEMBERS, Reader};
 use super::execute::compute;
-use super::journal::Journal;
+use super::journal::{Found, Journal, Refused};
 use super::record::Record;
 use super::results;
-use super::settings::STUDY;
+use super::settings::{STUDY, StudySettings};
 use super::summary::Numbers;
 use super::table::Table;
 use super::worst::barrier::Barrier;
@@ -14,7 +14,7 @@ use super::worst::{self, Comings};
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::ipc::interrupt;
 use interface_defs::ipc::serve::peak_memory;
-use interface_defs::toolkit::arguments::EnsembleArguments;
+use interface_defs::toolkit::arguments::{EnsembleArguments, MemberRange};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
@@ -26,6 +26,7 @@ use interface_defs::toolkit::screen::{complain, show};
 use interface_defs::toolkit::summary::RunStatus;
 use serde_json::json;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// The subcommand.
@@ -40,6 +41,19 @@ fn command() -> clap::Command {
             .bin_name("rockfall ensemble")
             .about("Many releases of one rock on one terrain: a table with a row for each, quantiles"),
     )
+}
+
+/// How often a task that waits for another looks whether it has ended.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A chunk, asked for.
+enum Claimed {
+    /// Its journal, with what is in it already.
+    Ours(Journal, Vec<Found>),
+    /// It is complete.
+    Done,
+    /// A signal has ended the wait for another process.
+    Interrupted,
 }
 
 /// How far it is, for those who look.
@@ -98,6 +112,12 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     let arguments =
         EnsembleArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
     let file = Scene::load_as(&STUDY, &arguments.study, &arguments.sets)?;
+    if let Some(count) = arguments.chunks {
+        let members = StudySettings::of(&file)?.members();
+        let parts = MemberRange::parts(members, count);
+        show(&parts.iter().map(|part| format!("{part}\n")).collect::<String>());
+        return Ok(Exit::Done);
+    }
     let (barrier, file) = Barrier::of(&arguments, file)?;
     let base = Base::new(&file, !arguments.savings.no_shortcuts)?;
     let out = arguments.dir.of(&file);
@@ -182,12 +202,15 @@ impl Study<'_> {
     fn chunk(&self, first: u64, last: u64, file: &Scene) -> Result<Exit, InputError> {
         self.begin(file)?;
         let [done, part] = self.directory.chunk(first, last);
-        if done.exists() {
+        let (mut journal, found) = match self.claim(&done, &part)? {
+            Claimed::Ours(journal, found) => (journal, found),
             // A task that is given out twice does nothing the second time.
-            return Ok(Exit::Done);
-        }
-        let (mut journal, found) = Journal::open(&part, &self.base.fingerprint)
-            .map_err(|refused| InputError::new(refused.words(&part)))?;
+            Claimed::Done => return Ok(Exit::Done),
+            Claimed::Interrupted => {
+                complain("interrupted: the same command goes on where it was");
+                return Ok(Exit::Failed);
+            }
+        };
         let todo: Vec<u64> = (first + found.len() as u64..=last).collect();
         let mut progress = self.progress(last - first + 1, found.len() as u64);
         let mut fault = None;
@@ -206,6 +229,30 @@ impl Study<'_> {
         }
         journal.finish(&done).map_err(|e| self.fault(e))?;
         Ok(Exit::Done)
+    }
+
+    /// The journal of a chunk. An engine that has lost sight of a task gives it out again while the first one is still at work:
+    /// the second one waits for the first, whose lock ends with its process. How long a task may take is the engine's to say.
+    fn claim(&self, done: &Path, part: &Path) -> Result<Claimed, InputError> {
+        let mut announced = false;
+        while !done.exists() {
+            match Journal::open(part, &self.base.fingerprint) {
+                Ok((journal, found)) if !done.exists() => return Ok(Claimed::Ours(journal, found)),
+                // The other one has ended meanwhile, and what was opened here is empty.
+                Ok(_) => std::fs::remove_file(part)
+                    .or_else(|e| if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) })
+                    .map_err(|e| self.fault(e))?,
+                Err(Refused::Taken) if interrupt::requested() => return Ok(Claimed::Interrupted),
+                Err(Refused::Taken) => {
+                    if !std::mem::replace(&mut announced, true) && !self.arguments.quiet {
+                        tracing::warn!("{}: waiting for it", Refused::Taken.words(part));
+                    }
+                    std::thread::sleep(LOOK);
+                }
+                Err(refused) => return Err(InputError::new(refused.words(part))),
+            }
+        }
+        Ok(Claimed::Done)
     }
 
     /// All members that no file has yet, then the results of all.

@@ -150,10 +150,11 @@ impl Base {
         let height = self.quantity(member, Quantity::Height);
         let height = height.unwrap_or(self.study.releases[member.release].height);
         let motion = rock.start(table, settings.gravity);
-        let position = above_ground(&self.ground, &rock, &motion, member.place, height).ok_or_else(|| {
-            let [x, y] = [member.place[0] + self.ground.origin.x, member.place[1] + self.ground.origin.y];
-            format!("there is no ground at ({x:.2}, {y:.2})")
-        })?;
+        let position =
+            above_ground(&self.ground, (&rock, &tree), &motion, member.place, height).ok_or_else(|| {
+                let [x, y] = [member.place[0] + self.ground.origin.x, member.place[1] + self.ground.origin.y];
+                format!("there is no ground at ({x:.2}, {y:.2})")
+            })?;
         table.position = (position + self.ground.origin).into();
         let laws = Laws::new(&settings.contacts).ok_or("there is no contact law")?;
         let ground_rows = rows(&laws, &settings, &self.ground.materials).map_err(|(what, _)| what)?;

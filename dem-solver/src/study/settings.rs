@@ -333,9 +333,6 @@ fn lines(study: &Scene) -> Result<Vec<ScreenLine>, InputError> {
                 .invalid(&format!("line.{at}.points"), "a line without length")
                 .try_instead("points = [[x, y], [x, y]]"));
         }
-        if let Some(design) = &line.design {
-            design.check(&format!("line.{at}.design"), study)?;
-        }
         let name = line.name.clone();
         if lines[..at].iter().any(|other| other.name == name) {
             return Err(study.invalid(&format!("line.{at}.name"), format!("two lines are named `{name}`")));
