@@ -121,14 +121,14 @@ impl Rock {
             rock.facing = outermost::facing(&rock.spheres, &rock.solid.surface());
         }
         if let Some(scale) = settings.scale {
-            rock = rock.as_scaled(scale, settings);
+            rock = rock.sized(scale, settings);
         }
         let notices = notices.into_iter().map(|n| format!("rock.{at}: rock `{}`: {n}", rock.name)).collect();
         Ok((rock, notices))
     }
 
     /// The rock as its scene scales it. A cluster that was made is kept as it was before.
-    fn as_scaled(mut self, scale: f64, settings: &RockSettings) -> Self {
+    fn sized(mut self, scale: f64, settings: &RockSettings) -> Self {
         let made = self.made.take();
         let mut grown = self.scaled(scale, self.mass);
         if let Some(density) = settings.density {
