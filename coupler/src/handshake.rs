@@ -306,24 +306,31 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     ] {
         payloads.into_iter().for_each(|payload| payload.extend_from_slice(fields));
     }
-    let mut local = Vec::new();
+    let mut fields = Fields { to_dem, from_dem, to_fem, from_fem, common, local: Vec::new() };
     if settings.yielding_net {
         match local_fields(dem, fem, &find) {
-            Ok(of) => {
-                tracing::info!("the contact solver advances the net in reach itself");
-                local = of.local;
-                from_fem.extend(local.iter().cloned().chain(of.travel.clone()));
-                to_dem.extend(local.iter().cloned().chain([of.star]).chain(of.travel));
-                from_dem.push(of.own);
-                from_dem
-                    .extend(find(&dem.gives, name::REACH, Once).filter(|_| settings.scheme == Scheme::Weak));
-            }
+            Ok(of) => fields.yield_with(
+                of,
+                find(&dem.gives, name::REACH, Once).filter(|_| settings.scheme == Scheme::Weak),
+            ),
             Err(what) => tracing::warn!(
                 "coupling.yielding_net: {what}; the net is moved by the structure alone, and the window must be short"
             ),
         }
     }
-    Ok(Fields { to_dem, from_dem, to_fem, from_fem, common, local })
+    Ok(fields)
+}
+
+impl Fields {
+    /// Add what a yielding net needs; `reach` where it is not asked for already.
+    fn yield_with(&mut self, of: LocalFields, reach: Option<FieldSpec>) {
+        tracing::info!("the contact solver advances the net in reach itself");
+        self.local = of.local;
+        self.from_fem.extend(self.local.iter().cloned().chain(of.travel.clone()));
+        self.to_dem.extend(self.local.iter().cloned().chain([of.star]).chain(of.travel));
+        self.from_dem.push(of.own);
+        self.from_dem.extend(reach);
+    }
 }
 
 /// What a yielding net needs of both solvers.

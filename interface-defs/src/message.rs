@@ -134,7 +134,7 @@ impl Hello {
 pub struct Plan {
     /// End of the run [s].
     pub end_time: f64,
-    /// Longest window that will be asked for [s].
+    /// Length of the scene's windows [s]. While nothing touches one may last as long as several, up to [`Hello::largest_window`].
     pub window: f64,
     /// Fields of each request, in this order.
     pub takes: Vec<FieldSpec>,

@@ -17,6 +17,7 @@
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
 //! - [`status`]: `rockfall status`: how far a run or a study is, by its files
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
+//! - [`worst`](mod@worst): `rockfall ensemble --barrier`: the members of a study that are hardest on a barrier, coupled with it
 //! - [`schema`], [`reference`](mod@reference): what a scene may hold, put together from all programs; [`manual`]: the manual page
 //!
 //! A new command is a variant of `Command` in [`cli`]; options that other programs have too stand in
@@ -45,6 +46,7 @@ mod supervise;
 mod trade;
 mod validate;
 mod verdict;
+mod worst;
 
 use interface_defs::toolkit::alloc::CountingAllocator;
 use interface_defs::toolkit::exit::Exit;

@@ -48,9 +48,7 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
     let far = time.map_or("no row yet".into(), |t| format!("{t:.4} s{share}"));
     let seen = age(&dir.join(HISTORY));
     Ok(match running {
-        Some(running) => {
-            (format!("{name}: a run on its way: {far}; last row {seen}; {running}\n"), Exit::Done)
-        }
+        Some(running) => (format!("{name}: still running: {far}; last row {seen}; {running}\n"), Exit::Done),
         None => (
             format!(
                 "{name}: a run without an end: {far}; last row {seen}; no process of this machine is writing to it: it was killed\n{}",

@@ -136,13 +136,11 @@ impl MeshStage {
     /// Time from `now` on in which the rock touches nothing, were the net to stay as it is [s].
     pub fn free_time(&self, view: MeshWindow, now: &Motion) -> f64 {
         let rock = &view.model.rocks[self.rock];
-        if !self.near.elements.is_empty() {
-            return 0.0;
-        }
-        let gap = match view.fields.is_partial() {
-            true => self.near.coverage().0 - self.approach - (now.position - self.start).norm(),
-            false => self.near.covered(&now.position, 3.0 * self.moved),
-        } - self.need_of_pairs(view);
+        let approach = match view.fields.is_partial() {
+            true => self.approach + (now.position - self.start).norm(),
+            false => 3.0 * self.moved + (now.position - self.near.coverage().1).norm(),
+        };
+        let gap = self.near.nearest() - approach - self.need_of_pairs(view);
         let (speed, pull) = (now.velocity.norm(), view.model.settings.gravity.norm());
         // gap = speed t + pull t^2 / 2, in the form that does not cancel.
         let root = (speed * speed + 2.0 * pull * gap.max(0.0)).sqrt();

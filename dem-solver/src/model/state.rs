@@ -6,7 +6,7 @@ use crate::law::growing::Slip;
 use crate::law::yielding::Dent;
 use crate::model::impact::ImpactRecord;
 use crate::model::runout::RunOut;
-use crate::rock::{Motion, Rock};
+use crate::rock::{Flight, Motion, Rock};
 use crate::settings::Settings;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,8 @@ pub struct State {
 pub struct Body {
     /// Motion.
     pub motion: Motion,
+    /// The flight under way, if nothing acted on it in the last step.
+    pub flight: Option<Flight>,
     /// What its contacts remember, by sphere; empty without friction.
     pub histories: Vec<SurfaceHistory>,
     /// What its contacts with the terrain remember, likewise.
@@ -162,6 +164,7 @@ impl State {
         };
         let body = |(rock, table): (&Rock, _)| Body {
             motion: at(rock, table),
+            flight: None,
             histories: Vec::new(),
             terrain_histories: Vec::new(),
             dent: Dent::default(),
@@ -195,7 +198,8 @@ impl State {
         self.predicted.clone_from(&other.predicted);
         self.pushed.clone_from(&other.pushed);
         for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
-            (mine.motion, mine.dent, mine.slip) = (theirs.motion, theirs.dent, theirs.slip);
+            (mine.motion, mine.flight) = (theirs.motion, theirs.flight);
+            (mine.dent, mine.slip) = (theirs.dent, theirs.slip);
             mine.histories.clone_from(&theirs.histories);
             mine.terrain_histories.clone_from(&theirs.terrain_histories);
             mine.box_histories.clone_from(&theirs.box_histories);

@@ -277,6 +277,7 @@ impl DemSolver {
         self.model.settings.rocks[rock].position = motion.position.into();
         *body = state::Body {
             motion: crate::rock::Motion { position: motion.position - self.model.origin, ..motion },
+            flight: None,
             histories: std::mem::take(&mut body.histories),
             terrain_histories: std::mem::take(&mut body.terrain_histories),
             box_histories: std::mem::take(&mut body.box_histories),

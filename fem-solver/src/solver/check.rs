@@ -3,7 +3,7 @@
 use crate::config::generator::Generator;
 use crate::config::{Config, Integrator};
 use crate::integrator::critical_step::typical_stiffness;
-use crate::integrator::start::{NoStart, Start};
+use crate::integrator::start::{LOADED, NoStart, Start};
 use crate::model::{Model, Part};
 use crate::solver::FemSolver;
 use crate::state::inherited::Inherited;
@@ -60,6 +60,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     state("highest_frequency_rad_per_s", start.frequency);
     if config.fem.integrator != Integrator::Static {
         state("critical_step_s", start.critical_step);
+        state("loaded_critical_step_s", LOADED * start.critical_step);
     }
     state("time_step_s", start.time_step);
     if let Some(sag) = sag {

@@ -199,6 +199,22 @@ pub struct EnsembleArguments {
     /// Print the members of the study in N equal parts, as --members takes them, one in a line; compute nothing
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), conflicts_with_all = ["members", "force", "resume"], help_heading = "Computation")]
     pub chunks: Option<u64>,
+    /// Write the complete scene of one member, which `rockfall run` computes as the study does
+    #[arg(long, value_name = "N", conflicts_with_all = ["members", "chunks"], value_parser = clap::value_parser!(u64).range(1..), help_heading = "One member")]
+    pub scene_of: Option<u64>,
+    /// File of that scene [default: it is printed]
+    #[arg(long, short, value_name = "FILE", requires = "scene_of", help_heading = "One member")]
+    pub output: Option<PathBuf>,
+    /// Run the worst members again, coupled, against the barrier of this scene, which stands on a line; `rock` and `terrain` are
+    /// the study's, `end_time` is how long is computed after a member has reached the line
+    #[arg(long, value_name = "SCENE", conflicts_with_all = ["members", "chunks"], help_heading = "Barrier")]
+    pub barrier: Option<PathBuf>,
+    /// How many: in turn those with the most energy, the highest, the nearest to an end of the line
+    #[arg(long, value_name = "N", requires = "barrier", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Barrier")]
+    pub worst: u32,
+    /// Where the barrier stands, from the program that builds it (JSON)
+    #[arg(long, value_name = "JSON", hide = true)]
+    pub site: Option<String>,
     /// Threads [default: as many as there are cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Computation")]
     pub threads: Option<u32>,

@@ -11,7 +11,7 @@ pub const HISTORY: &str = "history.csv";
 pub const SUMMARY: &str = "summary.json";
 /// Rows per coupling iteration.
 pub const ITERATIONS: &str = "iterations.csv";
-/// Ways of rocks over terrain.
+/// Trajectories of rocks over terrain.
 pub const TRAJECTORY: &str = "trajectory.csv";
 /// A picture of them.
 pub const PICTURE: &str = "trajectory.svg";
