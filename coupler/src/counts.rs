@@ -1,7 +1,9 @@
 //! What a run of the loop has done, in numbers.
 
+use serde::{Deserialize, Serialize};
+
 /// What was done.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Counts {
     /// Committed windows.
     pub windows: u64,

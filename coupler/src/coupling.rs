@@ -1,6 +1,6 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
-use crate::convergence::{Field, Measure, Residual, Trend};
+use crate::convergence::{Residual, Trend};
 use crate::counts::Counts;
 use crate::energy::{Balance, Both};
 use crate::guard;
@@ -14,11 +14,14 @@ use crate::trust::Causes;
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
+use serde::{Deserialize, Serialize};
 
+mod judge;
+mod kept;
 mod selection;
 use selection::no_selection;
 
-pub use crate::observer::{Committed, CouplingError, Iteration, Observer};
+pub use crate::observer::{Committed, CouplingError, Iteration, KeptRun, Observer};
 
 /// A run of the loop over two participants.
 pub struct Coupling<'a> {
@@ -34,13 +37,15 @@ pub struct Coupling<'a> {
     pub has_balance: bool,
     /// Bounds of trust.
     pub limits: Limits,
+    /// The state from which the run goes on, if it does not begin.
+    pub resume: Option<KeptRun>,
     gauges: Gauges,
     /// The committed window that the observer does not know yet.
     unreported: Option<Accepted>,
 }
 
 /// The answers' gauges, kept from one solve to the commit.
-#[derive(Default)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 struct Gauges {
     dem: Vec<f64>,
     fem: Vec<f64>,
@@ -108,6 +113,7 @@ impl<'a> Coupling<'a> {
             balance: Balance::default(),
             has_balance: false,
             limits: Limits::default(),
+            resume: None,
             gauges: Gauges::default(),
             unreported: None,
         }
@@ -115,8 +121,8 @@ impl<'a> Coupling<'a> {
 
     /// Prepare both solvers and run to the end. Committed windows are with the observer, whatever comes.
     pub fn run(&mut self, observer: &mut dyn Observer, progress: OnProgress) -> Result<(), CouplingError> {
-        let mut agreement =
-            agree(&self.settings, self.end_time, self.dem.participant, self.fem.participant, progress)?;
+        let (dem, fem) = (&mut *self.dem.participant, &mut *self.fem.participant);
+        let mut agreement = agree(&self.settings, self.end_time, dem, fem, self.resume.as_ref(), progress)?;
         self.has_balance = agreement.dem.account.complete && agreement.fem.account.complete;
         let accounts = (&agreement.dem.account, &agreement.fem.account);
         self.balance = Balance::new(Both { dem: accounts.0.start(), fem: accounts.1.start() });
@@ -134,14 +140,19 @@ impl<'a> Coupling<'a> {
         agreement: &mut Agreement,
         observer: &mut dyn Observer,
     ) -> Result<(), CouplingError> {
-        let mut schedule =
-            Schedule::new(self.settings.time_window, self.end_time, self.settings.shortest_window());
-        loop {
-            self.stretch(&mut schedule, agreement);
-            let Some(span) = schedule.next() else { break };
-            if interrupt::requested() {
+        let mut schedule = match self.resume.take() {
+            Some(kept) => self.go_on(&kept.coupling, agreement)?,
+            None => Schedule::new(self.settings.time_window, self.end_time, self.settings.shortest_window()),
+        };
+        while schedule.next().is_some() {
+            let interrupted = interrupt::requested();
+            let kept = self.keep_if_due(&schedule, agreement, observer, interrupted);
+            if interrupted {
                 return Err(Failure::Interrupted.into());
             }
+            kept?;
+            self.stretch(&mut schedule, agreement);
+            let Some(span) = schedule.next() else { break };
             let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();
             match self.window(span, may_halve, agreement, observer)? {
                 Outcome::Accepted(accepted) => {
@@ -324,34 +335,6 @@ impl<'a> Coupling<'a> {
             true => residual.passes(&usual),
             false => measures.iter().all(|m| interface.judge(m, length).passes(&m.tolerance(&usual))),
         }
-    }
-
-    /// What is left of the residual, with the tolerances beside it.
-    fn left(&self, residual: &Residual, interface: &Interface, length: f64) -> String {
-        let (measures, mut usual) = (&self.settings.measure, self.settings.tolerances());
-        if interface.yields() {
-            usual = self.settings.of_yielding();
-        }
-        if measures.is_empty() || interface.yields() {
-            return format!(
-                "displacement residual {:.2e} m (increment {:.2e} m), velocity residual times window {:.2e} m, tolerances \
-                 {:.1e} relative, {:.1e} m",
-                residual.displacement,
-                residual.displacement_increment,
-                residual.velocity,
-                usual.relative,
-                usual.absolute
-            );
-        }
-        let of = |m: &Measure| {
-            let (judged, tolerance) = (interface.judge(m, length), m.tolerance(&usual));
-            let unit = if m.field == Field::Force { "N" } else { "m" };
-            format!(
-                "{} residual {:.2e} {unit} (relative to {:.2e} {unit}; tolerances {:.1e} relative, {:.1e} {unit})",
-                m.field, judged.residual, judged.reference, tolerance.relative, tolerance.absolute
-            )
-        };
-        measures.iter().map(of).collect::<Vec<_>>().join(", ")
     }
 
     /// The first iterate of a window.

@@ -5,6 +5,7 @@
 
 use interface_defs::toolkit::energy::{Balance as System, Energies};
 use interface_defs::{Gauge, Layout, Role};
+use serde::{Deserialize, Serialize};
 
 /// Which numbers of an answer are energies.
 pub struct Account {
@@ -43,7 +44,7 @@ impl Account {
 }
 
 /// Energies of both solvers at the end of a window.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Both {
     /// Of the contact solver.
     pub dem: Energies,
@@ -70,7 +71,7 @@ pub struct Work {
 }
 
 /// The run's balance.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Balance {
     /// Imbalance at the committed time [J].
     pub imbalance: f64,

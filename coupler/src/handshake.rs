@@ -4,6 +4,7 @@ use crate::energy::Account;
 use crate::guard::{self, breach, clause};
 use crate::interface::Interface;
 use crate::mapping::map;
+use crate::observer::KeptRun;
 use crate::passing::{self, Common, Passing};
 use crate::patch::Patch;
 use crate::places::Places;
@@ -59,14 +60,18 @@ pub struct Agreement {
     pub largest_window: f64,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// The solver that cannot write its state down, if there is one.
+    pub forgetful: Option<String>,
 }
 
-/// Agree with both solvers. The structure is prepared first: the contact solver works on its interface mesh.
+/// Agree with both solvers. The structure is prepared first: the contact solver works on its interface mesh. With `resume` both
+/// go on from states that they gave, and are not examined again.
 pub fn agree(
     settings: &CouplingSettings,
     end_time: f64,
     dem: &mut dyn Participant,
     fem: &mut dyn Participant,
+    resume: Option<&KeptRun>,
     progress: OnProgress,
 ) -> Result<Agreement, Failure> {
     let (dem_hello, fem_hello) = (dem.hello()?, fem.hello()?);
@@ -74,6 +79,12 @@ pub fn agree(
         tracing::info!("{solver} is {}", hello.program);
         check_capabilities(settings, solver, hello)?;
         check_scene(settings, solver, hello)?;
+    }
+    let forgets = |hello: &&Hello| !hello.can(capability::CHECKPOINT);
+    let forgetful = [&dem_hello, &fem_hello].into_iter().find(forgets).map(|hello| hello.program.clone());
+    if let Some(kept) = resume {
+        fem.resume(&kept.fem)?;
+        dem.resume(&kept.dem)?;
     }
     let fields = choose_fields(settings, &dem_hello, &fem_hello)?;
     let plan = |takes: &[FieldSpec], gives: &[FieldSpec]| Plan {
@@ -111,7 +122,9 @@ pub fn agree(
         Side::new(dem.name(), &dem_hello, &dem_plan, dem_ready),
         Side::new(fem.name(), &fem_hello, &fem_plan, fem_ready),
     );
-    guard::probe(fem, &fem_hello, &fem_side, &structure_mesh, settings.time_window)?;
+    if resume.is_none() {
+        guard::probe(fem, &fem_hello, &fem_side, &structure_mesh, settings.time_window)?;
+    }
     let patch = (!fields.local.is_empty() && mapping.is_identity() && fields.common.is_empty())
         .then(|| Patch::new(structure_mesh.clone(), settings.rings));
     let places = Places::new(&dem_side, &fem_side, settings.samples as usize);
@@ -130,7 +143,16 @@ pub fn agree(
     }
     interface.pass_on(&fields.local, &dem_side, &fem_side);
     let largest_window = dem_hello.largest_window.min(fem_hello.largest_window);
-    Ok(Agreement { interface, motion, dem: dem_side, fem: fem_side, patch, largest_window, warnings })
+    Ok(Agreement {
+        interface,
+        motion,
+        dem: dem_side,
+        fem: fem_side,
+        patch,
+        largest_window,
+        warnings,
+        forgetful,
+    })
 }
 
 fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
@@ -284,24 +306,31 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     ] {
         payloads.into_iter().for_each(|payload| payload.extend_from_slice(fields));
     }
-    let mut local = Vec::new();
+    let mut fields = Fields { to_dem, from_dem, to_fem, from_fem, common, local: Vec::new() };
     if settings.yielding_net {
         match local_fields(dem, fem, &find) {
-            Ok(of) => {
-                tracing::info!("the contact solver advances the net in reach itself");
-                local = of.local;
-                from_fem.extend(local.iter().cloned().chain(of.travel.clone()));
-                to_dem.extend(local.iter().cloned().chain([of.star]).chain(of.travel));
-                from_dem.push(of.own);
-                from_dem
-                    .extend(find(&dem.gives, name::REACH, Once).filter(|_| settings.scheme == Scheme::Weak));
-            }
+            Ok(of) => fields.yield_with(
+                of,
+                find(&dem.gives, name::REACH, Once).filter(|_| settings.scheme == Scheme::Weak),
+            ),
             Err(what) => tracing::warn!(
                 "coupling.yielding_net: {what}; the net is moved by the structure alone, and the window must be short"
             ),
         }
     }
-    Ok(Fields { to_dem, from_dem, to_fem, from_fem, common, local })
+    Ok(fields)
+}
+
+impl Fields {
+    /// Add what a yielding net needs; `reach` where it is not asked for already.
+    fn yield_with(&mut self, of: LocalFields, reach: Option<FieldSpec>) {
+        tracing::info!("the contact solver advances the net in reach itself");
+        self.local = of.local;
+        self.from_fem.extend(self.local.iter().cloned().chain(of.travel.clone()));
+        self.to_dem.extend(self.local.iter().cloned().chain([of.star]).chain(of.travel));
+        self.from_dem.push(of.own);
+        self.from_dem.extend(reach);
+    }
 }
 
 /// What a yielding net needs of both solvers.

@@ -15,6 +15,9 @@ use crate::predictor::predict;
 use interface_defs::{FieldSpec, Sampling, name};
 use std::ops::Range;
 
+mod kept;
+pub use kept::KeptInterface;
+
 /// Motion of the structure's interface nodes: displacement [m] and velocity [m/s], sample by sample.
 #[derive(Debug, Clone, Default)]
 struct Motion {

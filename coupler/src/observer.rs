@@ -83,6 +83,17 @@ pub struct Committed<'a> {
     pub balance: &'a Balance,
 }
 
+/// The state of a run between two windows: that of each solver in a form of its own, and that of the loop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeptRun {
+    /// The contact solver's.
+    pub dem: Vec<u8>,
+    /// The structure's.
+    pub fem: Vec<u8>,
+    /// The loop's.
+    pub coupling: Vec<u8>,
+}
+
 /// Sees what happens; writes files, draws progress. The loop does neither.
 pub trait Observer {
     /// Both solvers are prepared.
@@ -91,6 +102,14 @@ pub trait Observer {
     fn iteration(&mut self, _iteration: &Iteration) -> Result<(), String> {
         Ok(())
     }
+    /// Whether the state of the run is to be kept now, between two windows; `interrupted`: the user ends it here.
+    fn is_due(&mut self, _interrupted: bool) -> bool {
+        false
+    }
+    /// The state of the run at `time` [s]: all windows so far have been reported.
+    fn keep(&mut self, _time: f64, _kept: KeptRun) {}
+    /// The state was asked for, and this solver cannot write its own down.
+    fn cannot_keep(&mut self, _solver: &str) {}
     /// One window is committed. Called while the contact solver is at work on the next.
     fn committed(&mut self, committed: &Committed) -> Result<(), String>;
 }

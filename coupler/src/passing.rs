@@ -95,6 +95,16 @@ pub struct Passing {
 }
 
 impl Passing {
+    /// What the structure gave, as committed.
+    pub fn kept(&self) -> Vec<Vec<f64>> {
+        self.to_contact.iter().map(|held| held.committed.clone()).collect()
+    }
+
+    /// Go on from there.
+    pub fn go_on(&mut self, kept: Vec<Vec<f64>>) {
+        self.to_contact.iter_mut().zip(kept).for_each(|(held, committed)| held.committed = committed);
+    }
+
     /// At t = 0.
     pub fn new(common: &Common, dem: &Side, fem: &Side) -> Self {
         let all = |layout: &Layout, field: &FieldSpec| {

@@ -1,6 +1,7 @@
 //! The part of the net that crosses the interface: the nodes that the contact solver may reach, and rings of nodes around them.
 
 use interface_defs::{InterfaceMesh, Items, Selection};
+use serde::{Deserialize, Serialize};
 
 /// The selected nodes of the interface mesh, and how far the others may have moved since they were selected.
 pub struct Patch {
@@ -18,6 +19,17 @@ pub struct Patch {
     chosen: bool,
     /// Distance that a node that is not selected has moved since, at most [m]; of the last window alone; and the window's
     /// length [s].
+    travel: f64,
+    last_travel: (f64, f64),
+}
+
+/// What is selected, and how far the others may have moved, for a run that goes on.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct KeptPatch {
+    nodes: Vec<u32>,
+    pairs: Vec<[u32; 2]>,
+    announced: bool,
+    chosen: bool,
     travel: f64,
     last_travel: (f64, f64),
 }
@@ -119,6 +131,23 @@ impl Patch {
     /// Whether nothing has been selected yet.
     pub fn is_open(&self) -> bool {
         !self.chosen
+    }
+
+    /// For a run that goes on.
+    pub fn kept(&self) -> KeptPatch {
+        let Self { announced, chosen, travel, last_travel, .. } = *self;
+        let Selection { nodes, pairs, .. } = &self.selection;
+        KeptPatch { nodes: nodes.clone(), pairs: pairs.clone(), announced, chosen, travel, last_travel }
+    }
+
+    /// Go on from there.
+    pub fn go_on(&mut self, kept: KeptPatch) -> Result<(), String> {
+        let KeptPatch { nodes, pairs, announced, chosen, travel, last_travel } = kept;
+        self.selection.set(&self.mesh, nodes.into_iter())?;
+        self.selection.pairs.extend(pairs);
+        (self.announced, self.chosen, self.travel, self.last_travel) =
+            (announced, chosen, travel, last_travel);
+        Ok(())
     }
 
     /// Items of the selection.

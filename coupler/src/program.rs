@@ -10,6 +10,7 @@ use interface_defs::ipc::remote::{Host, HostOptions, Remote};
 use interface_defs::ipc::{self, Wait, interrupt};
 use interface_defs::toolkit::arguments::{AnswerForm, Input, Leader, Logging, Membership, Results};
 use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::checkpoint::{self, Checkpoint, Store};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::limits::Limits;
@@ -97,6 +98,8 @@ struct Prepared {
     limits: Limits,
     end_time: f64,
     owner: Owner,
+    scene: String,
+    resume: Option<Checkpoint>,
 }
 
 impl Prepared {
@@ -110,14 +113,21 @@ impl Prepared {
         }
         let limits = Limits::of(&scene)?;
         let end_time = scene.end_time()?;
-        let Results { dir, force } = &arguments.leader.results;
+        let Results { dir, force, resume: goes_on } = &arguments.leader.results;
         let out = dir.of(&scene);
         start_from::refuse_own(&scene, &out)?;
         let Membership { run, supervised } = &arguments.membership;
-        let claim = Claim { force: *force, run: Some(run.clone()), supervisor: supervised.supervisor };
+        let resume = goes_on.then(|| checkpoint::to_go_on(&scene, &out)).transpose()?.flatten();
+        let claim = Claim {
+            force: *force || (*goes_on && resume.is_none()),
+            resume: resume.is_some(),
+            run: Some(run.clone()),
+            supervisor: supervised.supervisor,
+        };
         let owner = Owner::claim(&out, &claim)?;
         owner.write_record().map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
-        Ok(Self { settings, processes, output, limits, end_time, owner })
+        let scene = scene.fingerprint();
+        Ok(Self { settings, processes, output, limits, end_time, owner, scene, resume })
     }
 }
 
@@ -149,6 +159,7 @@ fn run(arguments: &RunArguments) -> Result<Exit, InputError> {
         complain(&format!("{before}{what}"));
         return Ok(Exit::Failed);
     }
+    checkpoint::remove_if_over(&summary, owner.dir());
     if !arguments.leader.quiet {
         summary.print_table(owner.dir());
     }
@@ -171,6 +182,9 @@ fn couple(
 ) -> (Summary, Result<(), CouplingError>) {
     let (end_time, form) = (prepared.end_time, arguments.leader.progress);
     let mut records = Records::new(prepared.owner.dir(), end_time, &prepared.output, form);
+    let from = prepared.resume.as_ref();
+    let store = Store::new(prepared.owner.dir(), prepared.scene.clone(), prepared.output.checkpoint, from);
+    let kept = records.keep_in(store, from);
     let [dem, fem] = &mut *remotes else { unreachable!("as many as names") };
     let mut coupling = Coupling::new(prepared.settings.clone(), end_time, dem, fem);
     coupling.limits = prepared.limits;
@@ -180,7 +194,13 @@ fn couple(
         reporter.report(|| Line { end: end_time, what: progress.what, ..Line::default() });
         Ok(())
     };
-    let mut outcome = coupling.run(&mut records, &mut preparing);
+    let mut outcome = match kept {
+        Ok(kept) => {
+            coupling.resume = kept;
+            coupling.run(&mut records, &mut preparing)
+        }
+        Err(fault) => Err(Failure::Fault { solver: "coupler".into(), fault }.into()),
+    };
     let synced = records.sync().map_err(CouplingError::Output);
     outcome = outcome.and(synced);
     let clock = Clock { started, loop_ended: Instant::now() };
@@ -199,6 +219,7 @@ fn couple(
     let mut summary = Summary::new(status);
     summary.message = outcome.as_ref().err().map(|error| explained(error, &coupling));
     describe(&mut summary, &coupling, &records, statistics.as_ref());
+    summary.warnings.extend(from.map(|from| checkpoint::of_last_part(from.time)));
     drop(coupling);
     cost::describe(&mut summary, &records, &clock, statistics.as_ref(), remotes);
     if let (Err(failure), None) = (&outcome, &statistics) {

@@ -1,9 +1,10 @@
 //! Result files of a coupled run: `history.csv`, `iterations.csv`, and the measures for `summary.json`.
 
-use crate::coupling::{Committed, Coupling, Iteration, Observer};
+use crate::coupling::{Committed, Coupling, Iteration, KeptRun, Observer};
 use crate::handshake::Side;
 use crate::rows::Rows;
 use interface_defs::toolkit::alloc::allocations;
+use interface_defs::toolkit::checkpoint::{Checkpoint, Store, pack, unpack};
 use interface_defs::toolkit::energy::NOTHING_MOVED;
 use interface_defs::toolkit::history::{History, gauge_column};
 use interface_defs::toolkit::limits::ENERGY_ERROR;
@@ -11,7 +12,8 @@ use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::summary::{Summary, split_member};
-use interface_defs::{Gauge, Measure, Statistics};
+use interface_defs::{Fault, Gauge, Measure, Statistics};
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -36,7 +38,27 @@ pub struct Records {
     prepared_at: Option<Instant>,
     window_started: Instant,
     allocations: Option<u64>,
+    /// Checkpoints; none are written without it.
+    store: Option<Store>,
+    /// Where these records go on, if they do not begin.
+    kept: Option<KeptRecords>,
 }
+
+/// What is kept of the records themselves.
+#[derive(Serialize, Deserialize)]
+struct KeptRecords {
+    rows: Rows,
+    /// Smallest and largest of each gauge, with their times.
+    extremes: Vec<[(f64, f64); 2]>,
+    /// Windows and iterations.
+    counts: (u64, u64),
+    /// Bytes of `history.csv` and of `iterations.csv`.
+    history: u64,
+    iterations: Option<u64>,
+}
+
+/// Names of the parts of a checkpoint: both solvers, the loop, the records.
+const KEPT: [&str; 4] = ["dem", "fem", "coupling", "records"];
 
 /// A gauge and its extremes over the committed windows.
 struct Tracked {
@@ -67,7 +89,32 @@ impl Records {
             prepared_at: None,
             window_started: now,
             allocations: None,
+            store: None,
+            kept: None,
         }
+    }
+
+    /// Write checkpoints to `store`. Of a run that goes on from `resume`, the state of the rest of it.
+    pub fn keep_in(&mut self, store: Store, resume: Option<&Checkpoint>) -> Result<Option<KeptRun>, Fault> {
+        self.store = Some(store).filter(Store::is_wanted);
+        let Some(from) = resume else { return Ok(None) };
+        let [dem, fem, coupling, records] = KEPT.map(|name| from.part(name));
+        self.kept = Some(unpack(records?)?);
+        Ok(Some(KeptRun { dem: dem?.to_vec(), fem: fem?.to_vec(), coupling: coupling?.to_vec() }))
+    }
+
+    fn write_checkpoint(&mut self, time: f64, run: KeptRun) -> Result<(), String> {
+        let (Some(store), Some(history)) = (&mut self.store, &self.history) else { return Ok(()) };
+        let kept = KeptRecords {
+            rows: self.rows.clone(),
+            extremes: self.gauges.iter().map(|g| [g.smallest, g.largest]).collect(),
+            counts: self.counts,
+            history: history.length(),
+            iterations: self.iterations.as_ref().map(History::length),
+        };
+        let states = [run.dem, run.fem, run.coupling, pack(&kept)];
+        let parts = KEPT.iter().map(|name| (*name).to_owned()).zip(states).collect();
+        history.sync().and_then(|()| store.write(time, parts)).map_err(|e| e.to_string())
     }
 
     /// When both solvers were prepared.
@@ -107,9 +154,14 @@ impl Records {
             .collect()
     }
 
-    fn create(&self, name: &str, columns: &[String]) -> Result<History, String> {
+    /// A file of rows: a new one, or as it was when it had `length` bytes.
+    fn open(&self, name: &str, columns: &[String], length: Option<u64>) -> Result<History, String> {
         let path = self.dir.join(name);
-        History::create(&path, columns).map_err(|e| format!("cannot write {}: {e}", path.display()))
+        let opened = match length {
+            None => History::create(&path, columns),
+            Some(length) => History::go_on(&path, columns, length),
+        };
+        opened.map_err(|e| format!("cannot write {}: {e}", path.display()))
     }
 }
 
@@ -138,7 +190,9 @@ impl Observer for Records {
         self.row = Vec::with_capacity(columns.len());
         let means = (0..self.gauges.len()).filter(|i| self.gauges[*i].gauge.is_mean()).map(|i| i + 1);
         self.rows = Rows::new(columns.len(), means.collect(), self.interval);
-        self.history = Some(self.create(run_dir::HISTORY, &columns)?);
+        let kept = self.kept.take();
+        let length = kept.as_ref().map(|kept| kept.history);
+        self.history = Some(self.open(run_dir::HISTORY, &columns, length)?);
         if self.iterations_wanted {
             let columns = [
                 "window",
@@ -151,7 +205,14 @@ impl Observer for Records {
                 "factor",
                 "seconds_s",
             ];
-            self.iterations = Some(self.create(run_dir::ITERATIONS, &columns.map(String::from))?);
+            let length = kept.as_ref().and_then(|kept| kept.iterations);
+            self.iterations = Some(self.open(run_dir::ITERATIONS, &columns.map(String::from), length)?);
+        }
+        if let Some(kept) = kept {
+            (self.rows, self.counts) = (kept.rows, kept.counts);
+            for (gauge, [smallest, largest]) in self.gauges.iter_mut().zip(kept.extremes) {
+                (gauge.smallest, gauge.largest) = (smallest, largest);
+            }
         }
         Ok(())
     }
@@ -174,6 +235,22 @@ impl Observer for Records {
             seconds,
         ])
         .map_err(|e| format!("cannot write {}: {e}", run_dir::ITERATIONS))
+    }
+
+    fn is_due(&mut self, interrupted: bool) -> bool {
+        self.store.as_ref().is_some_and(|store| interrupted || store.is_due())
+    }
+
+    fn keep(&mut self, time: f64, run: KeptRun) {
+        if let Err(what) = self.write_checkpoint(time, run) {
+            tracing::warn!("no checkpoint at t = {time} s, and none from here on: {what}");
+            self.store = None;
+        }
+    }
+
+    fn cannot_keep(&mut self, solver: &str) {
+        tracing::warn!("no checkpoints are written: {solver} cannot write its state down");
+        self.store = None;
     }
 
     fn committed(&mut self, c: &Committed) -> Result<(), String> {

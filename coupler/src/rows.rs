@@ -1,7 +1,10 @@
 //! Which committed windows become rows of `history.csv`: each one while anything touches and for an output interval after it (a
 //! rock that is being braked leaves the net for moments), else one per interval, and the last one before a touch.
 
+use serde::{Deserialize, Serialize};
+
 /// The rows of a run.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
     /// Interval between rows while nothing touches [s].
     interval: f64,

@@ -6,8 +6,10 @@
 //! A length that failed is remembered: shorter windows go on for a while before a longer one is tried again, and longer
 //! each time that it fails again.
 
+use serde::{Deserialize, Serialize};
+
 /// Windows in order.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Schedule {
     window: f64,
     end: f64,

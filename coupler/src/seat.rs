@@ -60,6 +60,11 @@ impl<'a> Seat<'a> {
         Self { participant, commit_due: false, asked: false }
     }
 
+    /// Its state, its last solve committed if it was accepted.
+    pub fn save(&mut self) -> Result<Vec<u8>, Failure> {
+        self.participant.save(std::mem::take(&mut self.commit_due))
+    }
+
     /// End it; its last solve is committed if it was accepted.
     pub fn finish(&mut self) -> Result<Statistics, Failure> {
         self.participant.finish(std::mem::take(&mut self.commit_due))

@@ -169,6 +169,111 @@ fn a_member_is_the_run_of_its_own_scene() {
     }
 }
 
+/// `--scene-of N` is the scene of member N: a run of it ends at the place of its row at its time, whatever varies, shapes that are
+/// scaled and ground that remembers included.
+#[test]
+fn the_scene_of_a_member_ends_where_its_row_says() {
+    let shapes = "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 0.2 }, { type = \"sphere\", radius = 0.3 }, \
+        { type = \"random_convex\", size = [0.9, 0.7, 0.5] }] }\n";
+    let vary = format!(
+        "[vary]\nvolume = {{ lognormal = [0.3, 1.7] }}\ndensity = {{ uniform = [2400.0, 2700.0] }}\n{shapes}"
+    );
+    let place = Place::new(&STUDY.replace("[vary]\n", &vary).replace("[40, 45]", "[60, 66]"));
+    for (scene, kind) in [
+        (SCENE.to_owned(), "as it is"),
+        (SCENE.replace("cluster.spheres", "scale = 1.3\ncluster.spheres"), "scaled"),
+    ] {
+        place.write("fall.toml", &scene);
+        let table = place.table(kind, &["--threads", "2"]);
+        let rows = rows(&table);
+        let differ: std::collections::HashSet<_> = rows.iter().map(|row| row["mass_kg"].clone()).collect();
+        assert_eq!((rows.len(), differ.len()), (20, 20));
+        for row in rows.iter().step_by(3) {
+            let file = place.path("one.toml");
+            let written = place.run(kind, &["--scene-of", &row["member"], "-o", &file.display().to_string()]);
+            assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+            let out = place.path(&format!("{kind} {}", row["member"]));
+            let mut command = Command::new(env!("CARGO_BIN_EXE_dem-solver"));
+            let output = command.arg("run").arg(&file).arg("--out").arg(&out).output().expect("started");
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+            let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+            let way = if row["ending"] == "rest" { "runout_distance" } else { "exit_distance" };
+            let alone =
+                |key: &str| summary["measures"][way][key].as_f64().unwrap_or_else(|| panic!("{summary}"));
+            let (own, ended) = (number(row, "run_out_m"), number(row, "time_s"));
+            assert!(
+                (own - alone("value")).abs() < 1e-8,
+                "{kind} {}: {own} {}",
+                row["member"],
+                alone("value")
+            );
+            assert!((ended - alone("time_s")).abs() <= f64::EPSILON * ended, "{kind} {}", row["member"]);
+        }
+    }
+    let none = place.run("as it is", &["--scene-of", "21"]);
+    assert_eq!(none.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&none.stderr).contains("--scene-of: 21: the members of this study are 1..20")
+    );
+}
+
+/// Both standards, from the table of the line alone: the largest values of each member, their quantiles, times the factors.
+#[test]
+fn the_design_of_a_line_follows_from_its_table() {
+    let design = "[line.design]\nbarrier_energy = 1e4\nbarrier_height = 50.0\nbarrier_elongation = 4.0\n\
+        [line.design.uni_11211_4]\nblock_mass = 900.0\ntrajectories = 1.1\ntopography = 1.02\nblock_survey = 1.05\nweight = 1.01\n\
+        free_border = 0.6\nlevel = \"SEL\"\ndistance_factor = 1.4\n\
+        [line.design.onr_24810]\nenergy_quantile = 99.0\nheight_quantile = 90.0\nenergy_factor = 1.15\nheight_factor = 1.3\n";
+    let place = Place::new(&format!("{STUDY}{design}"));
+    place.table("out", &[]);
+    let line = std::fs::read_to_string(place.path("out/lines/road.csv")).expect("a table");
+    let mut largest: HashMap<String, [f64; 3]> = HashMap::new();
+    for row in rows(&line) {
+        let most = largest.entry(row["member"].clone()).or_insert([f64::NEG_INFINITY; 3]);
+        for (most, name) in most.iter_mut().zip(["speed_m_per_s", "centre_height_m", "kinetic_energy_J"]) {
+            *most = most.max(number(&row, name));
+        }
+    }
+    // Linear between the two members beside the place of the quantile.
+    let quantile = |column: usize, share: f64| {
+        let mut all: Vec<f64> = largest.values().map(|values| values[column]).collect();
+        all.sort_by(f64::total_cmp);
+        let at = share * (all.len() - 1) as f64;
+        let (low, high) = (all[at as usize], all[(at as usize + 1).min(all.len() - 1)]);
+        low * (1.0 - at.fract()) + high * at.fract()
+    };
+    assert!(largest.len() > 10, "{}", largest.len());
+    let speed = quantile(0, 0.95) * 1.1 * 1.02;
+    let height = quantile(1, 0.95) * 1.1 * 1.02;
+    let summary = std::fs::read_to_string(place.path("out/summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    for (name, due) in [
+        ("uni_design_speed", speed),
+        ("uni_design_energy", 0.5 * 900.0 * 1.05 * 1.01 * speed * speed),
+        ("uni_required_energy", 0.5 * 900.0 * 1.05 * 1.01 * speed * speed),
+        ("uni_required_height", height + 0.6),
+        ("uni_required_distance", 5.6),
+        ("onr_required_energy", 1.15 * quantile(2, 0.99)),
+        ("onr_required_height", 1.3 * quantile(1, 0.90)),
+    ] {
+        let value =
+            summary["measures"][format!("road_{name}")]["value"].as_f64().unwrap_or_else(|| panic!("{name}"));
+        assert!((value / due - 1.0).abs() < 1e-12, "{name}: {value} {due}");
+    }
+    let verdict = summary["verdict"].to_string();
+    assert!(
+        verdict.contains("UNI 11211-4") && verdict.contains("the barrier has 50: satisfied"),
+        "{verdict}"
+    );
+    assert!(
+        verdict.contains("ONR 24810") && verdict.contains("the barrier has 10000: not satisfied"),
+        "{verdict}"
+    );
+    let few = summary["warnings"].to_string();
+    assert!(few.contains("more members are required"), "{few}");
+}
+
 #[test]
 fn threads_chunks_and_their_order_leave_every_byte_as_it_is() {
     let place = Place::new(STUDY);

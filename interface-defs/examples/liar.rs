@@ -55,6 +55,8 @@ fn reply(message: ToSolver, lie: &str, fields: &mut Vec<FieldSpec>) -> FromSolve
             FromSolver::Ready(ready(lie))
         }
         ToSolver::Explain => FromSolver::Fault(Fault::window("no reason")),
+        // It has not said that it could.
+        ToSolver::Save { .. } | ToSolver::Resume { .. } => FromSolver::Fault(Fault::broken("never declared")),
         ToSolver::Finish { .. } | ToSolver::Abort { .. } => FromSolver::Statistics(Statistics::default()),
     }
 }

@@ -3,9 +3,32 @@
 use crate::field::{Items, Layout};
 use crate::header::{Command, RequestHeader};
 use crate::mesh::InterfaceMesh;
-use crate::message::{Fault, Plan, Ready};
+use crate::message::{Fault, Plan, Ready, decode, encode};
 use crate::selection::Selection;
 use crate::solver::{Solver, Window};
+use serde::{Deserialize, Serialize};
+
+/// What is kept of a solver and of its exchange.
+#[derive(Debug, Serialize, Deserialize)]
+struct Kept {
+    selected: Option<Selected>,
+    state: Vec<u8>,
+}
+
+/// The nodes that were selected, and the pairs of them that are coupled.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Selected {
+    nodes: Vec<u32>,
+    pairs: Vec<[u32; 2]>,
+}
+
+/// Let `solver`, which is not prepared yet, go on from what [`Exchange::save`] gave; returns what was selected then.
+pub(crate) fn resume(solver: &mut dyn Solver, kept: &[u8]) -> Result<Option<Selected>, Fault> {
+    let kept: Kept =
+        decode(kept).map_err(|e| Fault::broken(format!("its state that was kept cannot be read: {e}")))?;
+    solver.resume(&kept.state)?;
+    Ok(kept.selected)
+}
 
 /// The solver's side of the exchange of payloads: what is selected, and how long payloads are.
 #[derive(Debug, Default)]
@@ -30,6 +53,23 @@ impl Exchange {
             reach: Vec::with_capacity(ready.mesh.node_count()),
             mesh: ready.mesh.clone(),
         }
+    }
+
+    /// The committed state of `solver`, and what is selected.
+    pub fn save(&self, solver: &mut dyn Solver, commit: bool) -> Result<Vec<u8>, Fault> {
+        if commit {
+            solver.commit()?;
+        }
+        let Selection { nodes, pairs, .. } = &self.selection;
+        let selected = self.selected.then(|| Selected { nodes: nodes.clone(), pairs: pairs.clone() });
+        Ok(encode(&Kept { selected, state: solver.save()? }))
+    }
+
+    /// Select what was selected when the state of `solver` was kept.
+    pub fn select_again(&mut self, solver: &mut dyn Solver, kept: Selected) -> Result<(), Fault> {
+        self.selection.set(&self.mesh, kept.nodes.into_iter()).map_err(Fault::broken)?;
+        self.selection.pairs.extend(kept.pairs);
+        self.select_these(solver)
     }
 
     /// Do all of a request but what writes the answer; returns the answer's length.
@@ -132,6 +172,11 @@ impl Exchange {
                 "a request couples places {pair:?} of {places} selected nodes"
             )));
         }
+        self.select_these(solver)
+    }
+
+    /// Lay the payloads out for the selection at hand.
+    fn select_these(&mut self, solver: &mut dyn Solver) -> Result<(), Fault> {
         solver.select(Some(&mut self.selection))?;
         self.selected = true;
         let items = self.selection.items();

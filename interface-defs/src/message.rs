@@ -19,7 +19,7 @@ const LONGEST: usize = 1 << 30;
 pub mod capability {
     /// The solver takes fields for selected nodes alone: see [`crate::selection`].
     pub const SELECTS: &str = "selects";
-    /// The solver can write its committed state to disk and start again from it.
+    /// The solver can write down its committed state and go on from it in another run.
     pub const CHECKPOINT: &str = "checkpoint";
 }
 
@@ -46,6 +46,18 @@ pub enum ToSolver {
         /// Why, for the user.
         reason: String,
     },
+    /// Write the committed state down, after the commit of the last solve if `commit`; the run goes on. Answered by
+    /// [`FromSolver::Saved`]. Asked only of solvers that declare [`capability::CHECKPOINT`].
+    Save {
+        /// Whether the last solve was accepted.
+        commit: bool,
+    },
+    /// Before [`ToSolver::Prepare`]: the run goes on from a state that this solver has written down. Answered by
+    /// [`FromSolver::Resumed`].
+    Resume {
+        /// What it wrote.
+        state: Vec<u8>,
+    },
 }
 
 /// From a solver to the coupler. A [`FromSolver::Fault`] may take the place of any answer.
@@ -61,6 +73,13 @@ pub enum FromSolver {
     Fault(Fault),
     /// What it did, at the end.
     Statistics(Statistics),
+    /// The committed state, in a form of its own.
+    Saved {
+        /// All that it needs to go on.
+        state: Vec<u8>,
+    },
+    /// It will go on from the state that it was given.
+    Resumed,
 }
 
 /// Who a solver is and what it can do.
@@ -115,7 +134,7 @@ impl Hello {
 pub struct Plan {
     /// End of the run [s].
     pub end_time: f64,
-    /// Longest window that will be asked for [s].
+    /// Length of the scene's windows [s]. While nothing touches one may last as long as several, up to [`Hello::largest_window`].
     pub window: f64,
     /// Fields of each request, in this order.
     pub takes: Vec<FieldSpec>,

@@ -102,6 +102,8 @@ fn messages_to_a_solver_are_these_bytes() {
     golden(ToSolver::Explain, Bytes::message(2));
     golden(ToSolver::Finish { commit: true }, Bytes::message(3).byte(1));
     golden(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::message(4).text("fem was lost"));
+    golden(ToSolver::Save { commit: true }, Bytes::message(5).byte(1));
+    golden(ToSolver::Resume { state: vec![7, 9] }, Bytes::message(6).u64(2).byte(7).byte(9));
 }
 
 #[test]
@@ -148,6 +150,8 @@ fn messages_from_a_solver_are_these_bytes() {
     let bytes = Bytes::message(4).u64(2).text("peak").f64(2.0).text("N").byte(1).f64(0.5);
     let bytes = bytes.text("peak").f64(2.0).text("N").byte(0).u64(1).text("steps").u64(7).u64(0);
     golden(FromSolver::Statistics(statistics), option_bytes(bytes.f64(1.0).f64(2.0).u64(3)));
+    golden(FromSolver::Saved { state: vec![7, 9] }, Bytes::message(5).u64(2).byte(7).byte(9));
+    golden(FromSolver::Resumed, Bytes::message(6));
 }
 
 #[test]

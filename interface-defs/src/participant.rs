@@ -1,6 +1,6 @@
 //! A solver as the coupler sees it, in this process or in another.
 
-use crate::exchange::Exchange;
+use crate::exchange::{self, Exchange, Selected};
 use crate::field::Layout;
 use crate::header::{RequestHeader, Status};
 use crate::message::{Fault, FaultKind, Hello, Plan, Ready, Statistics};
@@ -135,6 +135,12 @@ pub trait Participant {
     /// End the run, committing the last solve if `commit`.
     fn finish(&mut self, commit: bool) -> Result<Statistics, Failure>;
 
+    /// Its committed state, after the commit of the last solve if `commit`; it is at rest, and stays in the run.
+    fn save(&mut self, commit: bool) -> Result<Vec<u8>, Failure>;
+
+    /// Before it is prepared: let it go on from a state that it gave.
+    fn resume(&mut self, state: &[u8]) -> Result<(), Failure>;
+
     /// Requests sent so far.
     fn exchanges(&self) -> u64;
 
@@ -155,6 +161,8 @@ pub struct InProcess<S> {
     listed: usize,
     sequence: u64,
     waited: f64,
+    /// What was selected when the state was kept from which it is to go on.
+    selected: Option<Selected>,
 }
 
 impl<S: Solver> InProcess<S> {
@@ -171,6 +179,7 @@ impl<S: Solver> InProcess<S> {
             listed: 0,
             sequence: 0,
             waited: 0.0,
+            selected: None,
         }
     }
 
@@ -194,6 +203,10 @@ impl<S: Solver> Participant for InProcess<S> {
         let (takes, gives) = payload_lengths(plan, &ready);
         self.input = Vec::with_capacity(takes + ready.mesh.node_count());
         self.output = vec![0.0; gives];
+        if let Some(selected) = self.selected.take() {
+            let Self { exchange, solver, .. } = self;
+            exchange.select_again(solver, selected).map_err(|f| self.fault(f))?;
+        }
         Ok(ready)
     }
 
@@ -237,6 +250,16 @@ impl<S: Solver> Participant for InProcess<S> {
             self.solver.commit().map_err(|f| self.fault(f))?;
         }
         self.solver.finish().map_err(|f| self.fault(f))
+    }
+
+    fn save(&mut self, commit: bool) -> Result<Vec<u8>, Failure> {
+        let Self { exchange, solver, .. } = self;
+        exchange.save(solver, commit).map_err(|f| self.fault(f))
+    }
+
+    fn resume(&mut self, state: &[u8]) -> Result<(), Failure> {
+        self.selected = exchange::resume(&mut self.solver, state).map_err(|f| self.fault(f))?;
+        Ok(())
     }
 
     fn exchanges(&self) -> u64 {

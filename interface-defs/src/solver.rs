@@ -85,6 +85,19 @@ pub trait Solver {
         false
     }
 
+    /// The committed state, with all else that the next answers follow from, to the last bit; what belongs to it in files of
+    /// results is on the disk when this returns. Asked only of solvers that declare [`crate::message::capability::CHECKPOINT`].
+    fn save(&mut self) -> Result<Vec<u8>, Fault> {
+        Err(Fault::broken("it was asked for its state to keep, which it has not declared"))
+    }
+
+    /// Before [`Solver::prepare`]: go on from a state that [`Solver::save`] gave for the same scene. `prepare` then answers as it
+    /// did at t = 0, and leaves the solver in that state, and its files of results as they were then.
+    fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
+        let _ = state;
+        Err(Fault::broken("it was asked to go on from a state that was kept, which it has not declared"))
+    }
+
     /// The run is over. Write what is left to write and say what was done.
     fn finish(&mut self) -> Result<Statistics, Fault>;
 }
@@ -113,6 +126,12 @@ impl<S: Solver + ?Sized> Solver for Box<S> {
     }
     fn has_ended(&self) -> bool {
         (**self).has_ended()
+    }
+    fn save(&mut self) -> Result<Vec<u8>, Fault> {
+        (**self).save()
+    }
+    fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
+        (**self).resume(state)
     }
     fn finish(&mut self) -> Result<Statistics, Fault> {
         (**self).finish()

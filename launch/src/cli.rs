@@ -4,7 +4,7 @@ use crate::command_line::beside;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
-use crate::{manual, reference, schema, status, trade};
+use crate::{manual, reference, schema, status, trade, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::arguments::{ClusterArguments, EnsembleArguments, Input, Logging, Results};
@@ -70,11 +70,11 @@ enum Command {
     ///
     /// The study file names a scene, points, lines or areas where rocks start, and what varies. Members are computed on all cores
     /// of this machine; a study that was killed goes on with --resume and gives the same table. --members A..B is one task of
-    /// many on other machines.
+    /// many on other machines. --barrier SCENE --worst N runs the worst members again, coupled, against a barrier in its place.
     Ensemble(EnsembleArguments),
     /// How far a run or a study is, by the files in its directory
     ///
-    /// Exit codes: 0 done, or on its way; 1 failed, interrupted or killed; 2 no run or study there; 3 done, but unreliable.
+    /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 no run or study there; 3 done, but unreliable.
     Status {
         /// Directory of the results
         dir: PathBuf,
@@ -155,6 +155,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             Ok(Exit::Done)
         }
         Command::Trade(arguments) => trade::trade(&arguments, json),
+        Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble", &arguments_after("ensemble")),
         Command::Status { dir } => {
             let (text, exit) = status::status(&dir)?;
@@ -270,7 +271,8 @@ mod tests {
         for option in
             Cli::command().get_subcommands().flat_map(|c| c.get_arguments().cloned().collect::<Vec<_>>())
         {
-            let Some(name) = option.get_long() else { continue };
+            // What programs say to each other is not for the user.
+            let Some(name) = option.get_long().filter(|_| !option.is_hide_set()) else { continue };
             let name = format!("\\-\\-{}", name.replace('-', "\\-"));
             assert!(page.contains(&name), "{name} is not in\n{page}");
         }

@@ -89,7 +89,9 @@ impl Numbers {
             }
         };
         let own = |side: &Side| {
-            side.step.map_or(String::new(), |step| format!("; its own step is {} s", short(step)))
+            let loaded =
+                side.loaded.map_or(String::new(), |step| format!(" at rest, {} s loaded", short(step)));
+            loaded + &side.step.map_or(String::new(), |step| format!("; its own step is {} s", short(step)))
         };
         line("critical step, net", self.net.critical, own(&self.net));
         line("critical step, contact", self.contact.critical, own(&self.contact));

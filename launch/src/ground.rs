@@ -4,7 +4,7 @@
 //! Neither of the two knows the other. What a scene names itself is left as it is, and so is a scene without terrain.
 
 use crate::events::Events;
-use crate::plan::{Member, Part, Plan};
+use crate::plan::{Part, Plan};
 use crate::stop::Stop;
 use crate::verdict::error_in;
 use interface_defs::ipc::RunId;
@@ -50,19 +50,12 @@ impl Ground {
         if !may_take_one(&scene.document()?) {
             return Ok(ground);
         }
-        let answer = ask(structure, "site", input, &[], events)?;
-        let area: Option<Area> = serde_json::from_str(&answer).map_err(|e| {
-            Stop::failed(format!(
-                "{} site: {e}; are all programs of one version?",
-                structure.program.display()
-            ))
-        })?;
-        let Some(area) = area else { return Ok(ground) };
+        let Some(area) = area(&structure.program, input, events)? else { return Ok(ground) };
         let file = std::env::temp_dir().join(format!("rockfall-{}-{FILE}", RunId::new()));
         let made = Made { key: area.wants.clone(), file };
         let mut options: Vec<OsString> = area.options().into_iter().map(OsString::from).collect();
         options.extend(["-o".into(), made.file.clone().into_os_string()]);
-        ask(rocks, "ground", input, &options, events)?;
+        ask(&rocks.program, "ground", input, &options, events)?;
         let name = toml::Value::from(made.file.display().to_string());
         ground.input.sets.push(format!("{}={name}", made.key));
         ground.made = Some(made);
@@ -109,16 +102,24 @@ fn name(table: &mut Table, key: &str, value: Option<&str>) {
     }
 }
 
+/// Where the structure's program needs heights for the scene.
+pub fn area(program: &Path, input: &Input, events: &Events) -> Result<Option<Area>, Stop> {
+    let answer = ask(program, "site", input, &[], events)?;
+    serde_json::from_str(&answer).map_err(|e| {
+        Stop::failed(format!("{} site: {e}; are all programs of one version?", program.display()))
+    })
+}
+
 /// What a program prints when it is asked of the scene.
 fn ask(
-    member: &Member,
+    program: &Path,
     what: &str,
     input: &Input,
     more: &[OsString],
     events: &Events,
 ) -> Result<String, Stop> {
-    let program = member.program.display();
-    let mut command = Command::new(&member.program);
+    let mut command = Command::new(program);
+    let program = program.display();
     command.arg(what).arg(&input.scene).args(more).stdin(Stdio::null());
     for set in &input.sets {
         command.args(["--set", set]);

@@ -11,11 +11,13 @@
 //! - [`ground`]: heights of the terrain for a structure that stands on it
 //! - [`validate`]: each program checks the tables that are its own, and reports numbers
 //! - [`choice`]: scheme, window and steps that the scene leaves open, from [`numbers`] and [`stability`] (the longest weak window)
+//! - [`resume`]: whether a run that was killed can go on in the directory of the results
 //! - [`record`]: on disk before it runs: `scene.toml` with every default, `run.json`
 //! - [`supervise`]: start, watch, end ([`events`], [`progress`]); [`verdict`]: one message of how it ended, [`stop`]: with its exit code
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
 //! - [`status`]: `rockfall status`: how far a run or a study is, by its files
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
+//! - [`worst`](mod@worst): `rockfall ensemble --barrier`: the members of a study that are hardest on a barrier, coupled with it
 //! - [`schema`], [`reference`](mod@reference): what a scene may hold, put together from all programs; [`manual`]: the manual page
 //!
 //! A new command is a variant of `Command` in [`cli`]; options that other programs have too stand in
@@ -34,6 +36,7 @@ mod preset;
 mod progress;
 mod record;
 mod reference;
+mod resume;
 mod run;
 mod schema;
 mod stability;
@@ -43,6 +46,7 @@ mod supervise;
 mod trade;
 mod validate;
 mod verdict;
+mod worst;
 
 use interface_defs::toolkit::alloc::CountingAllocator;
 use interface_defs::toolkit::exit::Exit;

@@ -45,6 +45,8 @@ pub struct Numbers {
 pub struct Side {
     /// Critical step [s].
     pub critical: Option<f64>,
+    /// The same of a loaded net [s].
+    pub loaded: Option<f64>,
     /// Its own step [s].
     pub step: Option<f64>,
     /// The longest step that is accurate [s].
@@ -80,6 +82,7 @@ impl Reports<'_> {
     fn side(&self, part: Part) -> Side {
         Side {
             critical: self.number(part, "critical_step_s"),
+            loaded: self.number(part, "loaded_critical_step_s"),
             step: self.number(part, "time_step_s"),
             longest: self.number(part, "longest_step_s"),
             seconds: self.number(part, "seconds_per_step"),

@@ -6,6 +6,7 @@ use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::input_file::{NO_FILES, texts, with_absolute_files};
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::run_dir;
@@ -15,10 +16,7 @@ use serde_json::json;
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
-use toml::{Table, Value};
-
-/// Keys whose text is never the path of an input file.
-const NO_FILES: [&str; 2] = ["title", "processes"];
+use toml::Table;
 
 /// The scene with every `--set` and every default filled in, which runs again as it is from any
 /// directory: paths of files that are there are absolute in it.
@@ -44,28 +42,7 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     if !processes.is_empty() {
         table.insert("processes".into(), processes.into());
     }
-    let mut unnamed = None;
-    for (_, value) in table.iter_mut().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
-        texts(value, &mut |text| {
-            let path = scene.resolve(Path::new(text));
-            // A rock that is named `rock` is no file, even where one of that name lies beside the scene.
-            if text.contains(['.', '/'])
-                && path.is_file()
-                && let Ok(absolute) = std::path::absolute(path)
-            {
-                match absolute.to_str() {
-                    Some(path) => *text = path.to_owned(),
-                    None => unnamed = Some(absolute),
-                }
-            }
-        });
-    }
-    if let Some(path) = unnamed {
-        let what = format!("the path {} is not UTF-8 text, and a scene cannot name it", path.display());
-        return Err(
-            InputError::new(what).try_instead("rename the directory, or move the scene and its files")
-        );
-    }
+    with_absolute_files(&mut table, scene)?;
     Ok(table)
 }
 
@@ -80,16 +57,6 @@ fn quoted(words: impl Iterator<Item = String>) -> String {
         })
         .collect::<Vec<_>>()
         .join(" ")
-}
-
-/// Every text below `value`.
-fn texts(value: &mut Value, visit: &mut impl FnMut(&mut String)) {
-    match value {
-        Value::String(text) => visit(text),
-        Value::Array(items) => items.iter_mut().for_each(|item| texts(item, visit)),
-        Value::Table(table) => table.iter_mut().for_each(|(_, inner)| texts(inner, visit)),
-        _ => {}
-    }
 }
 
 /// Write the resolved scene to `file`; `run` is the run that it is of.

@@ -7,8 +7,9 @@ use crate::ground::{self, Ground};
 use crate::plan::{Member, Part, Plan};
 use crate::progress::Bar;
 use crate::record;
+use crate::resume::{self, Resume};
 use crate::stop::Stop;
-use crate::supervise::{Job, supervise};
+use crate::supervise::{Job, log_path, supervise};
 use crate::validate::validate;
 use crate::verdict::verdict;
 use interface_defs::ipc::{self, Wait};
@@ -17,6 +18,7 @@ use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::screen;
 use interface_defs::toolkit::start_from;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::ffi::OsString;
@@ -59,16 +61,33 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     }
     let out = request.results.dir.of(&scene);
     start_from::refuse_own(&scene, &out)?;
-    let owner = Owner::claim(&out, &Claim { force: request.results.force, ..Claim::default() })?;
+    let resume = match request.results.resume {
+        true => resume::decide(&out, &scene, &resolved, &ground)?,
+        false => Resume::Anew,
+    };
+    if let Resume::Over(summary) = &resume {
+        return Ok(is_over(summary, &out, request.quiet));
+    }
+    let goes_on = matches!(resume, Resume::From(_));
+    let results = &request.results;
+    let claim = Claim { force: results.force || results.resume, resume: goes_on, ..Claim::default() };
+    let owner = Owner::claim(&out, &claim)?;
+    if results.resume && !request.quiet {
+        say(&resume, &out);
+    }
     let show = request.bar && std::io::stderr().is_terminal();
-    let jobs: Vec<Job> = plan.members.iter().map(|m| job(m, &plan, request, &owner, show)).collect();
+    let jobs: Vec<Job> =
+        plan.members.iter().map(|m| job(m, &plan, request, &owner, (show, goes_on))).collect();
     let log = out.join(run_dir::LOG);
     let mut clusters = reports.iter().flat_map(|(_, report)| &report.clusters);
-    ground
-        .keep(&out.join(ground::FILE), &mut resolved)
-        .and_then(|()| write_record(&owner, &scene, &resolved, &jobs))
-        .and_then(|()| clusters.try_for_each(|(rock, text)| record::write_cluster(&out, rock, text)))
-        .map_err(|e| Stop::input(format!("{}: cannot be written to: {e}", out.display())))?;
+    let recorded = match goes_on {
+        true => keep_logs(&log, &jobs),
+        false => ground
+            .keep(&out.join(ground::FILE), &mut resolved)
+            .and_then(|()| write_record(&owner, &scene, &resolved, &jobs))
+            .and_then(|()| clusters.try_for_each(|(rock, text)| record::write_cluster(&out, rock, text))),
+    };
+    recorded.map_err(|e| Stop::input(format!("{}: cannot be written to: {e}", out.display())))?;
     owner.share_with_children();
 
     let mut bar = Bar::new(show);
@@ -107,6 +126,40 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
             Err(Stop { exit: Exit::of(status), message })
         }
     }
+}
+
+/// What the processes of a run printed before it was killed stands beside what they print now.
+fn keep_logs(log: &Path, jobs: &[Job]) -> io::Result<()> {
+    std::fs::create_dir_all(log)?;
+    for job in jobs {
+        match std::fs::rename(log_path(log, job.name), log_path(log, &format!("{}.before", job.name))) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// A run that is to go on, and has come to its end before.
+fn is_over(summary: &Summary, out: &Path, quiet: bool) -> Exit {
+    if !quiet {
+        summary.print_table(out);
+        screen::show(&format!(
+            "{}: this run is {}; there is nothing to resume\n",
+            out.display(),
+            summary.status.word()
+        ));
+    }
+    Exit::Done
+}
+
+/// From where a run goes on.
+fn say(resume: &Resume, out: &Path) {
+    let out = out.display();
+    screen::show(&match resume {
+        Resume::From(time) => format!("{out}: the run goes on at t = {time:.6} s\n"),
+        _ => format!("{out}: there is no checkpoint to go on from; the run begins anew\n"),
+    });
 }
 
 /// Remove what dead runs left in shared memory. A lone solver needs none of it.
@@ -184,7 +237,7 @@ fn with_warnings(mut summary: Summary, before: &[String], out: &Path) -> Summary
 
 /// The command line of a member: what the scene names, and what makes it take part. All get the resolved scene, in which
 /// every default and `--set` is filled in, so that all compute the same.
-fn job(member: &Member, plan: &Plan, request: &Request, owner: &Owner, show: bool) -> Job {
+fn job(member: &Member, plan: &Plan, request: &Request, owner: &Owner, (show, goes_on): (bool, bool)) -> Job {
     let mut words: Vec<OsString> = vec![member.program.clone().into()];
     words.extend(member.arguments.iter().map(OsString::from));
     let leads = !plan.is_coupled() || member.part == Part::Coupler;
@@ -211,6 +264,9 @@ fn job(member: &Member, plan: &Plan, request: &Request, owner: &Owner, show: boo
     }
     if !request.shortcuts {
         words.push("--no-shortcuts".into());
+    }
+    if leads && goes_on {
+        words.push("--resume".into());
     }
     Job { name: member.part.name(), words }
 }

@@ -1,10 +1,11 @@
 //! `rockfall status`: how far a run or a study is, by the files in its directory. Nothing is started or changed.
 
 use crate::stop::Stop;
+use interface_defs::toolkit::checkpoint::Found;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::owner::holder;
 use interface_defs::toolkit::run_dir::{HISTORY, SCENE, SUMMARY};
-use interface_defs::toolkit::summary::Summary;
+use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -32,7 +33,7 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
         return Ok(of_study(dir, study["members"].as_u64().unwrap_or(0), running));
     }
     if dir.join(SUMMARY).exists() {
-        return ended(dir);
+        return ended(dir, true);
     }
     if !dir.join(HISTORY).exists() {
         return match running {
@@ -47,12 +48,11 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
     let far = time.map_or("no row yet".into(), |t| format!("{t:.4} s{share}"));
     let seen = age(&dir.join(HISTORY));
     Ok(match running {
-        Some(running) => {
-            (format!("{name}: a run on its way: {far}; last row {seen}; {running}\n"), Exit::Done)
-        }
+        Some(running) => (format!("{name}: still running: {far}; last row {seen}; {running}\n"), Exit::Done),
         None => (
             format!(
-                "{name}: a run without an end: {far}; last row {seen}; no process of this machine is writing to it: it was killed\n"
+                "{name}: a run without an end: {far}; last row {seen}; no process of this machine is writing to it: it was killed\n{}",
+                resumable(dir)
             ),
             Exit::Failed,
         ),
@@ -60,18 +60,29 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
 }
 
 /// A run or a study that has a summary.
-fn ended(dir: &Path) -> Result<(String, Exit), Stop> {
+fn ended(dir: &Path, of_run: bool) -> Result<(String, Exit), Stop> {
     let summary = Summary::read(dir)
         .map_err(|e| Stop::failed(format!("{}: {SUMMARY} cannot be read: {e}", dir.display())))?;
     let mut text = format!("{}: {}\n", dir.display(), summary.status.word());
     for sentence in summary.verdict.iter().chain(&summary.message) {
         text += &format!("  {sentence}\n");
     }
+    if of_run && matches!(summary.status, RunStatus::Failed | RunStatus::Interrupted) {
+        text += &resumable(dir);
+    }
     Ok((text, Exit::of(summary.status)))
 }
 
+/// From where a run can go on.
+fn resumable(dir: &Path) -> String {
+    match Found::of(dir).newest {
+        Some(newest) => format!("  rockfall run ... --resume goes on at t = {:.6} s\n", newest.time),
+        None => "  there is no checkpoint to go on from\n".into(),
+    }
+}
+
 fn of_study(dir: &Path, members: u64, running: Option<String>) -> (String, Exit) {
-    if let Ok((text, exit)) = ended(dir) {
+    if let Ok((text, exit)) = ended(dir, false) {
         return (text, exit);
     }
     let rows =
@@ -156,7 +167,6 @@ fn age(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface_defs::toolkit::summary::RunStatus;
 
     #[test]
     fn a_run_is_as_far_as_its_last_whole_row() {

@@ -52,6 +52,10 @@ impl Acceleration for IqnIls {
         self.initial
     }
 
+    fn memory(&mut self) -> Option<&mut Secants> {
+        Some(&mut self.secants)
+    }
+
     fn check(&self) -> Result<(), (&'static str, String)> {
         if !(self.initial > 0.0 && self.initial <= 1.0) {
             return Err(("initial", format!("the first factor must lie in (0, 1], it is {}", self.initial)));

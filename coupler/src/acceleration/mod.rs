@@ -9,6 +9,7 @@ mod none;
 mod secants;
 
 use crate::registry::registry;
+pub use secants::Secants;
 
 /// Turns the residual of one coupling iteration into the next iterate.
 pub trait Acceleration {
@@ -24,6 +25,11 @@ pub trait Acceleration {
 
     /// Relaxation factor used last.
     fn factor(&self) -> f64;
+
+    /// What it takes from one window to the next, where it takes anything.
+    fn memory(&mut self) -> Option<&mut Secants> {
+        None
+    }
 
     /// What is wrong with its settings, as key and reason.
     fn check(&self) -> Result<(), (&'static str, String)>;

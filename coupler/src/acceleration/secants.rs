@@ -5,12 +5,13 @@
 
 use super::nodes::{COMPONENTS, carry_over, common};
 use super::relax;
+use serde::{Deserialize, Serialize};
 
 /// Most columns: beyond, old iterations say nothing of a contact that has opened or closed since.
 pub const MOST_COLUMNS: usize = 50;
 
 /// Differences of iterates and residuals, column by column, oldest first.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Secants {
     /// The nodes of the iteration before, whose numbers all columns hold.
     nodes: Vec<u32>,
@@ -26,7 +27,7 @@ pub struct Secants {
 }
 
 /// The differences of residuals as orthonormal vectors, newest first, and the triangle that takes these back.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Basis {
     vectors: Vec<f64>,
     /// Row by row, `MOST_COLUMNS` numbers each.

@@ -3,6 +3,7 @@
 use super::{breach, clause};
 use crate::schedule::Span;
 use interface_defs::Failure;
+use serde::{Deserialize, Serialize};
 
 /// The motion of a window: at its start as committed, and at the ends of its parts as the structure answered; 3 numbers per node.
 #[derive(Debug, Clone, Copy)]
@@ -20,7 +21,7 @@ pub struct Answered<'a> {
 /// The defect of a part of length h is `u1 - u0 - h (v0 + v1)/2`, its bend `h (v1 - v0)`. A smooth motion of angular frequency w
 /// has a defect of `w h / 12` of its bend; one that swings many times within a part has half of its bend, on average over
 /// frequencies. What leaves that by far is no motion with these velocities, whatever the scheme.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Sums {
     defect: f64,
     bend: f64,
@@ -127,7 +128,7 @@ fn terms(h: f64, [u0, v0, u1, v1]: [f64; 4]) -> [f64; 5] {
 }
 
 /// Watches the motion that a structure answers with.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Motion {
     initial: (Vec<f64>, Vec<f64>),
     sums: Sums,

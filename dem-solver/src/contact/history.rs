@@ -9,9 +9,10 @@
 
 use crate::law::contact_point::History;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// History of a contact of a rock with a surface, at the state's instant, along the axes of space.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceHistory {
     /// Number of the sphere in its rock.
     pub sphere: u32,

@@ -15,9 +15,10 @@ use crate::law::Law;
 use crate::law::contact_point::History;
 use crate::rock::{Motion, Rock};
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// History of a contact between rocks.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RockHistory {
     /// Numbers of the second and of the first rock, in which order pairs are gone through.
     pub rocks: [u32; 2],

@@ -93,7 +93,7 @@ impl RockOfScene<'_> {
         if !(SMALL..=LARGE).contains(&self.longest) {
             warnings.push(format!("rock.{at}.shape: rock `{name}` is {edges} large; {in_metres}"));
         }
-        if let Shape::NormRock { volume, .. } = self.table.shape
+        if let Shape::NormRock { volume, .. } = self.table.shape.scaled(self.table.scale.unwrap_or(1.0))
             && volume > LARGEST_NORM
         {
             warnings.push(format!(

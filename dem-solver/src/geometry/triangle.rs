@@ -7,9 +7,10 @@
 
 use crate::geometry::closest::Feature;
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// A triangle.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Face {
     /// A corner [m].
     pub start: Vector3<f64>,

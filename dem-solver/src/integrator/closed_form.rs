@@ -1,31 +1,23 @@
 //! Flight in closed form, for windows in which no rock can touch the mesh.
 //!
-//! Position, velocity and orientation are exact at any time, as those of the steps are. Switching this off changes no more than rounding.
+//! A flight has the same numbers in steps and at once ([`crate::rock::flight`]): switching this off changes nothing.
 
 use crate::integrator::schedule::Task;
 use crate::integrator::terrain_stage::steps_per_look;
 use crate::integrator::window::RockIntegrator;
 use crate::model::Model;
 use crate::model::impact::Passage;
-use crate::model::state::State;
+use crate::model::state::{Body, State};
 use crate::results::gauges::Moment;
-use crate::rock::rotation::{is_spherical, turn};
-use crate::rock::{Motion, Rock};
+use crate::rock::Flight;
 use nalgebra::Vector3;
 use std::ops::Range;
 
 /// The steps (1 to `steps`) whose ends must be looked at so that smallest and largest values are those
 /// of all steps: every one where a rock turns, else the first, the last and those beside an apex.
-pub fn instants(
-    starts: &[Motion],
-    rocks: &[Rock],
-    gravity: &Vector3<f64>,
-    steps: usize,
-    h: f64,
-    found: &mut Vec<usize>,
-) {
+pub fn instants(bodies: &[Body], gravity: &Vector3<f64>, steps: usize, h: f64, found: &mut Vec<usize>) {
     found.clear();
-    if starts.iter().zip(rocks).any(|(m, _)| m.angular_momentum != Vector3::zeros()) {
+    if bodies.iter().any(|b| b.motion.angular_momentum != Vector3::zeros()) {
         found.extend(1..=steps);
         return;
     }
@@ -34,7 +26,7 @@ pub fn instants(
             found.extend([apex.floor() as usize, apex.ceil() as usize]);
         }
     };
-    for start in starts {
+    for start in bodies.iter().map(|b| &b.motion) {
         for axis in 0..3 {
             beside(-start.velocity[axis] / (gravity[axis] * h));
         }
@@ -44,31 +36,6 @@ pub fn instants(
     found.retain(|s| *s > 0);
     found.sort_unstable();
     found.dedup();
-}
-
-/// Motion at `time` [s] after `start`. `before` is the motion at `earlier` [s] after it.
-pub fn motion_at(
-    rock: &Rock,
-    start: &Motion,
-    (before, earlier): (&Motion, f64),
-    gravity: &Vector3<f64>,
-    time: f64,
-) -> Motion {
-    let momentum = &start.angular_momentum;
-    let orientation = if is_spherical(&rock.inertia) {
-        turn(&start.orientation, momentum, &rock.inertia, time)
-    } else {
-        // On from the last look: a turn costs what its angle is.
-        turn(&before.orientation, momentum, &rock.inertia, time - earlier)
-    };
-    Motion {
-        position: start.position + (start.velocity + gravity * (0.5 * time)) * time,
-        velocity: start.velocity + gravity * time,
-        orientation,
-        angular_momentum: *momentum,
-        acceleration: *gravity,
-        torque: Vector3::zeros(),
-    }
 }
 
 impl RockIntegrator {
@@ -83,8 +50,6 @@ impl RockIntegrator {
     ) {
         let Task { window, cut, input } = task;
         let gravity = model.settings.gravity;
-        self.starts.clear();
-        self.starts.extend(state.bodies.iter().map(|b| b.motion));
         let look = steps_per_look(cut.h);
         if model.ground.is_some() {
             // Of all steps those at which a stepping run would look at the height.
@@ -93,7 +58,7 @@ impl RockIntegrator {
             self.instants.extend((first..range.end).step_by(look));
             self.instants.push(range.end);
         } else {
-            instants(&self.starts, &model.rocks, &gravity, cut.steps, cut.h, &mut self.instants);
+            instants(&state.bodies, &gravity, cut.steps, cut.h, &mut self.instants);
         }
         for body in &mut state.bodies {
             state.dissipated += body.tangential_energy;
@@ -105,12 +70,12 @@ impl RockIntegrator {
         for i in 0..self.instants.len() {
             let to = self.instants[i];
             let time = |step: usize| if step == cut.steps { window.length } else { cut.h * step as f64 };
-            let since = time(to) - time(range.start);
             for (r, body) in state.bodies.iter_mut().enumerate() {
                 let rock = &model.rocks[r];
                 let before = body.motion;
-                let earlier = time(from) - time(range.start);
-                body.motion = motion_at(rock, &self.starts[r], (&before, earlier), &gravity, since);
+                let mut flight = Flight::resume(body.flight, &rock.inertia, &before, cut.h);
+                body.motion = flight.advance(&rock.inertia, &gravity, (to - from) as u64);
+                body.flight = Some(flight);
                 let passage = Passage {
                     start: window.start + time(from),
                     length: time(to) - time(from),

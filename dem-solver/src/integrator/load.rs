@@ -27,6 +27,11 @@ pub struct StepLoad {
 }
 
 impl StepLoad {
+    /// True if nothing acts.
+    pub fn is_none(&self) -> bool {
+        self.force == Vector3::zeros() && self.torque == Vector3::zeros()
+    }
+
     /// Take in the contacts with something that stands still, in a step of `h` [s].
     pub fn add(&mut self, sums: &Sums, h: f64) {
         self.force += sums.force;

@@ -1,6 +1,7 @@
 //! A rock's surroundings in a window: near elements, their motion, pairs that may touch.
 //!
-//! Nothing here is state: it can be thrown away at any time without changing a result.
+//! Nothing here is state: it can be thrown away at any time without changing a result, but for the length of flights, and the
+//! nodes that are selected. A run that goes on takes it along, and so takes the same windows.
 
 use crate::contact::broad_phase::mesh_elements::{NearList, NodeBox, Sweep};
 use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPairs};
@@ -13,6 +14,7 @@ use crate::model::Model;
 use crate::rock::Motion;
 use interface_defs::Fault;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// Skin of the near list, as a share of the rock's reach: for the rock of the drop test
 /// at 6 m/s a pass over the mesh each 9 ms.
@@ -41,14 +43,16 @@ pub struct MeshWindow<'a> {
 }
 
 /// The surroundings of one rock.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct MeshStage {
     rock: usize,
     near: NearList,
+    #[serde(skip)]
     motion: NodeMotion,
     /// Pairs that may touch.
     pub pairs: MeshPairs,
     /// Contacts and forces.
+    #[serde(skip)]
     pub evaluation: MeshForces,
     /// Displacement of every node when the near list was made [m].
     reference: Vec<f64>,
@@ -58,7 +62,9 @@ pub struct MeshStage {
     /// the near list was made [m]; and where the rock started.
     approach: f64,
     start: Vector3<f64>,
+    #[serde(skip)]
     sweep: Option<Sweep>,
+    #[serde(skip)]
     boxes: Vec<NodeBox>,
     /// Times that the near list was made.
     pub refreshes: u64,
@@ -86,6 +92,12 @@ impl MeshStage {
         stage.motion.reserve(nodes, segments);
         stage.evaluation.reserve(nodes, contact_mesh.elements.len(), Self::most_contacts(model, rock));
         stage
+    }
+
+    /// Go on with what was listed when the run was kept: how long nothing touches is said by the list at hand.
+    pub fn go_on(&mut self, kept: Self) {
+        let Self { motion, evaluation, boxes, .. } = std::mem::replace(self, kept);
+        (self.motion, self.evaluation, self.boxes) = (motion, evaluation, boxes);
     }
 
     /// Contacts for which there is room from the start.
@@ -124,13 +136,11 @@ impl MeshStage {
     /// Time from `now` on in which the rock touches nothing, were the net to stay as it is [s].
     pub fn free_time(&self, view: MeshWindow, now: &Motion) -> f64 {
         let rock = &view.model.rocks[self.rock];
-        if !self.near.elements.is_empty() {
-            return 0.0;
-        }
-        let gap = match view.fields.is_partial() {
-            true => self.near.coverage().0 - self.approach - (now.position - self.start).norm(),
-            false => self.near.covered(&now.position, 3.0 * self.moved),
-        } - self.need_of_pairs(view);
+        let approach = match view.fields.is_partial() {
+            true => self.approach + (now.position - self.start).norm(),
+            false => 3.0 * self.moved + (now.position - self.near.coverage().1).norm(),
+        };
+        let gap = self.near.nearest() - approach - self.need_of_pairs(view);
         let (speed, pull) = (now.velocity.norm(), view.model.settings.gravity.norm());
         // gap = speed t + pull t^2 / 2, in the form that does not cancel.
         let root = (speed * speed + 2.0 * pull * gap.max(0.0)).sqrt();

@@ -13,17 +13,48 @@ pub struct Cut {
     pub h: f64,
     /// Parts of the window between the samples of the mesh's motion.
     pub segments: usize,
+    /// Steps of this length since t = 0 before the window; `None` if its start is no multiple of them.
+    first: Option<u64>,
 }
 
 impl Cut {
     /// Equal steps, none longer than `step` [s], none over the border of a segment or of one of
     /// `samples` equal parts: their work and their means are exact.
     ///
-    /// `finer` times as many where a contact asks for it.
-    pub fn new(window: &Window, step: f64, segments: usize, samples: &[usize], finer: usize) -> Self {
+    /// `finer` times as many where a contact asks for it. A window that is as long as several of the `usual` length [s] has
+    /// their steps, to the last bit.
+    pub fn new(
+        window: &Window,
+        (step, usual): (f64, f64),
+        segments: usize,
+        samples: &[usize],
+        finer: usize,
+    ) -> Self {
         let unit = samples.iter().filter(|p| **p > 0).fold(segments, |unit, p| lcm(unit, *p));
-        let steps = window.steps(step).div_ceil(unit) * unit * finer;
-        Self { steps, h: window.length / steps as f64, segments }
+        let steps = |window: &Window| window.steps(step).div_ceil(unit) * unit * finer;
+        let whole = |time: f64| {
+            let count = (time / usual).round();
+            ((count * usual - time).abs() <= 1e-9 * usual && count.is_finite()).then_some(count as u64)
+        };
+        match (whole(window.length), whole(window.start)) {
+            (Some(many @ 1..), Some(before)) => {
+                let of_one = steps(&Window { length: usual, ..*window });
+                let first = Some(before * of_one as u64);
+                Self { steps: of_one * many as usize, h: usual / of_one as f64, segments, first }
+            }
+            _ => {
+                let steps = steps(window);
+                Self { steps, h: window.length / steps as f64, segments, first: None }
+            }
+        }
+    }
+
+    /// When step `step` of a window begins [s].
+    fn begins(&self, window: &Window, step: usize) -> f64 {
+        match self.first {
+            Some(first) => (first + step as u64) as f64 * self.h,
+            None => window.start + self.h * step as f64,
+        }
     }
 
     fn per_segment(&self) -> usize {
@@ -104,23 +135,23 @@ impl SubStep {
 
     /// It as a step of the window.
     pub fn span(&self, task: Task) -> Span {
-        Span { start: task.window.start + self.start(task.cut), h: self.length(task.cut) }
+        Span { start: self.start(task.window, task.cut), h: self.length(task.cut) }
     }
 
-    /// Its start, from the window's [s].
-    pub fn start(&self, cut: Cut) -> f64 {
-        let before = cut.h * self.step as f64;
-        if self.part == 0 { before } else { before + self.length(cut) * self.part as f64 }
+    /// Its start [s].
+    fn start(&self, window: &Window, cut: Cut) -> f64 {
+        let first = cut.begins(window, self.step);
+        if self.part == 0 { first } else { first + self.length(cut) * self.part as f64 }
     }
 
     /// Its end [s], and the step of the window that ends there, if one does, counted from 1.
     pub fn end(&self, window: &Window, cut: Cut) -> (f64, Option<usize>) {
         let next = self.part + 1;
         if next < self.parts && self.parts != self.steps {
-            return (window.start + self.start(cut) + self.length(cut), None);
+            return (self.start(window, cut) + self.length(cut), None);
         }
         let step = self.step + if next == self.parts { self.steps } else { next };
-        let end = if step == cut.steps { window.end() } else { window.start + cut.h * step as f64 };
+        let end = if step == cut.steps { window.end() } else { cut.begins(window, step) };
         (end, Some(step))
     }
 }
@@ -139,7 +170,7 @@ mod tests {
 
     #[test]
     fn middles_and_ends_of_steps_lie_where_the_wall_is_at_that_time() {
-        let cut = Cut { steps: 6, h: 0.5, segments: 2 };
+        let cut = Cut { steps: 6, h: 0.5, segments: 2, first: None };
         let at = cut.middle(4);
         assert_eq!((at.segment, at.along, at.elapsed), (1, 0.5, 2.25));
         let at = cut.end(2);
@@ -157,7 +188,30 @@ mod tests {
         for (step, segments, samples, expected) in
             [(1e-3, 1, [1, 0], 1), (1e-4, 4, [4, 4], 12), (1e-4, 1, [3, 0], 12), (1.0, 8, [8, 0], 8)]
         {
-            assert_eq!(Cut::new(&window, step, segments, &samples, 1).steps, expected);
+            assert_eq!(Cut::new(&window, (step, 1e-3), segments, &samples, 1).steps, expected);
         }
+    }
+
+    #[test]
+    fn a_long_window_has_the_steps_of_the_usual_ones_to_the_last_bit() {
+        let (usual, step) = (3e-4, 7e-5);
+        let of = |number: u64, many: u64| {
+            let start = number as f64 * usual;
+            let window =
+                Window { number: 1, iteration: 1, start, length: (number + many) as f64 * usual - start };
+            (window, Cut::new(&window, (step, usual), 1, &[2], 1))
+        };
+        let (long, cut) = of(7, 20);
+        assert_eq!(cut.steps, 20 * 6, "each of five steps at least, an even number");
+        for part in 0..20 {
+            let (short, one) = of(7 + part as u64, 1);
+            assert_eq!((one.steps, one.h.to_bits()), (6, cut.h.to_bits()));
+            for step in 0..6 {
+                let time = |window, cut: &Cut, step| cut.begins(window, step).to_bits();
+                assert_eq!(time(&short, &one, step), time(&long, &cut, 6 * part + step));
+            }
+        }
+        let half = Window { number: 1, iteration: 1, start: 0.0, length: 0.5 * usual };
+        assert_eq!(Cut::new(&half, (step, usual), 1, &[], 1).h, 0.5 * usual / 3.0);
     }
 }

@@ -7,6 +7,8 @@
 //!
 //! Forces that depend on velocity see `v + h/2 a` with the acceleration of the step before: the
 //! middle velocity to second order, from state alone.
+//!
+//! A step in which nothing acts on a rock is a part of its flight ([`crate::rock::flight`]).
 
 use crate::guard::cause::Case;
 use crate::guard::watch;
@@ -18,7 +20,7 @@ use crate::integrator::window::RockIntegrator;
 use crate::model::Model;
 use crate::model::impact::Passage;
 use crate::model::state::{Against, State};
-use crate::rock::{Motion, Rock, rotation};
+use crate::rock::{Flight, Motion, Rock, rotation};
 use interface_defs::Fault;
 
 impl RockIntegrator {
@@ -230,13 +232,20 @@ impl RockIntegrator {
         let body = &mut state.bodies[rock];
         let before = body.motion;
         let after = &mut body.motion;
-        after.acceleration = load.force / it.mass + model.settings.gravity;
-        after.torque = load.torque;
-        after.velocity = before.velocity + after.acceleration * h;
-        after.angular_momentum = before.angular_momentum + load.torque * h;
-        after.position = before.position + (before.velocity + after.velocity) * (0.5 * h);
-        let half = &self.middles[rock].orientation;
-        after.orientation = rotation::turn(half, &after.angular_momentum, &it.inertia, 0.5 * h);
+        if load.is_none() {
+            let mut flight = Flight::resume(body.flight, &it.inertia, &before, h);
+            *after = flight.advance(&it.inertia, &model.settings.gravity, 1);
+            body.flight = Some(flight);
+        } else {
+            body.flight = None;
+            after.acceleration = load.force / it.mass + model.settings.gravity;
+            after.torque = load.torque;
+            after.velocity = before.velocity + after.acceleration * h;
+            after.angular_momentum = before.angular_momentum + load.torque * h;
+            after.position = before.position + (before.velocity + after.velocity) * (0.5 * h);
+            let half = &self.middles[rock].orientation;
+            after.orientation = rotation::turn(half, &after.angular_momentum, &it.inertia, 0.5 * h);
+        }
         if !after.is_finite() {
             let (rows, impact) = (&model.rows, body.track.touch);
             let (against, rows) =

@@ -35,7 +35,7 @@ fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<Sur
     Some(SurfaceLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
 }
 
-/// The laws with the friction that has grown over the way `slip` [m].
+/// The laws with the friction that has grown over the distance `slip` [m].
 fn grow(laws: &[Law], slip: f64, grown: &mut Vec<Law>) {
     grown.clear();
     grown.extend(laws.iter().map(|law| {

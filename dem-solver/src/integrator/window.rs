@@ -2,6 +2,7 @@
 
 use crate::contact::broad_phase::mesh_pairs::Instant;
 use crate::integrator::box_stage::{self, BoxStage};
+use crate::integrator::exchange::{Answer, bend};
 use crate::integrator::load::StepLoad;
 use crate::integrator::mesh_stage::{MeshStage, MeshWindow, add_forces};
 use crate::integrator::rock_stage::RockStage;
@@ -14,20 +15,18 @@ use crate::interface_mesh::motion::MotionFields;
 use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Counts;
 use crate::model::Model;
+use crate::model::impact::Passing;
 use crate::model::runout::jump_height;
 use crate::model::state::{Body, State};
 use crate::results::gauges::{Gauges, Moment};
 use crate::results::outline::Outline;
 use crate::results::trajectory::Row;
 use crate::rock::Motion;
-use crate::terrain::Terrain;
-use interface_defs::{
-    Fault, FieldSpec, InterfaceMesh, Items, Layout, Plan, Sampling, Selection, Window, name,
-};
+use interface_defs::{Fault, InterfaceMesh, Items, Layout, Plan, Window};
 use std::ops::Range;
 
-/// How much further than in the window begun last nodes may drift in those to come.
-const AGAIN: f64 = 1.5;
+mod kept;
+pub use kept::KeptIntegrator;
 
 /// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
 const FEWEST: usize = 4;
@@ -38,26 +37,26 @@ pub struct RockIntegrator {
     pub(super) mesh_stages: Vec<MeshStage>,
     pub(super) fields: MotionFields,
     /// Where the request says which lines of the mesh are broken.
-    broken: Option<Range<usize>>,
+    pub(super) broken: Option<Range<usize>>,
     pub(super) answer: Answer,
     /// Layouts of a request and of its answer.
-    takes: Layout,
-    gives: Layout,
+    pub(super) takes: Layout,
+    pub(super) gives: Layout,
     /// All nodes, lines and faces of the mesh.
-    all: Items,
+    pub(super) all: Items,
     /// Lines that the request speaks of, where it does not of all.
-    lines: Vec<u32>,
+    pub(super) lines: Vec<u32>,
     /// Room for what is remembered of nodes while others are selected.
-    remembered: Vec<f64>,
+    pub(super) remembered: Vec<f64>,
     /// Where the request says how far other nodes have moved, and the answer how long nothing touches.
-    travel_at: Option<Range<usize>>,
-    free_time_at: Option<Range<usize>>,
+    pub(super) travel_at: Option<Range<usize>>,
+    pub(super) free_time_at: Option<Range<usize>>,
     pub(super) travel: f64,
     /// How far the net's own forces may move a node off its course in the window begun last [m].
-    drift: f64,
+    pub(super) drift: f64,
     /// What the plan has for a net that is advanced here, and whether it has all.
     pub(super) local: LocalFields,
-    is_local: bool,
+    pub(super) is_local: bool,
     pub(super) net: LocalNet,
     /// Whether the net is advanced here in the window under way.
     pub(super) live: bool,
@@ -68,28 +67,18 @@ pub struct RockIntegrator {
     pub(super) rock_stage: RockStage,
     /// Their contacts with the sides of a box.
     pub(super) sides: Option<BoxStage>,
-    secondary_impacts: SecondaryImpacts,
+    pub(super) secondary_impacts: SecondaryImpacts,
     /// Motions in the middle of the step under way.
     pub(super) middles: Vec<Motion>,
     /// What acts on the rocks there.
     pub(super) loads: Vec<StepLoad>,
     pub(super) counts: Counts,
-    most_contacts: usize,
+    pub(super) most_contacts: usize,
+    /// Length of the scene's windows [s].
+    usual: f64,
     /// The net at rest.
     pub(super) rest: Option<AtRest>,
-    pub(super) starts: Vec<Motion>,
     pub(super) instants: Vec<usize>,
-}
-
-/// How far a forest may take a rock off its flight within `length` [s] [m].
-fn bend(model: &Model, body: &Body, length: f64) -> f64 {
-    let drag = model.ground.as_deref().map_or(0.0, Terrain::largest_forest_drag);
-    if drag == 0.0 {
-        return 0.0;
-    }
-    let lightest = model.rocks.iter().map(|rock| rock.mass).fold(f64::INFINITY, f64::min);
-    let fastest = body.motion.velocity.norm() + model.settings.gravity.norm() * length;
-    0.5 * drag / lightest * fastest * length * length
 }
 
 /// How a window went.
@@ -99,28 +88,6 @@ pub enum Solved {
     Done,
     /// Contacts on the net's own masses ask for shorter steps: solve it again.
     TooCoarse,
-}
-
-/// Where the answer's fields lie.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Answer {
-    pub(super) means: Vec<usize>,
-    ends: Vec<usize>,
-    pub(super) reach: Option<Range<usize>>,
-    pub(super) gauges: usize,
-}
-
-impl Answer {
-    fn lay_out(&mut self, gives: &Layout) {
-        for (starts, sampling) in [(&mut self.means, Sampling::Means), (&mut self.ends, Sampling::AtEnds)] {
-            let force = |f: &&FieldSpec| f.name == name::FORCE && f.sampling == sampling;
-            let count = gives.fields().find(force).map_or(0, |f| f.samples as usize);
-            starts.clear();
-            starts.extend((0..count).filter_map(|i| Some(gives.sample(name::FORCE, sampling, i)?.start)));
-        }
-        self.reach = gives.sample(name::REACH, Sampling::Once, 0);
-        self.gauges = gives.gauges().start;
-    }
 }
 
 impl RockIntegrator {
@@ -171,8 +138,8 @@ impl RockIntegrator {
             loads: Vec::with_capacity(model.rocks.len()),
             counts: Counts::default(),
             most_contacts: (0..model.rocks.len()).map(contacts).max().unwrap_or(0),
+            usual: plan.window,
             rest: contact_mesh.as_ref().map(|w| w.at_rest(&model.settings.down())),
-            starts: Vec::with_capacity(model.rocks.len()),
             instants: Vec::with_capacity(16 * model.rocks.len() + 16),
             contact_mesh,
         };
@@ -181,97 +148,6 @@ impl RockIntegrator {
         }
         integrator.lay_out();
         integrator
-    }
-
-    /// Find the fields in the layouts of request and answer.
-    fn lay_out(&mut self) {
-        let Self { takes, gives, fields, local, answer, .. } = self;
-        fields.lay_out(takes);
-        local.lay_out(takes, gives);
-        answer.lay_out(gives);
-        self.broken = takes.sample(name::BROKEN, Sampling::Once, 0);
-        self.travel_at = takes.sample(name::TRAVEL, Sampling::Once, 0);
-        self.free_time_at = gives.sample(name::FREE_TIME, Sampling::Once, 0);
-    }
-
-    /// From now on requests and answers are of the nodes of `selection`; `None`: of all. What `state` remembers of nodes goes
-    /// with them.
-    pub fn select(&mut self, selection: Option<&Selection>, state: &mut State) {
-        let place = |node: u32| self.fields.place(node).map(|at| 3 * at as usize);
-        for (vector, unknown) in [(&mut state.predicted, f64::NAN), (&mut state.pushed, 0.0)] {
-            if vector.is_empty() {
-                continue;
-            }
-            self.remembered.clone_from(vector);
-            vector.clear();
-            let mut remember = |node: u32| match place(node).and_then(|at| self.remembered.get(at..at + 3)) {
-                Some(numbers) => vector.extend_from_slice(numbers),
-                None => vector.extend([unknown; 3]),
-            };
-            match selection {
-                Some(selection) => selection.nodes.iter().for_each(|node| remember(*node)),
-                None => (0..self.all.nodes as u32).for_each(remember),
-            }
-        }
-        let items = selection.map_or(self.all, Selection::items);
-        self.takes.resize(&items);
-        self.gives.resize(&items);
-        self.fields.select(selection);
-        self.lines.clear();
-        self.lines.extend(selection.iter().flat_map(|s| &s.lines));
-        self.lay_out();
-        if let (Some(selection), Some(mesh), true) = (selection, &self.contact_mesh, self.is_local) {
-            self.net.select(selection, &mesh.nodes, mesh.inverse_mass.as_deref());
-        }
-    }
-
-    /// The nodes that windows as long as `window` need from `state` on, of an input that has all.
-    pub fn reach(
-        &mut self,
-        model: &Model,
-        state: &State,
-        window: &Window,
-        input: &[f64],
-        nodes: &mut Vec<u32>,
-    ) -> Result<(), Fault> {
-        let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
-        self.fields.see(input);
-        self.secondary_impacts.find(model, &self.rock_stage, state, window.length);
-        let (fields, length) = (&self.fields, window.length);
-        let view = MeshWindow {
-            model,
-            contact_mesh,
-            fields,
-            input,
-            length,
-            travel: 0.0,
-            predicted: None,
-            net: None,
-        };
-        nodes.clear();
-        for ((stage, body), kick) in
-            self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.displacements)
-        {
-            let bend = bend(model, body, window.length);
-            nodes.extend_from_slice(stage.list(view, &body.motion, *kick + AGAIN * self.drift + bend)?);
-        }
-        nodes.sort_unstable();
-        nodes.dedup();
-        Ok(())
-    }
-
-    /// Make room in `state` for what its contacts remember.
-    pub fn reserve(&self, state: &mut State) {
-        let sides = self.sides.as_ref().map_or(0, BoxStage::most_contacts);
-        for body in &mut state.bodies {
-            body.reserve(self.most_contacts, sides);
-        }
-        state.between_rocks.reserve(self.rock_stage.most_contacts());
-        let numbers = self.contact_mesh.as_ref().map_or(0, |contact_mesh| 3 * contact_mesh.nodes.len());
-        state.predicted.reserve(numbers.saturating_sub(state.predicted.len()));
-        if self.is_local {
-            state.pushed.reserve(numbers.saturating_sub(state.pushed.len()));
-        }
     }
 
     /// The net, and what it is at rest.
@@ -286,7 +162,14 @@ impl RockIntegrator {
             let Some(direction) = body.track.is_parting(rock, &body.motion) else { continue };
             let at = |n: u32| contact_mesh.nodes[n as usize] + self.fields.displacement(input, segment, n);
             let up = -model.settings.down();
-            body.track.passed = Outline { contact_mesh, at }.passed(&body.motion.position, &direction, &up);
+            let mut passed = Outline { contact_mesh, at }.passed(&body.motion.position, &direction, &up);
+            if passed.is_some() && state.broken > 0 {
+                // A torn net falls: who came into it and is past it now has gone through, whatever is left of it above or below.
+                let at_rest = Outline { contact_mesh, at: |n: u32| contact_mesh.nodes[n as usize] };
+                let came = body.track.touch.and_then(|touch| at_rest.before(&touch.position, &direction));
+                passed = came.map_or(passed, |_| Some(Passing::Through));
+            }
+            body.track.passed = passed;
         }
     }
 
@@ -400,19 +283,6 @@ impl RockIntegrator {
         Ok(Solved::Done)
     }
 
-    /// Say how long nothing will touch the net.
-    fn write_free_time(&self, model: &Model, state: &State, input: &[f64], length: f64, output: &mut [f64]) {
-        let (Some(at), Some(contact_mesh)) = (&self.free_time_at, &self.contact_mesh) else { return };
-        let (fields, travel) = (&self.fields, self.travel);
-        let view =
-            MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
-        let times = self.mesh_stages.iter().zip(&state.bodies).map(|(s, b)| s.free_time(view, &b.motion));
-        // Nobody knows beforehand how a forest bends a flight.
-        let in_forest = model.ground.as_ref().is_some_and(|ground| ground.largest_forest_drag() > 0.0);
-        let others = if self.rock_stage.is_empty() && !in_forest { f64::INFINITY } else { length };
-        output[at.start] = times.fold(others, f64::min);
-    }
-
     /// Keep where the mesh is said to be at the window's end, if a contact remembers its slip.
     fn remember_motion(&self, state: &mut State, length: f64, input: &[f64]) {
         state.predicted.clear();
@@ -428,25 +298,9 @@ impl RockIntegrator {
         }
     }
 
-    /// Refuse a request that is not of the plan.
-    fn check_request(&self, window: &Window, input: &[f64], output: &[f64]) -> Result<(), Fault> {
-        if !(window.length > 0.0 && window.length.is_finite()) {
-            return Err(Fault::broken(format!("a window of {} s cannot be solved", window.length)));
-        }
-        let (takes, gives) = (self.takes.len(), self.gives.len());
-        if (input.len(), output.len()) != (takes, gives) {
-            return Err(Fault::broken(format!(
-                "the request has {} numbers and room for {}, by the plan they are {takes} and {gives}",
-                input.len(),
-                output.len()
-            )));
-        }
-        Ok(())
-    }
-
     fn cut(&self, model: &Model, window: &Window, finer: usize) -> Cut {
         let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own_samples()];
-        Cut::new(window, model.steps.step, self.fields.segments(), &samples, finer)
+        Cut::new(window, (model.steps.step, self.usual), self.fields.segments(), &samples, finer)
     }
 
     /// Take broken lines out of the mesh; true if there are more of them than the state knows.

@@ -1,7 +1,9 @@
 //! Elements of the mesh.
 
+use serde::{Deserialize, Serialize};
+
 /// What kind of element, in the order of the hierarchy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// Two nodes.
     Line,

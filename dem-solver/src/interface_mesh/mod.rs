@@ -85,11 +85,31 @@ impl ContactMesh {
             changed |= *broken != (*flag != 0.0);
             *broken = *flag != 0.0;
         }
-        if changed && self.crossings.is_some() {
+        if changed {
+            self.cross_again();
+        }
+        changed
+    }
+
+    /// Find the crossings of what is whole.
+    fn cross_again(&mut self) {
+        if self.crossings.is_some() {
             let whole = self.elements.iter().zip(&self.broken).filter(|(_, broken)| !**broken);
             self.crossings = Some(Crossings::new(&self.nodes, whole.map(|(element, _)| element)));
         }
-        changed
+    }
+
+    /// Which elements are broken; empty while none is.
+    pub fn broken(&self) -> &[bool] {
+        &self.broken
+    }
+
+    /// Go on with these broken.
+    pub fn go_on(&mut self, broken: Vec<bool>) {
+        self.broken = broken;
+        if !self.broken.is_empty() {
+            self.cross_again();
+        }
     }
 
     /// How many elements are broken.

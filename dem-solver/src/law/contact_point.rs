@@ -11,6 +11,7 @@ use crate::law::Law;
 use crate::law::normal::Load;
 use crate::law::tangential::into_plane;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// Two bodies in contact. All vectors in one frame.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +36,7 @@ pub struct ContactPoint {
 }
 
 /// What a contact keeps from step to step, in the frame of the contact point.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct History {
     /// Force of the tangential spring at the step's end [N].
     pub spring: Vector3<f64>,

@@ -1,10 +1,11 @@
 //! Friction that grows while a rock is in touch with the ground, and falls back in flight.
 //!
-//! `mu(s) = mu_min + 2/pi (mu_max - mu_min) atan(kappa s)`: s grows by the way of the rock's centre while anything of it
+//! `mu(s) = mu_min + 2/pi (mu_max - mu_min) atan(kappa s)`: s grows by the distance travelled by the rock's centre while anything of it
 //! touches the terrain, and decays with `exp(-beta t)` else. One s for the rock, whatever spheres touch.
 //!
 //! Source: Leine et al. (2014), Multibody Syst. Dyn. 32, 241; Lu et al. (2019), Rock Mech. Rock Eng. 52, 2343.
 
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// How friction grows from the coefficient of [`crate::law::tangential`].
@@ -12,21 +13,21 @@ use std::f64::consts::PI;
 pub struct Growing {
     /// Coefficient that it grows to.
     pub most: f64,
-    /// How fast, over the way [1/m].
+    /// How fast, over the distance [1/m].
     pub growth: f64,
     /// How fast s decays in flight [1/s].
     pub relaxation: f64,
 }
 
 impl Growing {
-    /// Coefficient after the way `slip` [m], from `least` on.
+    /// Coefficient after the distance `slip` [m], from `least` on.
     pub fn coefficient(&self, least: f64, slip: f64) -> f64 {
         least + 2.0 / PI * (self.most - least) * (self.growth * slip).atan()
     }
 }
 
 /// The s of a rock.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Slip {
     /// When it last touched [m].
     value: f64,

@@ -5,7 +5,7 @@
 //! - [`damping`]: dashpot, from a restitution coefficient by way of [`restitution`]
 //! - [`tangential`]: spring with Coulomb slip
 //! - [`rolling`]: resistance against rolling
-//! - [`yielding`]: what ground that gives way remembers; [`growing`]: friction that grows with the way on it; [`scarring`]: its drag
+//! - [`yielding`]: what ground that gives way remembers; [`growing`]: friction that grows with the distance on it; [`scarring`]: its drag
 //!
 //! [`contact_point`] applies the law to one contact, [`block`] to eight at a time; [`table`] knows which law a pair of
 //! materials has, its moduli combined by [`elastic`].

@@ -59,7 +59,7 @@ pub struct ContactSettings {
     /// How fast friction falls from `friction` to `friction_dynamic` [s/m]. Default 500.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_decay: Option<f64>,
-    /// Terrain: coefficient to which friction grows with the way s of the rock's centre in touch,
+    /// Terrain: coefficient to which friction grows with the distance s that the rock's centre travels in contact,
     /// `mu(s) = mu + 2/pi (mu_max - mu) atan(kappa s)`; in flight s decays with `exp(-beta t)`. Default: it does not grow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_max: Option<f64>,

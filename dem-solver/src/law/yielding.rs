@@ -136,7 +136,7 @@ pub fn seat_damping(restitution: f64) -> f64 {
 }
 
 /// What the ground below a rock remembers.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Dent {
     /// Number of its law.
     pub law: u16,

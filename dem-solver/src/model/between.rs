@@ -51,7 +51,11 @@ pub fn whole_rocks(
                     )
                     .try_instead(format!("write law = \"{name}\" in all its tables, or in none")))
             }
-            None => Ok(first.map(|_| Whole::new(rock))),
+            None => Ok(first.map(|_| match rock.unscaled.as_deref() {
+                // As in a study, where many sizes share one.
+                Some((unscaled, scale)) => Whole::new(unscaled).scaled(*scale),
+                None => Whole::new(rock),
+            })),
         }
     };
     rocks.iter().enumerate().map(of).collect()

@@ -11,9 +11,10 @@ use crate::interface_mesh::AtRest;
 use crate::rock::{Motion, Rock};
 use crate::settings::Settings;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// How a rock got past the net.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Passing {
     /// Through it, by a hole or a cell.
     Through,
@@ -54,7 +55,7 @@ pub struct Passage<'a> {
 }
 
 /// The first touch of the net.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
     /// Time [s].
     pub time: f64,
@@ -69,7 +70,7 @@ pub struct Impact {
 }
 
 /// When and where contact with the net was lost.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Lost {
     /// Time [s].
     pub time: f64,
@@ -82,7 +83,7 @@ pub struct Lost {
 }
 
 /// What has been seen of one rock so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ImpactRecord {
     /// First touch of the net.
     pub touch: Option<Impact>,

@@ -21,10 +21,11 @@ use crate::terrain::Terrain;
 use between::Between;
 use critical::Steps;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Counts of work done since the start, repeated windows included.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// Own steps, times rocks.
     pub sub_steps: u64,

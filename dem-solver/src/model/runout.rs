@@ -10,12 +10,13 @@ use crate::rock::{Motion, Rock};
 use crate::settings::{Settings, TerrainSettings};
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// Time between two evaluations of the height of a flying rock [s].
 pub const LOOK: f64 = 0.05;
 
 /// How a trajectory ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Ending {
     /// At rest on the ground.
     Rest,
@@ -24,7 +25,7 @@ pub enum Ending {
 }
 
 /// What is known of a rock's trajectory so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunOut {
     /// Since when it has been slow and touching [s].
     pub slow_since: Option<f64>,
@@ -51,7 +52,7 @@ pub struct RunOut {
 }
 
 /// The end of a trajectory.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct End {
     /// How.
     pub how: Ending,

@@ -6,12 +6,13 @@ use crate::law::growing::Slip;
 use crate::law::yielding::Dent;
 use crate::model::impact::ImpactRecord;
 use crate::model::runout::RunOut;
-use crate::rock::{Motion, Rock};
+use crate::rock::{Flight, Motion, Rock};
 use crate::settings::Settings;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// State of all rocks at one instant.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Time [s].
     pub time: f64,
@@ -36,10 +37,12 @@ pub struct State {
 }
 
 /// State of one rock.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// Motion.
     pub motion: Motion,
+    /// The flight under way, if nothing acted on it in the last step.
+    pub flight: Option<Flight>,
     /// What its contacts remember, by sphere; empty without friction.
     pub histories: Vec<SurfaceHistory>,
     /// What its contacts with the terrain remember, likewise.
@@ -96,7 +99,7 @@ impl Against {
 
 /// Largest overlap of a rock with each kind of partner, over the radius of the sphere (of two spheres the smaller), and
 /// when [1, s]; 0 while nothing was touched.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Depths([(f64, f64); 4]);
 
 impl Depths {
@@ -127,7 +130,7 @@ impl Depths {
 }
 
 /// Contacts of rocks with each other.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct BetweenRocks {
     /// What they remember, by pair of rocks, then of spheres; empty without friction.
     pub histories: Vec<RockHistory>,
@@ -161,6 +164,7 @@ impl State {
         };
         let body = |(rock, table): (&Rock, _)| Body {
             motion: at(rock, table),
+            flight: None,
             histories: Vec::new(),
             terrain_histories: Vec::new(),
             dent: Dent::default(),
@@ -194,7 +198,8 @@ impl State {
         self.predicted.clone_from(&other.predicted);
         self.pushed.clone_from(&other.pushed);
         for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
-            (mine.motion, mine.dent, mine.slip) = (theirs.motion, theirs.dent, theirs.slip);
+            (mine.motion, mine.flight) = (theirs.motion, theirs.flight);
+            (mine.dent, mine.slip) = (theirs.dent, theirs.slip);
             mine.histories.clone_from(&theirs.histories);
             mine.terrain_histories.clone_from(&theirs.terrain_histories);
             mine.box_histories.clone_from(&theirs.box_histories);

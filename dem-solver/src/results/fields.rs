@@ -6,10 +6,14 @@ use crate::model::state::State;
 use crate::results::trajectory::Row;
 use crate::terrain::Terrain;
 use interface_defs::Fault;
-use interface_defs::toolkit::vtu::{Cells, Series, Vtu};
+use interface_defs::toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
+use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// The two series.
+const SPHERES: &str = "rocks";
+const SURFACE: &str = "rock_surface";
 /// The terrain, which never moves.
 const TERRAIN: &str = "terrain.vtu";
 /// The trajectories of all rocks.
@@ -27,6 +31,14 @@ pub struct FieldFiles {
     triangles: Vec<[u32; 3]>,
 }
 
+/// What was written, for a run that goes on.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct KeptFields {
+    written: u64,
+    spheres: KeptSeries,
+    surface: KeptSeries,
+}
+
 impl FieldFiles {
     /// New series in `dir`, a step each `interval` [s] from t = 0 on; the terrain is written at once.
     pub fn create(dir: &Path, interval: f64, model: &Model) -> Result<Self, Fault> {
@@ -34,8 +46,8 @@ impl FieldFiles {
             dir: dir.to_owned(),
             interval,
             written: 0,
-            spheres: Series::create(dir, "rocks").map_err(unwritable)?,
-            surface: Series::create(dir, "rock_surface").map_err(unwritable)?,
+            spheres: Series::create(dir, SPHERES).map_err(unwritable)?,
+            surface: Series::create(dir, SURFACE).map_err(unwritable)?,
             radius: Vec::new(),
             rock: Vec::new(),
             triangles: Vec::new(),
@@ -55,6 +67,22 @@ impl FieldFiles {
             std::fs::write(dir.join(TERRAIN), terrain(ground)).map_err(unwritable)?;
         }
         Ok(fields)
+    }
+
+    /// The series in `dir` as they were when they were [`FieldFiles::kept`].
+    pub fn go_on(dir: &Path, interval: f64, model: &Model, kept: KeptFields) -> Result<Self, Fault> {
+        let mut fields = Self::create(dir, interval, model)?;
+        fields.written = kept.written;
+        fields.spheres = Series::go_on(dir, SPHERES, kept.spheres).map_err(unwritable)?;
+        fields.surface = Series::go_on(dir, SURFACE, kept.surface).map_err(unwritable)?;
+        Ok(fields)
+    }
+
+    /// What was written so far, all of it on the disk.
+    pub fn kept(&mut self) -> Result<KeptFields, Fault> {
+        let spheres = self.spheres.kept().map_err(unwritable)?;
+        let surface = self.surface.kept().map_err(unwritable)?;
+        Ok(KeptFields { written: self.written, spheres, surface })
     }
 
     /// Write the trajectories of all rocks, rows by rock, as lines.

@@ -211,11 +211,40 @@ impl Trajectory {
         Ok(it)
     }
 
+    /// Go on with the file in `dir` as it was when it had `length` bytes: its rows are read again, as they were written.
+    pub fn go_on(dir: &Path, length: u64) -> Result<Self, Fault> {
+        let path = dir.join(TRAJECTORY);
+        let file = History::go_on(&path, &COLUMNS.map(String::from), length).map_err(unwritable)?;
+        let text = std::fs::read_to_string(&path).map_err(unwritable)?;
+        let rows = text.lines().skip(1).map(read).collect::<Option<Vec<Row>>>();
+        let rows =
+            rows.ok_or_else(|| Fault::broken(format!("{TRAJECTORY} has rows that were not written here")))?;
+        Ok(Self { file, rows })
+    }
+
+    /// Bytes of the file so far, all of them on the disk.
+    pub fn kept(&self) -> Result<u64, Fault> {
+        self.file.sync().map_err(unwritable)?;
+        Ok(self.file.length())
+    }
+
     /// Append the rows of a committed window.
     pub fn add(&mut self, rows: &[Row]) -> Result<(), Fault> {
         self.rows.extend_from_slice(rows);
         rows.iter().try_for_each(|row| self.file.row(&row.0)).map_err(unwritable)
     }
+}
+
+/// A row as it was written; what was not finite is empty.
+fn read(line: &str) -> Option<Row> {
+    let mut row = [f64::NAN; COLUMNS.len()];
+    let mut words = line.split(',');
+    for (number, word) in row.iter_mut().zip(&mut words) {
+        if !word.is_empty() {
+            *number = word.parse().ok()?;
+        }
+    }
+    words.next().is_none().then_some(Row(row))
 }
 
 fn unwritable(e: io::Error) -> Fault {

@@ -7,7 +7,7 @@
 //! - *went through*, *passed over*, *beside*, *under*: contact was lost, and one rock's size further the net lay behind it,
 //!   seen along the impact direction ([`crate::results::outline`]), the net as it was deformed then. A rock that never touched is judged
 //!   on its flight at its closest approach to the net at rest, seen along its velocity there.
-//!   The net is called *torn* where elements of it have broken.
+//!   The net is called *torn* where elements of it have broken; who came within its outline at rest has then gone *through*.
 //! - *was still being stopped*: none of these when the time was over.
 //!
 //! Then how it ended: *came to rest* on the terrain, *left the terrain* ([`crate::model::runout`]), *still moved*.

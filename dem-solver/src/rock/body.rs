@@ -11,6 +11,7 @@ use crate::settings::{RockSettings, Shape};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::sync::Arc;
 
 /// A rigid rock: everything that does not change. Its own frame is the principal frame, with the
 /// origin in the centre of mass.
@@ -49,6 +50,8 @@ pub struct Rock {
     accuracy: Option<Accuracy>,
     /// A file of the spheres for the run to read, where making them takes time ([`crate::cluster::kept`]).
     pub made: Option<String>,
+    /// Before all lengths were multiplied, and the factor, where the scene asks for that.
+    pub unscaled: Option<Arc<(Self, f64)>>,
 }
 
 impl Rock {
@@ -103,6 +106,7 @@ impl Rock {
             accuracy,
             made,
             spheres,
+            unscaled: None,
         };
         for sphere in &rock.spheres {
             rock.lowest_corner = rock.lowest_corner.inf(&sphere.centre.add_scalar(-sphere.radius));
@@ -116,8 +120,24 @@ impl Rock {
             rock.outermost = outermost::of(&rock.spheres);
             rock.facing = outermost::facing(&rock.spheres, &rock.solid.surface());
         }
+        if let Some(scale) = settings.scale {
+            rock = rock.sized(scale, settings);
+        }
         let notices = notices.into_iter().map(|n| format!("rock.{at}: rock `{}`: {n}", rock.name)).collect();
         Ok((rock, notices))
+    }
+
+    /// The rock as its scene scales it. A cluster that was made is kept as it was before.
+    fn sized(mut self, scale: f64, settings: &RockSettings) -> Self {
+        let made = self.made.take();
+        let mut grown = self.scaled(scale, self.mass);
+        if let Some(density) = settings.density {
+            grown.mass = density * grown.solid.volume();
+            grown.inertia = grown.solid.inertia(grown.mass);
+        }
+        grown.made = made;
+        grown.unscaled = Some(Arc::new((self, scale)));
+        grown
     }
 
     /// The same rock with all its lengths times `factor`, spheres included, and `mass` [kg].
@@ -142,6 +162,7 @@ impl Rock {
             solid,
             accuracy: None,
             made: None,
+            unscaled: None,
         }
     }
 
@@ -166,6 +187,8 @@ impl Rock {
             return Ok(known);
         }
         let (mut surface, _) = settings.shape.surface(false)?;
+        let scale = settings.scale.unwrap_or(1.0);
+        surface.points.iter_mut().for_each(|p| *p *= scale);
         surface.points.iter_mut().for_each(|p| *p = self.solid.own(p));
         Ok(Accuracy::of(&surface, &self.spheres))
     }
@@ -250,6 +273,7 @@ mod tests {
             density: None,
             shape: Shape::Box { size: [0.41; 3] },
             cluster: Some(Cluster::of(spheres)),
+            scale: None,
         }
     }
 

@@ -1,9 +1,10 @@
 //! What moves of a rock.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// What moves of a rock, all at one instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// Centre of mass [m].
     pub position: Vector3<f64>,

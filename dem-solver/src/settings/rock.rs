@@ -43,6 +43,10 @@ pub struct RockSettings {
     /// The spheres that represent the solid in contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cluster: Option<Cluster>,
+    /// All lengths of the shape and of the spheres that were made for it times this: the same rock, larger or smaller. A mass
+    /// stays as it is stated. Default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
 }
 
 /// The spheres of a rock: made in this number, or read from a file.
@@ -105,6 +109,7 @@ impl RockSettings {
             density: Some(density),
             shape: Shape::Sphere { radius },
             cluster: None,
+            scale: None,
         }
     }
 }
@@ -182,6 +187,12 @@ fn check_shape(
 ) -> Result<(), InputError> {
     if let Err((name, what)) = rock.shape.check() {
         return Err(scene.invalid(&key(&format!("shape.{name}")), what));
+    }
+    if let Some(scale) = rock.scale.filter(|scale| !(*scale > 0.0 && scale.is_finite())) {
+        let what = format!("scale = {scale}: it must lie above 0");
+        return Err(scene
+            .invalid(&key("scale"), what)
+            .try_instead("1 leaves the rock as it is, 2 doubles its edges"));
     }
     if let Shape::Mesh { file, .. } = &mut rock.shape {
         *file = absolute(file, scene);

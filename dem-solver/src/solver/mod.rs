@@ -39,6 +39,9 @@ use interface_defs::{
 use nalgebra::Vector3;
 use std::sync::Arc;
 
+mod kept;
+use kept::Kept;
+
 /// Most times that steps are made finer where a contact asks for it.
 const FINEST: usize = 64;
 
@@ -63,6 +66,8 @@ pub struct DemSolver {
     trajectory: Option<Trajectory>,
     /// Whether rows of the trajectories are kept although no file of them is written.
     keeps_rows: bool,
+    /// The state from which it is to go on.
+    resume: Option<Box<Kept>>,
 }
 
 /// How the rocks of a scene touch its terrain.
@@ -182,6 +187,7 @@ impl DemSolver {
             fields: None,
             trajectory: None,
             keeps_rows: false,
+            resume: None,
         })
     }
 
@@ -203,6 +209,7 @@ impl DemSolver {
             fields: None,
             trajectory: None,
             keeps_rows,
+            resume: None,
         }
     }
 
@@ -270,6 +277,7 @@ impl DemSolver {
         self.model.settings.rocks[rock].position = motion.position.into();
         *body = state::Body {
             motion: crate::rock::Motion { position: motion.position - self.model.origin, ..motion },
+            flight: None,
             histories: std::mem::take(&mut body.histories),
             terrain_histories: std::mem::take(&mut body.terrain_histories),
             box_histories: std::mem::take(&mut body.box_histories),
@@ -367,7 +375,7 @@ impl Solver for DemSolver {
         Hello {
             program: format!("dem-solver {}", env!("CARGO_PKG_VERSION")),
             repeats: Some(0.0),
-            capabilities: vec![capability::SELECTS.into()],
+            capabilities: vec![capability::SELECTS.into(), capability::CHECKPOINT.into()],
             takes: vec![
                 field(name::DISPLACEMENT, 3, Sampling::FromStart, MOST_SAMPLES),
                 field(name::VELOCITY, 3, Sampling::FromStart, MOST_SAMPLES),
@@ -414,15 +422,10 @@ impl Solver for DemSolver {
         self.trial = self.committed.clone();
         run.reserve(&mut self.trial);
         self.run = Some(run);
-        self.fields = None;
-        if let (Some(interval), Some(out)) = (self.model.settings.fields, &self.options.out) {
-            self.fields = Some(FieldFiles::create(&out.join("fields"), interval, &self.model)?);
-            self.write_fields()?;
-        }
-        if let (Some(_), Some(out)) = (&self.model.ground, &self.options.out)
-            && self.model.settings.named() > 0
-        {
-            self.trajectory = Some(Trajectory::create(out, &self.model, &self.committed)?);
+        let mut resume = self.resume.take();
+        self.open_files(resume.as_deref_mut())?;
+        if let Some(kept) = resume {
+            self.go_on(*kept);
         }
         let mesh = plan.partner_mesh.clone().unwrap_or_default();
         Ok(Ready { mesh, gauges: Gauges::declared(&self.model), initial, warnings, ..Ready::default() })
@@ -465,6 +468,15 @@ impl Solver for DemSolver {
             trajectory.add(run.rows())?;
         }
         self.write_fields()
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, Fault> {
+        self.keep()
+    }
+
+    fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
+        self.resume = Some(Kept::read(state)?);
+        Ok(())
     }
 
     fn has_ended(&self) -> bool {

@@ -26,10 +26,26 @@ pub const DRAWN: usize = 7;
 pub struct Prototype {
     /// Its table.
     pub table: RockSettings,
-    /// The rock.
+    /// The rock before its scene scales it.
     pub rock: Rock,
-    /// What its contact as a whole needs.
+    /// How its scene scales it.
+    pub scale: f64,
+    /// Its mass in the scene [kg].
+    pub mass: f64,
+    /// What its contact as a whole needs, before it is scaled.
     pub whole: Option<Whole>,
+}
+
+impl Prototype {
+    fn new(table: RockSettings, mut rock: Rock, whole: bool) -> Self {
+        let (mut scale, mass) = (1.0, rock.mass);
+        if let Some(own) = rock.unscaled.take() {
+            (rock, scale) = (own.0.clone(), own.1);
+        }
+        rock.made = None;
+        let whole = whole.then(|| Whole::new(&rock));
+        Self { table, rock, scale, mass, whole }
+    }
 }
 
 /// What all members share.
@@ -224,6 +240,20 @@ fn check_scene(scene: &Scene, file: &Scene) -> Result<(), InputError> {
     }
 }
 
+/// The table of the one rock of a scene.
+pub fn rock_of(document: &mut toml::Table) -> Option<&mut toml::Table> {
+    document.get_mut("rock")?.get_mut(0)?.as_table_mut()
+}
+
+/// Give a rock another shape.
+pub fn put_shape(rock: &mut toml::Table, shape: &toml::Value) {
+    rock.insert("shape".into(), shape.clone());
+    // A sphere is one sphere.
+    if shape.get("type").and_then(toml::Value::as_str) == Some("sphere") {
+        rock.remove("cluster");
+    }
+}
+
 /// The scene's rock, or one of each shape that is chosen from.
 fn prototypes(
     study: &StudySettings,
@@ -232,31 +262,24 @@ fn prototypes(
     mut model: Model,
 ) -> Result<Vec<Prototype>, InputError> {
     let shapes = study.variables.iter().find(|v| v.quantity == Quantity::Shape);
-    let whole = model.wholes.pop().flatten();
+    let whole = model.wholes.pop().flatten().is_some();
     let own = model.rocks.pop().zip(model.settings.rocks.pop());
-    let (mut rock, table) = own.expect("checked: there is one rock");
+    let (rock, table) = own.expect("checked: there is one rock");
     let Some(values) = shapes.and_then(|v| v.distribution.values()) else {
-        rock.made = None;
-        return Ok(vec![Prototype { table, rock, whole }]);
+        return Ok(vec![Prototype::new(table, rock, whole)]);
     };
     let of = |value: &toml::Value| {
         let refuse = |e: String| file.invalid("vary.shape", e);
         let shape = Shape::deserialize(value.clone()).map_err(|e| file.misread("vary.shape", e.message()))?;
         shape.check().map_err(|(key, what)| refuse(format!("{key}: {what}")))?;
         let mut document = scene.document()?;
-        if let Some(rock) = document.get_mut("rock").and_then(|r| r.get_mut(0)).and_then(|r| r.as_table_mut())
-        {
-            rock.insert("shape".into(), value.clone());
-            if matches!(shape, Shape::Sphere { .. }) {
-                rock.remove("cluster");
-            }
+        if let Some(rock) = rock_of(&mut document) {
+            put_shape(rock, value);
         }
         let scene = scene.patched(document);
         let table = Settings::of(&scene)?.rocks.swap_remove(0);
-        let (mut rock, _) = Rock::new(0, &table, &scene)?;
-        rock.made = None;
-        let whole = whole.as_ref().map(|_| Whole::new(&rock));
-        Ok(Prototype { table, rock, whole })
+        let (rock, _) = Rock::new(0, &table, &scene)?;
+        Ok(Prototype::new(table, rock, whole))
     };
     values.iter().map(of).collect()
 }
@@ -297,6 +320,9 @@ fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<
 fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), InputError> {
     let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
     for (at, line) in study.lines.iter().enumerate() {
+        if let Some(design) = &line.design {
+            design.check(&format!("line.{at}.design"), file)?;
+        }
         let beside = |axis: usize| {
             line.points.iter().all(|p| p[axis] < low[axis])
                 || line.points.iter().all(|p| p[axis] > high[axis])

@@ -3,17 +3,20 @@
 use super::base::Base;
 use super::directory::{Directory, Index, MEMBERS, Reader};
 use super::execute::compute;
-use super::journal::Journal;
+use super::journal::{Found, Journal, Refused};
 use super::record::Record;
 use super::results;
-use super::settings::STUDY;
+use super::settings::{STUDY, StudySettings};
 use super::summary::Numbers;
 use super::table::Table;
+use super::worst::barrier::Barrier;
+use super::worst::{self, Comings};
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::ipc::interrupt;
 use interface_defs::ipc::serve::peak_memory;
-use interface_defs::toolkit::arguments::EnsembleArguments;
+use interface_defs::toolkit::arguments::{EnsembleArguments, MemberRange};
 use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::program::Extra;
@@ -23,6 +26,7 @@ use interface_defs::toolkit::screen::{complain, show};
 use interface_defs::toolkit::summary::RunStatus;
 use serde_json::json;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// The subcommand.
@@ -37,6 +41,19 @@ fn command() -> clap::Command {
             .bin_name("rockfall ensemble")
             .about("Many releases of one rock on one terrain: a table with a row for each, quantiles"),
     )
+}
+
+/// How often a task that waits for another looks whether it has ended.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A chunk, asked for.
+enum Claimed {
+    /// Its journal, with what is in it already.
+    Ours(Journal, Vec<Found>),
+    /// It is complete.
+    Done,
+    /// A signal has ended the wait for another process.
+    Interrupted,
 }
 
 /// How far it is, for those who look.
@@ -85,6 +102,7 @@ struct Work {
 
 struct Study<'a> {
     base: &'a Base,
+    barrier: Option<&'a Barrier>,
     directory: Directory,
     arguments: &'a EnsembleArguments,
     threads: usize,
@@ -94,11 +112,19 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     let arguments =
         EnsembleArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
     let file = Scene::load_as(&STUDY, &arguments.study, &arguments.sets)?;
+    if let Some(count) = arguments.chunks {
+        let members = StudySettings::of(&file)?.members();
+        let parts = MemberRange::parts(members, count);
+        show(&parts.iter().map(|part| format!("{part}\n")).collect::<String>());
+        return Ok(Exit::Done);
+    }
+    let (barrier, file) = Barrier::of(&arguments, file)?;
     let base = Base::new(&file, !arguments.savings.no_shortcuts)?;
     let out = arguments.dir.of(&file);
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = arguments.threads.map_or(available, |n| n as usize);
-    let study = Study { base: &base, directory: Directory::new(&out), arguments: &arguments, threads };
+    let directory = Directory::new(&out);
+    let study = Study { base: &base, barrier: barrier.as_ref(), directory, arguments: &arguments, threads };
     if let Some(range) = &arguments.members
         && (range.first == 0 || range.last > base.members() || range.first > range.last)
     {
@@ -108,8 +134,12 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     }
     if !arguments.quiet {
         base.warnings.iter().for_each(|warning| tracing::warn!("{}", base.scene.placed(warning)));
+        barrier.iter().flat_map(Barrier::notices).for_each(|notice| tracing::info!("{notice}"));
     }
     interrupt::install();
+    if let Some(number) = arguments.scene_of {
+        return study.one_scene(number);
+    }
     match &arguments.members {
         Some(range) => study.chunk(range.first, range.last, &file),
         None => study.whole(&file),
@@ -117,6 +147,41 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
 }
 
 impl Study<'_> {
+    /// Write the scene of one member, with the barrier where one is named.
+    fn one_scene(&self, number: u64) -> Result<Exit, InputError> {
+        let base = self.base;
+        if number > base.members() {
+            let what = format!("{number}: the members of this study are 1..{}", base.members());
+            return Err(InputError::in_file("--scene-of", what));
+        }
+        let text = match self.barrier {
+            Some(barrier) => worst::scene_of_one(base, barrier, number)?,
+            None => {
+                let member = base.member(number);
+                let body = toml::to_string(&base.scene_of(&member)?);
+                base.head(&member, "") + &body.map_err(|e| InputError::new(e.to_string()))?
+            }
+        };
+        match &self.arguments.output {
+            None => show(&text),
+            Some(path) => files::write(path, text.as_bytes()).map_err(|e| {
+                InputError::in_file(path.display().to_string(), format!("cannot be written: {e}"))
+            })?,
+        }
+        Ok(Exit::Done)
+    }
+
+    /// Make the directory that of this study.
+    fn begin(&self, file: &Scene) -> Result<(), InputError> {
+        self.directory.begin(self.base, file).map_err(|e| match self.barrier {
+            Some(_) => e.try_instead(
+                "a study that was computed without the line of the barrier holds no rock that crosses it: choose another directory \
+                 with --out, or begin anew with --force",
+            ),
+            None => e,
+        })
+    }
+
     fn progress(&self, total: u64, before: u64) -> Progress {
         Progress {
             reporter: Reporter::new(self.arguments.progress),
@@ -135,14 +200,17 @@ impl Study<'_> {
 
     /// The members from `first` to `last` into a file of their own, which gets its name when it is complete.
     fn chunk(&self, first: u64, last: u64, file: &Scene) -> Result<Exit, InputError> {
-        self.directory.begin(self.base, file)?;
+        self.begin(file)?;
         let [done, part] = self.directory.chunk(first, last);
-        if done.exists() {
+        let (mut journal, found) = match self.claim(&done, &part)? {
+            Claimed::Ours(journal, found) => (journal, found),
             // A task that is given out twice does nothing the second time.
-            return Ok(Exit::Done);
-        }
-        let (mut journal, found) = Journal::open(&part, &self.base.fingerprint)
-            .map_err(|refused| InputError::new(refused.words(&part)))?;
+            Claimed::Done => return Ok(Exit::Done),
+            Claimed::Interrupted => {
+                complain("interrupted: the same command goes on where it was");
+                return Ok(Exit::Failed);
+            }
+        };
         let todo: Vec<u64> = (first + found.len() as u64..=last).collect();
         let mut progress = self.progress(last - first + 1, found.len() as u64);
         let mut fault = None;
@@ -163,6 +231,30 @@ impl Study<'_> {
         Ok(Exit::Done)
     }
 
+    /// The journal of a chunk. An engine that has lost sight of a task gives it out again while the first one is still at work:
+    /// the second one waits for the first, whose lock ends with its process. How long a task may take is the engine's to say.
+    fn claim(&self, done: &Path, part: &Path) -> Result<Claimed, InputError> {
+        let mut announced = false;
+        while !done.exists() {
+            match Journal::open(part, &self.base.fingerprint) {
+                Ok((journal, found)) if !done.exists() => return Ok(Claimed::Ours(journal, found)),
+                // The other one has ended meanwhile, and what was opened here is empty.
+                Ok(_) => std::fs::remove_file(part)
+                    .or_else(|e| if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) })
+                    .map_err(|e| self.fault(e))?,
+                Err(Refused::Taken) if interrupt::requested() => return Ok(Claimed::Interrupted),
+                Err(Refused::Taken) => {
+                    if !std::mem::replace(&mut announced, true) && !self.arguments.quiet {
+                        tracing::warn!("{}: waiting for it", Refused::Taken.words(part));
+                    }
+                    std::thread::sleep(LOOK);
+                }
+                Err(refused) => return Err(InputError::new(refused.words(part))),
+            }
+        }
+        Ok(Claimed::Done)
+    }
+
     /// All members that no file has yet, then the results of all.
     fn whole(&self, file: &Scene) -> Result<Exit, InputError> {
         let EnsembleArguments { force, resume, .. } = *self.arguments;
@@ -178,7 +270,7 @@ impl Study<'_> {
         if force {
             self.directory.clear().map_err(|e| self.fault(e))?;
         }
-        self.directory.begin(self.base, file)?;
+        self.begin(file)?;
         let main = self.directory.main();
         let (mut journal, found) = Journal::open(&main, &self.base.fingerprint).map_err(|refused| {
             InputError::new(refused.words(&main)).try_instead("begin anew with --force")
@@ -253,16 +345,18 @@ impl Study<'_> {
     fn finish(&self, index: &Index, owner: &Owner, work: &Work) -> Result<Exit, InputError> {
         let mut numbers = Numbers::default();
         let mut all = |each: &mut dyn FnMut(&Record) -> io::Result<()>| self.each(index, each);
+        let mut comings = self.barrier.map(|barrier| Comings::new(self.base, barrier));
         all(&mut |record| {
             numbers.add(record.number, &record.outcome);
+            comings.iter_mut().for_each(|comings| comings.add(record));
             Ok(())
         })
         .map_err(|e| self.fault(e))?;
         let mut summary = numbers.summary(self.base.study.most_failed);
-        let (measures, warnings) =
-            results::write(self.base, owner.dir(), &mut all).map_err(|e| self.fault(e))?;
-        summary.measures.extend(measures);
-        summary.warnings.extend(warnings);
+        let found = results::write(self.base, owner.dir(), &mut all).map_err(|e| self.fault(e))?;
+        summary.verdict.extend(found.verdict);
+        summary.measures.extend(found.measures);
+        summary.warnings.extend(found.warnings);
         summary.warnings.extend(self.base.warnings.iter().map(|w| self.base.scene.placed(w)));
         summary.cost.insert("wall_s".into(), json!(work.seconds));
         summary.cost.insert("members_computed".into(), json!(work.members));
@@ -277,6 +371,10 @@ impl Study<'_> {
         }
         if !self.arguments.quiet {
             show(&summary.table(owner.dir()));
+        }
+        if let Some((comings, barrier)) = comings.zip(self.barrier) {
+            let count = self.arguments.worst as usize;
+            comings.write(self.base, barrier, &owner.dir().join(worst::FOLDER), count)?;
         }
         if summary.status != RunStatus::Done {
             complain(summary.message.as_deref().unwrap_or("the study failed"));

@@ -99,9 +99,10 @@ impl Directory {
         });
         let text = serde_json::to_string_pretty(&text).map_err(io::Error::from).map_err(unwritable)?;
         let copies = [(STUDY, file.text()), (SCENE, base.scene.text()), (RECORD, &(text + "\n"))];
+        // Tasks begin at the same time.
         copies
             .iter()
-            .try_for_each(|(name, text)| files::write(&self.path(name), text.as_bytes()))
+            .try_for_each(|(name, text)| files::write_among_others(&self.path(name), text.as_bytes()))
             .map_err(unwritable)
     }
 

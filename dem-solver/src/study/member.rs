@@ -74,7 +74,7 @@ fn towards(azimuth: f64, dip: f64) -> Vector3<f64> {
 }
 
 /// Put `value` at a dotted key of a document; tables that are not there are made.
-fn put(document: &mut toml::Table, key: &str, value: toml::Value) {
+pub fn put(document: &mut toml::Table, key: &str, value: toml::Value) {
     let mut parts = key.split('.').peekable();
     let Some(first) = parts.next() else { return };
     let mut node = document.entry(first).or_insert_with(|| toml::Value::Table(toml::Table::new()));
@@ -139,6 +139,7 @@ impl Base {
         let table = &mut settings.rocks[0];
         table.shape = self.prototypes[member.prototype].table.shape.clone();
         (table.mass, table.density) = (Some(rock.mass), None);
+        table.scale = Some(self.factor(member)).filter(|factor| *factor != 1.0);
         if let Some(orientation) = member.orientation {
             table.orientation = orientation;
         }
@@ -149,10 +150,11 @@ impl Base {
         let height = self.quantity(member, Quantity::Height);
         let height = height.unwrap_or(self.study.releases[member.release].height);
         let motion = rock.start(table, settings.gravity);
-        let position = above_ground(&self.ground, &rock, &motion, member.place, height).ok_or_else(|| {
-            let [x, y] = [member.place[0] + self.ground.origin.x, member.place[1] + self.ground.origin.y];
-            format!("there is no ground at ({x:.2}, {y:.2})")
-        })?;
+        let position =
+            above_ground(&self.ground, (&rock, &tree), &motion, member.place, height).ok_or_else(|| {
+                let [x, y] = [member.place[0] + self.ground.origin.x, member.place[1] + self.ground.origin.y];
+                format!("there is no ground at ({x:.2}, {y:.2})")
+            })?;
         table.position = (position + self.ground.origin).into();
         let laws = Laws::new(&settings.contacts).ok_or("there is no contact law")?;
         let ground_rows = rows(&laws, &settings, &self.ground.materials).map_err(|(what, _)| what)?;
@@ -191,20 +193,32 @@ impl Base {
         Settings::of(&self.scene.patched(document)).map_err(|e| e.headline())
     }
 
+    /// Density of a member [kg/m3].
+    fn density(&self, member: &Member) -> f64 {
+        let prototype = &self.prototypes[member.prototype];
+        let own = || prototype.mass / prototype.rock.solid.scaled(prototype.scale).volume();
+        self.quantity(member, Quantity::Density).or(prototype.table.density).unwrap_or_else(own)
+    }
+
+    /// Lengths of a member over those of its shape as it is stated.
+    fn factor(&self, member: &Member) -> f64 {
+        let prototype = &self.prototypes[member.prototype];
+        let mass = self.quantity(member, Quantity::Mass);
+        let wanted = self.quantity(member, Quantity::Volume).or(mass.map(|mass| mass / self.density(member)));
+        wanted.map_or(prototype.scale, |volume| (volume / prototype.rock.solid.volume()).cbrt())
+    }
+
     /// The member's rock: its shape at its size.
     fn rock(&self, member: &Member, kept: Option<Kept>) -> Kept {
         let prototype = &self.prototypes[member.prototype];
-        let (rock, table) = (&prototype.rock, &prototype.table);
-        let own = rock.solid.volume();
-        let density = self.quantity(member, Quantity::Density).or(table.density).unwrap_or(rock.mass / own);
-        let mass = self.quantity(member, Quantity::Mass);
-        let wanted = self.quantity(member, Quantity::Volume).or(mass.map(|mass| mass / density));
-        let factor = wanted.map_or(1.0, |volume| (volume / own).cbrt());
+        let rock = &prototype.rock;
+        let factor = self.factor(member);
         let solid = rock.solid.scaled(factor);
-        let mass = if wanted.is_none() && !self.study.varies(Quantity::Density) {
-            rock.mass
+        let varies = [Quantity::Volume, Quantity::Mass, Quantity::Density];
+        let mass = if varies.iter().any(|quantity| self.study.varies(*quantity)) {
+            self.density(member) * solid.volume()
         } else {
-            density * solid.volume()
+            prototype.mass
         };
         let of = (member.prototype, solid.volume().to_bits(), mass.to_bits());
         if let Some(kept) = kept.filter(|kept| kept.of == of) {

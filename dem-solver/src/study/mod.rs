@@ -3,17 +3,19 @@
 //! Terrain, trees and spheres are read and built once, members are computed on all cores, and each is the run of its scene
 //! alone: the same windows, the same steps, the same bytes (`dem-solver/tests/study.rs`).
 //!
-//! - [`settings`], [`distribution`]: the study file; [`outline`]: lines and areas seen from above
+//! - [`settings`], [`distribution`]: the study file; [`design`]: what a barrier on a line is judged by; [`outline`]: lines and areas seen from above
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
 //! - [`base`](mod@base): what all members share, checked before the start; [`member`]: what one has of its own; [`place`]: where it starts
-//! - [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
+//! - [`scene_of`]: the scene of one member; [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
 //! - [`record`], [`journal`], [`directory`]: what is kept of each, so that a killed process loses nothing
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`
 //! - [`track`]: what is kept of a member's way, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
+//! - [`worst`]: the members that are hardest on a barrier, each as a scene with it
 //! - [`command`](mod@command): `dem-solver ensemble`, which `rockfall ensemble` starts
 
 pub mod base;
 pub mod command;
+pub mod design;
 pub mod directory;
 pub mod distribution;
 pub mod execute;
@@ -26,7 +28,9 @@ pub mod record;
 pub mod results;
 pub mod runner;
 pub mod sampling;
+pub mod scene_of;
 pub mod settings;
 pub mod summary;
 pub mod table;
 pub mod track;
+pub mod worst;

@@ -14,6 +14,19 @@ fn distance(a: &Point, b: &Point) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
+/// Distance of a point from a polyline [m].
+pub fn distance_from(line: &[Point], at: &Point) -> f64 {
+    let from = |pair: &[Point]| {
+        let way = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+        let off = [at[0] - pair[0][0], at[1] - pair[0][1]];
+        let square = way[0] * way[0] + way[1] * way[1];
+        let share = if square > 0.0 { (off[0] * way[0] + off[1] * way[1]) / square } else { 0.0 };
+        let share = share.clamp(0.0, 1.0);
+        (off[0] - share * way[0]).hypot(off[1] - share * way[1])
+    };
+    line.windows(2).map(from).fold(f64::INFINITY, f64::min)
+}
+
 /// The place at a share (0 to 1) of a polyline's length.
 pub fn along(line: &[Point], share: f64) -> Point {
     let mut left = share * length(line);
@@ -166,6 +179,14 @@ mod tests {
         assert_eq!(area(&L), 6.0);
         let far: Vec<Point> = L.iter().map(|[x, y]| [x + 2.6e6, y + 1.2e6]).collect();
         assert_eq!(area(&far), 6.0);
+    }
+
+    #[test]
+    fn a_point_is_as_far_from_a_line_as_from_its_nearest_piece() {
+        let line = [[0.0, 0.0], [3.0, 4.0], [3.0, 4.0], [3.0, 10.0]];
+        for (at, due) in [([4.0, -3.0], 5.0), ([-3.0, -4.0], 5.0), ([7.0, 7.0], 4.0), ([6.0, 14.0], 5.0)] {
+            assert!((distance_from(&line, &at) - due).abs() < 1e-14, "{at:?}");
+        }
     }
 
     #[test]

@@ -2,9 +2,11 @@
 
 use super::base::Base;
 use super::member::{Kept, Member};
+use super::outline::Point;
 use super::record::{How, Outcome};
 use super::track::{Follower, Track};
 use crate::DemSolver;
+use crate::model::Model;
 use crate::model::runout::{Ending, jump_height};
 use crate::results::trajectory::Row;
 use interface_defs::ipc::interrupt;
@@ -56,16 +58,10 @@ impl<'a> Runner<'a> {
             Err(what) => return Some((Outcome::failed(what), Track::default())),
         };
         let mut outcome = Outcome::of_start(&model);
-        let mut solver = DemSolver::of_model(model, &self.base.scene, self.base.follows());
-        let (interval, end) = (self.base.settings.interval, self.base.settings.end_time);
-        let plan = Plan { end_time: end, window: interval.min(end), ..Plan::default() };
-        let fall = match solver.prepare(&plan, &mut |_| Ok(())) {
-            Ok(ready) => {
-                let start = energies(&ready.gauges, &ready.initial, 0);
-                Fall { balance: Balance::new(start), gauges: ready.gauges, values: ready.initial, solver }
-            }
-            Err(fault) => {
-                outcome.fail(fault.message);
+        let fall = match Fall::begin(self.base, model) {
+            Ok(fall) => fall,
+            Err(what) => {
+                outcome.fail(what);
                 return Some((outcome, Track::default()));
             }
         };
@@ -82,18 +78,10 @@ impl<'a> Runner<'a> {
                 jump_height(&self.base.ground, &model.rocks[0], &body.motion, &model.settings.down());
             follower.row(&Row::of(model, 0, body, 0.0, height, false));
         }
-        let (interval, end_time) = (self.base.settings.interval, self.base.settings.end_time);
-        let rows = ((end_time / interval) * (1.0 - 1e-9)).ceil().max(1.0) as u64;
-        let time = |row: u64| if row >= rows { end_time } else { (interval * row as f64).min(end_time) };
-        for row in 0..rows {
+        for window in windows(self.base) {
             if interrupt::requested() {
                 return None;
             }
-            let (start, end) = (time(row), time(row + 1));
-            if end <= start {
-                continue;
-            }
-            let window = Window { number: row + 1, iteration: 1, start, length: end - start };
             if let Err(what) = fall.window(&window, self.base.limits.fatal_energy_error()) {
                 outcome.fail(what);
                 break;
@@ -108,7 +96,74 @@ impl<'a> Runner<'a> {
     }
 }
 
+/// The windows of a member, those of its scene alone.
+fn windows(base: &Base) -> impl Iterator<Item = Window> + use<> {
+    let (interval, end_time) = (base.settings.interval, base.settings.end_time);
+    let rows = ((end_time / interval) * (1.0 - 1e-9)).ceil().max(1.0) as u64;
+    let time = move |row: u64| if row >= rows { end_time } else { (interval * row as f64).min(end_time) };
+    let window = move |row: u64| {
+        let (start, end) = (time(row), time(row + 1));
+        Window { number: row + 1, iteration: 1, start, length: end - start }
+    };
+    (0..rows).map(window).filter(|window| window.length > 0.0)
+}
+
+/// A member in free flight at an instant of its fall.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flight {
+    /// When [s].
+    pub time: f64,
+    /// Centre of mass [m], in the terrain's coordinates.
+    pub position: [f64; 3],
+    /// Its velocity [m/s].
+    pub velocity: [f64; 3],
+    /// Orientation of the axes of its shape.
+    pub orientation: [f64; 4],
+    /// Angular velocity [rad/s].
+    pub spin: [f64; 3],
+}
+
+/// How a member flies at the last end of a window before `until` [s] at which nothing touches it and `is_far` holds of its
+/// centre (local, seen from above). `None`: it never does.
+pub fn flight_before(
+    base: &Base,
+    member: &Member,
+    until: f64,
+    is_far: &dyn Fn(Point) -> bool,
+) -> Result<Option<Flight>, String> {
+    let mut fall = Fall::begin(base, base.model(member, None)?)?;
+    let mut last = None;
+    for window in windows(base).take_while(|window| window.end() < until) {
+        fall.window(&window, base.limits.fatal_energy_error())?;
+        let (model, body) = (fall.solver.model(), &fall.solver.state().bodies[0]);
+        let motion = &body.motion;
+        if body.contacts > 0 || !is_far([motion.position.x, motion.position.y]) {
+            continue;
+        }
+        let rock = &model.rocks[0];
+        let turn = rock.shape_orientation(motion);
+        last = Some(Flight {
+            time: window.end(),
+            position: (motion.position + base.ground.origin).into(),
+            velocity: motion.velocity.into(),
+            orientation: [turn.w, turn.i, turn.j, turn.k],
+            spin: rock.spin(motion).into(),
+        });
+    }
+    Ok(last)
+}
+
 impl Fall {
+    /// At the start of its run.
+    fn begin(base: &Base, model: Model) -> Result<Self, String> {
+        let mut solver = DemSolver::of_model(model, &base.scene, base.follows());
+        let (interval, end) = (base.settings.interval, base.settings.end_time);
+        let plan = Plan { end_time: end, window: interval.min(end), ..Plan::default() };
+        let ready = solver.prepare(&plan, &mut |_| Ok(())).map_err(|fault| fault.message)?;
+        let start = energies(&ready.gauges, &ready.initial, 0);
+        Ok(Self { balance: Balance::new(start), gauges: ready.gauges, values: ready.initial, solver })
+    }
+
     fn window(&mut self, window: &Window, fatal: f64) -> Result<(), String> {
         let solved = self.solver.solve(window, &[], &mut self.values).and_then(|()| self.solver.commit());
         solved.map_err(|fault| fault.message)?;

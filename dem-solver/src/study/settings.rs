@@ -1,5 +1,6 @@
 //! The study file: which scene, how many releases from where, what varies.
 
+use super::design::Design;
 use super::distribution::Distribution;
 use super::outline;
 use interface_defs::toolkit::input_error::InputError;
@@ -120,6 +121,8 @@ pub struct ScreenLine {
     pub name: String,
     /// Its points `[x, y]` [m] in the terrain's coordinates.
     pub points: Vec<[f64; 2]>,
+    /// What a barrier there must be able to do.
+    pub design: Option<Design>,
 }
 
 /// Something that varies.

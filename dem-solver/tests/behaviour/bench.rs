@@ -31,6 +31,8 @@ pub struct Setup {
     pub broken: bool,
     pub velocity: bool,
     pub shortcuts: bool,
+    /// Length of the scene's windows [s].
+    pub window: f64,
 }
 
 impl Setup {
@@ -44,14 +46,19 @@ impl Setup {
             broken: false,
             velocity: true,
             shortcuts: true,
+            window: 1e-3,
         }
     }
 
     pub fn plan(&self) -> Plan {
         let field =
             |name, sampling| FieldSpec { samples: self.samples, ..FieldSpec::nodal(name, 3, sampling) };
-        let mut plan =
-            Plan { end_time: 1.0, window: 1e-3, partner_mesh: self.contact_mesh.clone(), ..Plan::default() };
+        let mut plan = Plan {
+            end_time: 1.0,
+            window: self.window,
+            partner_mesh: self.contact_mesh.clone(),
+            ..Plan::default()
+        };
         if self.contact_mesh.is_some() {
             plan.takes.push(field(name::DISPLACEMENT, Sampling::FromStart));
             if self.velocity {

@@ -289,6 +289,28 @@ fn a_net_that_has_torn_is_called_so() {
     End::of(&mut bench).says("passed over the torn net: it touched at ");
 }
 
+/// A net whose rope has torn falls below the rock that came into it: it went through, not over.
+#[test]
+fn who_comes_into_a_net_that_tears_and_falls_has_gone_through_it() {
+    let rock = "position = [-0.5, 0.09, 0.25]\nvelocity = [10.0, 0.0, 0.0]";
+    for (tears, says) in [(true, "went through the torn net: "), (false, "passed over the net: ")] {
+        let setup = Setup::new(scene(0.0, rock, "restitution = 1.0"), upright(net(4, 0.5, 0.01)));
+        let mut bench = Setup { broken: true, ..setup }.build();
+        while bench.time < 0.3 {
+            if bench.value("contacts") > 0.0 && tears {
+                bench.tear(|line| line == 0);
+            }
+            // Back and down, as soon as the ball is past the wire.
+            let fall = |t: f64| Vector3::new(-60.0, 0.0, -60.0) * (t - 0.055).clamp(0.0, 0.05);
+            let t = bench.time;
+            bench.displace(0, |_, _| fall(t));
+            bench.displace(1, |_, _| fall(t + 1e-3));
+            bench.advance(1e-3);
+        }
+        End::of(&mut bench).says(says);
+    }
+}
+
 /// The net gives way before the ball, which loses contact in its pocket and finds it again: that is no passing.
 #[test]
 fn a_ball_that_loses_contact_behind_a_net_that_runs_ahead_has_not_passed() {

@@ -14,11 +14,9 @@ fn block(slope: f64, friction: f64, more: &str) -> String {
     )
 }
 
-/// Must-show 6: ten bounces with friction on a plane. In flight the two differ by the rounding of as many
-/// sums as there are steps, 6 000 of 1e-15 m each; an impact that comes earlier by it, at another phase of a
-/// step, makes of it no more than three times as much at the next one: 3^10 times 6e-12 m at most.
+/// Ten bounces with friction on a plane: the same to the last bit.
 #[test]
-fn flight_in_closed_form_changes_no_more_than_rounding() {
+fn flight_in_closed_form_changes_nothing() {
     let scene = dropped(10.0, 1e9, 0.85, 0.3, "");
     let mesh = plane(10.0, [-10.0, 60.0], 40, 10);
     let run = |shortcuts| {
@@ -35,10 +33,7 @@ fn flight_in_closed_form_changes_no_more_than_rounding() {
         (places, touches, steps)
     };
     let ((with, touch_with, few), (without, touch_without, many)) = (run(true), run(false));
-    let flight = (with[3] - without[3]).norm();
-    let last = (with[with.len() - 1] - without[without.len() - 1]).norm();
-    println!("first flight {flight:.1e} m, after ten bounces {last:.1e} m; {few} steps instead of {many}");
-    assert!(flight < 1e-12 && last < 4e-7, "{flight:.2e} {last:.2e}");
+    assert_eq!(with, without);
     assert_eq!(touch_with.len(), touch_without.len());
     assert!(few < many / 10);
 }
@@ -195,10 +190,9 @@ fn a_window_solved_again_gives_the_same_bytes_whatever_was_solved_between() {
     }
 }
 
-/// A block of three moments that tumbles at 7 rad/s for 1.5 s: each of 3 000 half steps rounds its orientation by some
-/// 1e-16, and the closed form by as much per quarter of a radian.
+/// A block of three moments that tumbles at 7 rad/s for 1.5 s.
 #[test]
-fn a_tumbling_flight_in_closed_form_changes_no_more_than_rounding() {
+fn a_tumbling_flight_in_closed_form_changes_nothing() {
     let scene = block(0.0, 0.5, "")
         .replace("0.0, 0.0, 0.7", "0.0, 0.0, 20.0")
         .replace("density", "angular_velocity = [1.0, 6.0, 3.0]\ndensity");
@@ -213,10 +207,8 @@ fn a_tumbling_flight_in_closed_form_changes_no_more_than_rounding() {
         (end, flown)
     };
     let ((with, flown), (without, none)) = (run(true), run(false));
-    let turned = with.orientation.angle_to(&without.orientation);
-    println!("{flown} steps flown, {turned:.1e} rad apart");
     assert!(flown > 0 && none == 0);
-    assert!((with.position - without.position).norm() < 1e-10 && turned < 1e-10, "{turned:.2e}");
+    assert_eq!(with, without);
 }
 
 /// A cube that lands on a corner, at half the speed that its terrain would allow: as many steps in this contact as the

@@ -14,6 +14,7 @@ use crate::internal_force::{Displacements, InternalForce};
 use crate::model::Model;
 use crate::model::pressure::press;
 use interface_defs::message::Fault;
+use serde::{Deserialize, Serialize};
 
 /// The last iteration of a statics or of a step moves less than this share of the whole displacement.
 pub(crate) const LEAST_TRAVEL: f64 = 1e-6;
@@ -54,7 +55,7 @@ pub struct Problem<'a> {
 }
 
 /// What an iteration did.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Info {
     /// Newton iterations.
     pub iterations: u64,

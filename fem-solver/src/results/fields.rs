@@ -17,7 +17,8 @@ use crate::results::legend::Legend;
 use crate::state::State;
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::Fault;
-use interface_defs::toolkit::vtu::{Cells, Series, Vtu};
+use interface_defs::toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// A series of field files at multiples of an interval.
@@ -40,6 +41,18 @@ pub struct Fields {
     legend: Legend,
     assembly: Assembly,
     faces: Option<Faces>,
+}
+
+/// The two series.
+const LINES: &str = "structure";
+const FACES: &str = "structure_faces";
+
+/// What was written, for a run that goes on.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct KeptFields {
+    written: u64,
+    lines: KeptSeries,
+    faces: Option<KeptSeries>,
 }
 
 /// Names of the moments of beams, in the order of [`crate::element::Moments`].
@@ -79,7 +92,7 @@ impl Faces {
         });
         let shells = model.elements.iter().any(|e| e.rotates() && !e.face_cell().is_empty());
         Ok(Some(Self {
-            series: Series::create(dir, "structure_faces").map_err(|e| cannot_write(&e))?,
+            series: Series::create(dir, FACES).map_err(|e| cannot_write(&e))?,
             ends: ends.collect(),
             nodes: cells().flatten().map(|node| *node as u32).collect(),
             stresses: memory(count),
@@ -93,7 +106,7 @@ impl Faces {
 impl Fields {
     /// A series in `dir`, a file at the first committed time at or after each multiple of `interval` [s].
     pub fn create(dir: &Path, interval: f64, mesh: &InterfaceMesh, model: &Model) -> Result<Self, Fault> {
-        let series = Series::create(dir, "structure").map_err(|e| cannot_write(&e))?;
+        let series = Series::create(dir, LINES).map_err(|e| cannot_write(&e))?;
         let n = mesh.coordinates.len();
         let memory = || vec![0.0; n];
         let legend = Legend::new(model);
@@ -116,6 +129,27 @@ impl Fields {
             legend,
             assembly: Assembly::new(model),
             faces: Faces::create(dir, model)?,
+        })
+    }
+
+    /// Go on with the series in `dir` as they were when they were [`Fields::kept`].
+    pub fn go_on(mut self, dir: &Path, kept: KeptFields) -> Result<Self, Fault> {
+        self.written = kept.written;
+        self.series = Series::go_on(dir, LINES, kept.lines).map_err(|e| cannot_write(&e))?;
+        if let (Some(faces), Some(kept)) = (&mut self.faces, kept.faces) {
+            faces.series = Series::go_on(dir, FACES, kept).map_err(|e| cannot_write(&e))?;
+        }
+        Ok(self)
+    }
+
+    /// What was written so far, all of it on the disk.
+    pub fn kept(&mut self) -> Result<KeptFields, Fault> {
+        let lines = self.series.kept().map_err(|e| cannot_write(&e))?;
+        let faces = self.faces.as_mut().map(|faces| faces.series.kept());
+        Ok(KeptFields {
+            written: self.written,
+            lines,
+            faces: faces.transpose().map_err(|e| cannot_write(&e))?,
         })
     }
 

@@ -1,13 +1,14 @@
 //! Mean of the support reaction over any 1 ms, from its impulse.
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// Length of the mean [s].
 const SPAN: f64 = 1e-3;
 
 /// Impulse since t = 0 at one instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Sample {
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
     time: f64,
     impulse: [f64; 3],
 }
@@ -32,6 +33,18 @@ impl MovingMean {
         committed.push_back(Sample { time: -SPAN, impulse: at_rest.map(|r| -r * SPAN) });
         committed.push_back(Sample { time: 0.0, impulse: [0.0; 3] });
         Self { committed, trial: Vec::with_capacity(samples), cursor: 0 }
+    }
+
+    /// The committed history, for a run that goes on.
+    pub fn kept(&self) -> Vec<Sample> {
+        self.committed.iter().copied().collect()
+    }
+
+    /// Go on with that history.
+    pub fn go_on(&mut self, kept: Vec<Sample>) {
+        self.committed.clear();
+        self.committed.extend(kept);
+        self.begin();
     }
 
     /// A window begins, from what is committed.

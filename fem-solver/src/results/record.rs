@@ -4,7 +4,7 @@ use crate::config::{GaugeConfig, Quantity};
 use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
 use crate::results::height::Height;
-use crate::results::moving_mean::MovingMean;
+use crate::results::moving_mean::{MovingMean, Sample};
 use crate::results::probe::Probe;
 use crate::state::{Extreme, Peaks, Range, State};
 use interface_defs::message::{Gauge, Measure};
@@ -301,6 +301,16 @@ impl Recorder {
     /// The window is accepted.
     pub fn commit(&mut self) {
         self.mean.commit();
+    }
+
+    /// What it takes from one window to the next, for a run that goes on.
+    pub fn kept(&self) -> Vec<Sample> {
+        self.mean.kept()
+    }
+
+    /// Go on from there.
+    pub fn go_on(&mut self, kept: Vec<Sample>) {
+        self.mean.go_on(kept);
     }
 }
 

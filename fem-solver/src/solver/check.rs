@@ -3,7 +3,7 @@
 use crate::config::generator::Generator;
 use crate::config::{Config, Integrator};
 use crate::integrator::critical_step::typical_stiffness;
-use crate::integrator::start::{NoStart, Start};
+use crate::integrator::start::{LOADED, NoStart, Start};
 use crate::model::{Model, Part};
 use crate::solver::FemSolver;
 use crate::state::inherited::Inherited;
@@ -26,12 +26,11 @@ const ROUNDS: usize = 5;
 pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     let config = Config::of(scene)?;
     let mut solver = FemSolver::new(scene, &Options::default())?;
-    let start = Start::new(scene, &config, solver.model(), solver.inherited(), &mut |_| Ok(())).map_err(
-        |reason| match reason {
+    let start = Start::new(scene, &config, solver.model(), solver.inherited(), None, &mut |_| Ok(()))
+        .map_err(|reason| match reason {
             NoStart::Input(error) => error,
             NoStart::Stopped(fault) => InputError::new(fault.message),
-        },
-    )?;
+        })?;
     let model = solver.model();
     let mut interface = model.interface_mesh(&start.displacement);
     // Masses are for contact alone, and JSON has no infinity for those that are held.
@@ -61,6 +60,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     state("highest_frequency_rad_per_s", start.frequency);
     if config.fem.integrator != Integrator::Static {
         state("critical_step_s", start.critical_step);
+        state("loaded_critical_step_s", LOADED * start.critical_step);
     }
     state("time_step_s", start.time_step);
     if let Some(sag) = sag {

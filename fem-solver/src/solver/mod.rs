@@ -2,11 +2,14 @@
 
 mod broken;
 pub mod check;
+mod kept;
 pub mod reference;
 pub mod site;
 
 use crate::config::Config;
 use crate::config::scheme::Scheme;
+use crate::equilibrium::form_finding::Form;
+use crate::equilibrium::newton::Info;
 use crate::integrator::interface_force::{Loads, MOST_SAMPLES, Needs};
 use crate::integrator::local;
 use crate::integrator::start::Start;
@@ -30,6 +33,7 @@ use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
+use kept::Kept;
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;
@@ -49,6 +53,8 @@ pub struct FemSolver {
     gauges: Vec<Gauge>,
     /// Where the structure starts, if not as modelled.
     inherited: Option<Inherited>,
+    /// The state from which it is to go on.
+    resume: Option<Box<Kept>>,
     prepared: Option<Prepared>,
 }
 
@@ -58,6 +64,8 @@ struct Prepared {
     mesh: InterfaceMesh,
     fields: Option<Fields>,
     sag: Option<f64>,
+    /// The form that was found, and what that took.
+    form: (Form, Info),
     /// End of the last window solved [s].
     time: f64,
     /// End of the last window accepted, and of the run [s].
@@ -105,6 +113,7 @@ impl FemSolver {
             probes,
             gauges,
             inherited,
+            resume: None,
             prepared: None,
         })
     }
@@ -143,6 +152,8 @@ impl FemSolver {
         let mut warnings = start.warnings.clone();
         warnings.extend(load_warnings);
         let sag = self.model.sag(&start.displacement);
+        let form = (start.form(), start.form_finding);
+        let resume = self.resume.take();
         start.newton.keeps_factor = self.options.shortcuts;
         let exchange = Exchange { recorder, loads, plan, mesh: &mesh, shortcuts: self.options.shortcuts };
         let mut windows = WindowSolver::new(&self.model, &self.config, start, exchange);
@@ -158,13 +169,14 @@ impl FemSolver {
             }
             _ => None,
         };
-        if let Some(fields) = &mut fields {
+        if let (Some(fields), None) = (&mut fields, &resume) {
             fields.offer(&self.model, &mesh, &windows.origin, &windows.committed, 0.0)?;
         }
         let broken = windows.place(name::BROKEN).map(|_| BrokenLines::new(&self.model));
         let touched = !plan.takes.is_empty();
         let torn = self.inherited.as_ref().map_or(Vec::new(), Inherited::torn);
-        let prepared = Prepared {
+        let mut prepared = Prepared {
+            form,
             windows,
             mesh: mesh.clone(),
             fields,
@@ -177,6 +189,9 @@ impl FemSolver {
             touched,
         };
         prepared.report_broken(&[], &mut initial);
+        if let Some(kept) = resume {
+            prepared.go_on(*kept, self.options.out.as_deref())?;
+        }
         self.prepared = Some(prepared);
         Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings, ..Ready::default() })
     }
@@ -343,7 +358,7 @@ impl Solver for FemSolver {
         gives.extend(local::offered(&self.model, &self.config.fem).unwrap_or_default());
         Hello {
             program: concat!("fem-solver ", env!("CARGO_PKG_VERSION")).into(),
-            capabilities: vec![capability::SELECTS.into()],
+            capabilities: vec![capability::SELECTS.into(), capability::CHECKPOINT.into()],
             repeats: Some(0.0),
             takes: Needs::of(Scheme::of(&self.config.fem)).fields(),
             gives,
@@ -361,7 +376,8 @@ impl Solver for FemSolver {
             );
         }
         let mut report = |what| progress(Progress { what, done: f64::NAN, ..Progress::default() });
-        let start = Start::new(&self.scene, &self.config, &self.model, self.inherited.as_ref(), &mut report)?;
+        let (known, inherited) = (self.resume.as_ref().map(|kept| &kept.form), self.inherited.as_ref());
+        let start = Start::new(&self.scene, &self.config, &self.model, inherited, known, &mut report)?;
         self.begin(start, plan)
     }
 
@@ -402,6 +418,15 @@ impl Solver for FemSolver {
         let (model, prepared) = self.prepared()?;
         prepared.windows.write_committed(model, prepared.accepted, output);
         prepared.report_broken(&prepared.windows.committed.events, output);
+        Ok(())
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, Fault> {
+        self.prepared()?.1.keep()
+    }
+
+    fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
+        self.resume = Some(Kept::read(state)?);
         Ok(())
     }
 

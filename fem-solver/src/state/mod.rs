@@ -4,9 +4,10 @@ pub mod inherited;
 pub mod motion;
 
 use crate::internal_force::assembly::Event;
+use serde::{Deserialize, Serialize};
 
 /// Everything that a step starts from. Vectors are component-major over all degrees of freedom.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Displacement from the structure as modelled [m].
     pub displacement: Vec<f64>,
@@ -47,7 +48,7 @@ pub struct State {
 }
 
 /// How a path of equilibrium goes on.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Along {
     /// Length of the next step [m], of a load step [s]; 0 before the first.
     pub stride: f64,
@@ -72,7 +73,7 @@ pub struct Along {
 }
 
 /// A point of a path of equilibrium at which its tangent is singular.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Critical {
     /// When along the path [s].
     pub time: f64,
@@ -85,7 +86,7 @@ pub struct Critical {
 }
 
 /// CriticalKind of a critical point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CriticalKind {
     /// The load turns back.
     Limit,
@@ -94,7 +95,7 @@ pub enum CriticalKind {
 }
 
 /// A value of one member of a group.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Extreme {
     /// Value.
     pub value: f64,
@@ -105,7 +106,7 @@ pub struct Extreme {
 }
 
 /// Smallest and largest value of any member of a group.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Range {
     /// Smallest.
     pub smallest: Extreme,
@@ -121,7 +122,7 @@ impl Default for Range {
 }
 
 /// A largest value and when it occurred.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
     /// Value.
     pub value: f64,
@@ -139,7 +140,7 @@ impl Peak {
 }
 
 /// Largest values of a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peaks {
     /// Total support reaction [N].
     pub reaction: Peak,

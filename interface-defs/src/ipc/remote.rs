@@ -227,6 +227,8 @@ impl Remote {
             FromSolver::Ready(_) => "Ready",
             FromSolver::Fault(_) => "Fault",
             FromSolver::Statistics(_) => "Statistics",
+            FromSolver::Saved { .. } => "Saved",
+            FromSolver::Resumed => "Resumed",
         };
         self.breaks(format!("answered {asked} with {got}"))
     }
@@ -403,6 +405,22 @@ impl Participant for Remote {
         match self.call(&ToSolver::Finish { commit }, "at the end of the run", &mut silent)? {
             FromSolver::Statistics(statistics) => Ok(statistics),
             other => Err(self.unexpected("Finish", &other)),
+        }
+    }
+
+    fn save(&mut self, commit: bool) -> Result<Vec<u8>, Failure> {
+        self.response = None;
+        match self.call(&ToSolver::Save { commit }, "while its state was kept", &mut silent)? {
+            FromSolver::Saved { state } => Ok(state),
+            other => Err(self.unexpected("Save", &other)),
+        }
+    }
+
+    fn resume(&mut self, state: &[u8]) -> Result<(), Failure> {
+        let message = ToSolver::Resume { state: state.to_vec() };
+        match self.call(&message, "as it was to go on from a state that was kept", &mut silent)? {
+            FromSolver::Resumed => Ok(()),
+            other => Err(self.unexpected("Resume", &other)),
         }
     }
 

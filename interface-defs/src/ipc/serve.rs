@@ -6,7 +6,7 @@ use super::domain::{Domain, check_space};
 use super::run_id::RunId;
 use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
-use crate::exchange::Exchange;
+use crate::exchange::{self, Exchange, Selected};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FaultKind, FromSolver, Statistics, ToSolver};
 use crate::participant::{self, Failure, payload_lengths};
@@ -116,6 +116,7 @@ fn join(
         exchange: Exchange::default(),
         fault: None,
         solving: Duration::ZERO,
+        selected: None,
     };
     work(&mut session)
 }
@@ -197,6 +198,8 @@ struct Session<'a> {
     exchange: Exchange,
     fault: Option<Fault>,
     solving: Duration,
+    /// What was selected when the state was kept from which the solver is to go on.
+    selected: Option<Selected>,
 }
 
 impl Session<'_> {
@@ -209,6 +212,20 @@ impl Session<'_> {
                 Work::Message(ToSolver::Explain) => {
                     let fault = self.fault.take().unwrap_or_else(participant::no_reason);
                     self.send(&FromSolver::Fault(fault))?;
+                }
+                Work::Message(ToSolver::Save { commit }) => {
+                    let saved = self.exchange.save(solver, commit);
+                    self.send(&saved.map_or_else(FromSolver::Fault, |state| FromSolver::Saved { state }))?;
+                }
+                Work::Message(ToSolver::Resume { state }) => {
+                    let answer = match exchange::resume(solver, &state) {
+                        Ok(selected) => {
+                            self.selected = selected;
+                            FromSolver::Resumed
+                        }
+                        Err(fault) => FromSolver::Fault(fault),
+                    };
+                    self.send(&answer)?;
                 }
                 Work::Message(ToSolver::Finish { commit }) => {
                     let committed = if commit { solver.commit() } else { Ok(()) };
@@ -286,9 +303,15 @@ impl Session<'_> {
             self.send(&FromSolver::Statistics(Statistics::default()))?;
             return Err(Failure::Aborted(reason));
         }
+        let outcome = outcome.and_then(|ready| {
+            self.exchange = Exchange::new(plan, &ready);
+            match self.selected.take() {
+                Some(selected) => self.exchange.select_again(solver, selected).map(|()| ready),
+                None => Ok(ready),
+            }
+        });
         let answer = match outcome {
             Ok(ready) => {
-                self.exchange = Exchange::new(plan, &ready);
                 // An answer may list all nodes, and that of a selection pairs: growth is allowed for.
                 let longest = payload_lengths(plan, &ready).1 + ready.mesh.node_count();
                 check_space(2 * 8 * longest as u64)?;

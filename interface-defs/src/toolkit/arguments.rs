@@ -9,6 +9,7 @@ use super::run_dir;
 use super::scene::Scene;
 use crate::ipc::RunId;
 use clap::Args;
+use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -51,8 +52,11 @@ pub struct Results {
     #[command(flatten)]
     pub dir: ResultDir,
     /// Overwrite the run that the directory holds
-    #[arg(long, help_heading = "Results")]
+    #[arg(long, conflicts_with = "resume", help_heading = "Results")]
     pub force: bool,
+    /// Go on with the run that the directory holds, from its last checkpoint; without one it begins anew
+    #[arg(long, help_heading = "Results")]
+    pub resume: bool,
 }
 
 /// Of a program that leads a run, alone or as the coupler.
@@ -153,6 +157,21 @@ pub struct MemberRange {
     pub last: u64,
 }
 
+impl MemberRange {
+    /// All members from 1 to `members` in `count` parts, whose sizes differ by one at most; no more parts than members.
+    pub fn parts(members: u64, count: u64) -> Vec<Self> {
+        let count = count.min(members);
+        let end = |part: u64| (u128::from(members) * u128::from(part) / u128::from(count)) as u64;
+        (0..count).map(|part| Self { first: end(part) + 1, last: end(part + 1) }).collect()
+    }
+}
+
+impl Display for MemberRange {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "{}..{}", self.first, self.last)
+    }
+}
+
 impl FromStr for MemberRange {
     type Err = String;
 
@@ -177,6 +196,25 @@ pub struct EnsembleArguments {
     /// Compute these members alone, both included, as one task of many; a call without --members collects the results
     #[arg(long, value_name = "A..B", help_heading = "Computation")]
     pub members: Option<MemberRange>,
+    /// Print the members of the study in N equal parts, as --members takes them, one in a line; compute nothing
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), conflicts_with_all = ["members", "force", "resume"], help_heading = "Computation")]
+    pub chunks: Option<u64>,
+    /// Write the complete scene of one member, which `rockfall run` computes as the study does
+    #[arg(long, value_name = "N", conflicts_with_all = ["members", "chunks"], value_parser = clap::value_parser!(u64).range(1..), help_heading = "One member")]
+    pub scene_of: Option<u64>,
+    /// File of that scene [default: it is printed]
+    #[arg(long, short, value_name = "FILE", requires = "scene_of", help_heading = "One member")]
+    pub output: Option<PathBuf>,
+    /// Run the worst members again, coupled, against the barrier of this scene, which stands on a line; `rock` and `terrain` are
+    /// the study's, `end_time` is how long is computed after a member has reached the line
+    #[arg(long, value_name = "SCENE", conflicts_with_all = ["members", "chunks"], help_heading = "Barrier")]
+    pub barrier: Option<PathBuf>,
+    /// How many: in turn those with the most energy, the highest, the nearest to an end of the line
+    #[arg(long, value_name = "N", requires = "barrier", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Barrier")]
+    pub worst: u32,
+    /// Where the barrier stands, from the program that builds it (JSON)
+    #[arg(long, value_name = "JSON", hide = true)]
+    pub site: Option<String>,
     /// Threads [default: as many as there are cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Computation")]
     pub threads: Option<u32>,

@@ -60,6 +60,14 @@ impl<S: Solver> Solver for Counted<S> {
         self.count(|solver| solver.reach(window, input, nodes))
     }
 
+    fn save(&mut self) -> Result<Vec<u8>, Fault> {
+        self.solver.save()
+    }
+
+    fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
+        self.solver.resume(state)
+    }
+
     fn finish(&mut self) -> Result<Statistics, Fault> {
         let mut statistics = self.solver.finish()?;
         statistics.counts.push(("allocations_after_first_window".into(), self.count));

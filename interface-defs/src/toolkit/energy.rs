@@ -1,9 +1,10 @@
 //! The balance of energy of a whole system, and the energy to which its error relates.
 
 use crate::message::{Gauge, Role};
+use serde::{Deserialize, Serialize};
 
 /// Energies of a system at one time [J].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
     /// Kinetic.
     pub kinetic: f64,
@@ -65,7 +66,7 @@ impl std::ops::Add for Energies {
 /// one at all. Energy that came from nowhere by then does not count, so that a computation that
 /// diverges cannot hide behind its own speed. Where hardly anything moves (a block at rest, a slow load), it is a
 /// tenth of the energy that has gone from one form to another, or a hundredth of that held in contacts.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balance {
     start: Energies,
     /// Imbalance at the last time [J]: above 0, energy came from nowhere.

@@ -54,6 +54,31 @@ impl History {
         Ok(history)
     }
 
+    /// Go on with the file as it was when it had `length` bytes; what was written after that is cut off.
+    pub fn go_on(path: &Path, columns: &[String], length: u64) -> io::Result<Self> {
+        let mut file = File::options().read(true).write(true).open(path)?;
+        let there = file.metadata()?.len();
+        if there < length {
+            let what = format!("it has {there} bytes, and had {length} when its run was kept");
+            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, what));
+        }
+        file.set_len(length)?;
+        file.seek(SeekFrom::End(0))?;
+        Ok(Self {
+            file,
+            path: path.to_owned(),
+            columns: columns.len(),
+            row: String::with_capacity(26 * columns.len()),
+            length,
+            looked_at: Instant::now(),
+        })
+    }
+
+    /// Bytes of all whole rows, header included.
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
     /// Append a row and hand it to the system. Numbers are written with the fewest digits that read
     /// back as the same number; one that is not finite leaves its field empty.
     ///
@@ -154,6 +179,27 @@ mod tests {
                 rows[..=count].iter().map(|r| r.iter().map(|v| v.to_bits()).collect()).collect();
             assert_eq!(read, expected);
         }
+    }
+
+    #[test]
+    fn a_file_that_is_gone_on_with_is_cut_back_to_its_length_and_goes_on_there() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = dir.path().join("history.csv");
+        let columns = ["a".to_owned(), "b".to_owned()];
+        let mut history = History::create(&path, &columns).expect("created");
+        history.row(&[1.0, 2.0]).expect("written");
+        let kept = history.length();
+        history.row(&[3.0, 4.0]).expect("written");
+        drop(history);
+        std::fs::OpenOptions::new()
+            .append(true)
+            .open(&path)
+            .and_then(|mut f| f.write_all(b"5,"))
+            .expect("torn");
+        let mut history = History::go_on(&path, &columns, kept).expect("there");
+        history.row(&[6.0, 7.0]).expect("written");
+        assert_eq!(std::fs::read_to_string(&path).expect("a file"), "a,b\n1,2\n6,7\n");
+        assert!(History::go_on(&path, &columns, 1000).is_err());
     }
 
     #[test]

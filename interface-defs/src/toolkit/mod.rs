@@ -13,6 +13,7 @@
 //! - [`history`], [`summary`], [`vtu`]: result files
 //! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: files that are whole or not there
 //! - [`start_from`], [`state_file`]: a run that starts where another has ended, and the file that this one leaves for it
+//! - [`checkpoint`]: what a run that was killed goes on from
 //! - [`energy`]: the balance of energy, from gauges by role
 //! - [`limits`]: bounds of trust, and who passes them
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
@@ -20,6 +21,7 @@
 pub mod alloc;
 pub mod arguments;
 pub mod check;
+pub mod checkpoint;
 pub mod counted;
 pub mod energy;
 mod exact;

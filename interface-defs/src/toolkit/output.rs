@@ -17,7 +17,12 @@ pub struct Output {
     pub fields: Option<f64>,
     /// Whether the coupler writes `iterations.csv`.
     pub iterations: bool,
+    /// Wall time between two checkpoints, from which a run that was killed goes on [s]; 0: none are written.
+    pub checkpoint: f64,
 }
+
+/// Wall time between two checkpoints where the scene does not say [s]: what is lost at most, and some 1e-4 of a run's time.
+const CHECKPOINT: f64 = 30.0;
 
 /// What is written, and how often.
 #[derive(Default, Deserialize, JsonSchema)]
@@ -31,6 +36,9 @@ pub(crate) struct Table {
     /// Whether the coupler writes `iterations.csv`.
     #[serde(default)]
     iterations: bool,
+    /// Wall time between two checkpoints, from which a run that was killed goes on with `--resume` [s]; 0: none are written.
+    /// Default 30.
+    checkpoint: Option<f64>,
 }
 
 /// Most rows and sets of field files of a run: beyond, a disk is full before the run ends.
@@ -62,11 +70,16 @@ impl Output {
                 return Err(scene.invalid(&format!("output.{key}"), what).try_instead(cure));
             }
         }
+        let checkpoint = table.checkpoint.unwrap_or(CHECKPOINT);
+        if !(checkpoint >= 0.0 && checkpoint.is_finite()) {
+            let what = format!("{checkpoint} s between two checkpoints: it must be 0 or above");
+            return Err(scene.invalid("output.checkpoint", what).try_instead("checkpoint = 0 writes none"));
+        }
         let interval = match table.interval {
             Some(interval) => interval,
             None => scene.end_time()? / 200.0,
         };
-        Ok(Self { interval, fields: table.fields, iterations: table.iterations })
+        Ok(Self { interval, fields: table.fields, iterations: table.iterations, checkpoint })
     }
     /// Intervals that are longer than the run: nothing is written between its begin and its end.
     pub fn warnings(scene: &Scene) -> Result<Vec<String>, InputError> {

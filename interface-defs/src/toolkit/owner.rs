@@ -25,6 +25,8 @@ const LOCK: &str = ".rockfall.lock";
 pub struct Claim {
     /// Free the directory of an older run.
     pub force: bool,
+    /// Go on with the run that the directory holds: its results are kept.
+    pub resume: bool,
     /// Id of the run; `None`: that of the launcher's, else a new one.
     pub run: Option<RunId>,
     /// The process that has started this one, and may hold the directory for it.
@@ -82,7 +84,10 @@ impl Owner {
         let run = claim.run.clone().unwrap_or_default();
         let owner = Self { dir: dir.to_owned(), run, lock, first: true, place };
         owner.check().map_err(|what| InputError::in_file(shown.as_str(), what))?;
-        run_dir::make_free(dir, claim.force)?;
+        match claim.resume {
+            true => run_dir::make_ready_to_go_on(dir)?,
+            false => run_dir::make_free(dir, claim.force)?,
+        }
         owner.sign().map_err(fault)?;
         Ok(owner)
     }

@@ -3,6 +3,7 @@
 use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Supervised};
 use super::check;
 pub use super::check::CheckReport;
+use super::checkpoint;
 use super::counted::Counted;
 use super::exit::Exit;
 use super::input_error::InputError;
@@ -222,13 +223,15 @@ fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, InputE
     start_from::refuse_own(&scene, &out)?;
     let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
     let mut solver = (program.build)(&scene, &options)?;
-    let claim = Claim { force: leader.results.force, run: None, supervisor };
+    let resume = leader.results.resume.then(|| checkpoint::to_go_on(&scene, &out)).transpose()?.flatten();
+    let force = leader.results.force || (leader.results.resume && resume.is_none());
+    let claim = Claim { force, resume: resume.is_some(), run: None, supervisor };
     let owner = Arc::new(Owner::claim(&out, &claim)?);
     owner.write_record().map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
     interrupt::install();
     end_in_time(&owner, supervisor);
     let reporter = Reporter::new(leader.progress);
-    let mut stage = Stage { role: program.role, owner: &owner, supervisor, limits, reporter };
+    let mut stage = Stage { role: program.role, owner: &owner, supervisor, limits, reporter, resume };
     let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
     if !leader.quiet {
         summary.print_table(&out);
@@ -304,6 +307,14 @@ impl Solver for Guest {
 
     fn commit(&mut self) -> Result<(), Fault> {
         self.solver.commit()
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, Fault> {
+        self.solver.save()
+    }
+
+    fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
+        self.solver.resume(state)
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {

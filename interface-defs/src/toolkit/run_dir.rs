@@ -11,7 +11,7 @@ pub const HISTORY: &str = "history.csv";
 pub const SUMMARY: &str = "summary.json";
 /// Rows per coupling iteration.
 pub const ITERATIONS: &str = "iterations.csv";
-/// Ways of rocks over terrain.
+/// Trajectories of rocks over terrain.
 pub const TRAJECTORY: &str = "trajectory.csv";
 /// A picture of them.
 pub const PICTURE: &str = "trajectory.svg";
@@ -25,6 +25,8 @@ pub const RECORD: &str = "run.json";
 pub const CLUSTERS: &str = "clusters";
 /// State of the structure at the end of the run, for another run that starts from it.
 pub const STRUCTURE_STATE: &str = "structure.state";
+/// Checkpoints, from which a run that was killed goes on.
+pub const CHECKPOINT: &str = "checkpoint";
 /// What each process printed.
 pub const LOG: &str = "log";
 
@@ -48,11 +50,24 @@ pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), InputError> {
         .map_err(|e| InputError::in_file(shown.as_str(), format!("no results can be written here: {e}")))
 }
 
+/// Make the directory of a run that was killed ready to go on: what says that it has ended is removed.
+pub(crate) fn make_ready_to_go_on(dir: &Path) -> Result<(), InputError> {
+    remove(&dir.join(SUMMARY)).map_err(|e| {
+        InputError::in_file(dir.display().to_string(), format!("no results can be written here: {e}"))
+    })
+}
+
+/// Remove the checkpoints of a run.
+pub fn remove_checkpoints(dir: &Path) -> io::Result<()> {
+    remove_all(&dir.join(CHECKPOINT), |name| name.ends_with(".state") || name.ends_with(".state.tmp"))
+}
+
 /// Remove results of an older run.
 fn remove_results(dir: &Path) -> io::Result<()> {
     for name in [HISTORY, SUMMARY, ITERATIONS, TRAJECTORY, PICTURE, STRUCTURE_STATE] {
         remove(&dir.join(name))?;
     }
+    remove_checkpoints(dir)?;
     remove_all(&dir.join(FIELDS), is_field_file)
 }
 

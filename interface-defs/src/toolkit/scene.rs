@@ -107,6 +107,12 @@ impl Scene {
         Ok(scene)
     }
 
+    /// The same document with `more` behind its text.
+    pub fn with_more(self, more: &str) -> Result<Self, InputError> {
+        let sets: Vec<String> = self.overrides.iter().map(|set| set.text.clone()).collect();
+        Self::new(self.kind, self.path, self.text + more, &sets)
+    }
+
     fn check(&self) -> Result<(), InputError> {
         let tree = self.tree()?;
         let mut fault: Option<(Range<usize>, String)> = None;

@@ -1,5 +1,6 @@
 //! A run of one solver alone: windows of the output interval, rows from its gauges.
 
+use super::checkpoint::{self, Checkpoint, Store};
 use super::energy::{self, Balance, Energies};
 use super::history::{History, gauge_column};
 use super::input_error::InputError;
@@ -12,8 +13,9 @@ use super::scene::Scene;
 use super::summary::{RunStatus, Summary, totals};
 use crate::ipc::interrupt;
 use crate::ipc::serve::{cpu_seconds, peak_memory};
-use crate::message::{Fault, FaultKind, Gauge, Measure, Plan, Progress, Ready, Statistics};
+use crate::message::{Fault, FaultKind, Gauge, Measure, Plan, Progress, Ready, Statistics, capability};
 use crate::solver::{Solver, Window};
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
@@ -33,6 +35,8 @@ pub(crate) struct Stage<'a> {
     pub limits: Limits,
     /// To whom is reported how far the run is.
     pub reporter: Reporter,
+    /// From where the run goes on, if it does not begin.
+    pub resume: Option<Checkpoint>,
 }
 
 impl Stage<'_> {
@@ -58,7 +62,7 @@ impl Stage<'_> {
 }
 
 /// The smallest or largest value so far, and the end of the window in which it was.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 struct Extreme {
     value: f64,
     time: f64,
@@ -73,7 +77,33 @@ struct Solo<'a> {
     row: Vec<f64>,
     history: History,
     windows: u64,
+    /// The window that comes next.
+    next: Place,
+    /// Checkpoints; none where the solver cannot write its state down.
+    store: Option<Store>,
 }
+
+/// A window: its row, and which part of that.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+struct Place {
+    row: u64,
+    part: u64,
+}
+
+/// What is kept of a run beside the state of its solver.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    values: Values,
+    extremes: Vec<[Extreme; 2]>,
+    balance: Option<Balance>,
+    windows: u64,
+    next: Place,
+    /// Bytes of `history.csv`.
+    history: u64,
+}
+
+/// Name of the part of a checkpoint that is [`Kept`].
+const KEPT: &str = "run";
 
 /// Run `solver` over the scene's time; rows and summary go to `out`.
 ///
@@ -88,7 +118,12 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let parts = (output.interval.min(end_time) / solver.hello().largest_window).ceil().max(1.0);
     let plan = Plan { end_time, window: output.interval.min(end_time) / parts, ..Plan::default() };
     let started = Instant::now();
-    let ready = match solver.prepare(&plan, &mut |progress| stage.preparing(end_time, &progress)) {
+    let resume = stage.resume.take();
+    let asked = resume.as_ref().map_or(Ok(()), |from| solver.resume(from.part(stage.role)?));
+    let prepare = |solver: &mut dyn Solver, stage: &mut Stage| {
+        asked.and_then(|()| solver.prepare(&plan, &mut |progress| stage.preparing(end_time, &progress)))
+    };
+    let ready = match prepare(solver, stage) {
         Ok(ready) => ready,
         Err(fault) if fault.kind == FaultKind::Input => return Err(InputError::new(fault.message)),
         Err(fault) => return Ok(failed_at_start(&fault, owner)),
@@ -96,7 +131,11 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let prepared = started.elapsed().as_secs_f64();
     let warnings = ready.warnings.clone();
     let mut summary = Summary::new(RunStatus::Done);
-    let outcome = Solo::new(solver, ready, out).and_then(|mut solo| {
+    let can = solver.hello().can(capability::CHECKPOINT);
+    let store = Store::new(out, scene.fingerprint(), output.checkpoint, resume.as_ref());
+    let store = Some(store).filter(|store| can && store.is_wanted());
+    let outcome = Solo::new(solver, ready, out, resume.as_ref()).and_then(|mut solo| {
+        solo.store = store;
         let outcome = solo.advance(stage, end_time, output.interval, parts as u64);
         solo.describe(&mut summary);
         outcome.and_then(|()| solo.history.sync().map_err(|e| unwritable(out, &e)))
@@ -106,6 +145,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     }
     let gauges = std::mem::take(&mut summary.measures);
     summary.warnings.splice(0..0, warnings);
+    summary.warnings.extend(resume.map(|from| checkpoint::of_last_part(from.time)));
     let statistics = solver.finish().unwrap_or_else(|fault| {
         summary.warnings.push(format!("no statistics: {fault}"));
         Statistics::default()
@@ -115,6 +155,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     cost(&mut summary, stage.role, &statistics, prepared, started.elapsed().as_secs_f64());
     write(&mut summary, owner);
+    checkpoint::remove_if_over(&summary, out);
     Ok(summary)
 }
 
@@ -155,7 +196,12 @@ fn cost(summary: &mut Summary, role: &str, own: &Statistics, prepared: f64, tota
 }
 
 impl<'a> Solo<'a> {
-    fn new(solver: &'a mut dyn Solver, ready: Ready, out: &Path) -> Result<Self, Fault> {
+    fn new(
+        solver: &'a mut dyn Solver,
+        ready: Ready,
+        out: &Path,
+        resume: Option<&Checkpoint>,
+    ) -> Result<Self, Fault> {
         let gauges = ready.gauges;
         if ready.initial.len() != 3 * gauges.len() {
             let (got, due) = (ready.initial.len(), 3 * gauges.len());
@@ -165,7 +211,13 @@ impl<'a> Solo<'a> {
         }
         let columns: Vec<String> =
             std::iter::once("time_s".into()).chain(gauges.iter().map(gauge_column)).collect();
-        let history = History::create(&out.join(HISTORY), &columns).map_err(|e| unwritable(out, &e))?;
+        let kept: Option<Kept> =
+            resume.map(|from| from.part(KEPT).and_then(checkpoint::unpack)).transpose()?;
+        let history = match &kept {
+            Some(kept) => History::go_on(&out.join(HISTORY), &columns, kept.history),
+            None => History::create(&out.join(HISTORY), &columns),
+        };
+        let history = history.map_err(|e| unwritable(out, &e))?;
         let mut solo = Self {
             balance: energy::has_roles(&gauges).then(|| Balance::new(energies(&gauges, &ready.initial, 0))),
             extremes: ready
@@ -179,9 +231,49 @@ impl<'a> Solo<'a> {
             solver,
             gauges,
             history,
+            next: Place::default(),
+            store: None,
         };
-        solo.write_row(0.0).map_err(|e| unwritable(out, &e))?;
+        match kept {
+            None => solo.write_row(0.0).map_err(|e| unwritable(out, &e))?,
+            Some(kept) => {
+                (solo.values, solo.extremes, solo.balance) = (kept.values, kept.extremes, kept.balance);
+                (solo.windows, solo.next) = (kept.windows, kept.next);
+            }
+        }
         Ok(solo)
+    }
+
+    /// Write a checkpoint of what is committed. One that cannot be written is missed, and the run goes on.
+    fn keep(&mut self, role: &str, time: f64) {
+        let Some(store) = &mut self.store else { return };
+        let kept = Kept {
+            values: self.values.clone(),
+            extremes: self.extremes.clone(),
+            balance: self.balance.clone(),
+            windows: self.windows,
+            next: self.next,
+            history: self.history.length(),
+        };
+        let written = self.solver.save().map_err(|fault| fault.message).and_then(|state| {
+            self.history.sync().map_err(|e| e.to_string())?;
+            let parts = vec![(role.to_owned(), state), (KEPT.to_owned(), checkpoint::pack(&kept))];
+            store.write(time, parts).map_err(|e| e.to_string())
+        });
+        if let Err(what) = written {
+            tracing::warn!("no checkpoint at t = {time} s, and none from here on: {what}");
+            self.store = None;
+        }
+    }
+
+    /// Before a window: whether the run must end, and a checkpoint if it is time for one, or if the user has interrupted the run.
+    fn look(&mut self, stage: &Stage, time: f64) -> Result<(), Fault> {
+        let looked = stage.look();
+        let interrupted = matches!(&looked, Err(fault) if fault.kind == FaultKind::Interrupted);
+        if interrupted || self.store.as_ref().is_some_and(Store::is_due) {
+            self.keep(stage.role, time);
+        }
+        looked
     }
 
     /// Windows until `end_time`, a row after each `interval`.
@@ -195,14 +287,16 @@ impl<'a> Solo<'a> {
                 (interval * (row as f64 + part as f64 / parts as f64)).min(end_time)
             }
         };
-        for row in 0..rows {
-            for part in 0..parts {
+        let first = self.next;
+        for row in first.row..rows {
+            for part in if row == first.row { first.part } else { 0 }..parts {
+                self.next = Place { row, part };
                 let start = time(row, part);
                 let end = if part + 1 == parts { time(row + 1, 0) } else { time(row, part + 1) };
                 if end <= start {
                     continue;
                 }
-                stage.look()?;
+                self.look(stage, start)?;
                 self.windows += 1;
                 let window = Window { number: self.windows, iteration: 1, start, length: end - start };
                 self.solver
@@ -317,176 +411,4 @@ fn unwritable(out: &Path, e: &std::io::Error) -> Fault {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::message::{Hello, Role};
-    use crate::solver::OnProgress;
-    use crate::toolkit::owner::Claim;
-
-    /// A body in free fall; past `fails_at` it cannot be solved.
-    struct Fall {
-        /// What its potential energy is reported as, relative to what it is.
-        shown: f64,
-        committed: [f64; 2],
-        trial: [f64; 2],
-        fails_at: f64,
-        longest: f64,
-        windows: Vec<Window>,
-    }
-
-    const G: f64 = 10.0;
-
-    impl Fall {
-        fn new(fails_at: f64, longest: f64) -> Self {
-            Self { shown: 1.0, committed: [0.0; 2], trial: [0.0; 2], fails_at, longest, windows: Vec::new() }
-        }
-
-        fn answer(state: [f64; 2]) -> [f64; 9] {
-            let [z, v] = state;
-            let (kinetic, potential) = (0.5 * v * v, G * z);
-            [z, z, z + 1.0, kinetic, kinetic, kinetic, potential, potential, potential]
-        }
-    }
-
-    impl Solver for Fall {
-        fn hello(&self) -> Hello {
-            Hello { program: "fall".into(), largest_window: self.longest, ..Hello::default() }
-        }
-
-        fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
-            assert!(plan.window <= self.longest);
-            progress(Progress { what: "nothing to do".into(), done: 1.0, ..Progress::default() })?;
-            let gauge = |name: &str, unit, role| Gauge { role, ..Gauge::new(name, unit) };
-            let gauges = vec![
-                Gauge { extremes: true, ..Gauge::new("z", "m") },
-                gauge("energy_kinetic", "J", Role::Kinetic),
-                gauge("energy_potential", "J", Role::Potential),
-            ];
-            Ok(Ready { gauges, initial: Self::answer([0.0; 2]).to_vec(), ..Ready::default() })
-        }
-
-        fn solve(&mut self, window: &Window, _: &[f64], output: &mut [f64]) -> Result<(), Fault> {
-            if window.end() > self.fails_at {
-                return Err(Fault::window("the ground is missing"));
-            }
-            let ([z, v], h) = (self.committed, window.length);
-            self.trial = [z + v * h - 0.5 * G * h * h, v - G * h];
-            self.windows.push(*window);
-            output.copy_from_slice(&Self::answer(self.trial));
-            output[6..].iter_mut().for_each(|potential| *potential *= self.shown);
-            Ok(())
-        }
-
-        fn commit(&mut self) -> Result<(), Fault> {
-            self.committed = self.trial;
-            Ok(())
-        }
-
-        fn finish(&mut self) -> Result<Statistics, Fault> {
-            Ok(Statistics { counts: vec![("flights".into(), 3)], ..Statistics::default() })
-        }
-    }
-
-    fn run_fall(fall: &mut Fall, text: &str) -> (Summary, Vec<Vec<f64>>) {
-        let dir = tempfile::tempdir().expect("a directory");
-        let scene = Scene::from_text("s.toml", text).expect("TOML");
-        let owner = Owner::claim(dir.path(), &Claim::default()).expect("free");
-        let limits = Limits::of(&scene).expect("valid");
-        let mut stage =
-            Stage { role: "dem", owner: &owner, supervisor: None, limits, reporter: Reporter::default() };
-        let summary = run(&mut stage, fall, &scene).expect("good input");
-        assert_eq!(Summary::read(dir.path()).expect("written").status, summary.status);
-        let history = std::fs::read_to_string(dir.path().join(HISTORY)).expect("rows");
-        let mut lines = history.lines();
-        assert_eq!(lines.next(), Some("time_s,z_m,energy_kinetic_J,energy_potential_J"));
-        let number = |text: &str| text.parse::<f64>().expect("a number");
-        (summary, lines.map(|line| line.split(',').map(number).collect()).collect())
-    }
-
-    #[test]
-    fn a_solver_alone_gives_a_row_per_interval_and_the_end() {
-        let mut fall = Fall::new(f64::INFINITY, f64::INFINITY);
-        let (summary, rows) = run_fall(&mut fall, "end_time = 1.0\noutput.interval = 0.3");
-        assert_eq!(rows.iter().map(|r| r[0]).collect::<Vec<_>>(), [0.0, 0.3, 0.6, 0.3 * 3.0, 1.0]);
-        // Exact solution; a handful of roundings of numbers of order 5.
-        assert!((rows[4][1] + 0.5 * G).abs() < 1e-14 * 5.0 * 10.0, "{:?}", rows[4]);
-        assert_eq!((summary.status, summary.message.as_deref()), (RunStatus::Done, None));
-        let measures: Vec<_> = summary.measures.iter().map(|m| (m.name.as_str(), m.value, m.time)).collect();
-        assert_eq!(measures[..2], [("z_min", rows[4][1], Some(1.0)), ("z_max", 1.0, Some(0.0))]);
-        assert_eq!(measures[2].0, "energy_error");
-        assert_eq!(summary.cost["windows"], 4);
-        assert_eq!(summary.cost["processes"]["dem"]["counts"]["flights"], 3);
-        assert!(summary.energy["energy_error"].as_f64().expect("a number") < 1e-14);
-    }
-
-    #[test]
-    fn the_largest_window_of_the_solver_is_kept_and_rows_stay_where_they_are() {
-        let mut fall = Fall::new(f64::INFINITY, 0.1);
-        let (_, rows) = run_fall(&mut fall, "end_time = 1.0\noutput.interval = 0.25");
-        assert_eq!(rows.iter().map(|r| r[0]).collect::<Vec<_>>(), [0.0, 0.25, 0.5, 0.75, 1.0]);
-        assert_eq!(fall.windows.len(), 12);
-        for pair in fall.windows.windows(2) {
-            assert!((pair[1].start - pair[0].end()).abs() <= f64::EPSILON, "no gap: {pair:?}");
-        }
-    }
-
-    #[test]
-    fn energy_that_comes_from_nowhere_is_a_warning() {
-        let mut fall = Fall::new(f64::INFINITY, f64::INFINITY);
-        assert!(run_fall(&mut fall, "end_time = 1.0").0.warnings.is_empty());
-        let mut fall = Fall { shown: 0.98, ..Fall::new(f64::INFINITY, f64::INFINITY) };
-        let (summary, _) = run_fall(&mut fall, "end_time = 1.0");
-        // 1 J of 50 J of potential energy is not reported: it seems created, and does not count in the 50 J of speed.
-        let error = summary.measure("energy_error").expect("a number");
-        assert!((error - 1.0 / 49.0).abs() < 1e-9, "{error}");
-        assert_eq!(summary.status, RunStatus::Done);
-        assert!(
-            summary.warnings[0].starts_with("energy_error is 2.04 % at 1.000000 s"),
-            "{:?}",
-            summary.warnings
-        );
-        let mut fall = Fall { shown: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
-        let (summary, _) = run_fall(&mut fall, "end_time = 1.0");
-        assert_eq!(summary.status, RunStatus::Unreliable);
-        let message = summary.message.expect("says why");
-        assert!(
-            message.starts_with(
-                "unreliable: energy_error is 25 % at 1.000000 s, above limits.energy_error = 10 %"
-            ),
-            "{message}"
-        );
-        let mut fall = Fall { shown: 0.8, ..Fall::new(f64::INFINITY, f64::INFINITY) };
-        let (summary, _) = run_fall(&mut fall, "end_time = 1.0\nlimits.energy_error = 0.3");
-        assert_eq!(summary.status, RunStatus::Done);
-    }
-
-    #[test]
-    fn a_run_whose_energy_explodes_ends_at_once_and_keeps_its_rows() {
-        let mut fall = Fall { shown: 0.2, ..Fall::new(f64::INFINITY, f64::INFINITY) };
-        let (summary, rows) = run_fall(&mut fall, "end_time = 1.0\noutput.interval = 0.1");
-        assert_eq!(summary.status, RunStatus::Failed);
-        // Three windows in a row beyond ten times the bound, then the end.
-        assert_eq!(rows.len(), 4);
-        let message = summary.message.expect("says why");
-        assert!(
-            message.contains("diverged: at t = 0.3") && message.contains("shorten the steps"),
-            "{message}"
-        );
-        assert!((summary.measures.last().expect("one").value - 4.0).abs() < 1e-9, "{:?}", summary.measures);
-    }
-
-    #[test]
-    fn rows_default_to_two_hundred() {
-        let (_, rows) = run_fall(&mut Fall::new(f64::INFINITY, f64::INFINITY), "end_time = 0.7");
-        assert_eq!(rows.len(), 201);
-    }
-
-    #[test]
-    fn a_run_that_fails_keeps_its_rows_and_says_when_and_why() {
-        let (summary, rows) =
-            run_fall(&mut Fall::new(0.55, f64::INFINITY), "end_time = 1\noutput.interval = 0.25");
-        assert_eq!(rows.len(), 3);
-        assert_eq!(summary.status, RunStatus::Failed);
-        assert_eq!(summary.message.as_deref(), Some("from 0.5 s to 0.75 s: the ground is missing"));
-    }
-}
+mod tests;

@@ -275,7 +275,7 @@ pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Opt
         }
         // It is of a landing on something rigid: a light node of a net in contact with the rock swings faster.
         "dem_step" if of.net.critical.is_none() => of.contact.critical.filter(|step| step.is_finite()),
-        "fem_step" => of.net.critical.filter(|step| step.is_finite()),
+        "fem_step" => of.net.loaded.or(of.net.critical).filter(|step| step.is_finite()),
         _ => None,
     }
 }

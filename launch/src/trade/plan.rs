@@ -31,6 +31,9 @@ const NOISE: f64 = 1.5;
 const WORTH: f64 = 0.2;
 /// A run may take so many times its estimate, and these seconds besides.
 const PATIENCE: (f64, f64) = (4.0, 5.0);
+/// Largest share of the budget that one run may take, apart from those of the reference: one setting that is far slower than the
+/// others must not cost the study.
+const ONE_RUN: f64 = 0.1;
 
 /// A run to make.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,7 +79,8 @@ impl Planner<'_> {
         if self.study.spent() + estimate > share * self.budget {
             return None;
         }
-        let limit = (PATIENCE.0 * estimate + PATIENCE.1).min(left + PATIENCE.1);
+        let most = if share == REFERENCE { left } else { (ONE_RUN * self.budget).max(estimate) };
+        let limit = (PATIENCE.0 * estimate).min(most.min(left)) + PATIENCE.1;
         Some(Task { point: point.clone(), purpose, limit })
     }
 

@@ -118,11 +118,12 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
         let again = study.confirmation(point);
         let _ = writeln!(
             text,
-            "| {accuracy} | {} | {} | {} ({} runs) | {} | {} |",
+            "| {accuracy} | {} | {} | {} ({} run{}) | {} | {} |",
             study.space.label(point),
             error(study.outcome(point)).map_or("-".into(), percent),
             study.cost(point).map_or("-".into(), seconds),
             study.timed(point).len(),
+            if study.timed(point).len() == 1 { "" } else { "s" },
             match (again, error(again)) {
                 (None, _) => "not run again: no budget was left".into(),
                 (Some(run), None) => format!("does not hold: {}", run.status.word()),

@@ -23,6 +23,13 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
     (&["check", "scene.toml", "--set", "coupling=weak"], &["--set coupling=weak", "expected a table"]),
     (&["check", "scene.toml", "--set", "Coupling.scheme=weak"], &["unknown key `Coupling`", "`coupling`"]),
     (&["check", "scene.toml", "--set", "rock.3.mass=5"], &["`3` is no item of `rock`", "its number is 0"]),
+    (&["ensemble", "study.toml", "--worst", "3"], &["--barrier <SCENE>", "Usage"]),
+    (&["ensemble", "study.toml", "-o", "a.toml"], &["--scene-of <N>", "Usage"]),
+    (&["ensemble", "study.toml", "--barrier", "none.toml"], &["none.toml", "there is no such file"]),
+    (
+        &["ensemble", "study.toml", "--barrier", "scene.toml"],
+        &["does not stand on a line", "line = [[x, y], [x, y]]"],
+    ),
     (&["cluster", "--spheres", "10", "-o", "a.xyzr"], &["<SHAPE>", "Usage"]),
     (&["cluster", "bolder.stl", "--spheres", "10", "-o", "a.xyzr"], &["no such file", "boulder.stl"]),
     (&["cluster", "open.stl", "--spheres", "10", "-o", "a.xyzr"], &["the surface is open", "--close-holes"]),

@@ -5,9 +5,10 @@ use crate::interface_mesh::motion::NodeMotion;
 use crate::interface_mesh::{ContactMesh, Kind};
 use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// An element near a rock: its number in the mesh and its nodes in [`NearList::nodes`].
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct NearElement {
     /// Number in the mesh.
     pub number: u32,
@@ -16,7 +17,7 @@ pub struct NearElement {
 }
 
 /// Elements that were within some distance of a rock's centre when the list was made.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct NearList {
     /// The elements, in the mesh's order, without broken ones.
     pub elements: Vec<NearElement>,
@@ -24,6 +25,7 @@ pub struct NearList {
     pub nodes: Vec<u32>,
     centre: Vector3<f64>,
     coverage: f64,
+    nearest: f64,
     place: Vec<u32>,
 }
 
@@ -35,6 +37,7 @@ impl NearList {
             nodes: Vec::with_capacity(contact_mesh.nodes.len()),
             centre: Vector3::zeros(),
             coverage: f64::NEG_INFINITY,
+            nearest: f64::NEG_INFINITY,
             place: vec![u32::MAX; contact_mesh.nodes.len()],
         }
     }
@@ -42,7 +45,7 @@ impl NearList {
     /// True if every element within `need` [m] of `centre` is listed, now that no node is further
     /// than `moved` [m] from where it was when the list was made.
     pub fn covers(&self, centre: &Vector3<f64>, moved: f64, need: f64) -> bool {
-        self.covered(centre, moved) >= need
+        self.coverage - (centre - self.centre).norm() - moved >= need
     }
 
     /// How far from a rock at `at`, as it was when the list was made, nothing is left out [m]; and where that was.
@@ -50,9 +53,14 @@ impl NearList {
         (self.coverage, self.centre)
     }
 
+    /// Distance of the nearest element from the rock's centre when the list was made [m].
+    pub fn nearest(&self) -> f64 {
+        self.nearest
+    }
+
     /// The list is no longer good.
     pub fn invalidate(&mut self) {
-        self.coverage = f64::NEG_INFINITY;
+        (self.coverage, self.nearest) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     }
 
     /// List the elements within `coverage` [m] of `centre`; `at` gives each node's position [m].
@@ -89,16 +97,11 @@ impl NearList {
             });
             self.elements.push(NearElement { number, nodes });
         }
+        self.nearest = nearest.min(FAR);
         if self.elements.is_empty() {
             // An empty list is good until the nearest element is near.
-            self.coverage = nearest.min(FAR);
+            self.coverage = self.nearest;
         }
-    }
-
-    /// Distance from `centre` within which nothing is left out, now that no node is further than `moved` [m] from where it was
-    /// when the list was made [m].
-    pub fn covered(&self, centre: &Vector3<f64>, moved: f64) -> f64 {
-        self.coverage - (centre - self.centre).norm() - moved
     }
 }
 

@@ -11,12 +11,13 @@ use crate::interface_mesh::motion::NodeMotion;
 use crate::interface_mesh::{ContactMesh, Kind};
 use crate::rock::{Motion, Rock};
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Skin as a share of the smallest radius. Wider: fewer searches, more pairs that do not touch.
 const SKIN: f64 = 0.3;
 
 /// A sphere and an element that may touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct MeshPair {
     /// Number of the sphere in its rock.
     pub sphere: u32,
@@ -25,7 +26,7 @@ pub struct MeshPair {
 }
 
 /// An element that some pair names.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct PairElement {
     /// What it is.
     pub kind: Kind,
@@ -38,7 +39,7 @@ pub struct PairElement {
 }
 
 /// The pairs of one rock.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct MeshPairs {
     /// The pairs, by sphere, then element.
     pub pairs: Vec<MeshPair>,
@@ -65,7 +66,7 @@ pub struct MeshPairs {
     place: Vec<u32>,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Drift {
     position: Vector3<f64>,
     velocity: Vector3<f64>,

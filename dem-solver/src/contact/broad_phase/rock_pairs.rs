@@ -217,6 +217,7 @@ mod tests {
             density: None,
             shape: Shape::Box { size: [edge; 3] },
             cluster: Some(Cluster::of(spheres)),
+            scale: None,
         };
         let scene = Scene::from_text("test.toml", "").expect("a scene");
         Rock::new(0, &settings, &scene).unwrap_or_else(|e| panic!("{e}")).0

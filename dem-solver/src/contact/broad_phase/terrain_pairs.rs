@@ -10,6 +10,7 @@ use crate::geometry::triangle::{Face, Nearest};
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// How much further than asked for pairs are listed: what the rock moves in [`STRIDES`] steps, at least and at most
 /// these shares of the smallest radius, or (so that small spheres are not searched for all the time) the last one of
@@ -25,7 +26,7 @@ const ROUNDING: f64 = 1e-9;
 const MARGIN: f64 = 0.5;
 
 /// A sphere and a triangle that may touch.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TerrainPair {
     /// Number of the sphere in its rock.
     pub sphere: u32,
@@ -38,7 +39,7 @@ pub struct TerrainPair {
 }
 
 /// The surroundings of one rock on the terrain. Nothing here is state.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct TerrainPairs {
     /// Triangles near the rock, ascending.
     near: Vec<u32>,

@@ -1,6 +1,7 @@
 //! What passes each line: a table of crossings, exceedance curves, quantiles of energy, height and speed.
 
 use super::All;
+use super::design::{self, Checked, Passing as Rocks};
 use super::picture::short;
 use crate::study::base::Base;
 use crate::study::summary::{SHARES, quantile};
@@ -45,13 +46,7 @@ struct Passing {
 }
 
 /// Write tables and curves of all lines; add their measures.
-pub fn write(
-    base: &Base,
-    dir: &Path,
-    all: All,
-    measures: &mut Vec<Measure>,
-    warnings: &mut Vec<String>,
-) -> io::Result<()> {
+pub fn write(base: &Base, dir: &Path, all: All, found: &mut Checked) -> io::Result<()> {
     let mut passing = Vec::new();
     for line in &base.study.lines {
         let mut table = csv::Writer::from_path(dir.join(format!("{}.csv", line.name)))?;
@@ -95,12 +90,17 @@ pub fn write(
         let count = passing.largest[0].len();
         let share = count as f64 / computed.max(1) as f64;
         let mut report = |what: String, value: f64, unit: &str| {
-            measures.push(Measure { name: format!("{name}_{what}"), value, unit: unit.into(), time: None });
+            found.measures.push(Measure {
+                name: format!("{name}_{what}"),
+                value,
+                unit: unit.into(),
+                time: None,
+            });
         };
         report("passing".into(), count as f64, "1");
         report("passing_share".into(), share, "1");
         if count == 0 {
-            warnings.push(format!("quantiles at the line `{name}` absent: no rock passes it"));
+            found.warnings.push(format!("quantiles at the line `{name}` absent: no rock passes it"));
             continue;
         }
         for (values, (what, unit, _)) in passing.largest.iter_mut().zip(LARGEST) {
@@ -110,6 +110,14 @@ pub fn write(
                 report(format!("{what}_q{share}"), quantile(values, f64::from(share) / 100.0), unit);
             }
             report(format!("{what}_largest"), most, unit);
+        }
+        if let Some(design) = &line.design {
+            let [energy, _, height, speed] = &passing.largest;
+            let path = dir.join(format!("{name}_design.csv"));
+            let checked = design::write(&path, name, design, &Rocks { energy, height, speed })?;
+            found.measures.extend(checked.measures);
+            found.verdict.extend(checked.verdict);
+            found.warnings.extend(checked.warnings);
         }
         exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing.largest, computed)?;
         curves(&dir.join(format!("{name}.svg")), name, &passing.largest, share)

@@ -1,9 +1,10 @@
 //! What follows from all members, in their order: whatever was computed where, the files are the same.
 //!
 //! - [`cells`]: values of every member by cell; [`raster`]: GeoTIFF; [`picture`]: the same to look at
-//! - [`lines`]: what passes each line; [`ways`]: trajectories and ends for a map
+//! - [`lines`]: what passes each line; [`design`]: what a barrier there must be able to do; [`ways`]: trajectories and ends for a map
 
 pub mod cells;
+pub mod design;
 pub mod lines;
 pub mod picture;
 pub mod raster;
@@ -11,7 +12,7 @@ pub mod ways;
 
 use super::base::Base;
 use super::record::Record;
-use interface_defs::message::Measure;
+use design::Checked;
 use std::io;
 use std::path::Path;
 
@@ -23,22 +24,21 @@ pub const LINES: &str = "lines";
 /// Calls what it is given with every record, in order.
 pub type All<'a> = &'a mut dyn FnMut(&mut dyn FnMut(&Record) -> io::Result<()>) -> io::Result<()>;
 
-/// Write all files into `dir`; the measures of the lines, and what the user should know.
-pub fn write(base: &Base, dir: &Path, all: All) -> io::Result<(Vec<Measure>, Vec<String>)> {
-    let mut warnings = Vec::new();
+/// Write all files into `dir`; the measures and checks of the lines, and what the user should know.
+pub fn write(base: &Base, dir: &Path, all: All) -> io::Result<Checked> {
+    let mut found = Checked::default();
     if let Some(grid) = &base.grid {
         let maps = dir.join(MAPS);
         std::fs::create_dir_all(&maps)?;
         let system = raster::System::of(base);
-        warnings.extend(system.warning());
+        found.warnings.extend(system.warning());
         cells::write(base, grid, &system, &maps, all)?;
         ways::write(base, &system, &maps, all)?;
     }
-    let mut measures = Vec::new();
     if !base.lines.is_empty() {
         let lines = dir.join(LINES);
         std::fs::create_dir_all(&lines)?;
-        lines::write(base, &lines, all, &mut measures, &mut warnings)?;
+        lines::write(base, &lines, all, &mut found)?;
     }
-    Ok((measures, warnings))
+    Ok(found)
 }

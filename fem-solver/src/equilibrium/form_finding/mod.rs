@@ -20,6 +20,7 @@ use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
 use crate::model::pressure::press;
 use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
 
 /// Depth of the sagged start, relative to the extent of the structure.
 const START_SAG: f64 = 1e-3;
@@ -38,7 +39,7 @@ const RELAXED: f64 = 1e-4;
 const RETAKEN: usize = 50;
 
 /// A structure in equilibrium.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Form {
     /// Displacement from the structure as modelled [m].
     pub displacement: Vec<f64>,

@@ -1,9 +1,10 @@
 //! What a run did.
 
 use crate::model::Model;
+use serde::{Deserialize, Serialize};
 
 /// Work that was done, iterations of windows included, and windows that were skipped.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Counts {
     /// Steps of the integrator.
     pub steps: u64,

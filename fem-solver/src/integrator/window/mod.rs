@@ -3,11 +3,13 @@
 mod answer;
 mod control;
 mod counts;
+mod kept;
 mod load_steps;
 mod report;
 mod retry;
 
 pub use self::counts::Counts;
+pub use self::kept::KeptWindows;
 use crate::config::Config;
 use crate::config::fem::AtBranch;
 use crate::config::scheme::Scheme;

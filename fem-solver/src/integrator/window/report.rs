@@ -4,10 +4,11 @@ use super::answer::travel;
 use super::{Engine, WindowSolver};
 use crate::model::Model;
 use interface_defs::selection::Selection;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// What an answer says of the way to its state.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Booked {
     /// Largest distance that an interface node has moved [m]; 0 where nobody asks.
     pub(super) travel: f64,

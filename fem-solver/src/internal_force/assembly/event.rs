@@ -1,9 +1,10 @@
 //! What broke, and what is remembered of it.
 
 use crate::element::AnyElement;
+use serde::{Deserialize, Serialize};
 
 /// Something that broke.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// When it broke; with implicit steps the end of the step in which it did [s].
     pub time: f64,

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 
 mod series;
-pub use series::Series;
+pub use series::{KeptSeries, Series};
 
 /// Bytes that are compressed as one block.
 const BLOCK: usize = 1 << 20;

@@ -1,6 +1,7 @@
 //! A series of grids over time.
 
 use super::{Grid, Vtu, escape};
+use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,6 +18,15 @@ const WAITING: usize = 1;
 /// a run that is killed leaves a series that is complete up to there.
 pub struct Series(Option<Writer>);
 
+/// What a series has, for a run that goes on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeptSeries {
+    /// What its list says of its files.
+    entries: String,
+    /// Their number.
+    count: u64,
+}
+
 enum Writer {
     /// Nothing is to be written.
     Idle(Files),
@@ -32,6 +42,31 @@ impl Series {
             name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
         let files = Files { dir: dir.to_owned(), name, entries: String::new(), count: 0 };
         Ok(Self(Some(Writer::Idle(files))))
+    }
+
+    /// Go on with a series of that name in `dir` as it was when it was [`Series::kept`]: later files are removed.
+    pub fn go_on(dir: &Path, name: &str, kept: KeptSeries) -> io::Result<Self> {
+        let mut series = Self::create(dir, name)?;
+        let Some(Writer::Idle(files)) = &mut series.0 else { unreachable!("nothing was added") };
+        (files.entries, files.count) = (kept.entries, kept.count as usize);
+        for later in files.count + 1.. {
+            match std::fs::remove_file(dir.join(files.file(later))) {
+                Ok(()) => {}
+                Err(e) if e.kind() == io::ErrorKind::NotFound => break,
+                Err(e) => return Err(e),
+            }
+        }
+        if files.count > 0 {
+            files.write_list()?;
+        }
+        Ok(series)
+    }
+
+    /// What was added so far, all of it on the disk.
+    pub fn kept(&mut self) -> io::Result<KeptSeries> {
+        self.finish()?;
+        let Some(Writer::Idle(files)) = &self.0 else { unreachable!("finished without an error") };
+        Ok(KeptSeries { entries: files.entries.clone(), count: files.count as u64 })
     }
 
     /// Append the state at `time` [s]. What cannot be written is an error here, in the next call, or in [`Series::finish`].
@@ -92,10 +127,19 @@ impl Files {
 
     fn write(&mut self, time: f64, grid: &Grid) -> io::Result<()> {
         self.count += 1;
-        let file = format!("{}_{:06}.vtu", self.name, self.count);
+        let file = self.file(self.count);
         std::fs::write(self.dir.join(&file), grid.to_bytes())?;
         let _ =
             writeln!(self.entries, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escape(&file));
+        self.write_list()
+    }
+
+    /// Name of file number `number`.
+    fn file(&self, number: usize) -> String {
+        format!("{}_{number:06}.vtu", self.name)
+    }
+
+    fn write_list(&self) -> io::Result<()> {
         let text = format!(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n\
              <Collection>\n{}</Collection>\n</VTKFile>\n",
@@ -143,6 +187,26 @@ mod tests {
             pvd.contains("timestep=\"0.30000000000000004\" part=\"0\" file=\"rock_1_000003.vtu\""),
             "{pvd}"
         );
+    }
+
+    #[test]
+    fn a_series_that_is_gone_on_with_has_what_it_had_and_nothing_later() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let mut series = Series::create(dir.path(), "rock").expect("created");
+        (1..=2).for_each(|step| add(&mut series, step).expect("added"));
+        let kept = series.kept().expect("written");
+        assert!(dir.path().join("rock_000002.vtu").exists());
+        let list = || std::fs::read_to_string(dir.path().join("rock.pvd")).expect("a list");
+        let before = list();
+        (3..=5).for_each(|step| add(&mut series, step).expect("added"));
+        drop(series);
+        let after = list();
+        let mut series = Series::go_on(dir.path(), "rock", kept).expect("there");
+        assert_eq!(list(), before);
+        assert!(!dir.path().join("rock_000003.vtu").exists() && !dir.path().join("rock_000005.vtu").exists());
+        (3..=5).for_each(|step| add(&mut series, step).expect("added"));
+        drop(series);
+        assert_eq!(list(), after);
     }
 
     #[test]

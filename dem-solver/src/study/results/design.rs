@@ -1,0 +1,280 @@
+//! Checks of a barrier on a line: what it must be able to do, and whether it is.
+
+use crate::study::design::{Design, Level, Onr, UNI_QUANTILE, Uni};
+use crate::study::summary::quantile;
+use interface_defs::message::Measure;
+use interface_defs::toolkit::summary::short;
+use std::io;
+use std::path::Path;
+
+/// Of the members that pass a line, the largest values of each in ascending order.
+#[derive(Debug, Clone, Copy)]
+pub struct Passing<'a> {
+    /// Kinetic energies [J].
+    pub energy: &'a [f64],
+    /// Heights of the centre above the ground [m].
+    pub height: &'a [f64],
+    /// Speeds [m/s].
+    pub speed: &'a [f64],
+}
+
+/// A number of a check, and what it must not pass.
+#[derive(Debug, Clone, PartialEq)]
+struct Row {
+    standard: &'static str,
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    how: String,
+    /// What the barrier has.
+    has: Option<f64>,
+}
+
+impl Row {
+    fn is_satisfied(&self) -> Option<bool> {
+        self.has.map(|has| has >= self.value)
+    }
+}
+
+const UNI: &str = "UNI 11211-4";
+const ONR: &str = "ONR 24810";
+
+/// Names of the standards in measures.
+fn key(standard: &str) -> &'static str {
+    if standard == UNI { "uni" } else { "onr" }
+}
+
+fn of_uni(uni: &Uni, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
+    let at = |values: &[f64]| (!values.is_empty()).then(|| quantile(values, UNI_QUANTILE / 100.0));
+    let (speed, height) = (at(passing.speed)?, at(passing.height)?);
+    let (trajectories, topography) = (uni.trajectories, uni.topography);
+    let row = |name, value, unit, how, has| Row { standard: UNI, name, value, unit, how, has };
+    let fast = speed * trajectories * topography;
+    let mass = uni.block_mass * uni.block_survey * uni.weight;
+    let energy = 0.5 * mass * fast * fast;
+    let (factor, level) = (uni.energy_factor(), if uni.level == Level::Maximum { "MEL" } else { "SEL" });
+    let stated = |stated: bool| if stated { "stated" } else { "of the standard" };
+    let high = height * trajectories * topography;
+    let border = uni.free_border;
+    let mut rows = vec![
+        row(
+            "design_speed",
+            fast,
+            "m/s",
+            format!(
+                "{UNI_QUANTILE} % speed {} * trajectories {trajectories} * topography {topography}",
+                short(speed)
+            ),
+            None,
+        ),
+        row(
+            "design_mass",
+            mass,
+            "kg",
+            format!("block {} * survey {} * weight {}", short(uni.block_mass), uni.block_survey, uni.weight),
+            None,
+        ),
+        row("design_energy", energy, "J", "half the design mass times the design speed squared".into(), None),
+        row(
+            "required_energy",
+            energy * factor,
+            "J",
+            format!("design energy * {factor} ({level}, {})", stated(uni.energy_factor.is_some())),
+            design.barrier_energy,
+        ),
+        row(
+            "design_height",
+            high,
+            "m",
+            format!(
+                "{UNI_QUANTILE} % height of the centre {} * {trajectories} * {topography}",
+                short(height)
+            ),
+            None,
+        ),
+        row(
+            "required_height",
+            high + border,
+            "m",
+            format!("design height + free border {border}"),
+            design.barrier_height,
+        ),
+    ];
+    if let Some((elongation, factor)) =
+        design.barrier_elongation.zip(uni.distance_factor(design.barrier_fields))
+    {
+        let how = format!("elongation {elongation} * {factor} ({})", stated(uni.distance_factor.is_some()));
+        rows.push(row("required_distance", elongation * factor, "m", how, design.distance));
+    }
+    Some(rows)
+}
+
+fn of_onr(onr: &Onr, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
+    let at = |values: &[f64], share: f64| (!values.is_empty()).then(|| quantile(values, share / 100.0));
+    let (energy, height) =
+        (at(passing.energy, onr.energy_quantile)?, at(passing.height, onr.height_quantile)?);
+    let row = |name, value, unit, how, has| Row { standard: ONR, name, value, unit, how, has };
+    Some(vec![
+        row(
+            "required_energy",
+            energy * onr.energy_factor,
+            "J",
+            format!("{} % energy {} * {}", onr.energy_quantile, short(energy), onr.energy_factor),
+            design.barrier_energy,
+        ),
+        row(
+            "required_height",
+            height * onr.height_factor,
+            "m",
+            format!(
+                "{} % height of the centre {} * {}",
+                onr.height_quantile,
+                short(height),
+                onr.height_factor
+            ),
+            design.barrier_height,
+        ),
+    ])
+}
+
+/// What a check of a line comes to.
+#[derive(Debug, Default)]
+pub struct Checked {
+    /// Its numbers.
+    pub measures: Vec<Measure>,
+    /// A sentence for each standard.
+    pub verdict: Vec<String>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Judge the barrier of the line `name` and write the table of its numbers to `path`.
+pub fn write(path: &Path, name: &str, design: &Design, passing: &Passing) -> io::Result<Checked> {
+    let mut checked = Checked::default();
+    let of_uni = design.uni_11211_4.as_ref().and_then(|uni| of_uni(uni, design, passing));
+    let of_onr = design.onr_24810.as_ref().and_then(|onr| of_onr(onr, design, passing));
+    let mut table = csv::Writer::from_path(path)?;
+    table.write_record(["standard", "quantity", "value", "unit", "from", "barrier", "satisfied"])?;
+    for rows in [of_uni, of_onr].into_iter().flatten() {
+        for row in &rows {
+            let has = row.has.map_or(String::new(), |has| has.to_string());
+            let satisfied = row.is_satisfied().map_or("", |yes| if yes { "yes" } else { "no" });
+            let value = row.value.to_string();
+            table.write_record([row.standard, row.name, &value, row.unit, &row.how, &has, satisfied])?;
+            checked.measures.push(Measure {
+                name: format!("{name}_{}_{}", key(row.standard), row.name),
+                value: row.value,
+                unit: row.unit.into(),
+                time: None,
+            });
+        }
+        checked.verdict.push(sentence(name, &rows));
+    }
+    let most = [
+        design.uni_11211_4.as_ref().map(|_| UNI_QUANTILE),
+        design.onr_24810.as_ref().map(|onr| onr.energy_quantile.max(onr.height_quantile)),
+    ];
+    let most = most.into_iter().flatten().fold(0.0, f64::max);
+    let count = passing.speed.len();
+    if count as f64 * (1.0 - most / 100.0) < 1.0 {
+        checked.warnings.push(format!(
+            "the line `{name}`: of {count} rocks that pass less than one lies above the {most} % that its design takes: more members are required"
+        ));
+    }
+    table.flush()?;
+    Ok(checked)
+}
+
+/// What a barrier must have, and whether it has it.
+fn sentence(name: &str, rows: &[Row]) -> String {
+    let parts = rows.iter().filter(|row| row.name.starts_with("required")).map(|row| {
+        let what = row.name.trim_start_matches("required_");
+        let must = format!("{what} {} {}", short(row.value), row.unit);
+        match row.has.zip(row.is_satisfied()) {
+            Some((has, yes)) => format!(
+                "{must}, the barrier has {}: {}",
+                short(has),
+                if yes { "satisfied" } else { "not satisfied" }
+            ),
+            None => must,
+        }
+    });
+    let parts: Vec<String> = parts.collect();
+    format!("line `{name}`, {}: required are {}", rows[0].standard, parts.join("; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface_defs::toolkit::scene::Scene;
+
+    /// By hand: 19.5 m/s * 1.05 * 1.02 = 20.8845 m/s; 2000 kg * 1.05 = 2100 kg; half of that times the square is 458 cJ.
+    #[test]
+    fn the_numbers_of_both_standards_are_those_by_hand() {
+        let text = "[custom]\nbarrier_energy = 5e5\nbarrier_height = 4.0\nbarrier_elongation = 4.0\nbarrier_fields = 2\ndistance = 7.0\n\
+            uni_11211_4 = { block_mass = 2000, trajectories = 1.05, topography = 1.02, block_survey = 1.05, weight = 1, \
+            free_border = 0.5, level = \"MEL\" }\n\
+            onr_24810 = { energy_quantile = 90, height_quantile = 50, energy_factor = 1.05, height_factor = 1.1 }\n";
+        let scene = Scene::from_text("s.toml", text).expect("TOML");
+        let design: Design = scene.read("custom").expect("valid").expect("there");
+        design.check("custom", &scene).expect("valid");
+        let speed: Vec<f64> = (0..=20).map(f64::from).map(|k| k + 0.5).collect();
+        let speed = &speed[..];
+        assert_eq!(quantile(speed, 0.95), 19.5);
+        let dir = tempfile::tempdir().expect("a directory");
+        let file = dir.path().join("design.csv");
+        let passing = Passing { energy: &[1e5, 2e5, 3e5], height: &[1.0, 2.0, 3.0], speed };
+        let checked = write(&file, "road", &design, &passing).expect("written");
+        let found: Vec<(&str, f64)> = checked.measures.iter().map(|m| (m.name.as_str(), m.value)).collect();
+        let energy = 0.5 * 2100.0 * (20.8845 * 20.8845);
+        let height = 2.9 * 1.05 * 1.02;
+        for ((name, value), (due_name, due)) in found.iter().zip([
+            ("road_uni_design_speed", 20.8845),
+            ("road_uni_design_mass", 2100.0),
+            ("road_uni_design_energy", energy),
+            ("road_uni_required_energy", 1.2 * energy),
+            ("road_uni_design_height", height),
+            ("road_uni_required_height", height + 0.5),
+            ("road_uni_required_distance", 6.0),
+            ("road_onr_required_energy", 2.8e5 * 1.05),
+            ("road_onr_required_height", 2.2),
+        ]) {
+            assert_eq!(*name, due_name);
+            assert!((value / due - 1.0).abs() < 1e-12, "{name}: {value} {due}");
+        }
+        assert_eq!(found.len(), 9);
+        let text = std::fs::read_to_string(&file).expect("a table");
+        let satisfied: Vec<&str> =
+            text.lines().skip(1).map(|l| l.rsplit(',').next().expect("a cell")).collect();
+        assert_eq!(satisfied, ["", "", "", "no", "", "yes", "yes", "yes", "yes"], "{text}");
+        assert!(
+            checked.verdict[0].contains("UNI 11211-4: required are energy")
+                && checked.verdict[0].contains("not satisfied")
+        );
+        assert!(checked.warnings.is_empty(), "21 rocks are enough for 95 %");
+    }
+
+    #[test]
+    fn factors_below_one_and_a_design_without_standard_are_refused() {
+        for (text, what) in [
+            ("barrier_energy = 1.0", "no standard"),
+            (
+                "onr_24810 = { energy_quantile = 0.95, height_quantile = 95, energy_factor = 1, height_factor = 1 }",
+                "a quantile in %",
+            ),
+            (
+                "onr_24810 = { energy_quantile = 99, height_quantile = 95, energy_factor = 0.9, height_factor = 1 }",
+                "1 or more",
+            ),
+            (
+                "barrier_height = -1.0\nonr_24810 = { energy_quantile = 99, height_quantile = 95, energy_factor = 1, height_factor = 1 }",
+                "above 0",
+            ),
+        ] {
+            let scene = Scene::from_text("s.toml", &format!("[custom]\n{text}\n")).expect("TOML");
+            let design: Design = scene.read("custom").expect("valid").expect("there");
+            let refused = design.check("custom", &scene).expect_err(text).to_string();
+            assert!(refused.contains(what), "{refused}");
+        }
+    }
+}

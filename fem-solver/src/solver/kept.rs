@@ -1,0 +1,52 @@
+//! What the structure writes down of itself at the end of a committed window, and how it goes on from that.
+
+use super::Prepared;
+use crate::equilibrium::form_finding::Form;
+use crate::equilibrium::newton::Info;
+use crate::integrator::window::KeptWindows;
+use crate::results::fields::{Fields, KeptFields};
+use interface_defs::message::Fault;
+use interface_defs::toolkit::checkpoint::{pack, unpack};
+use interface_defs::toolkit::run_dir;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// All that the next windows follow from.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Kept {
+    /// The form at t = 0 and what it took, so that it is not looked for again.
+    pub(super) form: (Form, Info),
+    windows: KeptWindows,
+    /// End of the last window accepted [s].
+    accepted: f64,
+    fields: Option<KeptFields>,
+}
+
+impl Kept {
+    pub(super) fn read(bytes: &[u8]) -> Result<Box<Self>, Fault> {
+        unpack(bytes).map(Box::new)
+    }
+}
+
+impl Prepared {
+    /// What is committed, as bytes.
+    pub(super) fn keep(&mut self) -> Result<Vec<u8>, Fault> {
+        let fields = self.fields.as_mut().map(Fields::kept).transpose()?;
+        Ok(pack(&Kept {
+            form: self.form.clone(),
+            windows: self.windows.kept(),
+            accepted: self.accepted,
+            fields,
+        }))
+    }
+
+    /// Stand where `kept` was, with the files of results in `out` as they were then.
+    pub(super) fn go_on(&mut self, kept: Kept, out: Option<&Path>) -> Result<(), Fault> {
+        self.windows.go_on(kept.windows);
+        (self.time, self.accepted) = (kept.accepted, kept.accepted);
+        if let (Some(fields), Some(out), Some(kept)) = (self.fields.take(), out, kept.fields) {
+            self.fields = Some(fields.go_on(&out.join(run_dir::FIELDS), kept)?);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,64 @@
+#!/bin/sh
+# A study on a Slurm cluster, as an array of tasks: copy this page and change it to your site.
+#
+#   launch/engines/on_slurm.sh STUDY CHUNKS [OPTIONS OF SBATCH]...
+#   launch/engines/on_slurm.sh study.toml 200 --partition=long --time=2:00:00 --cpus-per-task=4
+#
+# The study is cut into CHUNKS parts. Each is one task, `rockfall ensemble STUDY --members A..B`, on as many threads as
+# --cpus-per-task says. A last job collects all parts, computes what tasks have left undone, and writes the results to
+# $OUT, else to out/<study name>. This page waits for it and ends with its exit code; the same command again goes on.
+# Study, scene, terrain, results and this page must be seen under the same path on all nodes.
+#
+# The programs are taken from $ROCKFALL_BIN, else from ../../target/release beside this page, else from PATH.
+# A task that is killed is tried again, three times in all; a task whose node is lost is queued again by Slurm (--requeue).
+# It costs nothing to compute a part twice: a part that is complete is left alone, and one that was begun is gone on with.
+set -eu
+
+usage="usage: on_slurm.sh STUDY CHUNKS [OPTIONS OF SBATCH]..."
+case ${1:-} in
+task | collect) role=$1 && shift ;;
+*) role=submit ;;
+esac
+study=${1:?$usage} chunks=${2:?$usage}
+shift 2
+out=${OUT:-out/$(basename "$study" .toml)}
+threads=${SLURM_CPUS_PER_TASK:-1}
+
+# Slurm runs a copy of this page: where the programs are is handed on to it in ROCKFALL_BIN.
+bin=${ROCKFALL_BIN:-$(dirname "$0")/../../target/release}
+if [ -d "$bin" ]; then
+    ROCKFALL_BIN=$(cd "$bin" && pwd)
+    export ROCKFALL_BIN
+    PATH=$ROCKFALL_BIN:$PATH
+fi
+
+case $role in
+submit)
+    # As many tasks as there are parts: no more than members. Bad input ends here.
+    parts=$(rockfall ensemble "$study" --chunks "$chunks")
+    tasks=$(echo "$parts" | wc -l)
+    mkdir -p "$out/log"
+    array=$(sbatch --parsable --requeue --job-name=rockfall --array="1-$tasks" --output="$out/log/%a.log" \
+        --open-mode=append "$@" "$0" task "$study" "$chunks")
+    # A cluster of several names the job as number;name.
+    sbatch --wait --job-name=rockfall-collect --dependency="afterany:${array%%;*}" --output="$out/log/collect.log" \
+        "$@" "$0" collect "$study" "$chunks" && code=0 || code=$?
+    cat "$out/log/collect.log"
+    exit "$code"
+    ;;
+task)
+    range=$(rockfall ensemble "$study" --chunks "$chunks" | sed -n "${SLURM_ARRAY_TASK_ID}p")
+    # Cancelled: not again.
+    trap 'exit 143' TERM
+    for attempt in 1 2 3; do
+        rockfall ensemble "$study" --out "$out" --members "$range" --threads "$threads" && exit 0 || code=$?
+        # Bad input does not become better.
+        if [ "$code" -eq 2 ]; then exit 2; fi
+        echo "members $range: attempt $attempt ended with exit code $code" >&2
+    done
+    exit "$code"
+    ;;
+collect)
+    exec rockfall ensemble "$study" --out "$out" --resume --threads "$threads"
+    ;;
+esac

@@ -1,0 +1,95 @@
+//! `rockfall run SCENE --resume`: whether the run in the directory is the one that was asked for, and from where it goes on.
+
+use crate::ground::Ground;
+use crate::record;
+use crate::stop::Stop;
+use interface_defs::toolkit::checkpoint::Found;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::owner::holder;
+use interface_defs::toolkit::run_dir::{HISTORY, RECORD, SCENE};
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::summary::{RunStatus, Summary};
+use std::path::Path;
+use toml::Table;
+
+/// What `--resume` comes to.
+#[derive(Debug)]
+pub enum Resume {
+    /// The run has come to its end before.
+    Over(Box<Summary>),
+    /// It goes on at this time [s], which it had reached.
+    From(f64),
+    /// There is nothing to go on from.
+    Anew,
+}
+
+/// Look into `out`. Refused is a run of another scene, or of other input files.
+pub fn decide(out: &Path, scene: &Scene, resolved: &Table, ground: &Ground) -> Result<Resume, Stop> {
+    if holder(out).is_some() {
+        // Who owns it is named where it is claimed.
+        return Ok(Resume::Anew);
+    }
+    if !out.join(SCENE).exists() {
+        return match out.join(HISTORY).exists() {
+            true => Err(refuse(out, format!("it holds rows of a run, and no {SCENE} that says of which"))),
+            false => Ok(Resume::Anew),
+        };
+    }
+    same_scene(out, resolved, ground)?;
+    same_inputs(out, scene, resolved)?;
+    if let Ok(summary) = Summary::read(out)
+        && matches!(summary.status, RunStatus::Done | RunStatus::Unreliable)
+    {
+        return Ok(Resume::Over(Box::new(summary)));
+    }
+    let found = Found::of(out);
+    for unusable in &found.unusable {
+        tracing::warn!("{unusable}");
+    }
+    Ok(found.newest.map_or(Resume::Anew, |newest| Resume::From(newest.time)))
+}
+
+fn refuse(out: &Path, what: String) -> Stop {
+    InputError::in_file(out.display().to_string(), what)
+        .try_instead("begin it anew with --force, or choose another directory with --out")
+        .into()
+}
+
+/// The scene of the run, every default filled in, must be the one at hand.
+fn same_scene(out: &Path, resolved: &Table, ground: &Ground) -> Result<(), Stop> {
+    let path = out.join(SCENE);
+    let read =
+        std::fs::read_to_string(&path).map_err(|e| refuse(out, format!("{SCENE} cannot be read: {e}")))?;
+    let mut before: Table =
+        read.parse().map_err(|e| refuse(out, format!("{SCENE} is none of a run: {e}")))?;
+    let mut now = resolved.clone();
+    // Made from the rest of the scene, and lies in this directory.
+    [&mut before, &mut now].into_iter().for_each(|table| ground.forget(table));
+    let keys = before.keys().chain(now.keys().filter(|key| !before.contains_key(*key)));
+    let differs = |key: &&String| text(before.get(*key)) != text(now.get(*key));
+    let differing: Vec<String> = keys.filter(differs).map(|key| format!("`{key}`")).collect();
+    if differing.is_empty() {
+        return Ok(());
+    }
+    Err(refuse(out, format!("it holds a run of another scene, which differs in {}", differing.join(", "))))
+}
+
+/// As it is written: a number that was given as a whole one is read as such.
+fn text(value: Option<&toml::Value>) -> Option<String> {
+    value.map(toml::Value::to_string)
+}
+
+/// The files that the scene names must be those that the run has read.
+fn same_inputs(out: &Path, scene: &Scene, resolved: &Table) -> Result<(), Stop> {
+    let Ok(text) = std::fs::read_to_string(out.join(RECORD)) else { return Ok(()) };
+    let run: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let now = record::hashes(scene, resolved).map_err(|e| Stop::input(e.to_string()))?;
+    let own = scene.path().display().to_string();
+    for (path, hash) in now.iter().filter(|(path, _)| **path != own) {
+        let before = &run["inputs"][path];
+        if before.is_string() && before != hash {
+            return Err(refuse(out, format!("{path} is not what it was when the run began")));
+        }
+    }
+    Ok(())
+}

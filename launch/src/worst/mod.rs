@@ -1,0 +1,224 @@
+//! `rockfall ensemble --barrier SCENE --worst N`: a study, and its worst members again, coupled, against a barrier in its place.
+//!
+//! The rocks' program computes the study, chooses the members and writes the scene of each; the structure's program says where the
+//! barrier stands. Here each of these scenes is run, one after the other, and what came of them is put together.
+//!
+//! - [`child`]: a program that is waited for; [`case`]: a chosen member with what became of it; [`table`]: the results of all
+
+mod case;
+mod child;
+mod table;
+
+use crate::command_line::beside;
+use crate::estimate;
+use crate::events::Events;
+use crate::ground;
+use crate::stop::Stop;
+use case::{Case, Chosen};
+use interface_defs::ipc::RunId;
+use interface_defs::toolkit::arguments::{EnsembleArguments, Input};
+use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::ground::Area;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::owner::{Claim, Owner};
+use interface_defs::toolkit::run_dir;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::summary::RunStatus;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Folder of the barrier in the directory of the study, and the list of members that the rocks' program leaves there.
+const FOLDER: &str = "barrier";
+const CHOSEN: &str = "chosen.json";
+
+/// The whole command.
+pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
+    let events = Events::watch().map_err(Stop::failed)?;
+    let Some(barrier) = &arguments.barrier else { return Err(Stop::input("--barrier is missing")) };
+    let work = Work {
+        arguments,
+        barrier,
+        site: site(barrier, &events)?,
+        events: &events,
+        quiet: arguments.quiet || json,
+    };
+    if arguments.scene_of.is_some() {
+        return work.study(&work.of_member());
+    }
+    work.check()?;
+    let name = Scene::from_text(&arguments.study.display().to_string(), "")?;
+    let out = run_dir::location(arguments.dir.out.as_deref(), &name).join(FOLDER);
+    let exit = work.study(&work.of_all())?;
+    if !matches!(exit, Exit::Done | Exit::Unreliable) {
+        return Ok(exit);
+    }
+    work.cases(&out)
+}
+
+/// Where a barrier stands.
+fn site(barrier: &Path, events: &Events) -> Result<Area, Stop> {
+    let program = program("fem-solver")?;
+    let input = Input { scene: barrier.to_owned(), sets: Vec::new() };
+    let scene = Scene::load(barrier, &[])?;
+    if let Some(area) = ground::area(&program, &input, events)? {
+        return Ok(area);
+    }
+    let what = "the structure does not stand on a line of the terrain whose heights come from it";
+    let advice = "a generated barrier with line = [[x, y], [x, y]] in the terrain's coordinates, or position, azimuth and length; \
+                  without ground";
+    let key = if scene.has("structure") { "structure.generator" } else { "structure" };
+    Err(scene.invalid(key, what).try_instead(advice).into())
+}
+
+fn program(name: &str) -> Result<PathBuf, Stop> {
+    let missing = |what| InputError::new(what).try_instead("build all programs with cargo build --release");
+    Ok(beside(name).map_err(missing)?)
+}
+
+/// What is done, and with what.
+struct Work<'a> {
+    arguments: &'a EnsembleArguments,
+    barrier: &'a Path,
+    site: Area,
+    events: &'a Events,
+    quiet: bool,
+}
+
+impl Work<'_> {
+    /// The study's program with what all its calls have.
+    fn command(&self) -> Result<Command, Stop> {
+        let mut command = Command::new(program("dem-solver")?);
+        command.arg("ensemble").arg(&self.arguments.study).arg("--barrier").arg(self.barrier);
+        let site = serde_json::to_string(&self.site).map_err(|e| Stop::failed(e.to_string()))?;
+        command.arg("--site").arg(site);
+        for set in &self.arguments.sets {
+            command.args(["--set", set]);
+        }
+        if self.arguments.savings.no_shortcuts {
+            command.arg("--no-shortcuts");
+        }
+        if self.quiet {
+            command.arg("--quiet");
+        }
+        Ok(command)
+    }
+
+    /// Options of a call for the scene of one member.
+    fn of_member(&self) -> Vec<String> {
+        let number = self.arguments.scene_of.map(|number| format!("--scene-of={number}"));
+        let output = self.arguments.output.as_ref().map(|path| format!("--output={}", path.display()));
+        number.into_iter().chain(output).collect()
+    }
+
+    /// Options of the call that computes the study. A study that is there is gone on with.
+    fn of_all(&self) -> Vec<String> {
+        let it = self.arguments;
+        let mut options = vec![format!("--worst={}", it.worst)];
+        options.push(if it.force { "--force" } else { "--resume" }.into());
+        options.extend(it.threads.map(|threads| format!("--threads={threads}")));
+        options.extend(it.dir.out.as_ref().map(|dir| format!("--out={}", dir.display())));
+        options
+    }
+
+    fn study(&self, options: &[String]) -> Result<Exit, Stop> {
+        let output = child::wait(self.command()?.args(options), self.events)?;
+        Ok(match output.status.code() {
+            Some(0) => Exit::Done,
+            Some(2) => Exit::BadInput,
+            Some(3) => Exit::Unreliable,
+            _ => Exit::Failed,
+        })
+    }
+
+    /// Refuse a barrier that cannot be run with the study's rock and terrain, before the study is computed.
+    fn check(&self) -> Result<(), Stop> {
+        let file = std::env::temp_dir().join(format!("rockfall-{}-member.toml", RunId::new()));
+        let mut command = self.command()?;
+        command.arg("--scene-of=1").arg("--output").arg(&file).stderr(Stdio::piped());
+        let output = child::wait(&mut command, self.events)?;
+        let said = String::from_utf8_lossy(&output.stderr);
+        if !output.status.success() {
+            let message = crate::verdict::error_in(&said).unwrap_or_else(|| said.trim().to_owned());
+            return Err(match output.status.code() {
+                Some(2) => Stop::input(message),
+                _ => Stop::failed(message),
+            });
+        }
+        let checked = estimate::check(&Input { scene: file.clone(), sets: Vec::new() }, None);
+        // Where it cannot be removed it lies in the directory for such files.
+        let _ = std::fs::remove_file(&file);
+        let named = |message: String| message.replace(&file.display().to_string(), "scene of member 1");
+        let see = format!(
+            "its scene: rockfall ensemble {} --barrier {} --scene-of 1",
+            self.arguments.study.display(),
+            self.barrier.display()
+        );
+        checked.map(|_| ()).map_err(|stop| Stop {
+            message: format!("{}, with the study: {}\n{see}", self.barrier.display(), named(stop.message)),
+            ..stop
+        })
+    }
+
+    /// Run every chosen member that has not been run yet; write what came of all.
+    fn cases(&self, dir: &Path) -> Result<Exit, Stop> {
+        let chosen = Chosen::read(&dir.join(CHOSEN))?;
+        let owner = Owner::claim(dir, &Claim { force: true, ..Claim::default() })?;
+        let mut cases: Vec<Case> = Vec::new();
+        for entry in &chosen.chosen {
+            let number = entry["member"].as_u64().unwrap_or_default();
+            let place = dir.join(number.to_string());
+            let found = if self.arguments.force { None } else { Case::finished(entry, &place) };
+            let again = found.is_some();
+            let case = match found {
+                Some(case) => case,
+                None => self.run(entry, &place).map_err(|stop| {
+                    let kept = format!("{} of {} members are computed", cases.len(), chosen.chosen.len());
+                    Stop { message: format!("{}; {kept}; the same command goes on", stop.message), ..stop }
+                })?,
+            };
+            if !self.quiet && !again {
+                self.say(&case, cases.len() + 1, chosen.chosen.len());
+            }
+            cases.push(case);
+            table::write_rows(&chosen.columns, &cases, dir)
+                .map_err(|e| Stop::failed(format!("{}: {e}", dir.display())))?;
+        }
+        let mut summary = table::summary(&chosen, &cases);
+        owner.write_summary(&mut summary).map_err(Stop::failed)?;
+        if !self.arguments.quiet {
+            interface_defs::toolkit::screen::show(&table::screen(&summary, &cases, dir));
+        }
+        match summary.status {
+            RunStatus::Done => Ok(Exit::Done),
+            status => Err(Stop { exit: Exit::of(status), message: summary.message.unwrap_or_default() }),
+        }
+    }
+
+    fn say(&self, case: &Case, number: usize, all: usize) {
+        let line = format!("{number} of {all}: member {}: {}", case.member(), case.words());
+        if std::io::stderr().is_terminal() {
+            eprintln!("{line}");
+        } else {
+            tracing::info!("{line}");
+        }
+    }
+
+    fn run(&self, entry: &serde_json::Value, place: &Path) -> Result<Case, Stop> {
+        let rockfall = std::env::current_exe()
+            .map_err(|e| Stop::failed(format!("rockfall itself is not found: {e}")))?;
+        let mut command = Command::new(rockfall);
+        command
+            .arg("run")
+            .arg(place.with_extension("toml"))
+            .arg("--out")
+            .arg(place)
+            .args(["--force", "--quiet"]);
+        if self.arguments.savings.no_shortcuts {
+            command.arg("--no-shortcuts");
+        }
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
+        let output = child::wait(&mut command, self.events)?;
+        Case::ended(entry, place, &output).map_err(|e| Stop::failed(format!("{}: {e}", place.display())))
+    }
+}
