@@ -65,12 +65,13 @@ fn same_scene(out: &Path, resolved: &Table, ground: &Ground) -> Result<(), Stop>
     let mut now = resolved.clone();
     // Made from the rest of the scene, and lies in this directory.
     [&mut before, &mut now].into_iter().for_each(|table| ground.forget(table));
-    let keys: Vec<&String> =
-        before.keys().chain(now.keys().filter(|key| !before.contains_key(*key))).collect();
-    match keys.into_iter().find(|key| text(before.get(*key)) != text(now.get(*key))) {
-        None => Ok(()),
-        Some(key) => Err(refuse(out, format!("it holds a run of another scene: `{key}` differs"))),
+    let keys = before.keys().chain(now.keys().filter(|key| !before.contains_key(*key)));
+    let differs = |key: &&String| text(before.get(*key)) != text(now.get(*key));
+    let differing: Vec<String> = keys.filter(differs).map(|key| format!("`{key}`")).collect();
+    if differing.is_empty() {
+        return Ok(());
     }
+    Err(refuse(out, format!("it holds a run of another scene, which differs in {}", differing.join(", "))))
 }
 
 /// As it is written: a number that was given as a whole one is read as such.

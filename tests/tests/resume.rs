@@ -334,6 +334,104 @@ fn a_structure_alone_survives_kills() {
     assert!(survives("barrier", &[], "1e-6", 3, 5) > 0);
 }
 
+/// A run of which two checkpoints are there, killed.
+fn cut(bench: &Bench, words: &[&str]) {
+    let second = bench.path("parts/checkpoint/2.state");
+    let child = bench.rockfall(&scene("walenstadt-compare"), "parts", words).spawn().unwrap();
+    until("two checkpoints", || second.exists().then_some(()));
+    kill_process(Pid::from_child(&child), Signal::KILL).unwrap();
+    tests::wait(child, bench.path("parts"));
+    let word = bench.path("").display().to_string();
+    until("every process ends", || processes_with(&word).is_empty().then_some(()));
+}
+
+#[test]
+fn a_damaged_checkpoint_is_passed_over_for_the_one_before_and_without_any_a_run_begins_anew() {
+    let bench = Bench::new();
+    let words = arguments(&[&NEAR[..], &["end_time=0.06", "output.checkpoint=0.02"]].concat());
+    let whole = bench.run(&scene("walenstadt-compare"), "whole", &words);
+    let resumed = [&words[..], &["--resume"]].concat();
+    cut(&bench, &words);
+    let out = bench.path("parts");
+    let status = || {
+        tests::Ended::of(
+            std::process::Command::new(tests::program("rockfall")).arg("status").arg(&out).output().unwrap(),
+            out.clone(),
+        )
+    };
+    let newest = Found::of(&out).newest.expect("two of them");
+    let file = |number: u64| out.join(format!("checkpoint/{}.state", (number + 1) % 2 + 1));
+    let bytes = std::fs::read(file(newest.number)).unwrap();
+    std::fs::write(file(newest.number), &bytes[..bytes.len() / 2]).unwrap();
+    let before = Found::of(&out).newest.expect("the one before");
+    assert_eq!(before.number + 1, newest.number);
+    let text = status().stdout;
+    assert!(text.contains(&format!("--resume goes on at t = {:.6} s", before.time)), "{text}");
+    let parts = bench.run(&scene("walenstadt-compare"), "parts", &resumed);
+    assert!(
+        parts.stdout.contains(&format!("the run goes on at t = {:.6} s", before.time)),
+        "{}",
+        parts.stdout
+    );
+    assert!(parts.stderr.contains("it is damaged"), "{}", parts.stderr);
+    same_results(&whole, &parts);
+
+    let again = bench.run(&scene("walenstadt-compare"), "parts", &resumed);
+    assert_eq!(again.code, Some(0));
+    assert!(again.stdout.contains("there is nothing to resume"), "{}", again.stdout);
+    same_results(&whole, &again);
+
+    std::fs::remove_dir_all(&out).unwrap();
+    cut(&bench, &words);
+    for number in [1, 2] {
+        std::fs::write(file(number), "").unwrap();
+    }
+    assert!(status().stdout.contains("there is no checkpoint to go on from"));
+    let anew = bench.run(&scene("walenstadt-compare"), "parts", &resumed);
+    assert!(anew.stdout.contains("the run begins anew"), "{}", anew.stdout);
+    same_results(&whole, &anew);
+}
+
+#[test]
+fn a_run_of_another_scene_is_not_gone_on_with_and_nothing_of_it_is_lost() {
+    let bench = Bench::new();
+    let words = arguments(&[&NEAR[..], &["end_time=0.06", "output.checkpoint=0.02"]].concat());
+    cut(&bench, &words);
+    let before = std::fs::read(bench.path("parts/history.csv")).unwrap();
+    let other = [&words[..], &["--set", "rock.0.mass=181.0", "--resume"]].concat();
+    let refused = bench.run(&scene("walenstadt-compare"), "parts", &other);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    let said = &refused.stderr;
+    assert!(
+        said.contains("it holds a run of another scene, which differs in") && said.contains("`rock`"),
+        "{said}"
+    );
+    assert_eq!(std::fs::read(bench.path("parts/history.csv")).unwrap(), before);
+    assert!(Found::of(&bench.path("parts")).newest.is_some());
+    // The scene that the run has written out is the same scene.
+    let resolved = bench.path("parts/scene.toml");
+    let parts = bench.run(&resolved, "parts", &["--resume"]);
+    assert!(parts.stdout.contains("the run goes on at"), "{} {}", parts.stdout, parts.stderr);
+    same_results(&bench.run(&scene("walenstadt-compare"), "whole", &words), &parts);
+}
+
+#[test]
+fn an_interrupted_run_goes_on_where_it_was() {
+    let bench = Bench::new();
+    // Longer than the run takes: the checkpoint is that of the interrupt.
+    let words = arguments(&[&NEAR[..], &["end_time=0.3", "output.checkpoint=1000.0"]].concat());
+    let child = bench.rockfall(&scene("walenstadt-compare"), "parts", &words).spawn().unwrap();
+    until("some rows", || (tests::rows(&bench.path("parts")) > 100).then_some(()));
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let ended = tests::wait(child, bench.path("parts"));
+    assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+    let kept = Found::of(&bench.path("parts")).newest.expect("one");
+    let last = *ended.column("time_s").last().unwrap();
+    assert!((kept.time - last).abs() < 1e-9, "{} {last}", kept.time);
+    let parts = bench.run(&scene("walenstadt-compare"), "parts", &[&words[..], &["--resume"]].concat());
+    same_results(&bench.run(&scene("walenstadt-compare"), "whole", &words), &parts);
+}
+
 /// `KILLS=200 cargo test --release -p tests --test resume -- --ignored --nocapture`
 #[test]
 #[ignore = "minutes"]
