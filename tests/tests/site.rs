@@ -78,6 +78,28 @@ fn a_line_beside_the_terrain_is_refused_at_its_place_in_the_scene() {
     }
 }
 
+/// Hinged posts are held by upslope ropes alone: they must lean down the slope, or they fall up it.
+#[test]
+fn posts_that_fall_over_are_reported_before_the_start() {
+    let bench = Bench::new();
+    let file = placed(&bench, "[[-15.0, 0.5], [15.0, 0.5]]");
+    for (lean, falls) in [("2.0", false), ("0.3", true)] {
+        let output = Command::new(program("rockfall"))
+            .args(["check", "--set", &format!("structure.generator.lean={lean}")])
+            .arg(&file)
+            .output()
+            .expect("started");
+        let text =
+            String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{text}");
+        assert_eq!(
+            text.contains("degrees in form finding: it has fallen over"),
+            falls,
+            "lean {lean}: {text}"
+        );
+    }
+}
+
 #[test]
 fn the_raster_can_be_made_by_hand() {
     let bench = Bench::new();

@@ -2,6 +2,7 @@
 
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
+use crate::element::AnyElement;
 use crate::equilibrium::form_finding::{Basis, Form, find_form_from};
 use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
@@ -26,6 +27,9 @@ const DEFAULT_SHARE: f64 = 0.5;
 /// Critical step of a loaded net over that at rest: at rest two wires in line hold a node, drawn to a cone up to four do, and the
 /// frequency is the root of twice the stiffness. The drop test holds at 0.74 and diverges at 0.81.
 pub const LOADED: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Turn of a beam in form finding from which on it has fallen [degrees].
+const FALLEN: f64 = 30.0;
 
 /// A structure at t = 0.
 pub struct Start {
@@ -145,6 +149,7 @@ impl Start {
             highest_frequency(whole, tangent, &displacement, &history)
         };
         let mut warnings = notes(model, inherited, smoothed);
+        warnings.extend(fallen(model, &displacement));
         log_shift(model, form_finding.shifted_at);
         if (statics || form_finding.unstable.is_some())
             && !newton.tangent.is_empty()
@@ -216,6 +221,25 @@ fn notes(model: &Model, inherited: Option<&Inherited>, smoothed: bool) -> Vec<St
         );
     }
     warnings
+}
+
+/// A beam that stands elsewhere than it was modelled: a post that fell over is a shape at rest, too.
+fn fallen(model: &Model, displacement: &[f64]) -> Option<String> {
+    let turned = |element: &AnyElement| {
+        let nodes = element.nodes();
+        let (first, last) = (*nodes.first()?, *nodes.last()?);
+        let span = model.nodes[last] - model.nodes[first];
+        let moved = model.vector(displacement, last) - model.vector(displacement, first);
+        element.has_moments().then(|| span.angle(&(span + moved)).to_degrees())
+    };
+    let all =
+        model.elements.iter().enumerate().filter_map(|(number, element)| Some((number, turned(element)?)));
+    let (number, most) = all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, angle)| *angle > FALLEN)?;
+    Some(format!(
+        "{} has turned by {most:.0} degrees in form finding: it has fallen over, and the net with it. Move the anchors further away from \
+         it, raise them, or let it lean the other way (structure.generator.lean, anchor_distance)",
+        model.member_name(number, None)
+    ))
 }
 
 /// The structure as modelled, or as it was left.
