@@ -188,7 +188,10 @@ fn the_scene_of_a_member_ends_where_its_row_says() {
         let rows = rows(&table);
         let differ: std::collections::HashSet<_> = rows.iter().map(|row| row["mass_kg"].clone()).collect();
         assert_eq!((rows.len(), differ.len()), (20, 20));
-        for row in rows.iter().step_by(3) {
+        // Who still moves at the end has no place of rest to compare.
+        let ended = rows.iter().filter(|row| row["ending"] != "moving");
+        assert!(ended.clone().count() > 14);
+        for row in ended.step_by(3) {
             let file = place.path("one.toml");
             let written = place.run(kind, &["--scene-of", &row["member"], "-o", &file.display().to_string()]);
             assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));

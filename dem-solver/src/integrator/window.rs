@@ -86,7 +86,7 @@ pub struct RockIntegrator {
 pub enum Solved {
     /// It is solved.
     Done,
-    /// Contacts on the net's own masses ask for shorter steps: solve it again.
+    /// Contacts on the net's own masses, or its own stiffness, ask for shorter steps: solve it again.
     TooCoarse,
 }
 
@@ -256,6 +256,9 @@ impl RockIntegrator {
         self.live = self.is_local && self.fields.is_partial() && !(flies && model.shortcuts);
         if self.live {
             self.net.begin(&self.local, input, cut.h, &state.pushed);
+            if self.net.coarseness > 1.0 {
+                return Ok(Solved::TooCoarse);
+            }
         }
         self.gauges.begin(&mut output[self.answer.gauges..]);
         let flies = flies && (model.ground.is_some() || self.free_time(model, state, 0.0) > window.length);

@@ -69,7 +69,7 @@ pub struct LocalNet {
     damping: f64,
     /// Steps between two impulses of `K d`.
     stride: usize,
-    /// Largest step so far, over the longest that the contacts on the net's masses take.
+    /// Largest step so far, over the longest that the contacts on the net's masses take, and that its own stiffness does.
     pub coarseness: f64,
 }
 
@@ -172,7 +172,9 @@ impl LocalNet {
             }
         }
         let fastest = sums.iter().zip(&self.inverse_mass).map(|(k, w)| k * w).fold(0.0, f64::max);
-        let held = SLOW * 2.0 / fastest.sqrt() / h;
+        // Verlet is stable below twice the inverse of the frequency.
+        self.coarseness = 0.5 * fastest.sqrt() * h;
+        let held = SLOW / self.coarseness;
         self.stride = if held >= 1.0 { (held as usize).min(MOST_HELD_BACK) } else { 1 };
         self.force.fill(0.0);
     }
