@@ -152,12 +152,12 @@ impl Base {
         self.starts[self.starts.len() - 1]
     }
 
-    /// Whether the ways of members are followed.
+    /// Whether the trajectories of members are followed.
     pub fn follows(&self) -> bool {
         self.grid.is_some() || !self.lines.is_empty()
     }
 
-    /// Whether the way of a member is drawn: of all members evenly as many as the study asks for.
+    /// Whether the trajectory of a member is drawn: of all members evenly as many as the study asks for.
     pub fn draws(&self, number: u64) -> bool {
         let most = self.study.maps.as_ref().map_or(0, |maps| u64::from(maps.trajectories));
         most > 0 && (number - 1).is_multiple_of(self.members().div_ceil(most))

@@ -65,7 +65,7 @@ impl Grid {
         [self.corner[0] + (column as f64 + 0.5) * self.cell, self.corner[1] - (row as f64 + 0.5) * self.cell]
     }
 
-    /// Shares (0 to 1) of the way from `a` to `b` at which it comes into another cell, in order.
+    /// Shares (0 to 1) of the straight line from `a` to `b` at which it comes into another cell, in order.
     pub fn cuts(&self, a: [f64; 2], b: [f64; 2], found: &mut Vec<f64>) {
         found.clear();
         for axis in 0..2 {

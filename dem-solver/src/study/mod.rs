@@ -9,7 +9,7 @@
 //! - [`scene_of`]: the scene of one member; [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
 //! - [`record`], [`journal`], [`directory`]: what is kept of each, so that a killed process loses nothing
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`
-//! - [`track`]: what is kept of a member's way, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
+//! - [`track`]: what is kept of a member's trajectory, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
 //! - [`worst`]: the members that are hardest on a barrier, each as a scene with it
 //! - [`command`](mod@command): `dem-solver ensemble`, which `rockfall ensemble` starts
 

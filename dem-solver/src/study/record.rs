@@ -162,7 +162,7 @@ pub struct Record {
     pub number: u64,
     /// What became of it.
     pub outcome: Outcome,
-    /// What is kept of its way.
+    /// What is kept of its trajectory.
     pub track: Track,
 }
 

@@ -27,7 +27,7 @@ pub struct Runner<'a> {
     kept: Option<Kept>,
 }
 
-/// A member on its way.
+/// A member that falls.
 struct Fall {
     solver: DemSolver,
     gauges: Vec<Gauge>,

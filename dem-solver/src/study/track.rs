@@ -1,4 +1,4 @@
-//! What is kept of a member's way: the largest values in each cell of the maps, where it crosses lines, the way itself, thinned.
+//! What is kept of a member's trajectory: the largest values in each cell of the maps, where it crosses lines, the trajectory itself, thinned.
 //!
 //! Between two rows of a trajectory (a touch begins or ends, a window ends) a rock flies a parabola, which is followed exactly;
 //! in contact rows are close. Speed and energy of a flight are largest at an end of each piece; the height over the ground is
@@ -52,14 +52,14 @@ pub mod place {
     pub const VELOCITY: usize = 10;
 }
 
-/// What is kept of a way.
+/// What is kept of a trajectory.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Track {
     /// By cell, in ascending order.
     pub visits: Vec<Visit>,
     /// In the order of time.
     pub crossings: Vec<Crossing>,
-    /// Points of the way: position (local) [m], speed [m/s].
+    /// Its points: position (local) [m], speed [m/s].
     pub path: Vec<[f32; 4]>,
 }
 
@@ -83,7 +83,7 @@ struct Known {
     lowest: Option<f64>,
 }
 
-/// Part of a row's way to the next: what is asked of it.
+/// Part of the piece from a row to the next: what is asked of it.
 struct Piece<'a> {
     ground: &'a Terrain,
     from: Known,
@@ -99,7 +99,7 @@ impl Piece<'_> {
         }
     }
 
-    /// Height of the lowest point, and of the centre, above the ground at a share of the way.
+    /// Height of the lowest point, and of the centre, above the ground at a share of the piece.
     fn heights(&self, share: f64, row: &Row) -> Option<[f64; 2]> {
         let at = [0, 1].map(|k| self.from.at[k] + share * (self.to.at[k] - self.from.at[k]));
         let lowest = self.from.lowest? + share * (self.to.lowest? - self.from.lowest?);
@@ -109,7 +109,7 @@ impl Piece<'_> {
 }
 
 impl<'a> Follower<'a> {
-    /// Of a member; `keeps_path`: whether its way is drawn.
+    /// Of a member; `keeps_path`: whether its trajectory is drawn.
     pub fn new(base: &'a Base, keeps_path: bool) -> Self {
         Self {
             base,
@@ -183,7 +183,7 @@ impl<'a> Follower<'a> {
         visit.values.iter_mut().zip(values).for_each(|(kept, value)| *kept = kept.max(value as f32));
     }
 
-    /// Points of the way, about two cells of the map apart.
+    /// Points of the trajectory, about two cells of the map apart.
     fn draw(&mut self, piece: &Piece) {
         let step = 2.0 * self.base.grid.map_or(1.0, |grid| grid.cell);
         let way = (0..2).map(|k| (piece.to.at[k] - piece.from.at[k]).powi(2)).sum::<f64>().sqrt();
@@ -219,7 +219,7 @@ impl<'a> Follower<'a> {
     }
 }
 
-/// Where a piece of a way crosses a line.
+/// Where a piece of a trajectory crosses a line.
 fn cross(piece: &Piece, number: u16, line: &[Point], found: &mut Vec<Crossing>) {
     let (a, b) = (piece.from.at, piece.to.at);
     let way = [b[0] - a[0], b[1] - a[1]];

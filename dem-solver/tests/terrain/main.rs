@@ -10,6 +10,6 @@ mod memory;
 mod meshes;
 mod net;
 mod readers;
-mod way;
+mod trajectory;
 mod whole;
 mod yielding;

@@ -1,14 +1,14 @@
 //! What follows from all members, in their order: whatever was computed where, the files are the same.
 //!
 //! - [`cells`]: values of every member by cell; [`raster`]: GeoTIFF; [`picture`]: the same to look at
-//! - [`lines`]: what passes each line; [`design`]: what a barrier there must be able to do; [`ways`]: trajectories and ends for a map
+//! - [`lines`]: what passes each line; [`design`]: what a barrier there must be able to do; [`trajectories`]: trajectories and ends for a map
 
 pub mod cells;
 pub mod design;
 pub mod lines;
 pub mod picture;
 pub mod raster;
-pub mod ways;
+pub mod trajectories;
 
 use super::base::Base;
 use super::record::Record;
@@ -33,7 +33,7 @@ pub fn write(base: &Base, dir: &Path, all: All) -> io::Result<Checked> {
         let system = raster::System::of(base);
         found.warnings.extend(system.warning());
         cells::write(base, grid, &system, &maps, all)?;
-        ways::write(base, &system, &maps, all)?;
+        trajectories::write(base, &system, &maps, all)?;
     }
     if !base.lines.is_empty() {
         let lines = dir.join(LINES);

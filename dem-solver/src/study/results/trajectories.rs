@@ -9,8 +9,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// The ways of some members.
-pub const WAYS: &str = "trajectories.geojson";
+/// The trajectories of some members.
+pub const TRAJECTORIES: &str = "trajectories.geojson";
 /// Where each came to rest or left the terrain.
 pub const ENDS: &str = "ends.geojson";
 
@@ -76,7 +76,7 @@ fn properties(base: &Base, record: &Record) -> Map<String, Value> {
 
 /// Write both files.
 pub fn write(base: &Base, system: &System, dir: &Path, all: All) -> io::Result<()> {
-    let mut ways = Features::create(&dir.join(WAYS), "trajectories", system)?;
+    let mut lines = Features::create(&dir.join(TRAJECTORIES), "trajectories", system)?;
     let mut ends = Features::create(&dir.join(ENDS), "ends", system)?;
     let origin = base.ground.origin;
     all(&mut |record| {
@@ -89,7 +89,7 @@ pub fn write(base: &Base, system: &System, dir: &Path, all: All) -> io::Result<(
                         .map(rounded)
                 })
                 .collect();
-            ways.add(&json!({ "type": "LineString", "coordinates": places }), properties(base, record))?;
+            lines.add(&json!({ "type": "LineString", "coordinates": places }), properties(base, record))?;
         }
         if record.outcome.how != How::None {
             let place = record.outcome.end.map(rounded);
@@ -97,6 +97,6 @@ pub fn write(base: &Base, system: &System, dir: &Path, all: All) -> io::Result<(
         }
         Ok(())
     })?;
-    ways.end()?;
+    lines.end()?;
     ends.end()
 }

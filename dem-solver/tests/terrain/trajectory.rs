@@ -1,4 +1,4 @@
-//! The way of a rock: savings, rest, leaving, what is told, large coordinates.
+//! The trajectory of a rock: savings, rest, leaving, what is reported, large coordinates.
 
 use crate::bench::{Bench, dropped, plane};
 use interface_defs::{Solver, Statistics};
