@@ -469,3 +469,31 @@ time_step = 2e-4
     let run = Run::alone(&text("mass_scaling = 3e-4"), 2e-4);
     assert!(off(run.value("reaction_z"), 7850.0 * 1e-4 * 2.001 * 9.81) < 1e-9, "{}", run.value("reaction_z"));
 }
+
+/// At rest two wires in line hold a node of a net; drawn to a narrow cone four pull it one way.
+#[test]
+fn the_critical_step_of_a_loaded_net_is_that_of_its_nodes_drawn_to_a_cone() {
+    let check = |ends: [[f64; 3]; 4]| {
+        let text = format!(
+            r#"
+end_time = 1.0
+gravity = [0.0, 0.0, 0.0]
+[structure]
+nodes = [[0.0, 0.0, 0.0], {}]
+cables = [{{ nodes = [0, 1] }}, {{ nodes = [0, 2] }}, {{ nodes = [0, 3] }}, {{ nodes = [0, 4] }}]
+cable = {{ young = 1e10, area = 1e-4, density = 7850.0, prestress = 0.0 }}
+supports = [{{ nodes = [1, 2, 3, 4] }}]
+form_finding = "none"
+"#,
+            ends.map(|end| format!("{end:?}")).join(", ")
+        );
+        let report = fem_solver::solver::check::check(&crate::common::scene(&text)).expect("a scene");
+        ["critical_step_s", "loaded_critical_step_s"].map(|name| report.numbers[name])
+    };
+    let e = 1e-3;
+    let [at_rest, loaded] = check([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]);
+    let [cone, _] = check([[e, 0.0, 1.0], [-e, 0.0, 1.0], [0.0, e, 1.0], [0.0, -e, 1.0]]);
+    // 2 k / m with k = 1e6 N/m each and four halves of 0.785 kg.
+    assert!(off(at_rest, 2.0 / (2e6_f64 / 1.57).sqrt()) < 1e-9, "{at_rest}");
+    assert!(off(loaded, cone) < 1e-5, "{loaded} {cone}");
+}
