@@ -58,6 +58,16 @@ impl NearList {
         self.nearest
     }
 
+    /// Distance of the nearest listed element from `centre` at the end of the window that `motion` is of [m].
+    pub fn nearest_to(&self, contact_mesh: &ContactMesh, motion: &NodeMotion, centre: &Vector3<f64>) -> f64 {
+        let at = |node: u32| motion.last(node as usize);
+        let distances = self.elements.iter().map(|element| {
+            let [a, b, c] = element.nodes.map(at);
+            distance(contact_mesh.elements[element.number as usize].kind, centre, [&a, &b, &c])
+        });
+        distances.fold(f64::INFINITY, f64::min)
+    }
+
     /// The list is no longer good.
     pub fn invalidate(&mut self) {
         (self.coverage, self.nearest) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
@@ -144,24 +154,29 @@ pub struct Sweep {
 const MARGIN: f64 = 0.1;
 
 impl Sweep {
-    /// For a window of `length` [s], the mesh's motion in `segments` parts.
-    pub fn new(rock: &Rock, motion: &Motion, gravity: &Vector3<f64>, length: f64, segments: usize) -> Self {
+    /// For a window of `length` [s], the mesh's motion in `segments` parts, of a rock that something else than the mesh may
+    /// throw `kick` [m] off its flight.
+    pub fn new(
+        rock: &Rock,
+        motion: &Motion,
+        gravity: &Vector3<f64>,
+        (length, segments): (f64, usize),
+        kick: f64,
+    ) -> Self {
         let part = length / segments as f64;
-        // A rock that is being braked leaves the flight by as much as its last acceleration says.
+        // A rock that is being braked leaves the flight by as much as its last acceleration says. On the ground that is the
+        // acceleration of a contact that may be over long before the window is.
         let braked = 0.5 * (motion.acceleration - gravity).norm() * length * length;
+        let braked = if kick > 0.0 { braked.min(kick) } else { braked };
         let bend = 0.125 * gravity.norm() * part * part;
-        let turn = motion.angular_momentum.norm() / rock.inertia.min() * length * rock.reach;
+        // However far it turns, a point of it stays within its reach.
+        let turn = (motion.angular_momentum.norm() / rock.inertia.min() * length).min(2.0) * rock.reach;
         Self {
             travel: (motion.velocity.norm() + 0.5 * gravity.norm() * length) * length + braked,
-            allowance: braked + bend + turn + MARGIN * rock.smallest_radius,
+            allowance: braked + bend + turn + kick + MARGIN * rock.smallest_radius,
             gravity: *gravity,
             length,
         }
-    }
-
-    /// The same for a rock that something may throw `way` [m] off its flight.
-    pub fn kicked(self, way: f64) -> Self {
-        Self { allowance: self.allowance + way, ..self }
     }
 
     /// Distance from the rock's centre within which elements may be reached, the mesh's own motion

@@ -63,7 +63,7 @@ impl WindowSolver {
         self.answer.write_travel(*travel, output);
         output[self.answer.gauges_from()..].copy_from_slice(gauges);
         if let Some(local) = &mut self.local {
-            local.write(model, &self.committed, time, output);
+            local.write(model, &self.committed, (time, false), output);
         }
     }
 
@@ -81,7 +81,7 @@ impl WindowSolver {
             self.answer.write_travel(self.booked[0].travel, output);
         }
         if let Some(local) = &mut self.local {
-            local.write(model, &self.trial, time, output);
+            local.write(model, &self.trial, (time, self.skipped), output);
         }
     }
 }
