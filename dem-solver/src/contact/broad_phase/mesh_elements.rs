@@ -214,9 +214,9 @@ impl Sweep {
             if !(meets(0) && meets(1) && meets(2)) {
                 continue;
             }
-            let way = a.way.max(b.way).max(c.way);
+            let travel = a.travel.max(b.travel).max(c.travel);
             let [a, b, c] = element.nodes.map(|n| nodes.position(0, n as usize, 0.0));
-            if distance(kind, &motion.position, [&a, &b, &c]) <= need + way && !found(element) {
+            if distance(kind, &motion.position, [&a, &b, &c]) <= need + travel && !found(element) {
                 return;
             }
         }
@@ -229,7 +229,7 @@ impl Sweep {
         for a in 0..near.nodes.len() {
             let start = nodes.position(0, a, 0.0);
             let first = to_own * (start - motion.position);
-            let mut node = NodeBox { lowest: first, highest: first, way: 0.0 };
+            let mut node = NodeBox { lowest: first, highest: first, travel: 0.0 };
             for s in 0..segments {
                 let t = self.length * (s + 1) as f64 / segments as f64;
                 let rock = motion.position + (motion.velocity + self.gravity * (0.5 * t)) * t;
@@ -237,7 +237,7 @@ impl Sweep {
                 let seen = to_own * (position - rock);
                 node.lowest = node.lowest.inf(&seen);
                 node.highest = node.highest.sup(&seen);
-                node.way = node.way.max((position - start).norm());
+                node.travel = node.travel.max((position - start).norm());
             }
             boxes.push(node);
         }
@@ -250,5 +250,5 @@ pub struct NodeBox {
     lowest: Vector3<f64>,
     highest: Vector3<f64>,
     /// Largest distance from its start in space [m].
-    way: f64,
+    travel: f64,
 }
