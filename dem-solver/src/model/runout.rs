@@ -47,7 +47,7 @@ pub struct RunOut {
     pub row: f64,
     /// Until when it has been judged whether it has ended [s].
     pub judged: f64,
-    /// How it ended.
+    /// How it ended, as far as is known: a rock at rest may be set in motion again by another.
     pub ending: Option<End>,
 }
 
@@ -96,8 +96,12 @@ impl RunOut {
         let StepOnTerrain { after, end, length, touching, shortest } = *step;
         let speed = after.velocity.norm();
         self.see(rock, after, end);
+        if self.has_left() {
+            return;
+        }
         if !touching {
             (self.contact_since, self.slow_since) = (None, None);
+            self.go_on(end);
             return;
         }
         if self.contact_since.is_none() {
@@ -105,19 +109,29 @@ impl RunOut {
             self.impacts += u64::from(self.impacts == 0 || end - self.touched > shortest);
         }
         self.touched = end;
-        self.in_contact += length;
+        // What lies at rest while others move is not counted, unless they set it in motion again.
+        self.in_contact += if self.ending.is_some() { 0.0 } else { length };
         let fastest =
             speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
         if fastest > terrain.rest_speed {
             self.slow_since = None;
+            self.go_on(end);
         } else if self.slow_since.is_none() {
             self.slow_since = Some(end);
+        }
+    }
+
+    /// It moves at `time` [s]: if it was at rest, it lay there until then, and that was not the end.
+    fn go_on(&mut self, time: f64) {
+        if let Some(rest) = self.ending.take_if(|end| end.how == Ending::Rest) {
+            self.in_contact += time - rest.time;
         }
     }
 
     /// Take in a flight that ends at `end` [s] with the motion `after`.
     pub fn flew(&mut self, rock: &Rock, after: &Motion, end: f64) {
         (self.contact_since, self.slow_since) = (None, None);
+        self.go_on(end);
         self.see(rock, after, end);
     }
 

@@ -44,7 +44,53 @@ fn a_cube_that_falls_on_another_which_lies_on_terrain_comes_to_rest_on_top_of_it
     assert!(force.norm() < 0.05 * 100.0 * G, "{force}");
 }
 
-/// The same with every step taken: closed-form flight changes rounding, which an impact of 64 spheres magnifies.
+/// A ball that has come to rest is hit by another, two seconds later: its run-out is that of the second rest, and all of the time
+/// that it lay there counts as contact, once. One that lies still while another rolls on ends when it came to rest.
+#[test]
+fn a_rock_at_rest_that_another_sets_in_motion_has_not_ended() {
+    let ball = |name: &str, x: f64, y: f64, more: &str| {
+        format!(
+            "[[rock]]\nname = \"{name}\"\nmass = 100.0\nshape = {{ type = \"sphere\", radius = 0.2 }}\n\
+             position = [{x:?}, {y:?}, 0.2]\n{more}\n"
+        )
+    };
+    let scene = "end_time = 60.0\ngravity = [0.0, 0.0, -9.81]\n".to_owned()
+        + &ball("hit", 0.0, 0.0, "")
+        + &ball("still", 0.0, 4.0, "velocity = [0.5, 0.0, 0.0]")
+        + &ball("rolls", -8.0, 0.0, "velocity = [4.5, 0.0, 0.0]\nangular_velocity = [0.0, 22.5, 0.0]")
+        + "[terrain]\nfile = \"t.obj\"\n[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.25\n\
+           restitution = 0.3\nfriction = 0.6\nrolling_friction = 0.05\nrolling = \"spring\"\nrolling_damping = 0.3\n";
+    let mut bench = Bench::new(&plane(0.0, [-20.0, 20.0], 4, 4), &scene, true);
+    let (mut rested, mut hit) = (false, false);
+    while !bench.solver.has_ended() {
+        assert!(bench.time < 30.0, "still moving");
+        bench.advance(5e-3);
+        let path = &bench.solver.state().bodies[0].path;
+        hit |= rested && path.ending.is_none();
+        rested |= path.ending.is_some();
+    }
+    assert!(rested && hit, "at rest: {rested}, and hit after that: {hit}");
+    let ended = bench.time;
+    let state = bench.solver.state().clone();
+    let measures = bench.solver.finish().expect("finished").measures;
+    let measure = |name: &str| {
+        let found = measures.iter().find(|m| m.name == name);
+        found.unwrap_or_else(|| panic!("no {name}: {measures:?}")).value
+    };
+    for (body, name) in state.bodies.iter().zip(["hit", "still", "rolls"]) {
+        let end = body.path.ending.expect("all lie still");
+        let share = measure(&format!("{name}_contact_time_fraction"));
+        println!("{name}: at rest at {:.3} s of {ended:.3} s, in contact for {share:.4} of it", end.time);
+        // None is in the air for longer than a bounce of the collision.
+        assert!(share > 0.9 && share <= 1.0, "{name}: {share}");
+        let place = body.motion.position + bench.solver.model().origin;
+        assert!((measure(&format!("{name}_rest_x")) - place.x).abs() < 1e-3, "{name}");
+    }
+    assert!(measure("hit_rest_x") > 0.5 && measure("still_runout_distance") < 1.0);
+    assert!(state.bodies[1].path.ending.expect("lies").time < 0.5 * ended);
+}
+
+/// The two cubes with every step taken: closed-form flight changes rounding, which an impact of 64 spheres magnifies.
 #[test]
 fn two_rocks_over_terrain_fly_in_closed_form_until_they_can_meet() {
     let scene = scene("[dem]\ntime_step = 5e-5\n")

@@ -6,7 +6,7 @@ use crate::pressures::octant;
 use interface_defs::Sampling;
 
 /// A cantilever of 10 m, E I = 1000 N m2, under a load that grows to `load` on its tip in 1 s.
-fn cantilever(load: f64, fem: &str) -> String {
+pub fn cantilever(load: f64, fem: &str) -> String {
     let nodes: Vec<_> = (0..=20).map(|i| [0.5 * f64::from(i), 0.0, 0.0]).collect();
     let cells: Vec<_> = (0..20).map(|i| [i, i + 1]).collect();
     format!(

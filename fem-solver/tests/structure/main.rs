@@ -14,6 +14,7 @@ mod fields;
 mod forms;
 mod gate;
 mod generated;
+mod going_on;
 mod groups;
 mod input;
 mod load_steps;

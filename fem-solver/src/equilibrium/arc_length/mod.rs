@@ -151,6 +151,8 @@ impl Path {
     /// One step along the path, of at most `h` [s] from `time`.
     pub fn step(&mut self, model: &Model, state: &mut State, time: f64, h: f64) -> Result<Taken, Failure> {
         let mut info = if state.along.stride > 0.0 { Info::default() } else { self.begin(model, state)? };
+        // How the tangent is factorised first follows from the state, not from what was tried last: a run that goes on has no last.
+        self.corrector.negative = state.along.negative;
         self.before.copy_from_slice(&state.displacement);
         self.set_out.iter_mut().zip(&state.velocity).for_each(|(d, v)| *d = v / self.speed);
         state.factor_before = state.factor;
