@@ -10,6 +10,7 @@ use interface_defs::toolkit::run_dir::{HISTORY, RECORD, SCENE};
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::path::Path;
+use std::time::{Duration, Instant};
 use toml::Table;
 
 /// What `--resume` comes to.
@@ -21,6 +22,17 @@ pub enum Resume {
     From(f64),
     /// There is nothing to go on from.
     Anew,
+}
+
+/// How long the processes of a run whose `rockfall` was killed may take to notice it and to end.
+const LAST_WINDOW: Duration = Duration::from_secs(3);
+
+/// Where a run was killed a moment ago, its processes may be at their last window: wait for them, unless `interrupted`.
+pub fn await_end(out: &Path, mut interrupted: impl FnMut() -> bool) {
+    let until = Instant::now() + LAST_WINDOW;
+    while holder(out).is_some() && Instant::now() < until && !interrupted() {
+        std::thread::sleep(Duration::from_millis(20));
+    }
 }
 
 /// Look into `out`. Refused is a run of another scene, or of other input files.

@@ -62,7 +62,10 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let out = request.results.dir.of(&scene);
     start_from::refuse_own(&scene, &out)?;
     let resume = match request.results.resume {
-        true => resume::decide(&out, &scene, &resolved, &ground)?,
+        true => {
+            resume::await_end(&out, || events.interrupted());
+            resume::decide(&out, &scene, &resolved, &ground)?
+        }
         false => Resume::Anew,
     };
     if let Resume::Over(summary) = &resume {
