@@ -627,6 +627,28 @@ fn lines_and_maps_hold_what_flies_past() {
     assert_eq!(ways["crs"]["properties"]["name"], "urn:ogc:def:crs:EPSG::2056");
 }
 
+/// What leaves the terrain in flight does so on a parabola, with its velocity at the border.
+#[test]
+fn the_row_of_a_member_that_leaves_the_terrain_has_its_velocity_there() {
+    let place = flights();
+    place.write("study.toml", &FLIGHTS.replace("{ choice = [10.0, 14.0], weights = [3, 1] }", "40.0"));
+    for row in rows(&place.table("out", &[])) {
+        assert_eq!(row["ending"], "left");
+        let time = (2_600_060.0 - number(&row, "x_m")) / number(&row, "vx_m_per_s");
+        for (name, exact) in [
+            ("time_s", time),
+            ("end_x_m", 2_600_060.0),
+            ("end_vx_m_per_s", 40.0),
+            ("end_vy_m_per_s", 0.0),
+            ("end_vz_m_per_s", -9.81 * time),
+        ] {
+            // Places of a survey have seven digits before the point.
+            let found = number(&row, name);
+            assert!((found - exact).abs() < 1e-8 * exact.abs().max(1.0), "{name}: {found} {exact}");
+        }
+    }
+}
+
 /// GDAL, with which QGIS reads: extent, coordinate system, cells without a value.
 #[test]
 fn maps_are_read_by_gdal() {
