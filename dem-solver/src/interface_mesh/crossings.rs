@@ -13,6 +13,9 @@ pub struct Crossings {
     excess: Vec<f64>,
 }
 
+/// Numbers of nodes and edges lie below two to this power.
+const RADII: u32 = 26;
+
 /// Two segments go straight on if they turn by less than 60 degrees.
 const STRAIGHT: f64 = -0.5;
 
@@ -54,9 +57,9 @@ impl Crossings {
         self.excess.get(node as usize * self.radii.len() + thickness).copied().unwrap_or_default()
     }
 
-    /// A number for a node with a radius, as no other has one.
-    pub fn key(&self, node: u32, thickness: usize) -> u32 {
-        node * self.radii.len() as u32 + thickness as u32
+    /// A number for a node with a radius, beyond those of all nodes and edges where it is not the thinnest.
+    pub fn key(node: u32, thickness: usize) -> u32 {
+        node.wrapping_add((thickness as u32) << RADII)
     }
 }
 

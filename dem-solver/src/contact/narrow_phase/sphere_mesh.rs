@@ -195,7 +195,7 @@ impl MeshContacts {
         });
         let others = keep_contacts(points);
         self.contacts.extend_from_slice(&points[..others]);
-        self.push_corners(sphere, number, list, crossings);
+        self.push_corners(sphere, number, list);
     }
 
     /// Of the candidates from `first` on keep the lines that are touched between their nodes; their nodes go to `corners`, all
@@ -242,7 +242,7 @@ impl MeshContacts {
     }
 
     /// Add the nodes that lines share, each as often as it counts.
-    fn push_corners(&mut self, sphere: &Sphere, number: u32, list: &MeshPairs, crossings: &Crossings) {
+    fn push_corners(&mut self, sphere: &Sphere, number: u32, list: &MeshPairs) {
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let to_point = self.nodes[corner.node as usize] - sphere.centre;
             let distance = to_point.norm();
@@ -256,7 +256,7 @@ impl MeshContacts {
                 share: corner.share,
                 sphere: number,
                 element: corner.element,
-                node: Some(crossings.key(list.numbers[corner.node as usize], corner.thickness)),
+                node: Some(Crossings::key(list.numbers[corner.node as usize], corner.thickness)),
                 feature: Feature::Node,
             });
         }
