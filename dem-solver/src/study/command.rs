@@ -21,6 +21,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::program::Extra;
 use interface_defs::toolkit::progress::{Line, Reporter};
+use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::screen::{complain, show};
 use interface_defs::toolkit::summary::RunStatus;
@@ -111,16 +112,18 @@ struct Study<'a> {
 fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     let arguments =
         EnsembleArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
-    let file = Scene::load_as(&STUDY, &arguments.study, &arguments.sets)?;
+    let (sets, of_barrier) = arguments.sets()?;
+    let file = Scene::load_as(&STUDY, &arguments.study, &sets)?;
     if let Some(count) = arguments.chunks {
         let members = StudySettings::of(&file)?.members();
         let parts = MemberRange::parts(members, count);
         show(&parts.iter().map(|part| format!("{part}\n")).collect::<String>());
         return Ok(Exit::Done);
     }
-    let (barrier, file) = Barrier::of(&arguments, file)?;
-    let base = Base::new(&file, !arguments.savings.no_shortcuts)?;
+    let (barrier, file) = Barrier::of(&arguments, &of_barrier, file)?;
     let out = arguments.dir.of(&file);
+    let kept = [out.join(run_dir::CLUSTERS)];
+    let base = Base::with_kept(&file, !arguments.savings.no_shortcuts, &kept)?;
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = arguments.threads.map_or(available, |n| n as usize);
     let directory = Directory::new(&out);

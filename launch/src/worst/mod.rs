@@ -36,10 +36,11 @@ const CHOSEN: &str = "chosen.json";
 pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
     let Some(barrier) = &arguments.barrier else { return Err(Stop::input("--barrier is missing")) };
+    let (_, sets) = arguments.sets()?;
     let work = Work {
         arguments,
         barrier,
-        site: site(barrier, &events)?,
+        site: site(barrier, sets, &events)?,
         events: &events,
         quiet: arguments.quiet || json,
     };
@@ -57,10 +58,11 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
 }
 
 /// Where a barrier stands.
-fn site(barrier: &Path, events: &Events) -> Result<Area, Stop> {
+/// `sets` are values that take the place of those of its scene.
+fn site(barrier: &Path, sets: Vec<String>, events: &Events) -> Result<Area, Stop> {
     let program = program("fem-solver")?;
-    let input = Input { scene: barrier.to_owned(), sets: Vec::new() };
-    let scene = Scene::load(barrier, &[])?;
+    let scene = Scene::load(barrier, &sets)?;
+    let input = Input { scene: barrier.to_owned(), sets };
     if let Some(area) = ground::area(&program, &input, events)? {
         return Ok(area);
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 /// One row for each member.
 pub const VERDICTS: &str = "verdicts.csv";
 /// Shares of which quantiles are reported [%].
-const SHARES: [u32; 2] = [50, 90];
+const SHARES: [u32; 3] = [10, 50, 90];
 
 /// Names and units of all measures, in the order in which they are first found.
 fn measures(cases: &[Case]) -> Vec<(String, String)> {
@@ -223,6 +223,7 @@ mod tests {
                 .any(|m| m.name == "posts_tension_min_smallest @ member 9" && m.value == -3.0)
         );
         assert_eq!(done.measure("max_elongation_q50"), Some(2.0));
+        assert_eq!(done.measure("max_elongation_q10"), Some(1.2));
         assert_eq!(
             (done.measure("members_stopped"), done.measure("members_passed_over")),
             (Some(2.0), Some(0.0))

@@ -10,6 +10,7 @@ use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::input_file::with_absolute_files;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from::{self, Origin};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -34,7 +35,12 @@ pub struct Barrier {
 
 impl Barrier {
     /// The barrier that the command line names, and the study with its line.
-    pub fn of(arguments: &EnsembleArguments, study: Scene) -> Result<(Option<Self>, Scene), InputError> {
+    /// `sets` are values that take the place of those of its scene.
+    pub fn of(
+        arguments: &EnsembleArguments,
+        sets: &[String],
+        study: Scene,
+    ) -> Result<(Option<Self>, Scene), InputError> {
         let Some(file) = &arguments.barrier else { return Ok((None, study)) };
         let site = arguments.site.as_deref().and_then(|text| serde_json::from_str::<Area>(text).ok());
         let Some(area) = site else {
@@ -43,10 +49,8 @@ impl Barrier {
                 InputError::in_file("--barrier", what).try_instead("rockfall ensemble STUDY --barrier SCENE")
             );
         };
-        let scene = Scene::load(file, &[])?;
-        for (key, what) in
-            [("spheres", "separate spheres"), ("box", "a box"), ("start_from", "the state of another run")]
-        {
+        let scene = Scene::load(file, sets)?;
+        for (key, what) in [("spheres", "separate spheres"), ("box", "a box")] {
             if scene.has(key) {
                 let what =
                     format!("a barrier that members of a study are run against has no place for {what}");
@@ -56,6 +60,9 @@ impl Barrier {
         let after = scene.end_time()?;
         let mut document = scene.document()?;
         with_absolute_files(&mut document, &scene)?;
+        if let Some(start) = absolute_start(&scene)? {
+            document.insert(start_from::KEY.into(), start);
+        }
         let (line, study) = with_line(study, &area, &scene)?;
         Ok((Some(Self { scene, document, after, line, margin: area.margin }), study))
     }
@@ -144,6 +151,14 @@ impl Barrier {
         }
         all
     }
+}
+
+/// The run that the structure starts from, so that every member finds it wherever its scene lies.
+fn absolute_start(scene: &Scene) -> Result<Option<Value>, InputError> {
+    let Some(mut origin) = Origin::of(scene)? else { return Ok(None) };
+    let refuse = |what: String| scene.invalid(start_from::KEY, what);
+    origin.run = std::path::absolute(&origin.run).map_err(|e| refuse(e.to_string()))?;
+    Value::try_from(&origin).map(Some).map_err(|e| refuse(e.to_string()))
 }
 
 fn put_flight(rock: &mut Table, flight: &Flight) {
