@@ -63,7 +63,11 @@ const RESULTS: &[Entry] = &[
     iteration("seconds", "s", "wall time of the iteration"),
     energy("energy_error", "1", "the measure of that name"),
     energy("reference_J", "J", "energy to which `energy_error` relates: the kinetic one at impact"),
-    energy("kinetic_largest_J", "J", "one solver alone: largest kinetic energy"),
+    energy(
+        "kinetic_largest_J",
+        "J",
+        "one solver alone: largest kinetic energy at the end of a window; `max_kinetic_energy` is that of all steps",
+    ),
     energy("imbalance_largest_J", "J", "largest imbalance of the energy of the whole system"),
     energy(
         "imbalance_contact_solver_J",

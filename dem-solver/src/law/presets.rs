@@ -4,7 +4,7 @@
 //! Pfeiffer and Bowen; friction is that of the classes of RAMMS; the modulus of pasture soil is that fitted by Lu et al. (2019) to
 //! scars at Chant Sura, the other moduli are assumed. They are starting points of a calibration.
 
-use super::settings::ContactSettings;
+use super::settings::{ContactSettings, RollingName};
 
 /// A kind of ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,8 +115,14 @@ pub fn fill(name: &str, given: &[String]) -> Vec<(String, toml::Value)> {
 pub fn warnings(contacts: &[ContactSettings]) -> Vec<String> {
     let of = |(number, contact): (usize, &ContactSettings)| {
         let preset = named(contact.preset.as_deref()?)?;
+        let rolls = match contact.rolling_friction > 0.0 || contact.rolling == Some(RollingName::Rut) {
+            true => "",
+            false => {
+                "; it says nothing of rolling_friction, without which round rocks do not stop on a slope"
+            }
+        };
         Some(format!(
-            "contact.{number}.preset: \"{}\" is uncalibrated: calibrate it on falls that were measured at the site ({})",
+            "contact.{number}.preset: \"{}\" is uncalibrated: calibrate it on falls that were measured at the site ({}){rolls}",
             preset.name, preset.source
         ))
     };

@@ -82,6 +82,17 @@ pub struct Lost {
     judged: Vector3<f64>,
 }
 
+/// A time without contact between two touches of the net.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// When contact was lost, and when the net was touched again [s].
+    pub from: f64,
+    /// See `from`.
+    pub until: f64,
+    /// Speed of the centre then [m/s].
+    pub speed: f64,
+}
+
 /// What has been seen of one rock so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ImpactRecord {
@@ -93,6 +104,9 @@ pub struct ImpactRecord {
     pub travel: Option<(f64, f64)>,
     /// Largest displacement of a node of the net along that direction, and when [m, s].
     pub elongation: Option<(f64, f64)>,
+    /// Longest time without contact between the first touch and that moment, if the rock moved on by its own size in it: what it
+    /// touched first, as a rope above the net, did not stop it.
+    pub gap: Option<Gap>,
     /// First moment without speed along that direction [s].
     pub stopped: Option<f64>,
     /// Speed and time when the last contact was lost on the rebound [m/s, s].
@@ -130,7 +144,7 @@ impl ImpactRecord {
         if passage.behind && self.behind.is_none() {
             self.behind = Some(passage.start + 0.5 * passage.length);
         }
-        self.part(&impact, passage);
+        self.part(rock, &impact, passage);
     }
 
     /// The first moment without speed along the impact direction, linear in the step.
@@ -144,9 +158,16 @@ impl ImpactRecord {
     }
 
     /// Contact lost, or found again.
-    fn part(&mut self, impact: &Impact, passage: &Passage) {
+    fn part(&mut self, rock: &Rock, impact: &Impact, passage: &Passage) {
         let along = |motion: &Motion| motion.velocity.dot(&impact.direction);
         let touches = passage.touched.is_some();
+        if let Some(lost) = self.lost.filter(|_| touches && self.stopped.is_none()) {
+            let (from, until, speed) = (lost.time, passage.start, passage.before.velocity.norm());
+            let apart = (passage.before.position - lost.position).norm() > rock.reach;
+            if apart && self.gap.is_none_or(|gap| until - from > gap.until - gap.from) {
+                self.gap = Some(Gap { from, until, speed });
+            }
+        }
         if touches {
             (self.lost, self.passed) = (None, None);
         } else if self.touching {

@@ -26,7 +26,9 @@ pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, 
         for (partner, depth, time) in body.deepest.each().filter(|(_, depth, _)| *depth > DEEP) {
             let cure = match partner {
                 Against::Net => "beyond it wires may pass between spheres; raise contact.young",
-                Against::Terrain if model.gives_way(number) => "raise contact.ground_modulus",
+                Against::Terrain if model.gives_way(number) => {
+                    "deeper prints are meant where the scene says [limits] penetration = 1.0; else raise contact.ground_modulus"
+                }
                 Against::Terrain if model.wholes[number].is_some() => "raise contact.young",
                 Against::Terrain => "raise contact.young or cluster.smallest_radius",
                 Against::Rocks => "of the smaller sphere; raise contact.young",

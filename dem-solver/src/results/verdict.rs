@@ -87,13 +87,21 @@ fn after_touch(model: &Model, body: &Body, impact: &Impact, state: &State) -> St
         );
     };
     let braking = stopped - impact.time;
+    // What follows the first touch is no braking as long as nothing is touched.
+    let gap = track.gap.map_or(String::new(), |gap| {
+        format!(
+            ", which counts from its first touch: from {:.4} s to {:.4} s nothing of the structure touched it, and it came back to it \
+             with {:.2} m/s",
+            gap.from, gap.until, gap.speed
+        )
+    });
     match track.rebound.filter(|_| !track.touching) {
         Some((speed, lost)) => format!(
             "rebounded from the net with {speed:.2} m/s at {lost:.4} s; it had been stopped in {braking:.4} s over \
-             {travel:.3} m"
+             {travel:.3} m{gap}"
         ),
         None => format!(
-            "was stopped by the net in {braking:.4} s over {travel:.3} m, from {:.2} m/s at {:.4} s",
+            "was stopped by the net in {braking:.4} s over {travel:.3} m, from {:.2} m/s at {:.4} s{gap}",
             impact.velocity.norm(),
             impact.time
         ),

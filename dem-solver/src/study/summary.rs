@@ -16,21 +16,61 @@ pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
-/// A quantity of every member: its name, its unit, where it is in an outcome, and of which members it is known.
+/// A quantity of every member: its name, its unit, where it is in an outcome.
 struct Column {
     name: &'static str,
     unit: &'static str,
-    of: fn(&Outcome) -> Option<f64>,
+    of: fn(&Outcome) -> f64,
+    /// Whether it is known of rocks that came to rest alone: of others it is at least that at which they were seen last.
+    at_rest: bool,
+}
+
+impl Column {
+    const fn new(name: &'static str, unit: &'static str, of: fn(&Outcome) -> f64) -> Self {
+        Self { name, unit, of, at_rest: false }
+    }
+
+    const fn at_rest(mut self) -> Self {
+        self.at_rest = true;
+        self
+    }
 }
 
 const COLUMNS: [Column; 6] = [
-    Column { name: "run_out", unit: "m", of: |o| (o.how == How::Rest).then_some(o.run_out) },
-    Column { name: "time", unit: "s", of: |o| (o.how == How::Rest).then_some(o.time) },
-    Column { name: "max_speed", unit: "m/s", of: |o| Some(o.speed) },
-    Column { name: "max_kinetic_energy", unit: "J", of: |o| Some(o.energy) },
-    Column { name: "max_jump_height", unit: "m", of: |o| Some(o.jump) },
-    Column { name: "impacts", unit: "1", of: |o| Some(o.impacts as f64) },
+    Column::new("run_out", "m", |o| o.run_out).at_rest(),
+    Column::new("time", "s", |o| o.time).at_rest(),
+    Column::new("max_speed", "m/s", |o| o.speed),
+    Column::new("max_kinetic_energy", "J", |o| o.energy),
+    Column::new("max_jump_height", "m", |o| o.jump),
+    Column::new("impacts", "1", |o| o.impacts as f64),
 ];
+
+/// Values of one quantity: those that are known, and bounds from below of the others.
+#[derive(Debug, Clone, Default)]
+struct Values {
+    known: Vec<f64>,
+    at_least: Vec<f64>,
+}
+
+impl Values {
+    /// The quantile, if it is known whatever the others come to: the members around it are known, and no other can lie below.
+    fn quantile(&self, share: f64) -> Option<f64> {
+        let place = share * (self.known.len() + self.at_least.len() - 1) as f64;
+        let above = *self.known.get(place.ceil() as usize)?;
+        let least = self.at_least.first().copied().unwrap_or(f64::INFINITY);
+        (above <= least).then(|| {
+            let below = self.known[place.floor() as usize];
+            below + (place - place.floor()) * (above - below)
+        })
+    }
+
+    /// Its bound from below: all others as they were seen last.
+    fn quantile_at_least(&self, share: f64) -> f64 {
+        let mut all = [&self.known[..], &self.at_least].concat();
+        all.sort_by(f64::total_cmp);
+        quantile(&all, share)
+    }
+}
 
 /// Counts and numbers of all members so far.
 #[derive(Debug, Clone, Default)]
@@ -41,7 +81,7 @@ pub struct Numbers {
     rest: u64,
     left: u64,
     moving: u64,
-    values: [Vec<f64>; COLUMNS.len()],
+    values: [Values; COLUMNS.len()],
     first: Option<(u64, String)>,
 }
 
@@ -67,7 +107,8 @@ impl Numbers {
             How::Moving => self.moving += 1,
         }
         for (values, column) in self.values.iter_mut().zip(&COLUMNS) {
-            values.extend((column.of)(outcome));
+            let ended = outcome.how == How::Rest || !column.at_rest;
+            (if ended { &mut values.known } else { &mut values.at_least }).push((column.of)(outcome));
         }
     }
 
@@ -92,21 +133,59 @@ impl Numbers {
         ] {
             report(name.into(), count as f64, "1");
         }
-        let mut absent = Vec::new();
+        let (mut none, mut unknown) = (Vec::new(), Vec::new());
         for (values, column) in self.values.iter_mut().zip(&COLUMNS) {
-            if values.is_empty() {
-                absent.push(column.name);
+            if values.known.is_empty() && values.at_least.is_empty() {
+                none.push(column.name);
                 continue;
             }
-            values.sort_by(f64::total_cmp);
+            values.known.sort_by(f64::total_cmp);
+            values.at_least.sort_by(f64::total_cmp);
             for share in SHARES {
-                let value = quantile(values, f64::from(share) / 100.0);
-                report(format!("{}_q{share}", column.name), value, column.unit);
+                let (name, part) = (format!("{}_q{share}", column.name), f64::from(share) / 100.0);
+                match values.quantile(part) {
+                    Some(value) => report(name, value, column.unit),
+                    None => unknown.push(format!(
+                        "{name} (at least {:.3} {})",
+                        values.quantile_at_least(part),
+                        column.unit
+                    )),
+                }
             }
-            report(format!("{}_largest", column.name), values[values.len() - 1], column.unit);
+            match values.known.last().filter(|_| values.at_least.is_empty()) {
+                Some(most) => report(format!("{}_largest", column.name), *most, column.unit),
+                None => unknown.push(format!("{}_largest", column.name)),
+            }
         }
-        if !absent.is_empty() {
-            summary.warnings.push(format!("quantiles of {} absent: no member has one", absent.join(", ")));
+        if !none.is_empty() {
+            summary.warnings.push(format!("quantiles of {} absent: no member was computed", none.join(", ")));
+        }
+        if !unknown.is_empty() {
+            let (computed, on) = (self.members - self.failed, self.left + self.moving);
+            summary.warnings.push(format!(
+                "{} absent: {on} of {computed} members did not come to rest on the terrain, {} left it and {} still moved, so \
+                 that these are not known; a larger terrain or a longer end_time may do",
+                unknown.join(", "),
+                self.left,
+                self.moving
+            ));
+        }
+        let cut = self.moving as f64 / self.members as f64;
+        if self.moving > 0 {
+            let what = format!(
+                "{} of {} members ({}) still moved when the time was over: shares and quantiles at lines, maps and run-outs are \
+                 of falls that are not at their end; raise end_time",
+                self.moving,
+                self.members,
+                percent(cut)
+            );
+            if cut > most_failed {
+                summary.status = RunStatus::Unreliable;
+                summary.message =
+                    Some(format!("unreliable: {what}, or allow it with most_failed = {cut:.3}"));
+            } else {
+                summary.warnings.push(what);
+            }
         }
         let bad = self.unreliable + self.failed;
         if let Some((number, why)) = self.first {
@@ -117,6 +196,9 @@ impl Numbers {
                 percent(share)
             );
             if share > most_failed {
+                if let Some(other) = summary.message.take() {
+                    summary.warnings.push(other);
+                }
                 summary.status = RunStatus::Unreliable;
                 summary.message = Some(format!(
                     "unreliable: {what}; more than most_failed = {most_failed}: the column `message` of members.csv has all"
@@ -138,6 +220,50 @@ mod tests {
         let values = [1.0, 2.0, 4.0, 8.0, 16.0];
         assert_eq!([0.0, 0.25, 0.5, 0.875, 1.0].map(|s| quantile(&values, s)), [1.0, 2.0, 4.0, 12.0, 16.0]);
         assert_eq!(quantile(&[3.0], 0.95), 3.0);
+    }
+
+    /// Rocks at 10, 20, ... 60 m, then two that left the terrain 45 m and 90 m away: the real run-out of these lies beyond, so that
+    /// among eight the places 0 to 3 are sure (10 to 40 m), and what lies above 45 m is not.
+    #[test]
+    fn quantiles_of_run_out_are_known_as_far_as_rocks_that_left_cannot_change_them() {
+        let mut numbers = Numbers::default();
+        let mut add = |how, run_out| {
+            let outcome = Outcome { status: RunStatus::Done, how, run_out, ..Outcome::failed(String::new()) };
+            numbers.add(1, &outcome);
+        };
+        (1..=6).for_each(|k| add(How::Rest, 10.0 * f64::from(k)));
+        add(How::Out, 45.0);
+        add(How::Out, 90.0);
+        let summary = numbers.summary(0.01);
+        assert_eq!(summary.status, RunStatus::Done);
+        assert_eq!(summary.measure("run_out_q10"), Some(17.0));
+        // Between 40 m and what is 45 m or 50 m.
+        assert_eq!(summary.measure("run_out_q50"), None);
+        assert_eq!(summary.measure("run_out_q99"), None);
+        assert_eq!(summary.measure("run_out_largest"), None);
+        let said = summary.warnings.join("\n");
+        assert!(said.contains("run_out_q50 (at least 42.500 m)"), "{said}");
+        assert!(
+            said.contains("run_out_q99 (at least 87.900 m)") && said.contains("2 of 8 members"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn members_that_still_move_are_said_and_too_many_make_the_study_unreliable() {
+        let of = |moving: u64| {
+            let mut numbers = Numbers::default();
+            for number in 1..=100 {
+                let how = if number <= moving { How::Moving } else { How::Rest };
+                numbers
+                    .add(number, &Outcome { status: RunStatus::Done, how, ..Outcome::failed(String::new()) });
+            }
+            numbers.summary(0.01)
+        };
+        let (one, many) = (of(1), of(20));
+        assert_eq!((one.status, many.status), (RunStatus::Done, RunStatus::Unreliable));
+        assert!(one.warnings.join("").contains("1 of 100 members (1 %) still moved"), "{:?}", one.warnings);
+        assert!(many.message.is_some_and(|m| m.contains("20 of 100") && m.contains("end_time")));
     }
 
     #[test]

@@ -98,8 +98,8 @@ impl Table {
             });
         }
         cells.push(it.status.word().into());
-        cells.push(it.how.word().into());
         let ended = it.status != RunStatus::Failed;
+        cells.push(if ended { it.how.word().into() } else { String::new() });
         let mut number = |value: f64| cells.push(if ended { text(value) } else { String::new() });
         it.end.iter().chain(&it.end_velocity).for_each(|value| number(*value));
         for value in [it.time, it.run_out, it.speed, it.energy, it.jump, it.impacts as f64, it.contact] {

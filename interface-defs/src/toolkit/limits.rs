@@ -203,7 +203,7 @@ const SHORTEN: &str = "beyond it nobody vouches for the reaction or the deflecti
      coupling.time_window, or set coupling.scheme = \"strong\"";
 
 /// What to try against too deep an overlap.
-const TOO_SOFT: &str = "the contact is too soft for this speed; raise contact.young (or stiffness, ground_modulus), or cluster.smallest_radius";
+const TOO_SOFT: &str = "the contact is too soft for this speed; raise contact.young (or stiffness, ground_modulus), or cluster.smallest_radius; prints in soft ground (law = \"ground\") may be that deep: limits.penetration = 1.0";
 
 /// Name of the measure to which [`Limits::energy_error`] applies.
 pub const ENERGY_ERROR: &str = "energy_error";

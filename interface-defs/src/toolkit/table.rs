@@ -15,7 +15,11 @@ const OF_A_KIND: usize = 3;
 
 /// Measures by how much they matter, for every kind of run: what a run does not have takes no place. A measure of one of
 /// several rocks, `block_impact_speed`, counts as `impact_speed`.
-const RANKED: [&str; 24] = [
+const RANKED: [&str; 28] = [
+    "passing_share",
+    "energy_q95",
+    "energy_q99",
+    "height_q95",
     "energy_error",
     "max_deflection",
     "max_reaction_1ms",
@@ -115,7 +119,14 @@ fn shown(measures: &[Measure]) -> Vec<&Measure> {
 
 /// The words of a warning before its first number or name: those of one kind begin with the same.
 fn kind(warning: &str) -> &str {
-    let end = warning.find(|c: char| c.is_ascii_digit() || c == '`' || c == ':').unwrap_or(warning.len());
+    let mut within = false;
+    let ends = |c: char| {
+        let ends = c == '`' || c == ':' || (c.is_ascii_digit() && !within);
+        // Digits of a name, as of a file, are a part of it.
+        within = c.is_alphanumeric();
+        ends
+    };
+    let end = warning.find(ends).unwrap_or(warning.len());
     warning[..end].trim_end_matches([' ', '='])
 }
 

@@ -88,7 +88,13 @@ pub fn write(base: &Base, dir: &Path, all: All, found: &mut Checked) -> io::Resu
         passing.table.flush()?;
         let name = &line.name;
         let count = passing.largest[0].len();
-        let share = count as f64 / computed.max(1) as f64;
+        if computed == 0 {
+            found
+                .warnings
+                .push(format!("what passes the line `{name}` is not known: no member was computed"));
+            continue;
+        }
+        let share = count as f64 / computed as f64;
         let mut report = |what: String, value: f64, unit: &str| {
             found.measures.push(Measure {
                 name: format!("{name}_{what}"),
@@ -100,7 +106,9 @@ pub fn write(base: &Base, dir: &Path, all: All, found: &mut Checked) -> io::Resu
         report("passing".into(), count as f64, "1");
         report("passing_share".into(), share, "1");
         if count == 0 {
-            found.warnings.push(format!("quantiles at the line `{name}` absent: no rock passes it"));
+            found
+                .warnings
+                .push(format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it"));
             continue;
         }
         for (values, (what, unit, _)) in passing.largest.iter_mut().zip(LARGEST) {
@@ -151,11 +159,14 @@ fn curves(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let page = SVGBackend::new(path, (1080, 400)).into_drawing_area();
     page.fill(&WHITE)?;
-    let title = format!("Line {name}: {:.1} % of all rocks pass; share of those that reach", 100.0 * share);
+    let title = format!(
+        "Line {name}: {:.1} % of all rocks pass; of these, the share that reaches or exceeds",
+        100.0 * share
+    );
     let page = page.titled(&title, ("sans-serif", 18))?;
     let panels = page.split_evenly((1, 3));
     for (panel, (at, title)) in panels.iter().zip([
-        (0, "kinetic energy [kJ]"),
+        (0, "kinetic energy, rotation included [kJ]"),
         (1, "height of the lowest point [m]"),
         (3, "speed [m/s]"),
     ]) {
