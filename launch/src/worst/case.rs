@@ -112,7 +112,11 @@ impl Case {
         let message = summary.message.clone().unwrap_or(said);
         let message = if status == RunStatus::Done { String::new() } else { message };
         let scene = format!("{}:", place.with_extension("toml").display());
-        let warnings = summary.warnings.iter().map(|warning| without_place(warning, &scene)).collect();
+        let warnings = summary.warnings.iter().map(|warning| without_place(warning, &scene));
+        // Which measures are not there is of less weight than what is wrong.
+        let (absent, mut warnings): (Vec<String>, Vec<String>) =
+            warnings.partition(|warning| warning.contains(" absent: "));
+        warnings.extend(absent);
         Self { entry: entry.clone(), status, message, summary: Some(summary), warnings }
     }
 
