@@ -50,7 +50,7 @@ mod tests {
         let said = |name: &str, text: &str| {
             let scene = temp.path().join(name);
             std::fs::write(&scene, text).expect("written");
-            let stop = load(&Input { scene, sets: Vec::new() }).err().expect("refused");
+            let Err(stop) = load(&Input { scene, sets: Vec::new() }) else { panic!("{name} is a scene") };
             assert_eq!(stop.exit, interface_defs::toolkit::exit::Exit::BadInput);
             stop.message
         };
