@@ -121,6 +121,8 @@ fn the_worst_members_are_run_against_the_barrier_once_each_and_put_together() {
     place(&bench, "line = [[-12.0, 0.5], [12.0, 0.5]]");
     let output = run(&bench, &["--worst", "3"]);
     assert!(output.status.success(), "{}", said(&output));
+    // Each is told of as it ends, on a terminal or not.
+    assert!(said(&output).contains("\n3 of 3: member "), "{}", said(&output));
     let dir = bench.path("out/barrier");
     let table = rows(&dir.join("verdicts.csv"));
     let members: Vec<String> = table.iter().map(|row| row["member"].clone()).collect();

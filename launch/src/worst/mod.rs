@@ -29,7 +29,6 @@ use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use place::Generated;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -218,7 +217,7 @@ impl Work<'_> {
                 })?,
             };
             if !self.quiet && !again {
-                self.say(&case, cases.len() + 1, chosen.chosen.len());
+                Self::say(&case, cases.len() + 1, chosen.chosen.len());
             }
             cases.push(case);
             table::write_rows(&chosen.columns, &cases, dir)
@@ -235,16 +234,8 @@ impl Work<'_> {
         }
     }
 
-    fn say(&self, case: &Case, number: usize, all: usize) {
-        self.line(&format!("{number} of {all}: member {}: {}", case.member(), case.words()));
-    }
-
-    fn line(&self, line: &str) {
-        if std::io::stderr().is_terminal() {
-            eprintln!("{line}");
-        } else {
-            tracing::info!("{line}");
-        }
+    fn say(case: &Case, number: usize, all: usize) {
+        eprintln!("{number} of {all}: member {}: {}", case.member(), case.words());
     }
 
     fn run(&self, entry: &serde_json::Value, place: &Path, [number, all]: [usize; 2]) -> Result<Case, Stop> {
@@ -263,7 +254,7 @@ impl Work<'_> {
         command.stdout(Stdio::null()).stderr(Stdio::piped());
         let tell = |seconds| {
             let far = status::far(place).unwrap_or_else(|| "no row yet".into());
-            self.line(&format!("{number} of {all}: member {}: {far}, after {seconds} s", entry["member"]));
+            eprintln!("{number} of {all}: member {}: {far}, after {seconds} s", entry["member"]);
         };
         let tell: &dyn Fn(u64) = if self.quiet { &|_| {} } else { &tell };
         let output = child::wait_telling(&mut command, self.events, tell)?;
