@@ -121,6 +121,8 @@ fn the_worst_members_are_run_against_the_barrier_once_each_and_put_together() {
     place(&bench, "line = [[-12.0, 0.5], [12.0, 0.5]]");
     let output = run(&bench, &["--worst", "3"]);
     assert!(output.status.success(), "{}", said(&output));
+    // Each is told of as it ends, on a terminal or not.
+    assert!(said(&output).contains("\n3 of 3: member "), "{}", said(&output));
     let dir = bench.path("out/barrier");
     let table = rows(&dir.join("verdicts.csv"));
     let members: Vec<String> = table.iter().map(|row| row["member"].clone()).collect();
@@ -182,6 +184,18 @@ fn the_worst_members_are_run_against_the_barrier_once_each_and_put_together() {
     assert!(again.status.success(), "{}", said(&again));
     assert_eq!(runs(&bench, &members), before);
     assert_eq!(rows(&dir.join("verdicts.csv")).len(), 4);
+    // Another study is refused here, and nothing of this one is lost.
+    let kept = std::fs::read(bench.path("out/summary.json")).expect("a summary");
+    let other = run(&bench, &["--set", "seed=2"]);
+    assert_eq!(other.status.code(), Some(2), "{}", said(&other));
+    assert!(said(&other).contains("holds another study"), "{}", said(&other));
+    assert!(std::fs::read(bench.path("out/summary.json")).is_ok_and(|now| now == kept));
+    let chunk = bench.path("out/chunks/00000001-00000002.chunk");
+    std::fs::write(&chunk, "not one of this study\n").expect("written");
+    let damaged = run(&bench, &[]);
+    assert_eq!(damaged.status.code(), Some(2), "{}", said(&damaged));
+    assert!(std::fs::read(bench.path("out/summary.json")).is_ok_and(|now| now == kept));
+    std::fs::remove_file(chunk).expect("removed");
     // Its scene alone gives the same history.
     let alone = bench.done(&dir.join(format!("{}.toml", members[0])), "alone", &[]);
     let history = |dir: PathBuf| std::fs::read(dir.join("history.csv")).expect("rows");
@@ -277,6 +291,20 @@ fn what_cannot_be_run_is_refused_before_the_study_and_says_what_to_try() {
     refused(&["there is no directory", "nowhere"]);
     assert!(!bench.path("out").exists(), "nothing is left of what was refused");
     std::fs::write(bench.path("barrier.toml"), &text).expect("written");
+    let (_, structure) = text.split_once("[structure]").expect("it has a structure");
+    let bare = format!("end_time = 0.6\n[structure]{structure}");
+    std::fs::write(bench.path("barrier.toml"), bare).expect("written");
+    refused(&[
+        "barrier.toml",
+        "no [[contact]] of `rock` and `structure`",
+        "between = [\"rock\", \"structure\"]",
+    ]);
+    std::fs::write(bench.path("barrier.toml"), &text).expect("written");
+    let long = run(&bench, &["--set", "barrier.dem.time_step=0.01"]);
+    assert_eq!(long.status.code(), Some(2), "{}", said(&long));
+    let says = said(&long);
+    assert!(says.contains("critical step") && says.contains("--scene-of 1"), "{says}");
+    assert!(!says.contains("-member.toml") && !bench.path("out").exists(), "{says}");
     let other = "[[line]]\nname = \"barrier\"\npoints = [[-5.0, 3.0], [5.0, 3.0]]\n";
     std::fs::write(bench.path("study.toml"), format!("{STUDY}{other}")).expect("written");
     refused(&[

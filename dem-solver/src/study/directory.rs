@@ -77,19 +77,27 @@ impl Directory {
         self.main().exists() || self.path(SUMMARY).exists()
     }
 
+    /// Whether this study has begun here; another one is refused. Nothing is changed.
+    pub fn holds(&self, base: &Base) -> Result<bool, InputError> {
+        let Ok(text) = std::fs::read_to_string(self.path(RECORD)) else { return Ok(false) };
+        let known: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        if known["fingerprint"].as_str() == Some(&base.fingerprint) {
+            return Ok(true);
+        }
+        Err(self
+            .fault(
+                "this directory holds another study, or this one with another study file, scene, terrain or program",
+            )
+            .try_instead("choose another with --out, or begin anew with --force"))
+    }
+
     /// Make the directory that of this study, or find that it is another's.
     pub fn begin(&self, base: &Base, file: &Scene) -> Result<(), InputError> {
         let unwritable = |e: io::Error| self.fault(format!("no results can be written here: {e}"));
+        let known = self.holds(base)?;
         std::fs::create_dir_all(self.dir.join(CHUNKS)).map_err(unwritable)?;
-        let record = self.path(RECORD);
-        if let Ok(text) = std::fs::read_to_string(&record) {
-            let known: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-            if known["fingerprint"].as_str() == Some(&base.fingerprint) {
-                return base.keep_clusters(&self.path(CLUSTERS)).map_err(unwritable);
-            }
-            return Err(self
-                .fault("this directory holds another study, or this one with another study file, scene, terrain or program")
-                .try_instead("choose another with --out, or begin anew with --force"));
+        if known {
+            return base.keep_clusters(&self.path(CLUSTERS)).map_err(unwritable);
         }
         let text = json!({
             "version": env!("CARGO_PKG_VERSION"),

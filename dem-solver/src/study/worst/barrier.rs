@@ -101,7 +101,7 @@ impl Barrier {
             put_flight(rock, flight);
         }
         let mut scene = self.document.clone();
-        let contacts = self.contacts(&own);
+        let contacts = self.contacts(&own)?;
         scene.insert("contact".into(), Value::Array(contacts));
         for key in OF_STUDY {
             scene.remove(key);
@@ -125,31 +125,48 @@ impl Barrier {
         Ok(scene)
     }
 
-    /// Laws of the ground as the study has them, those of the structure as the barrier has them.
-    fn contacts(&self, own: &Table) -> Vec<Value> {
+    /// Laws of the ground as the study has them, those of the structure as the barrier has them. That of ground against the net
+    /// would be many times too stiff: a barrier without its own is refused.
+    fn contacts(&self, own: &Table) -> Result<Vec<Value>, InputError> {
         let tables =
             |document: &Table| document.get("contact").and_then(Value::as_array).cloned().unwrap_or_default();
-        let names = |table: &Value| {
+        let names = |table: &Value, wanted: &str| {
             let between = table.get("between").and_then(Value::as_array);
-            between.map(|all| all.iter().any(|name| name.as_str() == Some(STRUCTURE)))
+            between.map(|all| all.iter().any(|name| name.as_str() == Some(wanted)))
         };
         let rock = own.get("rock").and_then(|rocks| rocks.get(0));
         let material = rock.and_then(|rock| rock.get("material")).and_then(Value::as_str).unwrap_or("rock");
         let (ground, barrier) = (tables(own), tables(&self.document));
-        let mut all: Vec<Value> = ground.into_iter().filter(|table| names(table) != Some(true)).collect();
-        let named = barrier.iter().any(|table| names(table) == Some(true));
+        let mut all: Vec<Value> =
+            ground.into_iter().filter(|table| names(table, STRUCTURE) != Some(true)).collect();
+        let named = barrier.iter().any(|table| names(table, STRUCTURE) == Some(true));
+        let mut found = false;
         for mut table in barrier {
-            match (names(&table), &mut table) {
-                (Some(true), _) => all.push(table),
+            match (names(&table, STRUCTURE), &mut table) {
+                (Some(true), _) => {
+                    found |= names(&table, material) == Some(true);
+                    all.push(table);
+                }
                 // What holds for all pairs holds for the structure.
                 (None, Value::Table(law)) if !named => {
                     law.insert("between".into(), vec![material, STRUCTURE].into());
                     all.push(table);
+                    found = true;
                 }
                 _ => {}
             }
         }
-        all
+        if found {
+            return Ok(all);
+        }
+        let what = format!(
+            "there is no [[contact]] of `{material}` and `{STRUCTURE}`, and that of the ground is not for a net"
+        );
+        let advice = format!(
+            "add one to the barrier, as in\n[[contact]]\nbetween = [\"{material}\", \"{STRUCTURE}\"]\nlaw = \"linear\"\n\
+             stiffness = 1e7\npoisson = 0.2\nrestitution = 0.5\nfriction = 0.4"
+        );
+        Err(self.scene.invalid("contact", what).try_instead(advice))
     }
 }
 
