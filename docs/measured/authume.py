@@ -1,7 +1,7 @@
 """Authume quarry: calibrate the ground on one half of the measured falls, predict the other.
 
     git clone https://github.com/richefeu/AuthumeQuarryRockfalls_Data-in-Brief
-    python docs/measured/authume.py --data AuthumeQuarryRockfalls_Data-in-Brief --work out/measured --points 10 3 0 --of 16 --members 1 1
+    python docs/measured/authume.py --data AuthumeQuarryRockfalls_Data-in-Brief --work out/measured --points 10 4 0 --of 16 --members 1 1
 
 That repository states no licence: nothing of it is part of this project. Its y axis points up. The studies and the results go to
 `out/measured/authume`.
@@ -215,16 +215,18 @@ def main():
     site = Site(given)
     tried = falls.calibrate(RANGES, site.cost, given.points, site.work / "tried.json", of=given.of)
     best = tried[0]["values"]
-    result = {"site": "authume", "values": best, "fit": {}, "costs": [it["cost"] for it in tried]}
+    result = {"site": "authume", "values": best, "fit": {}, "costs": [it["cost"] for it in tried], "calibrated": tried[0]}
     result["offset"] = {p: falls.quantiles(site.offset(p)) for p in PROFILES}
+    result["measured_a"] = {p: falls.quantiles(site.measured(p, "a")["run_out"]) for p in PROFILES}
+    result["noise_a"] = {p: falls.noise(site.measured(p, "a")["run_out"]) for p in PROFILES}
     result["deciding"] = {p: falls.deciding(tried, given.points, lambda it: it["quantiles"][p][1]) for p in PROFILES}
-    for case, half, values, scene in (("a", "a", best, ""), ("b", "b", best, ""), ("preset", "b", {}, "preset-")):
-        found, bad, left = site.computed(half, values, given.members[1], f"final-{case}", scene)
+    for case, values, scene in (("b", best, ""), ("preset", {}, "preset-")):
+        found, bad, left = site.computed("b", values, given.members[1], f"final-{case}", scene)
         result["fit"][case] = {"bad": bad, "left": left}
         for profile in PROFILES:
-            seen = site.measured(profile, half)
+            seen = site.measured(profile, "b")
             result["fit"][case][profile] = {key: falls.compare(seen[key], found[profile][key]) for key in seen}
-    falls.write(given.work / "authume.json", result)
+        falls.write(given.work / "authume.json", result)
 
 
 if __name__ == "__main__":

@@ -24,13 +24,13 @@ def curve(axes, sample, colour, label, **style):
     axes.step(np.append(sample[0], sample), np.append(0.0, share), where="post", color=colour, label=label, **style)
 
 
-def finish(axes, title, quantity, **limits):
+def finish(axes, title, quantity, legend):
     axes.set(title=title, xlabel=quantity, ylim=(0, 1.02))
-    axes.set_xlim(left=0, **limits)
-    axes.legend(loc="lower right", fontsize=6.5, frameon=False)
+    axes.set_xlim(left=0)
+    axes.legend(loc=legend, fontsize=6.5, frameon=False)
 
 
-def panel(axes, title, fit, more=(), quantity="run-out [m]", **limits):
+def panel(axes, title, fit, more=()):
     """Measured and predicted of the half that was not used."""
     for sample, colour, label in more:
         curve(axes, sample, colour, label, linewidth=1.0, linestyle="--")
@@ -38,16 +38,16 @@ def panel(axes, title, fit, more=(), quantity="run-out [m]", **limits):
     curve(axes, fit["measured"], MEASURED, f"measured ({len(fit['measured'])})", linewidth=1.6)
     for share, (low, high) in zip((0.1, 0.5, 0.9), fit["measured_intervals"]):
         axes.plot([low, high], [share, share], color=MEASURED, linewidth=0.8, marker="|", markersize=5)
-    finish(axes, title, quantity, **limits)
+    finish(axes, title, "run-out [m]", "upper left")
 
 
-def impacts(axes, title, key, fit, preset, power=1, quantity="", **limits):
+def impacts(axes, title, key, fit, preset, power=1, quantity=""):
     """The same of impacts: all orientations of all of them against what was measured."""
     curve(axes, np.array(preset["of"][key]["grid"]) ** power, PRESET, "preset meadow", linewidth=1.0, linestyle="--")
     curve(axes, np.array(fit["of"][key]["grid"]) ** power, COMPUTED, "predicted, all orientations", linewidth=1.6)
     measured = np.array(fit["of"][key]["measured"]) ** power
     curve(axes, measured, MEASURED, f"measured ({len(measured)})", linewidth=1.6)
-    finish(axes, title, quantity, **limits)
+    finish(axes, title, quantity, "lower right")
 
 
 def numbers(values, digits):
@@ -92,8 +92,12 @@ def tschamut(result):
 def authume(result):
     print(HEAD)
     for profile in ("P1", "P2"):
-        for case, name in (("a", "half that was calibrated"), ("b", "**other half, predicted**"), ("preset", "other half, presets alone")):
-            for key in ("run_out", "reach", "side"):
+        best = result["calibrated"]
+        made = f"{numbers(best['quantiles'][profile], 1)} | {best['costs'][profile]:.2f} ({result['noise_a'][profile]:.2f})"
+        print(f"| {profile} half that was calibrated | | {numbers(result['measured_a'][profile], 1)} | | {made} | |")
+        for case, name in (("b", "**other half, predicted**"), ("preset", "other half, presets alone")):
+            # What left the terrain has no height, and no reach angle.
+            for key in ("run_out", "reach", "side") if result["fit"][case]["left"] == 0 else ("run_out", "side"):
                 print(row(f"{profile} {name}: {key}", result["fit"][case][profile][key]))
     print("offset of the ends:", result["offset"], "not to be trusted, left:", [(it["bad"], it["left"]) for it in result["fit"].values()])
     print("costs:", np.round(result["costs"], 2))
@@ -102,15 +106,15 @@ def authume(result):
 
 def chant_sura(result):
     print(
-        "| impacts | quantity | number | measured 10 / 50 / 90 % | computed, all orientations | median off, bias | within 10 to 90 % | KS distance (p) "
-        "| preset: computed, off, bias |\n|---|---|---|---|---|---|---|---|---|"
+        "| impacts | quantity | number | measured 10 / 50 / 90 % | computed, all orientations | median off, bias | within 10 to 90 % "
+        "| preset: computed, off, bias |\n|---|---|---|---|---|---|---|---|"
     )
-    for half, name in HALVES.items():
+    for half, name in [it for it in HALVES.items() if it[0] in result["fit"]]:
         for key, it in result["fit"][half]["of"].items():
             digits, plain = (0 if key == "rotation" else 2), result["preset"][half]["of"][key]
             print(
                 f"| {name} | {key} | {len(it['measured'])} | {numbers(it['measured_quantiles'], digits)} | {numbers(it['computed_quantiles'], digits)} | "
-                f"{it['off']:.{digits}f}, {it['bias']:+.{digits}f} | {it['within']} | {it['ks'][0]:.2f} ({it['ks'][1]:.2g}) | "
+                f"{it['off']:.{digits}f}, {it['bias']:+.{digits}f} | {it['within']} | "
                 f"{numbers(plain['computed_quantiles'], digits)}, {plain['off']:.{digits}f}, {plain['bias']:+.{digits}f} |"
             )
     print("not to be trusted:", {half: it["bad"] for half, it in result["fit"].items()}, "costs:", np.round(result["costs"], 3))
@@ -133,8 +137,8 @@ def main():
 
     result = load("authume")
     for place, profile in zip(axes[0, 1:], ("P1", "P2")):
-        case = {name: result["fit"][name][profile]["run_out"] for name in ("a", "b", "preset")}
-        more = [(case["preset"]["computed"], PRESET, "presets"), (case["a"]["measured"], OTHER, "measured, calibrated half")]
+        case = {name: result["fit"][name][profile]["run_out"] for name in ("b", "preset")}
+        more = [(case["preset"]["computed"], PRESET, "presets")]
         panel(place, f"Authume {profile}: run-out, the half not used", case["b"], more)
     authume(result)
 
