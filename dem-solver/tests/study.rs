@@ -627,6 +627,62 @@ fn lines_and_maps_hold_what_flies_past() {
     assert_eq!(ways["crs"]["properties"]["name"], "urn:ogc:def:crs:EPSG::2056");
 }
 
+/// The spheres of a rock are made by the first task of a study; others read them from its directory, and make them again where they
+/// were changed. With several shapes each has its file. The table is the same.
+#[test]
+fn spheres_are_made_once_and_kept_in_the_directory_of_the_study() {
+    let shape = "shape = { type = \"box\", size = [0.8, 0.7, 0.6] }";
+    let norm = "{ type = \"norm_rock\", form = \"111\", volume = 0.2 }";
+    let other = "{ type = \"norm_rock\", form = \"221\", volume = 0.3 }";
+    let shapes = format!("[vary]\nshape = {{ choice = [{norm}, {other}] }}\n");
+    for (study, files) in [
+        (STUDY.to_owned(), &["block.xyzr"][..]),
+        (STUDY.replace("[vary]\n", &shapes), &["block_1.xyzr", "block_2.xyzr"]),
+    ] {
+        let place = Place::new(&study);
+        place.write("fall.toml", &SCENE.replace(shape, &format!("shape = {}", norm.replace("0.2", "0.25"))));
+        let said = |arguments: &[&str]| {
+            let output = place.run("out", arguments);
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.success(), "{said}");
+            said
+        };
+        assert!(said(&["--members", "1..8"]).contains("making a cluster"));
+        let folder = place.path("out/clusters");
+        assert!(files.iter().all(|file| folder.join(file).is_file()));
+        assert!(!said(&["--members", "9..14"]).contains("making a cluster"));
+        let first = folder.join(files[0]);
+        let text = std::fs::read_to_string(&first).expect("spheres");
+        std::fs::write(&first, text.clone() + "0.0 0.0 0.0 0.05\n").expect("written");
+        assert!(said(&[]).contains("making a cluster"), "it was changed");
+        assert_eq!(std::fs::read_to_string(&first).expect("spheres"), text);
+        assert!(!said(&["--resume"]).contains("making a cluster"));
+        assert_eq!(place.read("out"), place.table("whole", &[]));
+    }
+}
+
+/// What leaves the terrain in flight does so on a parabola, with its velocity at the border.
+#[test]
+fn the_row_of_a_member_that_leaves_the_terrain_has_its_velocity_there() {
+    let place = flights();
+    place.write("study.toml", &FLIGHTS.replace("{ choice = [10.0, 14.0], weights = [3, 1] }", "40.0"));
+    for row in rows(&place.table("out", &[])) {
+        assert_eq!(row["ending"], "left");
+        let time = (2_600_060.0 - number(&row, "x_m")) / number(&row, "vx_m_per_s");
+        for (name, exact) in [
+            ("time_s", time),
+            ("end_x_m", 2_600_060.0),
+            ("end_vx_m_per_s", 40.0),
+            ("end_vy_m_per_s", 0.0),
+            ("end_vz_m_per_s", -9.81 * time),
+        ] {
+            // Places of a survey have seven digits before the point.
+            let found = number(&row, name);
+            assert!((found - exact).abs() < 1e-8 * exact.abs().max(1.0), "{name}: {found} {exact}");
+        }
+    }
+}
+
 /// GDAL, with which QGIS reads: extent, coordinate system, cells without a value.
 #[test]
 fn maps_are_read_by_gdal() {

@@ -79,11 +79,14 @@ enum Command {
         /// Directory of the results
         dir: PathBuf,
     },
-    /// Print the JSON schema of the scene file, for editors
+    /// Print the JSON schema of the scene file, or with --study that of a study file, for editors
     ///
     /// Write it into a file once, and name that in the first line of a scene: `#:schema rockfall.schema.json`.
     /// Even Better TOML and taplo then complete keys, show units and defaults, and mark what is misspelt.
     Schema {
+        /// The schema of a study file (`rockfall ensemble`)
+        #[arg(long, conflicts_with = "reference")]
+        study: bool,
         /// Print the reference of all keys and results instead (Markdown)
         #[arg(long)]
         reference: bool,
@@ -163,9 +166,12 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             Ok(exit)
         }
         Command::Cluster(_) => hand_over("dem-solver", "cluster", &arguments_after("cluster")),
-        Command::Schema { reference } => {
-            let share = schema::share()?;
-            show(&if reference { reference::text(&share) } else { schema::text(&share) });
+        Command::Schema { study, reference } => {
+            show(&match (study, reference) {
+                (true, _) => schema::text(&schema::study()?.study()),
+                (_, true) => reference::text(&schema::share()?, &schema::study()?),
+                (_, false) => schema::text(&schema::share()?.document()),
+            });
             Ok(Exit::Done)
         }
         Command::Completions { shell } => {

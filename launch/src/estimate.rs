@@ -3,8 +3,9 @@
 use crate::choice;
 use crate::events::Events;
 use crate::ground::Ground;
+use crate::kind;
 use crate::numbers::{Numbers, Side};
-use crate::plan::{Part, Plan};
+use crate::plan::Part;
 use crate::preset::Preset;
 use crate::record;
 use crate::stop::Stop;
@@ -19,11 +20,31 @@ use interface_defs::toolkit::summary::short;
 use std::fmt::Write;
 use std::path::Path;
 
+/// A scene as the programs that it asks for have found it.
+struct Examined {
+    scene: Scene,
+    reports: Vec<(Part, CheckReport)>,
+    text: String,
+}
+
 /// The answer to `rockfall check`. The scene with every default and every choice filled in goes to `resolved`.
 pub fn check(input: &Input, resolved: Option<&Path>) -> Result<String, Stop> {
+    let Examined { scene, reports, mut text } = examine(input, resolved)?;
+    for warning in warnings(&scene, &reports)? {
+        let _ = writeln!(text, "warning: {warning}");
+    }
+    Ok(text)
+}
+
+/// What `rockfall check` warns of, without places in the scene.
+pub fn doubts(input: &Input) -> Result<Vec<String>, Stop> {
+    let Examined { scene, reports, .. } = examine(input, None)?;
+    Ok(unplaced(&scene, &reports)?)
+}
+
+fn examine(input: &Input, resolved: Option<&Path>) -> Result<Examined, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
-    let scene = input.load()?;
-    let plan = Plan::of(&scene)?;
+    let (scene, plan) = kind::load(input)?;
     let ground = Ground::of(&scene, &plan, input, &events)?;
     let mut reports = validate(&plan, ground.input(), &events)?;
     let chosen = choice::complete(&scene, &plan, &mut reports)?;
@@ -60,19 +81,20 @@ pub fn check(input: &Input, resolved: Option<&Path>) -> Result<String, Stop> {
     }
     text.push_str(&numbers.steps());
     text.push_str(&numbers.cost());
-    for warning in warnings(&scene, &reports)? {
-        let _ = writeln!(text, "warning: {warning}");
-    }
-    Ok(text)
+    Ok(Examined { scene, reports, text })
 }
 
 /// What the user should know before the start, each once, with its place in the scene where it begins with its key.
 pub fn warnings(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<String>, InputError> {
+    Ok(unplaced(scene, reports)?.iter().map(|warning| scene.placed(warning)).collect())
+}
+
+fn unplaced(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<String>, InputError> {
     let of_programs = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
     let of_numbers = Numbers::of(reports, scene.end_time()?).warnings();
     let of_tables = Output::warnings(scene)?.into_iter().chain(Limits::of(scene)?.warnings());
     let mut all: Vec<String> = Vec::new();
-    for warning in of_programs.chain(of_numbers).chain(of_tables).map(|warning| scene.placed(&warning)) {
+    for warning in of_programs.chain(of_numbers).chain(of_tables) {
         if !all.contains(&warning) {
             all.push(warning);
         }

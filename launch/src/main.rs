@@ -8,6 +8,7 @@
 //! [`run`] is `rockfall run` from top to bottom, [`cli`] the command line before it. In order:
 //!
 //! - [`plan`]: who takes part, by presence; [`command_line`]: the program files
+//! - [`kind`]: a scene, and not a study or a barrier for one
 //! - [`ground`]: heights of the terrain for a structure that stands on it
 //! - [`validate`]: each program checks the tables that are its own, and reports numbers
 //! - [`choice`]: scheme, window and steps that the scene leaves open, from [`numbers`] and [`stability`] (the longest weak window)
@@ -29,6 +30,7 @@ mod command_line;
 mod estimate;
 mod events;
 mod ground;
+mod kind;
 mod manual;
 mod numbers;
 mod plan;

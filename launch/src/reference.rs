@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 const HEAD: &str = "\
 # Reference
 
-All keys of a scene, and all numbers in the result files. This page is made by `rockfall schema --reference` from the
+All keys of a scene and of a study, and all numbers in the result files. This page is made by `rockfall schema --reference` from the
 doc comments of the programs; do not edit it.
 
 A scene is one TOML file in SI units; paths in it are relative to the scene file. A table that is absent builds nothing
@@ -19,19 +19,24 @@ editor (Even Better TOML, taplo): `rockfall schema > rockfall.schema.json`, and 
 first line of the scene.
 ";
 
-/// The whole page.
-pub fn text(share: &Share) -> String {
+const STUDY: &str = "
+## Study
+
+All keys of a study, the file of `rockfall ensemble` ([ensemble.md](ensemble.md)). Paths are relative to it. For editors:
+`rockfall schema --study > rockfall-study.schema.json`, and `#:schema rockfall-study.schema.json` as its first line.
+
+";
+
+/// The whole page: of a scene, of a study, of the results.
+pub fn text(share: &Share, study: &Share) -> String {
     let mut page = Page { share, text: HEAD.into() };
     let known: Vec<&str> = KEYS.into_iter().filter(|key| share.properties.contains_key(*key)).collect();
-    let plain = |key: &&str| page.share.properties.get(*key).is_some_and(|s| Kind::of(s, share).is_plain());
-    let (values, tables): (Vec<&str>, Vec<&str>) = known.into_iter().partition(plain);
-    let top: Map<String, Value> =
-        values.iter().map(|key| ((*key).to_owned(), share.properties[*key].clone())).collect();
     let _ = write!(page.text, "\n## Top level\n\n");
-    page.keys(&top, &["end_time".into()], None);
-    for key in tables {
-        page.section(key, &share.properties[key], 2);
-    }
+    page.document(&known, "end_time", 2);
+    let mut of_study = Page { share: study, text: STUDY.into() };
+    let known: Vec<&str> = study.properties.keys().map(String::as_str).collect();
+    of_study.document(&known, "scene", 3);
+    page.text += &of_study.text;
     page.results();
     page.text
 }
@@ -132,6 +137,19 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
+    /// A whole document: the values at its top, of which one is required, then its tables.
+    fn document(&mut self, known: &[&str], required: &str, level: usize) {
+        let share = self.share;
+        let plain = |key: &&str| Kind::of(&share.properties[*key], share).is_plain();
+        let (values, tables): (Vec<&str>, Vec<&str>) = known.iter().copied().partition(plain);
+        let top: Map<String, Value> =
+            values.iter().map(|key| ((*key).to_owned(), share.properties[*key].clone())).collect();
+        self.keys(&top, &[required.into()], None);
+        for key in tables {
+            self.section(key, &share.properties[key], level);
+        }
+    }
+
     /// A table of a scene, and the tables in it.
     fn section(&mut self, path: &str, schema: &'a Value, level: usize) {
         let kind = Kind::of(schema, self.share);

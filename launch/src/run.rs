@@ -4,6 +4,7 @@ use crate::choice;
 use crate::estimate;
 use crate::events::Events;
 use crate::ground::{self, Ground};
+use crate::kind;
 use crate::plan::{Member, Part, Plan};
 use crate::progress::Bar;
 use crate::record;
@@ -42,8 +43,7 @@ pub struct Request {
 /// Validate, start, watch; the summary on the screen at the end.
 pub fn run(request: &Request) -> Result<Exit, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
-    let scene = request.input.load()?;
-    let plan = Plan::of(&scene)?;
+    let (scene, plan) = kind::load(&request.input)?;
     let ground = Ground::of(&scene, &plan, &request.input, &events)?;
     let mut reports = validate(&plan, ground.input(), &events)?;
     for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene())

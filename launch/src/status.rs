@@ -1,6 +1,7 @@
 //! `rockfall status`: how far a run or a study is, by the files in its directory. Nothing is started or changed.
 
 use crate::stop::Stop;
+use crate::worst;
 use interface_defs::toolkit::checkpoint::Found;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::owner::holder;
@@ -15,6 +16,8 @@ use std::time::SystemTime;
 const STUDY: &str = "study.json";
 const MEMBERS: &str = "members.csv";
 const CHUNKS: &str = "chunks";
+/// What a run over all members has begun.
+const JOURNAL: &str = "main.journal";
 /// Bytes at the end of a table in which its last row is looked for.
 const TAIL: u64 = 1 << 16;
 
@@ -41,11 +44,7 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
             None => Err(Stop::input(format!("{name}: there is no run and no study in this directory"))),
         };
     }
-    let time = last_row(&dir.join(HISTORY)).and_then(|row| row.split(',').next()?.parse::<f64>().ok());
-    let end = end_time(dir);
-    let share =
-        time.zip(end).map_or(String::new(), |(t, end)| format!(" of {end} s, {:.1} %", 100.0 * t / end));
-    let far = time.map_or("no row yet".into(), |t| format!("{t:.4} s{share}"));
+    let far = far(dir).unwrap_or_else(|| "no row yet".into());
     let seen = age(&dir.join(HISTORY));
     Ok(match running {
         Some(running) => (format!("{name}: still running: {far}; last row {seen}; {running}\n"), Exit::Done),
@@ -57,6 +56,14 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
             Exit::Failed,
         ),
     })
+}
+
+/// How far the run in a directory is by its last row; `None`: there is none yet.
+pub fn far(dir: &Path) -> Option<String> {
+    let time: f64 = last_row(&dir.join(HISTORY))?.split(',').next()?.parse().ok()?;
+    let share =
+        end_time(dir).map_or(String::new(), |end| format!(" of {end} s, {:.1} %", 100.0 * time / end));
+    Some(format!("{time:.4} s{share}"))
 }
 
 /// A run or a study that has a summary.
@@ -83,7 +90,7 @@ fn resumable(dir: &Path) -> String {
 
 fn of_study(dir: &Path, members: u64, running: Option<String>) -> (String, Exit) {
     if let Ok((text, exit)) = ended(dir, false) {
-        return (text, exit);
+        return with_barrier(dir, text, exit);
     }
     let rows =
         std::fs::read(dir.join(MEMBERS)).map_or(0, |bytes| bytes.iter().filter(|b| **b == b'\n').count());
@@ -112,10 +119,39 @@ fn of_study(dir: &Path, members: u64, running: Option<String>) -> (String, Exit)
             text += "  all members are there: rockfall ensemble without --members collects them\n";
         }
         None => {
-            text += "  no process of this machine is collecting: rockfall ensemble ... --resume goes on\n"
+            text += "  no process of this machine is collecting: rockfall ensemble ... --resume goes on\n";
+            // Tasks on other machines are not seen from here; who has begun to collect is.
+            if dir.join(CHUNKS).join(JOURNAL).exists() {
+                return (text, Exit::Failed);
+            }
         }
     }
     (text, Exit::Done)
+}
+
+/// A study that has ended, and how far the runs against its barrier are where there are any.
+fn with_barrier(dir: &Path, mut text: String, exit: Exit) -> (String, Exit) {
+    let barrier = dir.join(worst::FOLDER);
+    let Some((done, all)) = worst::progress(&barrier) else { return (text, exit) };
+    text += &format!("  barrier: {done} of {all} members run\n");
+    if let Ok(summary) = Summary::read(&barrier) {
+        text += &format!("  barrier: {}\n", summary.status.word());
+        for sentence in summary.verdict.iter().chain(&summary.message) {
+            text += &format!("    {sentence}\n");
+        }
+        let of_barrier = Exit::of(summary.status);
+        return (text, if exit == Exit::Done { of_barrier } else { exit });
+    }
+    let at_work = [dir, &barrier].into_iter().find_map(holder);
+    match at_work {
+        Some((_, Some(pid))) => text += &format!("  process {pid} is at work\n"),
+        Some((_, None)) => text += "  a process is at work\n",
+        None => {
+            text += "  no process of this machine is at work: the same command goes on\n";
+            return (text, Exit::Failed);
+        }
+    }
+    (text, exit)
 }
 
 /// Ranges of complete chunks and of those at work, by their names.
@@ -207,6 +243,31 @@ mod tests {
         ] {
             assert!(text.contains(words), "{words}: {text}");
         }
-        assert_eq!(exit, Exit::Done);
+        // It has begun, has not ended, and no process is at work.
+        assert_eq!(exit, Exit::Failed);
+        std::fs::remove_file(dir.join(CHUNKS).join(JOURNAL)).expect("removed");
+        assert_eq!(status(dir).expect("tasks alone").1, Exit::Done);
+    }
+
+    #[test]
+    fn runs_against_the_barrier_are_counted() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let dir = temp.path();
+        let barrier = dir.join(worst::FOLDER);
+        std::fs::write(dir.join(STUDY), "{\"members\": 200}").expect("written");
+        Summary::new(RunStatus::Done).write(dir).expect("written");
+        let plain = status(dir).expect("a study");
+        assert!(plain.1 == Exit::Done && !plain.0.contains("barrier"), "{}", plain.0);
+        std::fs::create_dir_all(barrier.join("17")).expect("created");
+        let chosen = r#"{"line": "barrier", "members": 200, "reach": 9, "columns": [], "chosen": [{"member": 17}, {"member": 4}]}"#;
+        std::fs::write(barrier.join("chosen.json"), chosen).expect("written");
+        std::fs::write(barrier.join("17/member.toml"), "").expect("written");
+        let (text, exit) = status(dir).expect("a study");
+        assert!(text.contains("barrier: 1 of 2 members run") && text.contains("goes on"), "{text}");
+        assert_eq!(exit, Exit::Failed);
+        Summary::new(RunStatus::Unreliable).write(&barrier).expect("written");
+        let (text, exit) = status(dir).expect("a study");
+        assert!(text.contains("barrier: unreliable"), "{text}");
+        assert_eq!(exit, Exit::Unreliable);
     }
 }

@@ -150,6 +150,33 @@ fn what_a_program_refuses_at_sight_the_schema_refuses_too() {
     }
 }
 
+/// What the study's reader refuses at sight its schema refuses too; the studies that come with the project fit it.
+#[test]
+fn a_study_fits_its_schema_and_a_misspelt_key_does_not() {
+    let schema: Value = serde_json::from_str(&printed(&["--study"])).expect("JSON");
+    let unfit = |text: &str| {
+        let mut found = Vec::new();
+        faults(&document(text), &schema, &schema, "study", &mut found);
+        found
+    };
+    let text =
+        std::fs::read_to_string(repository().join("launch/scenes/studies/slope.toml")).expect("readable");
+    assert!(unfit(&text).is_empty(), "{:#?}", unfit(&text));
+    for (from, to) in [
+        ("scene =", "scen ="),
+        ("\"latin_hypercube\"", "\"latin\""),
+        ("[[release]]", "[[relase]]"),
+        ("polygon =", "polygn ="),
+        ("volume =", "volum ="),
+        ("lognormal", "lognormel"),
+        ("[maps]\ncell", "[maps]\nsell"),
+        ("[[line]]\nname", "[[line]]\nnam"),
+    ] {
+        assert!(text.contains(from), "{from} is in the study");
+        assert!(!unfit(&text.replacen(from, to, 1)).is_empty(), "{to} must be refused");
+    }
+}
+
 #[test]
 fn the_reference_in_docs_is_the_one_that_the_programs_print() {
     let file = repository().join("docs/reference.md");

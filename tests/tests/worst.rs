@@ -121,6 +121,8 @@ fn the_worst_members_are_run_against_the_barrier_once_each_and_put_together() {
     place(&bench, "line = [[-12.0, 0.5], [12.0, 0.5]]");
     let output = run(&bench, &["--worst", "3"]);
     assert!(output.status.success(), "{}", said(&output));
+    // Each is told of as it ends, on a terminal or not.
+    assert!(said(&output).contains("\n3 of 3: member "), "{}", said(&output));
     let dir = bench.path("out/barrier");
     let table = rows(&dir.join("verdicts.csv"));
     let members: Vec<String> = table.iter().map(|row| row["member"].clone()).collect();
@@ -182,10 +184,53 @@ fn the_worst_members_are_run_against_the_barrier_once_each_and_put_together() {
     assert!(again.status.success(), "{}", said(&again));
     assert_eq!(runs(&bench, &members), before);
     assert_eq!(rows(&dir.join("verdicts.csv")).len(), 4);
+    // Another study is refused here, and nothing of this one is lost.
+    let kept = std::fs::read(bench.path("out/summary.json")).expect("a summary");
+    let other = run(&bench, &["--set", "seed=2"]);
+    assert_eq!(other.status.code(), Some(2), "{}", said(&other));
+    assert!(said(&other).contains("holds another study"), "{}", said(&other));
+    assert!(std::fs::read(bench.path("out/summary.json")).is_ok_and(|now| now == kept));
+    let chunk = bench.path("out/chunks/00000001-00000002.chunk");
+    std::fs::write(&chunk, "not one of this study\n").expect("written");
+    let damaged = run(&bench, &[]);
+    assert_eq!(damaged.status.code(), Some(2), "{}", said(&damaged));
+    assert!(std::fs::read(bench.path("out/summary.json")).is_ok_and(|now| now == kept));
+    std::fs::remove_file(chunk).expect("removed");
     // Its scene alone gives the same history.
     let alone = bench.done(&dir.join(format!("{}.toml", members[0])), "alone", &[]);
     let history = |dir: PathBuf| std::fs::read(dir.join("history.csv")).expect("rows");
     assert!(history(alone.out) == history(dir.join(&members[0])));
+}
+
+/// A barrier that was hit before: its scene starts from the run of another member, and `--set barrier.KEY` reaches it.
+#[test]
+fn a_barrier_that_was_hit_before_is_hit_again() {
+    let bench = Bench::new();
+    place(&bench, "line = [[-12.0, 0.5], [12.0, 0.5]]");
+    let first = run(&bench, &["--worst", "1"]);
+    assert!(first.status.success(), "{}", said(&first));
+    let row = |out: &str| rows(&bench.path(out).join("barrier/verdicts.csv")).remove(0);
+    let before = row("out");
+    let start = format!("barrier.start_from=out/barrier/{}", before["member"]);
+    let sets = ["--worst", "1", "--set", &start, "--set", "barrier.end_time=0.5", "--out", "again"];
+    let mut command = Command::new(program("rockfall"));
+    command.args(["ensemble", "study.toml", "--barrier", "barrier.toml"]).args(sets);
+    let again = command.current_dir(bench.path("")).stdin(Stdio::null()).output().expect("started");
+    assert!(again.status.success(), "{}", said(&again));
+    let after = row("again");
+    assert_eq!(before["member"], after["member"]);
+    let scene = std::fs::read_to_string(bench.path(&format!("again/barrier/{}.toml", after["member"])));
+    let scene: toml::Table = scene.expect("a scene").parse().expect("TOML");
+    assert!(Path::new(scene["start_from"]["run"].as_str().expect("a path")).is_absolute());
+    // From where it reaches the line on, rounded up to a hundredth of a second.
+    let end = number(&after, "line_time_s") - number(&after, "start_time_s") + 0.5;
+    assert!((0.0..0.010_001).contains(&(scene["end_time"].as_float().expect("a time") - end)));
+    // The same rock finds another net.
+    assert_eq!(before["kinetic_energy_J"], after["kinetic_energy_J"]);
+    assert!(before["max_elongation_m"] != after["max_elongation_m"], "{before:?} {after:?}");
+    let lost = run(&bench, &["--set", "barrier.coupling.time_windw=1e-4"]);
+    assert_eq!(lost.status.code(), Some(2), "{}", said(&lost));
+    assert!(said(&lost).contains("unknown key `time_windw`"), "{}", said(&lost));
 }
 
 #[test]
@@ -240,10 +285,26 @@ fn what_cannot_be_run_is_refused_before_the_study_and_says_what_to_try() {
     let text = std::fs::read_to_string(bench.path("barrier.toml")).expect("a scene");
     std::fs::write(bench.path("barrier.toml"), text.replace("end_time = 0.6\n", "")).expect("written");
     refused(&["barrier.toml", "the key `end_time` is missing"]);
-    std::fs::write(bench.path("barrier.toml"), format!("start_from = \"x\"\n{text}")).expect("written");
-    refused(&["barrier.toml:1:", "leave `start_from` out"]);
+    std::fs::write(bench.path("barrier.toml"), format!("{text}[box]\n")).expect("written");
+    refused(&["barrier.toml:", "leave `box` out"]);
+    std::fs::write(bench.path("barrier.toml"), format!("start_from = \"nowhere\"\n{text}")).expect("written");
+    refused(&["there is no directory", "nowhere"]);
     assert!(!bench.path("out").exists(), "nothing is left of what was refused");
     std::fs::write(bench.path("barrier.toml"), &text).expect("written");
+    let (_, structure) = text.split_once("[structure]").expect("it has a structure");
+    let bare = format!("end_time = 0.6\n[structure]{structure}");
+    std::fs::write(bench.path("barrier.toml"), bare).expect("written");
+    refused(&[
+        "barrier.toml",
+        "no [[contact]] of `rock` and `structure`",
+        "between = [\"rock\", \"structure\"]",
+    ]);
+    std::fs::write(bench.path("barrier.toml"), &text).expect("written");
+    let long = run(&bench, &["--set", "barrier.dem.time_step=0.01"]);
+    assert_eq!(long.status.code(), Some(2), "{}", said(&long));
+    let says = said(&long);
+    assert!(says.contains("critical step") && says.contains("--scene-of 1"), "{says}");
+    assert!(!says.contains("-member.toml") && !bench.path("out").exists(), "{says}");
     let other = "[[line]]\nname = \"barrier\"\npoints = [[-5.0, 3.0], [5.0, 3.0]]\n";
     std::fs::write(bench.path("study.toml"), format!("{STUDY}{other}")).expect("written");
     refused(&[

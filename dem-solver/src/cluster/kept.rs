@@ -1,4 +1,5 @@
-//! A cluster beside the scene that it was made for: `rockfall run` makes it once, before the start, and the run reads it.
+//! A cluster beside the scene that it was made for: `rockfall run` makes it once, before the start, and the run reads it. A study
+//! keeps those of its rocks in its directory, for later starts, tasks and runs against a barrier.
 //!
 //! The file begins with a key: a hash of the surface, of what was asked for, and of the spheres themselves. One that is of
 //! another shape, or that was changed by hand, has another key, and the cluster is made again.
@@ -16,9 +17,42 @@ use std::path::{Path, PathBuf};
 /// The line that holds the key.
 const KEY: &str = "# key: ";
 
-/// Where the cluster of the rock `name` may lie: in a folder beside the scene.
-pub fn place(scene: &Scene, name: &str) -> PathBuf {
-    scene.resolve(&Path::new(run_dir::CLUSTERS).join(format!("{name}.xyzr")))
+/// How the name of such a file ends.
+const ENDING: &str = "xyzr";
+
+/// The folder beside a scene where clusters may lie.
+pub fn folder(scene: &Scene) -> PathBuf {
+    scene.resolve(Path::new(run_dir::CLUSTERS))
+}
+
+/// The file of the rock `name`; of a study with several shapes number `shape` of them, from 1.
+pub fn file(folder: &Path, name: &str, shape: Option<usize>) -> PathBuf {
+    folder.join(shape.map_or_else(|| format!("{name}.{ENDING}"), |shape| format!("{name}_{shape}.{ENDING}")))
+}
+
+/// Files of a folder that may hold the cluster of the rock `name`: its own, and those of a study with several shapes.
+fn files_of(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let is_shape = |path: &Path| {
+        let number = path.file_stem().and_then(|stem| stem.to_str()?.strip_prefix(name)?.strip_prefix('_'));
+        path.extension().is_some_and(|e| e == ENDING) && number.is_some_and(|n| n.parse::<usize>().is_ok())
+    };
+    let mut shapes: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| is_shape(path)).collect();
+    shapes.sort();
+    [vec![file(folder, name, None)], shapes].concat()
+}
+
+/// The spheres of the rock `name` of the first folder that holds them for this surface and wish, and the file.
+pub fn find(
+    folders: &[PathBuf],
+    name: &str,
+    surface: &Surface,
+    wish: &Wish,
+    bound: &Bound,
+) -> Option<(Vec<Sphere>, PathBuf)> {
+    let mut files = folders.iter().flat_map(|folder| files_of(folder, name));
+    files.find_map(|file| Some((read(&file, surface, wish, bound)?, file)))
 }
 
 /// The text of the file for a cluster that was made of `surface`.
@@ -76,6 +110,14 @@ mod tests {
         assert_eq!(read(&surface, &wish, &Bound::of(&surface, Some(0.1))), None);
         let other = builtin::cuboid(Vector3::new(0.3, 0.2, 0.100_000_1));
         assert_eq!(read(&other, &wish, &Bound::of(&surface, None)), None);
+        // Beside those of other shapes of one study.
+        let found = |name: &str| find(&[dir.path().to_owned()], name, &surface, &wish, &bound);
+        assert_eq!(found("rock"), Some((spheres.clone(), file.clone())));
+        assert_eq!(found("roc"), None);
+        let shape = super::file(dir.path(), "rock", Some(12));
+        std::fs::rename(&file, &shape).expect("renamed");
+        assert_eq!(found("rock"), Some((spheres.clone(), shape.clone())));
+        std::fs::rename(&shape, &file).expect("renamed");
         std::fs::write(&file, written.replace("0.12", "0.13")).expect("written");
         assert_eq!(read(&surface, &wish, &bound), None, "changed by hand");
     }

@@ -44,6 +44,13 @@ impl ContactSettings {
             let cure = "medium ground of RAMMS has friction_growth = 2.0 and friction_relaxation = 150.0";
             return Err(invalid("friction_max", format!("`friction_max` needs `{key}`")).try_instead(cure));
         }
+        let rut = self.rolling == Some(RollingName::Rut);
+        if rut && self.ground_pressure().is_none() {
+            let what = "the rut is that of ground which resists with a pressure";
+            return Err(invalid("rolling", what.into()).try_instead(
+                "law = \"ground\" with ground_pressure; or rolling = \"constant\" with rolling_friction",
+            ));
+        }
         let idle = [
             ("friction_dynamic", self.friction_dynamic.is_some() && !slides, "without `friction`"),
             (
@@ -66,7 +73,12 @@ impl ContactSettings {
                 "without law = \"ground\" or \"hertz_rock\"",
             ),
             ("ground_density", self.ground_density.is_some() && !ploughs, "without `scarring_drag`"),
-            ("rolling", self.rolling.is_some() && self.rolling_friction == 0.0, "without `rolling_friction`"),
+            ("rolling_friction", rut && self.rolling_friction > 0.0, "beside rolling = \"rut\""),
+            (
+                "rolling",
+                self.rolling.is_some() && !rut && self.rolling_friction == 0.0,
+                "without `rolling_friction`",
+            ),
             ("rolling_damping", self.rolling_damping.is_some() && !springs, "without rolling = \"spring\""),
         ];
         match idle.into_iter().find(|(_, idle, _)| *idle) {

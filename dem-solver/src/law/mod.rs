@@ -4,7 +4,7 @@
 //! - [`normal`]: elastic force along the normal, and its stiffness
 //! - [`damping`]: dashpot, from a restitution coefficient by way of [`restitution`]
 //! - [`tangential`]: spring with Coulomb slip
-//! - [`rolling`]: resistance against rolling
+//! - [`rolling`]: resistance against rolling; [`rut`]: that of the rut in ground that gives way
 //! - [`yielding`]: what ground that gives way remembers; [`growing`]: friction that grows with the distance on it; [`scarring`]: its drag
 //!
 //! [`contact_point`] applies the law to one contact, [`block`] to eight at a time; [`table`] knows which law a pair of
@@ -21,6 +21,7 @@ pub mod own_keys;
 pub mod presets;
 pub mod restitution;
 pub mod rolling;
+pub mod rut;
 pub mod scarring;
 pub mod settings;
 pub mod table;
@@ -31,6 +32,7 @@ use damping::Damping;
 use growing::Growing;
 use normal::{LawName, Normal};
 use rolling::Rolling;
+use rut::Rut;
 use scarring::Scarring;
 use settings::{ContactSettings, EffectiveMass, RollingName};
 use tangential::{Sliding, Tangential};
@@ -64,6 +66,8 @@ pub struct Law {
     pub scarring: Option<Scarring>,
     /// Rolling resistance; `None`: it rolls freely.
     pub rolling: Option<Rolling>,
+    /// That of the rut in ground that gives way.
+    pub rut: Option<Rut>,
 }
 
 impl Law {
@@ -111,7 +115,9 @@ impl Law {
             drag,
             density: settings.ground_density.unwrap_or(ContactSettings::GROUND_DENSITY),
         });
-        Self { normal, whole, damping, yielding, tangential, growing, scarring, rolling }
+        let pressure = settings.ground_pressure().filter(|_| settings.rolling == Some(RollingName::Rut));
+        let rut = pressure.map(|pressure| Rut { pressure });
+        Self { normal, whole, damping, yielding, tangential, growing, scarring, rolling, rut }
     }
 
     /// Whether the forces depend on velocities.
@@ -164,6 +170,9 @@ impl Law {
         }
         if let Some(s) = &self.scarring {
             text += &format!(", drag {} in ground of {} kg/m3", s.drag, s.density);
+        }
+        if self.rut.is_some() {
+            text += ", rolling resistance of its rut";
         }
         if let Some(r) = &self.rolling {
             text += &format!(", rolling friction {}", r.friction);

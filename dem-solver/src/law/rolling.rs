@@ -58,7 +58,8 @@ impl Rolling {
         let arm = self.friction * point.radius;
         let limit = arm * pressed;
         match self.kind {
-            RollingName::Constant => {
+            // A rut has a part of its own and none here.
+            RollingName::Constant | RollingName::Rut => {
                 let rate = point.spin.norm();
                 let stop = if h > 0.0 { 0.5 * point.inertia * rate / h } else { f64::INFINITY };
                 let size = if rate > 0.0 { limit.min(stop) / rate } else { 0.0 };

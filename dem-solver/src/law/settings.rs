@@ -173,6 +173,9 @@ pub enum RollingName {
     Constant,
     /// A spring and a dashpot up to that moment (type C): it holds a rock at rest on a slope.
     Spring,
+    /// `law = "ground"` with `ground_pressure` p: that of the rut, in place of `rolling_friction`. Only the front half of the print
+    /// carries a rock that rolls on: `mu_r = 4 a / (3 pi R)` with `a = sqrt(2 F / (pi p))`.
+    Rut,
 }
 
 /// Which of several elements that a sphere touches are contacts.
@@ -290,6 +293,12 @@ impl ContactSettings {
         }
         self.check_sides(&invalid)?;
         self.check_parts(&invalid)
+    }
+
+    /// `ground_pressure` of `law = "ground"` [Pa].
+    pub(super) fn ground_pressure(&self) -> Option<f64> {
+        let value = self.own.get("ground_pressure").filter(|_| self.law == LawName::Ground)?;
+        value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
     }
 
     /// What only the law knows.

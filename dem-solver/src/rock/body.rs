@@ -11,6 +11,7 @@ use crate::settings::{RockSettings, Shape};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A rigid rock: everything that does not change. Its own frame is the principal frame, with the
@@ -58,6 +59,16 @@ impl Rock {
     /// Rock number `at` of the scene, from its table, which has been checked. Reads the files that it
     /// names and makes its spheres. The second part is what the user should know.
     pub fn new(at: usize, settings: &RockSettings, scene: &Scene) -> Result<(Self, Vec<String>), InputError> {
+        Self::with_kept(at, settings, scene, &[])
+    }
+
+    /// The same; spheres that were made for it before are looked for beside the scene and in the folders `more`.
+    pub fn with_kept(
+        at: usize,
+        settings: &RockSettings,
+        scene: &Scene,
+        more: &[PathBuf],
+    ) -> Result<(Self, Vec<String>), InputError> {
         let refuse = |key: &str, error: InputError| {
             scene.invalid(&format!("rock.{at}.{key}"), format!("rock `{}`: {error}", settings.name))
         };
@@ -76,13 +87,9 @@ impl Rock {
                 (shape, None) => {
                     let (surface, _) = shape.surface(false).map_err(|e| refuse("shape", e))?;
                     check_smallest(at, &surface, &cluster, scene)?;
-                    PlacedSpheres::medial(
-                        &surface,
-                        &cluster,
-                        &settings.name,
-                        &kept::place(scene, &settings.name),
-                    )
-                    .map_err(|e| refuse("cluster.spheres", e))?
+                    let folders = [&[kept::folder(scene)], more].concat();
+                    PlacedSpheres::medial(&surface, &cluster, &settings.name, &folders)
+                        .map_err(|e| refuse("cluster.spheres", e))?
                 }
             };
         notices.extend(notice);

@@ -7,7 +7,7 @@ use crate::shape::Surface;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Refuse a least radius with which no sphere fits into the rock.
 pub fn check_smallest(
@@ -95,17 +95,22 @@ impl PlacedSpheres {
         })
     }
 
-    /// Spheres of any shape; those that a file `at` holds where it was made for the same.
-    pub fn medial(surface: &Surface, cluster: &Cluster, name: &str, at: &Path) -> Result<Self, InputError> {
+    /// Spheres of any shape; those of a file in one of `folders` that was made for the same.
+    pub fn medial(
+        surface: &Surface,
+        cluster: &Cluster,
+        name: &str,
+        folders: &[PathBuf],
+    ) -> Result<Self, InputError> {
         let wish = Wish {
             spheres: cluster.spheres.unwrap_or(1).clamp(1, MOST_SPHERES),
             fit: cluster.fit.unwrap_or_default(),
             smallest_radius: cluster.smallest_radius.unwrap_or(0.0),
         };
         let bound = Bound::of(surface, cluster.largest_error);
-        let (spheres, accuracy) = match kept::read(at, surface, &wish, &bound) {
-            Some(spheres) => {
-                tracing::info!("rock `{name}`: {} spheres of {}", spheres.len(), at.display());
+        let (spheres, accuracy) = match kept::find(folders, name, surface, &wish, &bound) {
+            Some((spheres, file)) => {
+                tracing::info!("rock `{name}`: {} spheres of {}", spheres.len(), file.display());
                 (spheres, None)
             }
             None => made(surface, &wish, &bound, name)?,

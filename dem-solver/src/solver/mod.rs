@@ -34,6 +34,7 @@ use interface_defs::{
     Window, name,
 };
 use nalgebra::Vector3;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 mod kept;
@@ -72,8 +73,14 @@ pub struct DemSolver {
 impl DemSolver {
     /// The solver of a scene.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
+        Self::with_kept(scene, options, &[])
+    }
+
+    /// The same; spheres of rocks that were made before are looked for beside the scene and in these folders.
+    pub fn with_kept(scene: &Scene, options: &Options, folders: &[PathBuf]) -> Result<Self, InputError> {
         let settings = Settings::of(scene)?;
-        let rocks = settings.rocks.iter().enumerate().map(|(at, rock)| Rock::new(at, rock, scene));
+        let rocks =
+            settings.rocks.iter().enumerate().map(|(at, rock)| Rock::with_kept(at, rock, scene, folders));
         let (rocks, notices): (Vec<Rock>, Vec<_>) = rocks.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         let mut notices: Vec<String> = notices.into_iter().flatten().collect();
         for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate().take(settings.named()) {

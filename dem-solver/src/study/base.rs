@@ -3,20 +3,25 @@
 use super::grid::{self, Grid};
 use super::outline::{Area, Point};
 use super::place::ground_at;
+use super::record::FORM;
 use super::sampling::Sampler;
 use super::settings::{Place, Quantity, Sampling, StudySettings, Variable};
 use crate::DemSolver;
+use crate::cluster::kept;
 use crate::contact::whole_rock::Whole;
 use crate::model::Model;
 use crate::rock::Rock;
 use crate::settings::{RockSettings, Settings, Shape};
 use crate::terrain::Terrain;
 use interface_defs::ipc::run_id::fnv1a;
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use serde::Deserialize;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Numbers that are drawn for every member: two of its place, three of its orientation, two of the axis of its spin.
@@ -34,17 +39,20 @@ pub struct Prototype {
     pub mass: f64,
     /// What its contact as a whole needs, before it is scaled.
     pub whole: Option<Whole>,
+    /// Its spheres for a file, where making them takes time ([`crate::cluster::kept`]).
+    pub made: Option<String>,
 }
 
 impl Prototype {
     fn new(table: RockSettings, mut rock: Rock, whole: bool) -> Self {
         let (mut scale, mass) = (1.0, rock.mass);
+        let made = rock.made.take();
         if let Some(own) = rock.unscaled.take() {
             (rock, scale) = (own.0.clone(), own.1);
         }
         rock.made = None;
         let whole = whole.then(|| Whole::new(&rock));
-        Self { table, rock, scale, mass, whole }
+        Self { table, rock, scale, mass, whole, made }
     }
 }
 
@@ -64,6 +72,8 @@ pub struct Base {
     pub ground: Arc<Terrain>,
     /// The rocks.
     pub prototypes: Vec<Prototype>,
+    /// The spheres of the scene's own rock for a file, where making them takes time.
+    own: Option<String>,
     /// Drawn numbers of each release.
     pub samplers: Vec<Sampler>,
     /// Areas of the releases that have one, local [m].
@@ -85,12 +95,17 @@ pub struct Base {
 impl Base {
     /// Read and check a study, its scene and its terrain.
     pub fn new(file: &Scene, shortcuts: bool) -> Result<Self, InputError> {
+        Self::with_kept(file, shortcuts, &[])
+    }
+
+    /// The same; spheres that were made before are looked for in the folders `clusters` too.
+    pub fn with_kept(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Self, InputError> {
         let study = StudySettings::of(file)?;
         let scene = Scene::load(&file.resolve(&study.scene), &[])?;
         check_scene(&scene, file)?;
         let limits = Limits::of(&scene)?;
         let document = scene.document()?;
-        let solver = DemSolver::new(&scene, &Options { out: None, shortcuts })?;
+        let solver = DemSolver::with_kept(&scene, &Options { out: None, shortcuts }, clusters)?;
         let warnings = [solver.notices(), solver.cautions()].concat();
         let model = solver.into_model();
         let Some(ground) = model.ground.clone() else {
@@ -98,7 +113,8 @@ impl Base {
                 .invalid("scene", format!("{} has no [terrain]", scene.path().display()))
                 .try_instead("releases need a terrain to fall on"));
         };
-        let prototypes = prototypes(&study, file, &scene, model)?;
+        let own = model.rocks.first().and_then(|rock| rock.made.clone());
+        let prototypes = prototypes(&study, file, &scene, model, clusters)?;
         let settings = Settings::of(&scene)?;
         check_masses(&study, &prototypes, file)?;
         check_places(&study, &ground, file)?;
@@ -133,6 +149,7 @@ impl Base {
             limits,
             ground,
             prototypes,
+            own,
             samplers,
             areas,
             grid,
@@ -145,6 +162,22 @@ impl Base {
         it.fingerprint = it.fingerprint(file);
         it.check_keys(file)?;
         Ok(it)
+    }
+
+    /// Write the spheres that were made for its rocks to a folder, where they are not there yet: no later start makes them again.
+    pub fn keep_clusters(&self, folder: &Path) -> io::Result<()> {
+        let name = &self.settings.rocks[0].name;
+        let shapes = self.study.varies(Quantity::Shape).then_some(&self.prototypes);
+        let shapes = shapes.into_iter().flatten().zip(1..).map(|(shape, number)| (Some(number), &shape.made));
+        for (shape, made) in [(None, &self.own)].into_iter().chain(shapes) {
+            let Some(text) = made else { continue };
+            let file = kept::file(folder, name, shape);
+            if !std::fs::read(&file).is_ok_and(|known| known == text.as_bytes()) {
+                std::fs::create_dir_all(folder)?;
+                files::write_among_others(&file, text.as_bytes())?;
+            }
+        }
+        Ok(())
     }
 
     /// Number of members.
@@ -165,7 +198,7 @@ impl Base {
 
     /// A hash of all that the results depend on: study, scene, terrain, spheres, program.
     fn fingerprint(&self, file: &Scene) -> String {
-        let mut bytes = format!("{} {} ", env!("CARGO_PKG_VERSION"), self.shortcuts).into_bytes();
+        let mut bytes = format!("{} {} {} ", env!("CARGO_PKG_VERSION"), FORM, self.shortcuts).into_bytes();
         bytes.extend(format!("{} {} ", file.fingerprint(), self.scene.fingerprint()).into_bytes());
         let mut take = |n: f64| bytes.extend(n.to_bits().to_le_bytes());
         self.ground.origin.iter().for_each(|n| take(*n));
@@ -260,6 +293,7 @@ fn prototypes(
     file: &Scene,
     scene: &Scene,
     mut model: Model,
+    clusters: &[PathBuf],
 ) -> Result<Vec<Prototype>, InputError> {
     let shapes = study.variables.iter().find(|v| v.quantity == Quantity::Shape);
     let whole = model.wholes.pop().flatten().is_some();
@@ -278,7 +312,7 @@ fn prototypes(
         }
         let scene = scene.patched(document);
         let table = Settings::of(&scene)?.rocks.swap_remove(0);
-        let (rock, _) = Rock::new(0, &table, &scene)?;
+        let (rock, _) = Rock::with_kept(0, &table, &scene, clusters)?;
         Ok(Prototype::new(table, rock, whole))
     };
     values.iter().map(of).collect()

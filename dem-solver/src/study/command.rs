@@ -21,6 +21,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::program::Extra;
 use interface_defs::toolkit::progress::{Line, Reporter};
+use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::screen::{complain, show};
 use interface_defs::toolkit::summary::RunStatus;
@@ -34,6 +35,8 @@ pub const COMMAND: Extra = Extra { command, run };
 
 /// How often the screen shows how far it is.
 const SHOWN: Duration = Duration::from_millis(500);
+/// The same in lines where the screen is no terminal.
+const LINES: Duration = Duration::from_secs(30);
 
 fn command() -> clap::Command {
     EnsembleArguments::augment_args(
@@ -60,6 +63,7 @@ enum Claimed {
 struct Progress {
     reporter: Reporter,
     bar: bool,
+    lines: bool,
     total: u64,
     done: u64,
     begun: Instant,
@@ -78,16 +82,21 @@ impl Progress {
             what: "members".into(),
             ..Line::default()
         });
-        if self.bar && self.shown.is_none_or(|shown| shown.elapsed() >= SHOWN) {
+        let due = match self.bar {
+            true => self.shown.is_none_or(|shown| shown.elapsed() >= SHOWN),
+            false => self.lines && self.shown.unwrap_or(self.begun).elapsed() >= LINES,
+        };
+        if due {
             self.shown = Some(Instant::now());
             let rate = (done - self.before) as f64 / self.begun.elapsed().as_secs_f64();
             let left = if rate > 0.0 { (end - done) as f64 / rate } else { 0.0 };
-            let _ = write!(io::stderr(), "\r{done} of {end} members, {rate:.1}/s, {left:.0} s left   ");
+            let (from, to) = if self.bar { ("\r", "   ") } else { ("", "\n") };
+            let _ = write!(io::stderr(), "{from}{done} of {end} members, {rate:.1}/s, {left:.0} s left{to}");
         }
     }
 
     fn end(&self) {
-        if self.shown.is_some() {
+        if self.bar && self.shown.is_some() {
             let _ = writeln!(io::stderr());
         }
     }
@@ -111,16 +120,18 @@ struct Study<'a> {
 fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     let arguments =
         EnsembleArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
-    let file = Scene::load_as(&STUDY, &arguments.study, &arguments.sets)?;
+    let (sets, of_barrier) = arguments.sets()?;
+    let file = Scene::load_as(&STUDY, &arguments.study, &sets)?;
     if let Some(count) = arguments.chunks {
         let members = StudySettings::of(&file)?.members();
         let parts = MemberRange::parts(members, count);
         show(&parts.iter().map(|part| format!("{part}\n")).collect::<String>());
         return Ok(Exit::Done);
     }
-    let (barrier, file) = Barrier::of(&arguments, file)?;
-    let base = Base::new(&file, !arguments.savings.no_shortcuts)?;
+    let (barrier, file) = Barrier::of(&arguments, &of_barrier, file)?;
     let out = arguments.dir.of(&file);
+    let kept = [out.join(run_dir::CLUSTERS)];
+    let base = Base::with_kept(&file, !arguments.savings.no_shortcuts, &kept)?;
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = arguments.threads.map_or(available, |n| n as usize);
     let directory = Directory::new(&out);
@@ -173,19 +184,25 @@ impl Study<'_> {
 
     /// Make the directory that of this study.
     fn begin(&self, file: &Scene) -> Result<(), InputError> {
-        self.directory.begin(self.base, file).map_err(|e| match self.barrier {
+        self.directory.begin(self.base, file).map_err(|e| self.of_another(e))
+    }
+
+    /// What to try where the directory holds another study.
+    fn of_another(&self, e: InputError) -> InputError {
+        match self.barrier {
             Some(_) => e.try_instead(
                 "a study that was computed without the line of the barrier holds no rock that crosses it: choose another directory \
                  with --out, or begin anew with --force",
             ),
             None => e,
-        })
+        }
     }
 
     fn progress(&self, total: u64, before: u64) -> Progress {
         Progress {
             reporter: Reporter::new(self.arguments.progress),
             bar: !self.arguments.quiet && io::stderr().is_terminal(),
+            lines: !self.arguments.quiet,
             total,
             done: before,
             begun: Instant::now(),
@@ -263,19 +280,22 @@ impl Study<'_> {
                 "go on with it with --resume, begin anew with --force, or choose another with --out",
             ));
         }
+        // Before the directory is claimed, which removes the summary: who is refused changes nothing.
+        if !force {
+            self.directory.holds(self.base).map_err(|e| self.of_another(e))?;
+        }
         let out = self.directory.place();
+        let before = std::fs::read(self.directory.path(run_dir::SUMMARY)).ok().filter(|_| !force);
         // What a study has written may stay; a run that another process writes there is refused.
         let owner =
             Owner::claim(out, &Claim { force: force || self.directory.has_begun(), ..Claim::default() })?;
         if force {
             self.directory.clear().map_err(|e| self.fault(e))?;
         }
-        self.begin(file)?;
-        let main = self.directory.main();
-        let (mut journal, found) = Journal::open(&main, &self.base.fingerprint).map_err(|refused| {
-            InputError::new(refused.words(&main)).try_instead("begin anew with --force")
+        let (mut journal, mut index) = self.open(file).inspect_err(|_| {
+            // A damaged chunk is found only now. It is the refusal that the user is told of.
+            let _ = before.map(|summary| files::write(&self.directory.path(run_dir::SUMMARY), &summary));
         })?;
-        let mut index = self.directory.index(self.base, &found)?;
         let begun = Instant::now();
         let todo = index.missing();
         let outcome = self.fill(&mut index, &mut journal, &todo);
@@ -301,6 +321,16 @@ impl Study<'_> {
             seconds: begun.elapsed().as_secs_f64(),
         };
         self.finish(&index, &owner, &work)
+    }
+
+    /// The journal, and all members that are computed already.
+    fn open(&self, file: &Scene) -> Result<(Journal, Index), InputError> {
+        self.begin(file)?;
+        let main = self.directory.main();
+        let (journal, found) = Journal::open(&main, &self.base.fingerprint).map_err(|refused| {
+            InputError::new(refused.words(&main)).try_instead("begin anew with --force")
+        })?;
+        Ok((journal, self.directory.index(self.base, &found)?))
     }
 
     /// Compute what is missing; the table follows as far as all members before are known. False: a signal has ended it.
@@ -376,7 +406,8 @@ impl Study<'_> {
             let count = self.arguments.worst as usize;
             comings.write(self.base, barrier, &owner.dir().join(worst::FOLDER), count)?;
         }
-        if summary.status != RunStatus::Done {
+        // With a barrier more follows, and its command says it at its own end.
+        if summary.status != RunStatus::Done && self.barrier.is_none() {
             complain(summary.message.as_deref().unwrap_or("the study failed"));
         }
         Ok(Exit::of(summary.status))

@@ -5,10 +5,11 @@
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// `[line.design]`: the barrier, as far as it is known, and by which standards it is judged.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+/// What a barrier there must be able to do: the barrier, as far as it is known, and by which standards it is judged.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Design {
     /// Energy that the barrier was tested for [J]: at the level that is judged (MEL or SEL).
@@ -28,7 +29,7 @@ pub struct Design {
 }
 
 /// Which of the two tested energies a design relies on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Level {
     /// Maximum energy level: one impact.
     #[serde(rename = "MEL")]
@@ -38,8 +39,8 @@ pub enum Level {
     Service,
 }
 
-/// `[line.design.uni_11211_4]`
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// Factors of UNI 11211-4.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Uni {
     /// Mass of the design block [kg].
@@ -63,8 +64,8 @@ pub struct Uni {
     pub distance_factor: Option<f64>,
 }
 
-/// `[line.design.onr_24810]`
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// Quantiles and factors of ONR 24810.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Onr {
     /// Quantile of the energy [%].

@@ -1,7 +1,8 @@
 //! The directory of a study: what belongs to which file, and what is computed already.
 //!
 //! `chunks/main.journal` has the members that `ensemble` without `--members` computed, `chunks/A-B.chunk` those of a finished
-//! `--members A..B`, `chunks/A-B.part` those of one at work. All other files are made of these, in the order of the members.
+//! `--members A..B`, `chunks/A-B.part` those of one at work. `clusters` has the spheres of its rocks, which every later start reads.
+//! All other files are made of these, in the order of the members.
 
 use super::base::Base;
 use super::journal::{Found, Records, Refused, complete};
@@ -9,7 +10,7 @@ use super::record::Record;
 use super::results;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
-use interface_defs::toolkit::run_dir::{SCENE, SUMMARY};
+use interface_defs::toolkit::run_dir::{CLUSTERS, SCENE, SUMMARY};
 use interface_defs::toolkit::scene::Scene;
 use serde_json::json;
 use std::io;
@@ -76,19 +77,27 @@ impl Directory {
         self.main().exists() || self.path(SUMMARY).exists()
     }
 
+    /// Whether this study has begun here; another one is refused. Nothing is changed.
+    pub fn holds(&self, base: &Base) -> Result<bool, InputError> {
+        let Ok(text) = std::fs::read_to_string(self.path(RECORD)) else { return Ok(false) };
+        let known: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        if known["fingerprint"].as_str() == Some(&base.fingerprint) {
+            return Ok(true);
+        }
+        Err(self
+            .fault(
+                "this directory holds another study, or this one with another study file, scene, terrain or program",
+            )
+            .try_instead("choose another with --out, or begin anew with --force"))
+    }
+
     /// Make the directory that of this study, or find that it is another's.
     pub fn begin(&self, base: &Base, file: &Scene) -> Result<(), InputError> {
         let unwritable = |e: io::Error| self.fault(format!("no results can be written here: {e}"));
+        let known = self.holds(base)?;
         std::fs::create_dir_all(self.dir.join(CHUNKS)).map_err(unwritable)?;
-        let record = self.path(RECORD);
-        if let Ok(text) = std::fs::read_to_string(&record) {
-            let known: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-            if known["fingerprint"].as_str() == Some(&base.fingerprint) {
-                return Ok(());
-            }
-            return Err(self
-                .fault("this directory holds another study, or this one with another study file, scene, terrain or program")
-                .try_instead("choose another with --out, or begin anew with --force"));
+        if known {
+            return base.keep_clusters(&self.path(CLUSTERS)).map_err(unwritable);
         }
         let text = json!({
             "version": env!("CARGO_PKG_VERSION"),
@@ -103,6 +112,7 @@ impl Directory {
         copies
             .iter()
             .try_for_each(|(name, text)| files::write_among_others(&self.path(name), text.as_bytes()))
+            .and_then(|()| base.keep_clusters(&self.path(CLUSTERS)))
             .map_err(unwritable)
     }
 
@@ -113,6 +123,7 @@ impl Directory {
         }
         for (folder, ends) in [
             (CHUNKS, &[DONE, PART, "journal"][..]),
+            (CLUSTERS, &["xyzr"]),
             (results::MAPS, &["tif", "svg", "geojson"]),
             (results::LINES, &["csv", "svg"]),
         ] {

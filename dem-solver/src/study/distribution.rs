@@ -6,23 +6,52 @@
 
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
+use schemars::generate::SchemaGenerator;
+use schemars::{JsonSchema, Schema, json_schema};
 use serde::Deserialize;
 use statrs::distribution::{ContinuousCDF, Normal};
+use std::borrow::Cow;
 
 /// Deviations from the middle beyond which normal values are cut off unless the study says where.
 const TAILS: f64 = 3.0;
 
 /// A distribution as it is written.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Spec {
+    /// `[low, high]`: every value between is as likely as any other.
     uniform: Option<[f64; 2]>,
+    /// `[mean, standard deviation]`.
     normal: Option<[f64; 2]>,
+    /// `[median, factor]`: two thirds of all values lie between median / factor and median * factor.
     lognormal: Option<[f64; 2]>,
+    /// One of these values.
+    #[schemars(with = "Option<Vec<serde_json::Value>>")]
     choice: Option<Vec<toml::Value>>,
+    /// How often each value of `choice`. Default all alike.
     weights: Option<Vec<f64>>,
+    /// `[low, high]`: where `normal` and `lognormal` are cut. Default three deviations.
     within: Option<[f64; 2]>,
+    /// Number of values in a full factorial. Default none: drawn at random.
     levels: Option<u32>,
+}
+
+/// A number or a distribution, for editors; [`Distribution::of`] reads it.
+pub struct Spread;
+
+impl JsonSchema for Spread {
+    fn schema_name() -> Cow<'static, str> {
+        "Spread".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let spec = Spec::json_schema(generator);
+        json_schema!({ "anyOf": [{ "type": "number" }, spec] })
+    }
 }
 
 /// Keys of which one makes a table a distribution.

@@ -3,7 +3,7 @@
 //! Terrain, trees and spheres are read and built once, members are computed on all cores, and each is the run of its scene
 //! alone: the same windows, the same steps, the same bytes (`dem-solver/tests/study.rs`).
 //!
-//! - [`settings`], [`distribution`]: the study file; [`design`]: what a barrier on a line is judged by; [`outline`]: lines and areas seen from above
+//! - [`settings`], [`vary`], [`distribution`]: the study file; [`reference`](mod@reference): what editors know of it; [`design`]: what a barrier on a line is judged by; [`outline`]: lines and areas seen from above
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
 //! - [`base`](mod@base): what all members share, checked before the start; [`member`]: what one has of its own; [`place`]: where it starts
 //! - [`scene_of`]: the scene of one member; [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
@@ -25,6 +25,7 @@ pub mod member;
 pub mod outline;
 pub mod place;
 pub mod record;
+pub mod reference;
 pub mod results;
 pub mod runner;
 pub mod sampling;
@@ -33,4 +34,5 @@ pub mod settings;
 pub mod summary;
 pub mod table;
 pub mod track;
+pub mod vary;
 pub mod worst;

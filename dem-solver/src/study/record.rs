@@ -5,6 +5,9 @@ use crate::model::Model;
 use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::summary::RunStatus;
 
+/// Number of the form of a record: another one is another study.
+pub const FORM: u32 = 2;
+
 /// How a member ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum How {
@@ -54,6 +57,8 @@ pub struct Outcome {
     pub mass: f64,
     /// Where it ended.
     pub end: [f64; 3],
+    /// Its velocity there.
+    pub end_velocity: [f64; 3],
     /// When.
     pub time: f64,
     /// How far that is from the start, seen from above.
@@ -87,6 +92,7 @@ impl Outcome {
             volume: 0.0,
             mass: 0.0,
             end: [0.0; 3],
+            end_velocity: [0.0; 3],
             time: 0.0,
             run_out: 0.0,
             speed: 0.0,
@@ -124,13 +130,14 @@ impl Outcome {
     }
 
     fn numbers(&self) -> Vec<f64> {
-        let mut all = Vec::with_capacity(26);
+        let mut all = Vec::with_capacity(28);
         all.extend(self.start);
         all.extend(self.velocity);
         all.extend(self.orientation);
         all.extend(self.spin);
         all.extend([self.volume, self.mass]);
         all.extend(self.end);
+        all.extend(self.end_velocity);
         all.extend([self.time, self.run_out, self.speed, self.energy, self.jump, self.impacts as f64]);
         all.extend([self.contact, self.penetration, self.energy_error]);
         all
@@ -145,7 +152,7 @@ impl Outcome {
             *slot = next()?;
         }
         (it.volume, it.mass) = (next()?, next()?);
-        for slot in &mut it.end {
+        for slot in it.end.iter_mut().chain(&mut it.end_velocity) {
             *slot = next()?;
         }
         (it.time, it.run_out, it.speed, it.energy) = (next()?, next()?, next()?, next()?);

@@ -206,14 +206,15 @@ impl Fall {
             outcome.message = summary.message.unwrap_or_default();
         }
         let path = &body.path;
-        let (how, time, position) = match path.ending {
-            Some(end) if end.how == Ending::Rest => (How::Rest, end.time, end.position),
-            Some(end) => (How::Out, end.time, end.position),
-            None => (How::Moving, state.time, body.motion.position),
+        let (how, time, position, velocity) = match path.ending {
+            Some(end) if end.how == Ending::Rest => (How::Rest, end.time, end.position, end.velocity),
+            Some(end) => (How::Out, end.time, end.position, end.velocity),
+            None => (How::Moving, state.time, body.motion.position, body.motion.velocity),
         };
         outcome.how = how;
         outcome.time = time;
         outcome.end = (position + base.ground.origin).into();
+        outcome.end_velocity = velocity.into();
         let way = Vector3::from(outcome.end) - Vector3::from(outcome.start);
         outcome.run_out = way.xy().norm();
         outcome.speed = path.fastest.0;

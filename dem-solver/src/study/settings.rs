@@ -1,10 +1,12 @@
 //! The study file: which scene, how many releases from where, what varies.
 
 use super::design::Design;
-use super::distribution::Distribution;
 use super::outline;
+use super::vary::variables;
+pub use super::vary::{Quantity, Variable};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::{Kind, Scene};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -15,7 +17,7 @@ pub static STUDY: Kind = Kind {
 };
 
 /// How the members of a study are spread over what varies.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {
     /// Independent of each other.
@@ -29,18 +31,18 @@ pub enum Sampling {
     FullFactorial,
 }
 
-/// `[[release]]`: where rocks start. Exactly one of `points`, `line` and `polygon`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// Where rocks start. Exactly one of `points`, `line` and `polygon`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Release {
-    /// Its name in the table of members. Default `release_1`, `release_2`, ...
+    /// Its name in the table of members. Default `release_1` and so on.
     #[serde(default)]
     pub name: String,
     /// Points `[x, y]` [m] in the terrain's coordinates; members take turns.
     pub points: Option<Vec<[f64; 2]>>,
-    /// A polyline: members start evenly along it.
+    /// A polyline of points `[x, y]` [m]: members start evenly along it.
     pub line: Option<Vec<[f64; 2]>>,
-    /// Corners of an area, closed by itself: members start evenly in it, as seen from above.
+    /// Corners `[x, y]` [m] of an area, closed by itself: members start evenly in it, as seen from above.
     pub polygon: Option<Vec<[f64; 2]>>,
     /// Number of members; with `full_factorial` number of places. Default with `points`: one for each.
     pub count: Option<u32>,
@@ -95,8 +97,8 @@ impl Release {
     }
 }
 
-/// `[maps]`: rasters of what passes where. Presence is the switch.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// Rasters of what passes where. Presence is the switch.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Maps {
     /// Edge of a cell [m]. Default: some 300 cells along the longer side of the terrain.
@@ -112,11 +114,11 @@ fn trajectories() -> u32 {
     200
 }
 
-/// `[[line]]`: a line across the slope, such as a barrier's; what passes it is recorded.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// A line across the slope, such as a barrier's; what passes it is recorded.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScreenLine {
-    /// Its name: letters, digits, `_`, `-`. Default `line_1`, `line_2`, ...
+    /// Its name: letters, digits, `_`, `-`. Default `line_1` and so on.
     #[serde(default)]
     pub name: String,
     /// Its points `[x, y]` [m] in the terrain's coordinates.
@@ -124,76 +126,6 @@ pub struct ScreenLine {
     /// What a barrier there must be able to do.
     pub design: Option<Design>,
 }
-
-/// Something that varies.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Variable {
-    /// Its key in `[vary]`: a quantity of the rock, or a dotted key of the scene.
-    pub name: String,
-    /// What.
-    pub quantity: Quantity,
-    /// How.
-    pub distribution: Distribution,
-}
-
-/// What can vary.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// Volume of the rock [m3]: its shape and spheres are scaled.
-    Volume,
-    /// Mass [kg]: the same, by its density.
-    Mass,
-    /// Density [kg/m3].
-    Density,
-    /// Its shape, a table as in a scene.
-    Shape,
-    /// Speed of the start [m/s].
-    Speed,
-    /// Its direction seen from above, clockwise from +y (north) [degrees].
-    Azimuth,
-    /// Its angle below the horizontal [degrees].
-    Dip,
-    /// Angular velocity about an axis of any direction [rad/s].
-    Spin,
-    /// Height above where the rock would touch the ground [m].
-    Height,
-    /// A key of the scene.
-    Key,
-}
-
-/// Quantities by name; any other name is a key of the scene.
-const QUANTITIES: [(&str, Quantity); 9] = [
-    ("volume", Quantity::Volume),
-    ("mass", Quantity::Mass),
-    ("density", Quantity::Density),
-    ("shape", Quantity::Shape),
-    ("speed", Quantity::Speed),
-    ("azimuth", Quantity::Azimuth),
-    ("dip", Quantity::Dip),
-    ("spin", Quantity::Spin),
-    ("height", Quantity::Height),
-];
-
-/// Name of the orientation in `[vary]`, and its one value.
-const ORIENTATION: &str = "orientation";
-const UNIFORM: &str = "uniform";
-
-/// Tables of the scene whose keys may vary.
-const TABLES: [&str; 3] = ["contact", "dem", "terrain"];
-/// Keys of these that all members share: what the terrain is made of, and how it is read.
-const SHARED: [&str; 11] = [
-    "law",
-    "between",
-    "file",
-    "nodata",
-    "nodata_value",
-    "classes",
-    "longest_edge",
-    "material",
-    "zones",
-    "polygon",
-    "number",
-];
 
 /// A study, checked as far as that goes without its terrain.
 #[derive(Debug, Clone, PartialEq)]
@@ -397,104 +329,4 @@ fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Inpu
         return Err(study.invalid(&key("height"), what));
     }
     Ok(())
-}
-
-/// What `[vary]` says, and whether the orientation is any.
-fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), InputError> {
-    let table: toml::Table = study.read("vary")?.unwrap_or_default();
-    let (mut found, mut turned) = (Vec::new(), false);
-    for (name, value) in &table {
-        let key = format!("vary.{name}");
-        if name == ORIENTATION {
-            if value.as_str() != Some(UNIFORM) {
-                return Err(study
-                    .invalid(
-                        &key,
-                        "an orientation that varies is `uniform`: every one as likely as any other",
-                    )
-                    .try_instead("one orientation for all stands in the scene"));
-            }
-            turned = true;
-        } else if let Some((_, quantity)) = QUANTITIES.iter().find(|(known, _)| known == name) {
-            let distribution = Distribution::of(value, &key, study)?;
-            check_quantity(*quantity, &distribution, &key, study)?;
-            found.push(Variable { name: name.clone(), quantity: *quantity, distribution });
-        } else if name.contains('.') || value.is_table() && !Distribution::is_one(value) {
-            keys_below(name, value, study, &mut found)?;
-        } else {
-            let mut known: Vec<&str> = QUANTITIES.iter().map(|(known, _)| *known).collect();
-            known.push(ORIENTATION);
-            return Err(study.invalid(&key, format!("unknown quantity `{name}`")).try_instead(format!(
-                "known here: {}; or a key of the scene, as in contact.0.restitution",
-                known.join(", ")
-            )));
-        }
-    }
-    Ok((found, turned))
-}
-
-/// All distributions at or below a dotted key of the scene.
-fn keys_below(
-    name: &str,
-    value: &toml::Value,
-    study: &Scene,
-    found: &mut Vec<Variable>,
-) -> Result<(), InputError> {
-    if let Some(table) = value.as_table().filter(|_| !Distribution::is_one(value)) {
-        return table
-            .iter()
-            .try_for_each(|(key, below)| keys_below(&format!("{name}.{key}"), below, study, found));
-    }
-    let key = format!("vary.{name}");
-    let parts: Vec<&str> = name.split('.').collect();
-    if !TABLES.contains(&parts[0]) || parts.len() < 2 {
-        return Err(study
-            .invalid(&key, format!("`{name}` of the scene cannot vary"))
-            .try_instead(format!(
-                "keys of {} can; of the rock: volume, mass, density, shape, speed, azimuth, dip, spin, height, orientation",
-                TABLES.join(", ")
-            )));
-    }
-    if let Some(part) = parts.iter().find(|part| SHARED.contains(part)) {
-        let what = format!("`{part}` is the same for all members: they share one terrain and its laws");
-        return Err(study.invalid(&key, what).try_instead("write one study for each"));
-    }
-    let distribution = Distribution::of(value, &key, study)?;
-    found.push(Variable { name: name.into(), quantity: Quantity::Key, distribution });
-    Ok(())
-}
-
-fn check_quantity(
-    quantity: Quantity,
-    distribution: &Distribution,
-    key: &str,
-    study: &Scene,
-) -> Result<(), InputError> {
-    if quantity == Quantity::Shape {
-        let tables = distribution.values().is_some_and(|v| v.iter().all(toml::Value::is_table));
-        return if tables {
-            Ok(())
-        } else {
-            Err(study.invalid(key, "shapes are a choice of tables").try_instead(
-                "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 1.0 }, { type = \"sphere\", radius = 0.5 }] }",
-            ))
-        };
-    }
-    let Some([low, high]) = distribution.range() else {
-        return Err(study.invalid(key, "numbers are needed here"));
-    };
-    let (least, most, strict) = match quantity {
-        Quantity::Volume | Quantity::Mass | Quantity::Density => (0.0, f64::INFINITY, true),
-        Quantity::Azimuth => (-360.0, 360.0, false),
-        Quantity::Dip => (-90.0, 90.0, false),
-        _ => (0.0, f64::INFINITY, false),
-    };
-    let inside = if strict { low > least } else { low >= least };
-    if inside && high <= most {
-        return Ok(());
-    }
-    let bounds = if most.is_finite() { format!("from {least} to {most}") } else { format!("above {least}") };
-    Err(study
-        .invalid(key, format!("values from {low} to {high}: {bounds} is possible"))
-        .try_instead("cut the distribution with within = [low, high]"))
 }

@@ -6,7 +6,7 @@ use interface_defs::toolkit::limits::percent;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 
 /// Shares of which quantiles are reported [%].
-pub const SHARES: [u32; 4] = [50, 90, 95, 99];
+pub const SHARES: [u32; 5] = [10, 50, 90, 95, 99];
 
 /// The quantile at a share (0 to 1) of numbers in ascending order, at least one, between two of them in proportion.
 pub fn quantile(sorted: &[f64], share: f64) -> f64 {
@@ -157,6 +157,7 @@ mod tests {
         let summary = numbers.summary(0.01);
         assert_eq!(summary.status, RunStatus::Done);
         assert_eq!(summary.measure("run_out_q50"), Some(50.0));
+        assert!(summary.measure("run_out_q10").is_some_and(|value| (value - 10.8).abs() < 1e-12));
         assert_eq!(summary.measure("members_failed"), Some(1.0));
         assert_eq!(strict.status, RunStatus::Unreliable);
         let why = strict.message.unwrap_or_default();

@@ -35,12 +35,15 @@ const START: [&str; 17] = [
 ];
 
 /// Columns after them.
-const END: [&str; 15] = [
+const END: [&str; 18] = [
     "status",
     "ending",
     "end_x_m",
     "end_y_m",
     "end_z_m",
+    "end_vx_m_per_s",
+    "end_vy_m_per_s",
+    "end_vz_m_per_s",
     "time_s",
     "run_out_m",
     "max_speed_m_per_s",
@@ -98,7 +101,7 @@ impl Table {
         cells.push(it.how.word().into());
         let ended = it.status != RunStatus::Failed;
         let mut number = |value: f64| cells.push(if ended { text(value) } else { String::new() });
-        it.end.iter().for_each(|value| number(*value));
+        it.end.iter().chain(&it.end_velocity).for_each(|value| number(*value));
         for value in [it.time, it.run_out, it.speed, it.energy, it.jump, it.impacts as f64, it.contact] {
             number(value);
         }

@@ -141,6 +141,55 @@ fn over_a_crossing_with_kinks_the_continuous_hierarchy_has_no_jump_and_is_the_gr
     }
 }
 
+/// The head of a post with ropes of other radii: the same, and the energy is never below 0. With one radius for all ropes at the
+/// node, that of the post, they pulled the sphere in.
+#[test]
+fn at_the_head_of_a_post_with_thin_ropes_force_is_the_gradient_of_an_energy_that_is_never_negative() {
+    for through in [false, true] {
+        let mut mesh = InterfaceMesh { coordinates: vec![0.0; 3], ..InterfaceMesh::default() };
+        let back = if through { (-0.3, 0.0) } else { (-0.1, -0.3) };
+        for (x, y, z, radius) in [
+            (0.3, 0.0, 0.0, 0.01),
+            (back.0, back.1, 0.0, 0.01),
+            (0.1, 0.25, -0.2, 0.02),
+            (0.0, 0.0, -0.4, 0.06),
+        ] {
+            mesh.lines.push([0, mesh.node_count() as u32]);
+            mesh.coordinates.extend([x, y, z]);
+            mesh.line_radius.push(radius);
+        }
+        let (from, way) = (Vector3::new(-0.14, -0.12, 0.05), Vector3::new(0.28, 0.26, 0.03));
+        // Four wires, each k = 2 E* sqrt(R d), d below 0.1 m.
+        let stiffness = 4.0 * 2.0 * 1e7 / 0.91 * (0.1_f64 * 0.1).sqrt();
+        let steps = 240;
+        let mut last: Option<Vector3<f64>> = None;
+        let mut most = 0.0_f64;
+        for i in 0..=steps {
+            let x = from + way * (f64::from(i) / f64::from(steps));
+            let (force, energy) = force_and_energy(&mesh, x, "continuous");
+            assert!(energy >= 0.0, "{through} {i}: {energy} J");
+            let jump = last.replace(force).map_or(0.0, |last| (force - last).norm());
+            assert!(jump < stiffness * way.norm() / f64::from(steps), "{through} {i}: {jump} N");
+            most = most.max(force.norm());
+            if i % 8 == 0 {
+                let step = 1e-6;
+                let slope = Vector3::from_fn(|a, _| {
+                    let mut e = Vector3::zeros();
+                    e[a] = step;
+                    let energy = |x| force_and_energy(&mesh, x, "continuous").1;
+                    (energy(x - e) - energy(x + e)) / (2.0 * step)
+                });
+                assert!((slope - force).norm() < 1e-5 * most + stiffness * step, "{i}: {slope} {force}");
+            }
+        }
+        assert!(most > 100.0, "it touches");
+        // Right above the head the post alone is felt, with its own radius.
+        let (force, _) = force_and_energy(&mesh, Vector3::new(0.0, 0.0, 0.15), "continuous");
+        let expected = 4.0 / 3.0 * 1e7 / 0.91 * 0.1_f64.sqrt() * 0.01_f64.powf(1.5);
+        assert!((force - Vector3::z() * expected).norm() < 1e-9 * expected, "{through}: {force} {expected}");
+    }
+}
+
 /// V-D9 for wires: a straight wire is one contact, however it is divided and whichever hierarchy it has.
 #[test]
 fn a_straight_wire_is_one_contact_however_it_is_divided() {

@@ -159,6 +159,41 @@ fn friction_grows_with_the_way() {
     assert!((speed - 15.662).abs() < 7.4e-4 && balance < 1e-4, "{speed} {balance}");
 }
 
+/// A ball that rolls over level ground into which it ploughs a rut comes to rest where the moment `M = 4 a / (3 pi) m g` with
+/// `a = sqrt(2 m g / (pi p))` says: it rolls over its print, r = R - d below its centre, so that it slows down with `M r / (m r^2 + I)`.
+#[test]
+fn a_ball_that_ploughs_a_rut_stops_where_the_closed_form_says() {
+    use std::f64::consts::PI;
+    let (mass, speed) = (780.0, 3.0);
+    for pressure in [1e5, 4e5] {
+        // All of the circle carries it at rest: 2 pi R p d = m g.
+        let stiffness = 2.0 * PI * RADIUS * pressure;
+        let lever = RADIUS - mass * G / stiffness;
+        let text = format!(
+            "end_time = 60.0\ngravity = [0.0, 0.0, {:?}]\n[[rock]]\nposition = [-8.0, 0.0, {lever:?}]\nvelocity = [{speed:?}, 0.0, 0.0]\n\
+             angular_velocity = [0.0, {:?}, 0.0]\nmass = {mass:?}\nshape = {{ type = \"sphere\", radius = {RADIUS} }}\n[terrain]\n\
+             file = \"t.obj\"\n[[contact]]\nlaw = \"ground\"\nground_pressure = {pressure:?}\nrestitution = 0.3\nfriction = 0.6\n\
+             stiffness_ratio = 0.8\npoisson = 0.3\nrolling = \"rut\"\n",
+            -G,
+            speed / lever,
+        );
+        let mut bench = Bench::new(&flat(), &text, true);
+        let start = bench.energy();
+        let moment = 4.0 / (3.0 * PI) * (2.0 * mass * G / (PI * pressure)).sqrt() * mass * G;
+        let slowing = moment * lever / (mass * lever * lever + 0.4 * mass * RADIUS * RADIUS);
+        let exact = speed * speed / (2.0 * slowing);
+        bench.run(1e-2, 1.5 * speed / slowing);
+        let motion = bench.solver.state().bodies[0].motion;
+        let way = motion.position.x + 8.0;
+        // The spring of friction is slack at first, and stretched by m v' / k_t while it slows the ball down; it swings by as much.
+        let stretch = mass * slowing / (0.8 * stiffness);
+        println!("{pressure}: {way} {exact} +- {stretch}, {}", motion.velocity.norm());
+        assert!((way - exact).abs() < 2.0 * stretch, "{pressure}: {way} {exact} +- {stretch}");
+        let balance = bench.energy() + bench.value("energy_dissipated_dem") - start;
+        assert!(balance.abs() < 1e-4 * 0.7 * mass * speed * speed, "{balance}");
+    }
+}
+
 /// C = 2.5, 1 700 kg/m3, an outline of 0.0662 m2: the speed falls with exp(-s / 5.545 m).
 #[test]
 fn ground_that_is_ploughed_takes_speed_with_the_way() {

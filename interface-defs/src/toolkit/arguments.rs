@@ -190,7 +190,8 @@ pub struct EnsembleArguments {
     /// Study file (TOML): a scene, where rocks start, what varies
     #[arg(value_name = "STUDY")]
     pub study: PathBuf,
-    /// Set a value of the study, as in --set seed=2 --set release.0.count=1000
+    /// Set a value of the study, as in --set seed=2 --set release.0.count=1000, or with `barrier.` before it one of the barrier's
+    /// scene, as in --set barrier.coupling.time_window=1e-4
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
     /// Compute these members alone, both included, as one task of many; a call without --members collects the results
@@ -236,4 +237,21 @@ pub struct EnsembleArguments {
     /// Print progress on stdout, five times a second
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Results")]
     pub progress: Option<Form>,
+}
+
+/// What a `--set` of the barrier's scene begins with.
+const OF_BARRIER: &str = "barrier.";
+
+impl EnsembleArguments {
+    /// Every `--set` of the study, and every one of the barrier's scene, as that takes it.
+    pub fn sets(&self) -> Result<(Vec<String>, Vec<String>), InputError> {
+        let (of_barrier, of_study): (Vec<String>, Vec<String>) =
+            self.sets.iter().cloned().partition(|set| set.starts_with(OF_BARRIER));
+        if let Some(set) = of_barrier.first().filter(|_| self.barrier.is_none()) {
+            let what = "this is a value of the barrier's scene, and there is no barrier";
+            return Err(InputError::in_file(format!("--set {set}"), what).try_instead("--barrier SCENE"));
+        }
+        let own = of_barrier.iter().filter_map(|set| set.strip_prefix(OF_BARRIER)).map(String::from);
+        Ok((of_study, own.collect()))
+    }
 }

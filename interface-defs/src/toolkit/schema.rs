@@ -165,13 +165,24 @@ impl Share {
 
     /// The schema of a whole scene.
     pub fn document(&self) -> Value {
+        let what = "A scene of rockfall: one TOML file, SI units. A table that is absent builds nothing.";
+        self.document_of("Rockfall scene", what, &["end_time"])
+    }
+
+    /// The schema of a whole study of many releases.
+    pub fn study(&self) -> Value {
+        let what = "A study of rockfall: a scene of one fall, where rocks start, what varies. One TOML file, SI units.";
+        self.document_of("Rockfall study", what, &["scene", "release"])
+    }
+
+    fn document_of(&self, title: &str, what: &str, required: &[&str]) -> Value {
         json!({
             "$schema": "http://json-schema.org/draft-07/schema#",
-            "title": "Rockfall scene",
-            "description": "A scene of rockfall: one TOML file, SI units. A table that is absent builds nothing.",
+            "title": title,
+            "description": what,
             "type": "object",
             "properties": self.properties,
-            "required": ["end_time"],
+            "required": required,
             "additionalProperties": false,
             "definitions": self.definitions,
         })

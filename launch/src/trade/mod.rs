@@ -127,9 +127,10 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
             return Err(Stop { message: format!("{}; {kept}", stop.message), ..stop });
         }
     }
-    match study.reference.0.is_empty() {
-        false => Ok(Exit::Done),
-        true => Err(Stop::failed(no_reference(&study))),
+    match (study.reference.0.is_empty(), report::unknown(&study)) {
+        (true, _) => Err(Stop::failed(no_reference(&study))),
+        (false, Some(why)) if !arguments.atlas => Err(Stop::failed(why)),
+        _ => Ok(Exit::Done),
     }
 }
 

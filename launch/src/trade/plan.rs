@@ -66,6 +66,14 @@ pub fn next_of_reference(study: &Study, budget: f64) -> Option<Task> {
     if study.runs.is_empty() { next(study, budget) } else { Planner { study, budget }.reference() }
 }
 
+/// With which budget [s] the scene gets two finer runs, so that something is known of its error.
+pub fn budget_of_reference(study: &Study) -> Option<f64> {
+    let finer = |rungs| study.space.refined(&Point::new(), rungs);
+    let missing = [1, 2].map(finer).into_iter().filter(|point| study.outcome(point).is_none());
+    let needed: f64 = missing.map(|point| study.estimate(&point)).sum::<Option<f64>>()?;
+    Some((study.spent() + needed) / REFERENCE)
+}
+
 struct Planner<'a> {
     study: &'a Study,
     budget: f64,

@@ -105,6 +105,10 @@ fn unit<'a>(study: &'a Study, name: &str) -> &'a str {
 }
 
 fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
+    if let Some(why) = unknown(study) {
+        let _ = writeln!(text, "## Recommended\n\n{why}.\n");
+        return;
+    }
     text.push_str("## Recommended\n\nThe cheapest settings that keep an accuracy in all measures, at the scene's own model.\n\n");
     text.push_str("| accuracy | settings | error | wall time, median | run again: error | run again: wall time |\n|---|---|---|---|---|---|\n");
     let recommended = study.recommended();
@@ -160,6 +164,19 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
+/// Why nothing is recommended; `None`: something is, or may be.
+pub fn unknown(study: &Study) -> Option<String> {
+    if !study.is_alone() {
+        return None;
+    }
+    let budget = super::plan::budget_of_reference(study);
+    let more = budget.map_or("a larger --budget".into(), |b| format!("--budget {:.0}m", (b / 60.0).ceil()));
+    Some(format!(
+        "nothing is recommended: the scene as it is is the only run to compare with, and its own error is not known; the same command \
+         with {more} adds two runs with finer steps and windows"
+    ))
+}
+
 fn unreached(study: &Study) -> String {
     let trades = study.trades();
     let numbers: Vec<_> = trades.iter().map(|(_, trade)| *trade).collect();
@@ -187,9 +204,10 @@ fn numerical(study: &Study, facts: &Facts, text: &mut String) {
     for run in sorted(study, Class::Numerical) {
         let outcome = &run.record.outcome;
         let reference = &study.reference;
-        let mark = if front.contains(&run.point) && study.error(outcome).is_some() { "*" } else { "" };
+        let error = study.error(outcome).filter(|_| !study.is_alone());
+        let mark = if front.contains(&run.point) && error.is_some() { "*" } else { "" };
         let _ = write!(text, "| {mark} | {} | {} |", study.space.label(&run.point), status(study, outcome));
-        let _ = write!(text, " {} |", study.error(outcome).map_or("-".into(), percent));
+        let _ = write!(text, " {} |", error.map_or("-".into(), percent));
         for name in &study.measures {
             let known = reference.0.iter().find(|(measure, _)| measure == name);
             let off = outcome

@@ -8,6 +8,7 @@ use super::store::Identity;
 use crate::choice;
 use crate::events::Events;
 use crate::ground::Ground;
+use crate::kind;
 use crate::numbers::Numbers;
 use crate::plan::Plan;
 use crate::record;
@@ -35,8 +36,7 @@ impl Setup {
     /// Of a scene. Nothing has run yet where it is refused.
     pub fn of(arguments: &Arguments, events: &Events) -> Result<Self, Stop> {
         let input = &arguments.input;
-        let scene = input.load()?;
-        let plan = Plan::of(&scene)?;
+        let (scene, plan) = kind::load(input)?;
         let ground = Ground::of(&scene, &plan, input, events)?;
         let mut reports = validate(&plan, ground.input(), events)?;
         let chosen = choice::complete(&scene, &plan, &mut reports)?;

@@ -125,6 +125,12 @@ impl Study {
         self.reference = Reference::of(&self.measures, &self.given, &runs[from..]);
     }
 
+    /// Whether nothing is known of the scene's own error: it is the only run of the reference that is done, and could be refined.
+    pub fn is_alone(&self) -> bool {
+        let finer = || self.space.sets(&self.space.refined(&Point::new(), 1)).is_some();
+        !self.reference.0.is_empty() && self.reference.uncertainty().is_none() && finer()
+    }
+
     /// Error of a run that is done and has all measures.
     pub fn error(&self, outcome: &Outcome) -> Option<f64> {
         let complete = !self.reference.0.is_empty() && self.reference.0.len() == self.measures.len();
@@ -173,8 +179,11 @@ impl Study {
         super::front::near_front(&numbers, factor).into_iter().map(|place| trades[place].0.clone()).collect()
     }
 
-    /// The cheapest point for each accuracy.
+    /// The cheapest point for each accuracy. None where errors are only the distance from the scene itself.
     pub fn recommended(&self) -> Vec<Recommended> {
+        if self.is_alone() {
+            return Vec::new();
+        }
         let trades = self.trades();
         let numbers: Vec<Trade> = trades.iter().map(|(_, trade)| *trade).collect();
         let cheapest =

@@ -314,3 +314,34 @@ fn a_push_ends_where_the_scene_breaks() {
     let page = page(&study, &found, &facts);
     assert_eq!(page.lines().filter(|line| line.starts_with("| ")).count(), found.len() + 1, "{page}");
 }
+
+/// A budget for one run gives no error, and so no recommendation: it says which budget would, and that one does.
+#[test]
+fn a_scene_that_is_only_compared_with_itself_is_not_recommended() {
+    let temp = tempfile::tempdir().expect("a directory");
+    let (mut first, mut runner) = (study(&[]), Formula::default());
+    session(&mut first, &mut runner, temp.path(), &["--budget", "2"]).expect("explored");
+    assert_eq!((first.refinements().len(), first.recommended()), (1, Vec::new()));
+    let facts = report::Facts {
+        scene: "s".into(),
+        command: "s.toml".into(),
+        end_time: 1.0,
+        budget: 2.0,
+        processors: 2,
+    };
+    let due = super::plan::budget_of_reference(&first).expect("known");
+    let page = report::page(&first, &facts);
+    let budget = format!("--budget {:.0}m", (due / 60.0).ceil());
+    assert!(page.contains("nothing is recommended") && page.contains(&budget), "{page}");
+    assert!(!page.contains("rockfall run"), "{page}");
+    assert!(!report::screen(&first).contains(" %"), "{}", report::screen(&first));
+    let mut second = study(&[]);
+    session(&mut second, &mut runner, temp.path(), &["--budget", &format!("{:.1}", due + 0.1)])
+        .expect("explored");
+    assert!(second.refinements().len() > 2 && !second.is_alone(), "{}", second.refinements().len());
+    // A value that the user gives is known.
+    let other = tempfile::tempdir().expect("a directory");
+    let mut given = study(&[("max_deflection", EXACT)]);
+    session(&mut given, &mut Formula::default(), other.path(), &["--budget", "2"]).expect("explored");
+    assert!(!given.is_alone() && given.recommended()[0].point.is_some());
+}

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::Output;
 
 /// The scene that a directory has the run of, written when that has ended.
-const OF: &str = "member.toml";
+pub const OF: &str = "member.toml";
 
 /// What the rocks' program leaves: which members, and what they bring to the line.
 #[derive(Debug, Deserialize)]
@@ -37,15 +37,20 @@ impl Chosen {
     }
 }
 
+/// What is not known when the time is over.
+pub const UNDECIDED: &str = "not decided";
+
 /// How verdicts begin behind the name of the rock, and in one word. The rocks' program writes them.
-const FATES: [(&str, &str); 7] = [
+const FATES: [(&str, &str); 8] = [
     ("was stopped by", "stopped"),
     ("rebounded from", "rebounded"),
-    ("was still being stopped", "being stopped"),
+    ("was still being stopped", UNDECIDED),
     ("went through", "went through"),
     ("passed over", "passed over"),
     ("passed beside", "passed beside"),
     ("passed under", "passed under"),
+    // It has not come to the net, and may yet.
+    ("still moved", UNDECIDED),
 ];
 /// All other verdicts: it never came to the net.
 const AWAY: &str = "did not reach";
@@ -58,7 +63,8 @@ pub fn fate(verdict: &str) -> &'static str {
 
 /// All words of verdicts, in the order in which they are counted.
 pub fn fates() -> impl Iterator<Item = &'static str> {
-    FATES.iter().map(|(_, word)| *word).chain([AWAY])
+    // The last of them is there twice.
+    FATES[..FATES.len() - 1].iter().map(|(_, word)| *word).chain([AWAY])
 }
 
 /// A chosen member with what became of it.
@@ -72,6 +78,8 @@ pub struct Case {
     pub message: String,
     /// What it came to, where it was computed.
     pub summary: Option<Summary>,
+    /// What its run warns of, without places in its own scene.
+    pub warnings: Vec<String>,
 }
 
 impl Case {
@@ -79,7 +87,7 @@ impl Case {
     pub fn finished(entry: &Value, place: &Path) -> Option<Self> {
         let (own, wanted) =
             (std::fs::read(place.join(OF)).ok()?, std::fs::read(place.with_extension("toml")).ok()?);
-        let case = Self::of(entry, Summary::read(place).ok()?, String::new());
+        let case = Self::of(entry, place, Summary::read(place).ok()?, String::new());
         // A process that was lost says nothing of the scene.
         let lost = case.status == RunStatus::Interrupted || case.message.contains("was lost");
         (own == wanted && !lost).then_some(case)
@@ -92,17 +100,24 @@ impl Case {
         let refused = output.status.code() == Some(2);
         if let Some(summary) = Summary::read(place).ok().filter(|_| !refused) {
             files::write(&place.join(OF), &std::fs::read(place.with_extension("toml"))?)?;
-            return Ok(Self::of(entry, summary, said));
+            return Ok(Self::of(entry, place, summary, said));
         }
         let message = said.lines().next().unwrap_or_default().to_owned();
-        Ok(Self { entry: entry.clone(), status: RunStatus::Failed, message, summary: None })
+        let entry = entry.clone();
+        Ok(Self { entry, status: RunStatus::Failed, message, summary: None, warnings: Vec::new() })
     }
 
-    fn of(entry: &Value, summary: Summary, said: String) -> Self {
+    fn of(entry: &Value, place: &Path, summary: Summary, said: String) -> Self {
         let status = summary.status;
         let message = summary.message.clone().unwrap_or(said);
         let message = if status == RunStatus::Done { String::new() } else { message };
-        Self { entry: entry.clone(), status, message, summary: Some(summary) }
+        let scene = format!("{}:", place.with_extension("toml").display());
+        let warnings = summary.warnings.iter().map(|warning| without_place(warning, &scene));
+        // Which measures are not there is of less weight than what is wrong.
+        let (absent, mut warnings): (Vec<String>, Vec<String>) =
+            warnings.partition(|warning| warning.contains(" absent: "));
+        warnings.extend(absent);
+        Self { entry: entry.clone(), status, message, summary: Some(summary), warnings }
     }
 
     /// Its number.
@@ -127,6 +142,13 @@ impl Case {
         summary.verdict.first().map(|verdict| fate(verdict))
     }
 
+    /// Why it is not done, and what its run warns of, in one line.
+    pub fn notes(&self) -> String {
+        let message = Some(&self.message).filter(|message| !message.is_empty()).cloned();
+        let warnings = self.warnings.iter().map(|warning| format!("warning: {warning}"));
+        message.into_iter().chain(warnings).collect::<Vec<_>>().join("; ").replace('\n', "; ")
+    }
+
     /// What the screen shows of it.
     pub fn words(&self) -> String {
         match self.status {
@@ -134,6 +156,12 @@ impl Case {
             status => format!("{}: {}", status.word(), self.message.lines().next().unwrap_or_default()),
         }
     }
+}
+
+/// A warning without `FILE:LINE:COLUMN: ` where that is of `scene` (`FILE:`): another member has other lines.
+fn without_place(warning: &str, scene: &str) -> String {
+    let behind = warning.strip_prefix(scene).and_then(|rest| rest.split_once(": "));
+    behind.map_or(warning, |(_, what)| what).to_owned()
 }
 
 #[cfg(test)]
@@ -146,10 +174,22 @@ mod tests {
             ("rock `block` was stopped by the net in 0.28 s over 4.49 m, from 24.1 m/s at 23.6 s", "stopped"),
             ("rock `a b` passed beside the net with a clearance of 1.00 m, near (0, 0, 0)", "passed beside"),
             ("rock `r` went through the torn net: it touched at 0.1 s", "went through"),
+            ("rock `r` was still being stopped by the net at 1.2 s: 9.9 m/s along", "not decided"),
+            ("rock `r` still moved with 9.90 m/s near (0, 0, 0) at the end, at 1.2 s", "not decided"),
             ("rock `r` came to rest on the terrain near (0, 0, 0) at 1.0 s", "did not reach"),
         ] {
             assert_eq!(fate(sentence), word);
         }
         assert_eq!(fates().count(), 8);
+        assert_eq!(fates().filter(|word| *word == UNDECIDED).count(), 1);
+    }
+
+    #[test]
+    fn a_warning_is_the_same_for_every_member() {
+        assert_eq!(
+            without_place("out/b/17.toml:73:9: dem.time_step: x", "out/b/17.toml:"),
+            "dem.time_step: x"
+        );
+        assert_eq!(without_place("posts have turned: x", "out/b/17.toml:"), "posts have turned: x");
     }
 }

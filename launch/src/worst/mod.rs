@@ -3,18 +3,22 @@
 //! The rocks' program computes the study, chooses the members and writes the scene of each; the structure's program says where the
 //! barrier stands. Here each of these scenes is run, one after the other, and what came of them is put together.
 //!
-//! - [`child`]: a program that is waited for; [`case`]: a chosen member with what became of it; [`table`]: the results of all
+//! - [`child`]: a program that is waited for; [`place`]: where in the user's file that is wrong which a member's scene has from it;
+//!   [`case`]: a chosen member with what became of it; [`table`]: the results of all
 
 mod case;
 mod child;
+mod place;
 mod table;
 
 use crate::command_line::beside;
 use crate::estimate;
 use crate::events::Events;
 use crate::ground;
+use crate::kind;
+use crate::status;
 use crate::stop::Stop;
-use case::{Case, Chosen};
+use case::{Case, Chosen, OF};
 use interface_defs::ipc::RunId;
 use interface_defs::toolkit::arguments::{EnsembleArguments, Input};
 use interface_defs::toolkit::exit::Exit;
@@ -23,23 +27,33 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::summary::RunStatus;
-use std::io::IsTerminal;
+use interface_defs::toolkit::summary::{RunStatus, Summary};
+use place::Generated;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Folder of the barrier in the directory of the study, and the list of members that the rocks' program leaves there.
-const FOLDER: &str = "barrier";
+pub const FOLDER: &str = "barrier";
 const CHOSEN: &str = "chosen.json";
+
+/// How many members were chosen in the folder `dir` of a barrier, and how many of them are run; `None`: none were chosen.
+pub fn progress(dir: &Path) -> Option<(usize, usize)> {
+    let chosen = Chosen::read(&dir.join(CHOSEN)).ok()?.chosen;
+    let is_run = |entry: &&serde_json::Value| dir.join(entry["member"].to_string()).join(OF).exists();
+    Some((chosen.iter().filter(is_run).count(), chosen.len()))
+}
 
 /// The whole command.
 pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch().map_err(Stop::failed)?;
     let Some(barrier) = &arguments.barrier else { return Err(Stop::input("--barrier is missing")) };
+    let (_, sets) = arguments.sets()?;
+    let scene = Scene::load(barrier, &sets).map_err(|e| kind::study(barrier).unwrap_or_else(|| e.into()))?;
     let work = Work {
         arguments,
         barrier,
-        site: site(barrier, &events)?,
+        site: site(&scene, sets, &events)?,
+        scene,
         events: &events,
         quiet: arguments.quiet || json,
     };
@@ -53,14 +67,28 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
     if !matches!(exit, Exit::Done | Exit::Unreliable) {
         return Ok(exit);
     }
-    work.cases(&out)
+    let ended = work.cases(&out);
+    if exit == Exit::Done {
+        return ended;
+    }
+    // It is said once all is done, where it is read.
+    let of_study = out.parent().and_then(|dir| Summary::read(dir).ok()?.message);
+    Err(unreliable(of_study.unwrap_or_else(|| "the study is unreliable".into()), ended))
 }
 
-/// Where a barrier stands.
-fn site(barrier: &Path, events: &Events) -> Result<Area, Stop> {
+/// How an unreliable study ends that was followed by runs which ended so.
+fn unreliable(of_study: String, ended: Result<Exit, Stop>) -> Stop {
+    match ended {
+        Ok(_) => Stop { exit: Exit::Unreliable, message: of_study },
+        Err(stop) => Stop { message: format!("{of_study}\nerror: {}", stop.message), ..stop },
+    }
+}
+
+/// Where the barrier of `scene` stands.
+/// `sets` are values that take the place of those of its file.
+fn site(scene: &Scene, sets: Vec<String>, events: &Events) -> Result<Area, Stop> {
     let program = program("fem-solver")?;
-    let input = Input { scene: barrier.to_owned(), sets: Vec::new() };
-    let scene = Scene::load(barrier, &[])?;
+    let input = Input { scene: scene.path().to_owned(), sets };
     if let Some(area) = ground::area(&program, &input, events)? {
         return Ok(area);
     }
@@ -80,6 +108,7 @@ fn program(name: &str) -> Result<PathBuf, Stop> {
 struct Work<'a> {
     arguments: &'a EnsembleArguments,
     barrier: &'a Path,
+    scene: Scene,
     site: Area,
     events: &'a Events,
     quiet: bool,
@@ -145,19 +174,29 @@ impl Work<'_> {
                 _ => Stop::failed(message),
             });
         }
-        let checked = estimate::check(&Input { scene: file.clone(), sets: Vec::new() }, None);
+        let doubts = estimate::doubts(&Input { scene: file.clone(), sets: Vec::new() });
+        let generated = Generated {
+            file: file.display().to_string(),
+            text: std::fs::read_to_string(&file).unwrap_or_default(),
+            barrier: &self.scene,
+        };
         // Where it cannot be removed it lies in the directory for such files.
         let _ = std::fs::remove_file(&file);
-        let named = |message: String| message.replace(&file.display().to_string(), "scene of member 1");
-        let see = format!(
-            "its scene: rockfall ensemble {} --barrier {} --scene-of 1",
-            self.arguments.study.display(),
-            self.barrier.display()
-        );
-        checked.map(|_| ()).map_err(|stop| Stop {
-            message: format!("{}, with the study: {}\n{see}", self.barrier.display(), named(stop.message)),
+        let see = || {
+            format!(
+                "this is of member 1 of the study; its scene: rockfall ensemble {} --barrier {} --scene-of 1",
+                self.arguments.study.display(),
+                self.barrier.display()
+            )
+        };
+        let doubts = doubts.map_err(|stop| Stop {
+            message: format!("{}\n{}", generated.error(&stop.message), see()),
             ..stop
-        })
+        })?;
+        for doubt in doubts.iter().filter(|_| !self.quiet) {
+            tracing::warn!("{}", generated.warning(doubt));
+        }
+        Ok(())
     }
 
     /// Run every chosen member that has not been run yet; write what came of all.
@@ -172,19 +211,19 @@ impl Work<'_> {
             let again = found.is_some();
             let case = match found {
                 Some(case) => case,
-                None => self.run(entry, &place).map_err(|stop| {
+                None => self.run(entry, &place, [cases.len() + 1, chosen.chosen.len()]).map_err(|stop| {
                     let kept = format!("{} of {} members are computed", cases.len(), chosen.chosen.len());
                     Stop { message: format!("{}; {kept}; the same command goes on", stop.message), ..stop }
                 })?,
             };
             if !self.quiet && !again {
-                self.say(&case, cases.len() + 1, chosen.chosen.len());
+                Self::say(&case, cases.len() + 1, chosen.chosen.len());
             }
             cases.push(case);
             table::write_rows(&chosen.columns, &cases, dir)
                 .map_err(|e| Stop::failed(format!("{}: {e}", dir.display())))?;
         }
-        let mut summary = table::summary(&chosen, &cases);
+        let mut summary = table::summary(&chosen, &cases, &self.barrier.display().to_string());
         owner.write_summary(&mut summary).map_err(Stop::failed)?;
         if !self.arguments.quiet {
             interface_defs::toolkit::screen::show(&table::screen(&summary, &cases, dir));
@@ -195,16 +234,11 @@ impl Work<'_> {
         }
     }
 
-    fn say(&self, case: &Case, number: usize, all: usize) {
-        let line = format!("{number} of {all}: member {}: {}", case.member(), case.words());
-        if std::io::stderr().is_terminal() {
-            eprintln!("{line}");
-        } else {
-            tracing::info!("{line}");
-        }
+    fn say(case: &Case, number: usize, all: usize) {
+        eprintln!("{number} of {all}: member {}: {}", case.member(), case.words());
     }
 
-    fn run(&self, entry: &serde_json::Value, place: &Path) -> Result<Case, Stop> {
+    fn run(&self, entry: &serde_json::Value, place: &Path, [number, all]: [usize; 2]) -> Result<Case, Stop> {
         let rockfall = std::env::current_exe()
             .map_err(|e| Stop::failed(format!("rockfall itself is not found: {e}")))?;
         let mut command = Command::new(rockfall);
@@ -218,7 +252,28 @@ impl Work<'_> {
             command.arg("--no-shortcuts");
         }
         command.stdout(Stdio::null()).stderr(Stdio::piped());
-        let output = child::wait(&mut command, self.events)?;
+        let tell = |seconds| {
+            let far = status::far(place).unwrap_or_else(|| "no row yet".into());
+            eprintln!("{number} of {all}: member {}: {far}, after {seconds} s", entry["member"]);
+        };
+        let tell: &dyn Fn(u64) = if self.quiet { &|_| {} } else { &tell };
+        let output = child::wait_telling(&mut command, self.events, tell)?;
         Case::ended(entry, place, &output).map_err(|e| Stop::failed(format!("{}: {e}", place.display())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unreliable_study_is_said_at_the_end_and_never_ends_as_done() {
+        let of = |ended| unreliable("unreliable: 3 of 40".into(), ended);
+        let alone = of(Ok(Exit::Done));
+        assert_eq!((alone.exit, alone.message.as_str()), (Exit::Unreliable, "unreliable: 3 of 40"));
+        let both = of(Err(Stop { exit: Exit::Unreliable, message: "unreliable: 1 of 2".into() }));
+        assert_eq!(both.exit, Exit::Unreliable);
+        assert_eq!(both.message, "unreliable: 3 of 40\nerror: unreliable: 1 of 2");
+        assert_eq!(of(Err(Stop::failed("interrupted"))).exit, Exit::Failed);
     }
 }

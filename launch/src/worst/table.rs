@@ -1,6 +1,6 @@
 //! What the barrier did to all chosen members: a row for each, counts, envelopes.
 
-use super::case::{Case, Chosen, fates};
+use super::case::{Case, Chosen, UNDECIDED, fates};
 use interface_defs::message::Measure;
 use interface_defs::toolkit::summary::{RunStatus, Summary, short, split_member};
 use serde_json::{Value, json};
@@ -10,8 +10,8 @@ use std::path::Path;
 
 /// One row for each member.
 pub const VERDICTS: &str = "verdicts.csv";
-/// Shares of which quantiles are reported [%].
-const SHARES: [u32; 2] = [50, 90];
+/// Most members that a warning names.
+const NAMED: usize = 5;
 
 /// Names and units of all measures, in the order in which they are first found.
 fn measures(cases: &[Case]) -> Vec<(String, String)> {
@@ -53,23 +53,52 @@ pub fn write_rows(keys: &[String], cases: &[Case], dir: &Path) -> io::Result<()>
         let values = measures.iter().map(|(name, _)| {
             case.summary.as_ref().and_then(|s| s.measure(name)).map_or(String::new(), |v| v.to_string())
         });
-        let last = [case.sentence().unwrap_or_default(), case.message.replace('\n', "; ")];
+        let last = [case.sentence().unwrap_or_default(), case.notes()];
         table.write_record(known.chain(own).chain(values).chain(last))?;
     }
     table.flush()?;
     std::fs::rename(path, dir.join(VERDICTS))
 }
 
-/// The quantile at a share (0 to 1) of numbers in ascending order, at least one, between two of them in proportion.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let below = place.floor() as usize;
-    let above = (below + 1).min(sorted.len() - 1);
-    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+/// What the runs warn of, each once, whatever its numbers, with how many members it is said of.
+fn warnings(cases: &[Case]) -> Vec<String> {
+    let mut found: Vec<(String, &str, Vec<u64>)> = Vec::new();
+    for (case, warning) in cases.iter().flat_map(|case| case.warnings.iter().map(move |w| (case, w))) {
+        let same: String =
+            warning.split(|c: char| c.is_ascii_digit()).filter(|part| !part.is_empty()).collect();
+        match found.iter_mut().find(|(known, ..)| *known == same) {
+            Some((.., members)) if members.last() == Some(&case.member()) => {}
+            Some((.., members)) => members.push(case.member()),
+            None => found.push((same, warning, vec![case.member()])),
+        }
+    }
+    let said = |members: &[u64]| format!("{} of {} members: {}", members.len(), cases.len(), listed(members));
+    found.iter().map(|(_, warning, members)| format!("{warning} ({})", said(members))).collect()
 }
 
-/// Counts of verdicts; of every measure the largest, with its member, and quantiles.
-pub fn summary(chosen: &Chosen, cases: &[Case]) -> Summary {
+fn listed(members: &[u64]) -> String {
+    let names: Vec<String> = members.iter().take(NAMED).map(u64::to_string).collect();
+    names.join(", ") + if members.len() > NAMED { ", ..." } else { "" }
+}
+
+/// Members of whose fate nothing can be said, and what to do.
+fn undecided(cases: &[Case], barrier: &str) -> Option<String> {
+    let open: Vec<u64> =
+        cases.iter().filter(|case| case.fate() == Some(UNDECIDED)).map(Case::member).collect();
+    let said = || {
+        format!(
+            "{} of {} members are {UNDECIDED} at the end of their runs ({}): raise end_time of {barrier}",
+            open.len(),
+            cases.len(),
+            listed(&open)
+        )
+    };
+    (!open.is_empty()).then(said)
+}
+
+/// Counts of verdicts; of every measure the largest, with its member. Members that were chosen as the worst are no sample:
+/// there are no quantiles. `barrier` is the file of its scene.
+pub fn summary(chosen: &Chosen, cases: &[Case], barrier: &str) -> Summary {
     let bad: Vec<&Case> = cases.iter().filter(|case| case.status != RunStatus::Done).collect();
     let mut summary = Summary::new(if bad.is_empty() { RunStatus::Done } else { RunStatus::Unreliable });
     let count = |word: &str| cases.iter().filter(|case| case.fate() == Some(word)).count();
@@ -108,11 +137,9 @@ pub fn summary(chosen: &Chosen, cases: &[Case]) -> Summary {
         let (end, (most, member)) =
             if name.ends_with("_min") { ("smallest", low) } else { ("largest", high) };
         report(format!("{name}_{end} @ member {member}"), *most, &unit);
-        let sorted: Vec<f64> = values.iter().map(|(value, _)| *value).collect();
-        for share in SHARES {
-            report(format!("{name}_q{share}"), quantile(&sorted, f64::from(share) / 100.0), &unit);
-        }
     }
+    summary.warnings.extend(undecided(cases, barrier));
+    summary.warnings.extend(warnings(cases));
     let wall: f64 = cases.iter().filter_map(|case| case.summary.as_ref()?.cost.get("wall_s")?.as_f64()).sum();
     summary.cost.insert("wall_s".into(), json!(wall));
     if let Some(first) = bad.first() {
@@ -194,6 +221,7 @@ mod tests {
             status,
             message,
             summary: Some(summary),
+            warnings: Vec::new(),
         }
     }
 
@@ -211,7 +239,7 @@ mod tests {
             case(9, RunStatus::Done, "rock `r` went through the net", 3.0),
             case(4, RunStatus::Done, "rock `r` was stopped by the net", 2.0),
         ];
-        let done = summary(&chosen, &cases);
+        let done = summary(&chosen, &cases, "b.toml");
         assert_eq!(done.status, RunStatus::Done);
         assert!(done.verdict[0].ends_with("of the 3 worst: 2 stopped, 1 went through"), "{:?}", done.verdict);
         assert!(
@@ -222,13 +250,14 @@ mod tests {
                 .iter()
                 .any(|m| m.name == "posts_tension_min_smallest @ member 9" && m.value == -3.0)
         );
-        assert_eq!(done.measure("max_elongation_q50"), Some(2.0));
+        // The worst are no sample.
+        assert!(done.measures.iter().all(|m| !m.name.contains("_q")), "{:?}", done.measures);
         assert_eq!(
             (done.measure("members_stopped"), done.measure("members_passed_over")),
             (Some(2.0), Some(0.0))
         );
         cases.push(case(1, RunStatus::Unreliable, "rock `r` was stopped by the net", 9.0));
-        let bad = summary(&chosen, &cases);
+        let bad = summary(&chosen, &cases, "b.toml");
         assert_eq!((bad.status, bad.measure("max_elongation_largest")), (RunStatus::Unreliable, Some(3.0)));
         assert!(bad.message.unwrap_or_default().contains("1 of 4 members"), "what is left out is said");
         let dir = tempfile::tempdir().expect("a directory");
@@ -240,5 +269,35 @@ mod tests {
             "member,chosen_for,verdict,status,max_elongation_m,posts_tension_min_N,sentence,message"
         );
         assert_eq!(lines[4], "1,energy,stopped,unreliable,9,-9,rock `r` was stopped by the net,why");
+    }
+    #[test]
+    fn warnings_of_the_runs_are_told_once_with_their_members() {
+        let mut cases = vec![
+            case(7, RunStatus::Done, "rock `r` was stopped by the net", 1.0),
+            case(9, RunStatus::Done, "rock `r` was still being stopped by the net", 3.0),
+            case(4, RunStatus::Done, "rock `r` still moved with 3 m/s", 2.0),
+        ];
+        cases[0].warnings = vec!["posts have turned by 76 degrees".into(), "other".into()];
+        cases[2].warnings = vec!["posts have turned by 8 degrees".into()];
+        let chosen = Chosen {
+            line: "barrier".into(),
+            members: 200,
+            reach: 50,
+            columns: Vec::new(),
+            chosen: Vec::new(),
+        };
+        let summary = summary(&chosen, &cases, "b.toml");
+        assert_eq!(
+            summary.warnings,
+            [
+                "2 of 3 members are not decided at the end of their runs (9, 4): raise end_time of b.toml",
+                "posts have turned by 76 degrees (2 of 3 members: 7, 4)",
+                "other (1 of 3 members: 7)",
+            ]
+        );
+        assert_eq!(summary.measure("members_not_decided"), Some(2.0));
+        assert_eq!(cases[0].notes(), "warning: posts have turned by 76 degrees; warning: other");
+        cases[2].message = "why\nthis".into();
+        assert_eq!(cases[2].notes(), "why; this; warning: posts have turned by 8 degrees");
     }
 }

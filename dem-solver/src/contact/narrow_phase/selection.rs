@@ -19,7 +19,9 @@
 //! many segments. At a kink the segment beyond it sets in with what the node takes away. At an edge
 //! away from the sphere the node alone is left, as before. At a crossing each wire counts for itself,
 //! and where a wire ends at another, the end is subtracted too: a node of k segments, p of whose pairs
-//! go straight on, counts `-(k - max(p, 1))`.
+//! go straight on, counts `-(k - max(p, 1))`. Wires of several radii are subtracted each with its own radius, and the thickest stays:
+//! every subtracted node then belongs to a segment that is at least as near, and the energy is never below 0. (With one radius for
+//! all, that of a post, the ropes at its head pulled a rock in.)
 //!
 //! It counts the pieces of a wire within the sphere, less the holes that they enclose: a ring of wire
 //! that lies in the sphere as a whole, nodes and all, would hold too little. The overlap at which that

@@ -30,7 +30,7 @@ pub struct MeshContact {
     pub sphere: u32,
     /// Place of the element in the pair list.
     pub element: u32,
-    /// Number of the mesh's node or edge that it stands for, if it counts for all elements there.
+    /// Number of the mesh's node (with its radius) or edge that it stands for, if it counts for all elements there.
     pub node: Option<u32>,
     /// What the point lies on.
     pub feature: Feature,
@@ -43,11 +43,13 @@ impl MeshContact {
     }
 }
 
-/// A node of wires within reach of a sphere.
+/// A node of wires of one radius within reach of a sphere.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     /// Its place in the pair list.
     node: u32,
+    /// Number of the radius.
+    thickness: usize,
     /// Wires whose closest point it is, less those that are too many.
     share: f64,
     /// A wire that it belongs to, and which of its ends.
@@ -211,15 +213,17 @@ impl MeshContacts {
             }
             let element = &list.elements[contact.element as usize];
             let reach = sphere.radius + element.radius;
+            let thickness = crossings.thickness(element.radius);
             for end in 0..2 {
                 let node = element.nodes[end];
-                let known = self.corners.iter().position(|c| c.node == node);
+                let known = self.corners.iter().position(|c| (c.node, c.thickness) == (node, thickness));
                 let apart = self.nodes[node as usize] - sphere.centre;
                 let corner = match known {
                     Some(known) => known,
                     None if apart.norm_squared() < reach * reach => {
-                        let excess = crossings.excess(list.numbers[node as usize]);
-                        self.corners.push(Corner { node, share: -excess, element: contact.element, end });
+                        let excess = crossings.excess(list.numbers[node as usize], thickness);
+                        let (share, element) = (-excess, contact.element);
+                        self.corners.push(Corner { node, thickness, share, element, end });
                         self.corners.len() - 1
                     }
                     None => continue,
@@ -252,7 +256,7 @@ impl MeshContacts {
                 share: corner.share,
                 sphere: number,
                 element: corner.element,
-                node: Some(list.numbers[corner.node as usize]),
+                node: Some(Crossings::key(list.numbers[corner.node as usize], corner.thickness)),
                 feature: Feature::Node,
             });
         }

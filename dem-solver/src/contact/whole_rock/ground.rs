@@ -22,6 +22,17 @@ impl Sums {
     }
 }
 
+impl Sums {
+    /// Add the rolling resistance of the rut under `law` on a rock of `radius` [m] that the ground pushes with `force` [N].
+    fn roll(&mut self, law: &Law, (radius, force): (f64, f64), rock: &Rock, now: &Motion, h: f64) {
+        let Some(rut) = &law.rut else { return };
+        let spin = rock.spin(now);
+        let moment = rut.moment(radius, force, &spin, rock.inertia.min(), h);
+        self.torque += moment;
+        self.friction_power -= moment.dot(&spin);
+    }
+}
+
 impl WholeRockContacts {
     /// Those that touch.
     fn touching(&self) -> impl Iterator<Item = &WholeRockContact> {
@@ -91,6 +102,7 @@ impl WholeRockContacts {
             sums.elastic += felt.load.energy;
             if force > 0.0 {
                 sums.scar(law, whole.radius, overlap, now);
+                sums.roll(law, (whole.radius, force * group.weights), rock, now, h);
                 let seat = Seat { group: &group, rock, whole, now, spin: rock.spin(now), h, before };
                 self.touching().for_each(|contact| seat.add(contact, &mut histories, &mut sums));
             }

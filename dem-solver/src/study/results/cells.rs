@@ -6,7 +6,7 @@ use super::raster::{self, System};
 use crate::study::base::Base;
 use crate::study::grid::Grid;
 use crate::study::record::How;
-use crate::study::summary::{SHARES, quantile};
+use crate::study::summary::quantile;
 use interface_defs::toolkit::summary::RunStatus;
 use std::io;
 use std::path::Path;
@@ -18,6 +18,9 @@ const QUANTITIES: [(&str, &str); 4] = [
     ("rotation_energy", "energy of rotation [J]"),
     ("jump_height", "jump height of the lowest point [m]"),
 ];
+
+/// Shares of which there are maps [%]: those that a design asks for.
+const SHARES: [u32; 4] = [50, 90, 95, 99];
 
 /// A raster with its name and what it is.
 pub struct Map<'a> {

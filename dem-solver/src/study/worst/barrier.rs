@@ -10,6 +10,7 @@ use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::input_file::with_absolute_files;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::start_from::{self, Origin};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -34,7 +35,12 @@ pub struct Barrier {
 
 impl Barrier {
     /// The barrier that the command line names, and the study with its line.
-    pub fn of(arguments: &EnsembleArguments, study: Scene) -> Result<(Option<Self>, Scene), InputError> {
+    /// `sets` are values that take the place of those of its scene.
+    pub fn of(
+        arguments: &EnsembleArguments,
+        sets: &[String],
+        study: Scene,
+    ) -> Result<(Option<Self>, Scene), InputError> {
         let Some(file) = &arguments.barrier else { return Ok((None, study)) };
         let site = arguments.site.as_deref().and_then(|text| serde_json::from_str::<Area>(text).ok());
         let Some(area) = site else {
@@ -43,10 +49,8 @@ impl Barrier {
                 InputError::in_file("--barrier", what).try_instead("rockfall ensemble STUDY --barrier SCENE")
             );
         };
-        let scene = Scene::load(file, &[])?;
-        for (key, what) in
-            [("spheres", "separate spheres"), ("box", "a box"), ("start_from", "the state of another run")]
-        {
+        let scene = Scene::load(file, sets)?;
+        for (key, what) in [("spheres", "separate spheres"), ("box", "a box")] {
             if scene.has(key) {
                 let what =
                     format!("a barrier that members of a study are run against has no place for {what}");
@@ -56,6 +60,9 @@ impl Barrier {
         let after = scene.end_time()?;
         let mut document = scene.document()?;
         with_absolute_files(&mut document, &scene)?;
+        if let Some(start) = absolute_start(&scene)? {
+            document.insert(start_from::KEY.into(), start);
+        }
         let (line, study) = with_line(study, &area, &scene)?;
         Ok((Some(Self { scene, document, after, line, margin: area.margin }), study))
     }
@@ -94,7 +101,7 @@ impl Barrier {
             put_flight(rock, flight);
         }
         let mut scene = self.document.clone();
-        let contacts = self.contacts(&own);
+        let contacts = self.contacts(&own)?;
         scene.insert("contact".into(), Value::Array(contacts));
         for key in OF_STUDY {
             scene.remove(key);
@@ -118,32 +125,57 @@ impl Barrier {
         Ok(scene)
     }
 
-    /// Laws of the ground as the study has them, those of the structure as the barrier has them.
-    fn contacts(&self, own: &Table) -> Vec<Value> {
+    /// Laws of the ground as the study has them, those of the structure as the barrier has them. That of ground against the net
+    /// would be many times too stiff: a barrier without its own is refused.
+    fn contacts(&self, own: &Table) -> Result<Vec<Value>, InputError> {
         let tables =
             |document: &Table| document.get("contact").and_then(Value::as_array).cloned().unwrap_or_default();
-        let names = |table: &Value| {
+        let names = |table: &Value, wanted: &str| {
             let between = table.get("between").and_then(Value::as_array);
-            between.map(|all| all.iter().any(|name| name.as_str() == Some(STRUCTURE)))
+            between.map(|all| all.iter().any(|name| name.as_str() == Some(wanted)))
         };
         let rock = own.get("rock").and_then(|rocks| rocks.get(0));
         let material = rock.and_then(|rock| rock.get("material")).and_then(Value::as_str).unwrap_or("rock");
         let (ground, barrier) = (tables(own), tables(&self.document));
-        let mut all: Vec<Value> = ground.into_iter().filter(|table| names(table) != Some(true)).collect();
-        let named = barrier.iter().any(|table| names(table) == Some(true));
+        let mut all: Vec<Value> =
+            ground.into_iter().filter(|table| names(table, STRUCTURE) != Some(true)).collect();
+        let named = barrier.iter().any(|table| names(table, STRUCTURE) == Some(true));
+        let mut found = false;
         for mut table in barrier {
-            match (names(&table), &mut table) {
-                (Some(true), _) => all.push(table),
+            match (names(&table, STRUCTURE), &mut table) {
+                (Some(true), _) => {
+                    found |= names(&table, material) == Some(true);
+                    all.push(table);
+                }
                 // What holds for all pairs holds for the structure.
                 (None, Value::Table(law)) if !named => {
                     law.insert("between".into(), vec![material, STRUCTURE].into());
                     all.push(table);
+                    found = true;
                 }
                 _ => {}
             }
         }
-        all
+        if found {
+            return Ok(all);
+        }
+        let what = format!(
+            "there is no [[contact]] of `{material}` and `{STRUCTURE}`, and that of the ground is not for a net"
+        );
+        let advice = format!(
+            "add one to the barrier, as in\n[[contact]]\nbetween = [\"{material}\", \"{STRUCTURE}\"]\nlaw = \"linear\"\n\
+             stiffness = 1e7\npoisson = 0.2\nrestitution = 0.5\nfriction = 0.4"
+        );
+        Err(self.scene.invalid("contact", what).try_instead(advice))
     }
+}
+
+/// The run that the structure starts from, so that every member finds it wherever its scene lies.
+fn absolute_start(scene: &Scene) -> Result<Option<Value>, InputError> {
+    let Some(mut origin) = Origin::of(scene)? else { return Ok(None) };
+    let refuse = |what: String| scene.invalid(start_from::KEY, what);
+    origin.run = std::path::absolute(&origin.run).map_err(|e| refuse(e.to_string()))?;
+    Value::try_from(&origin).map(Some).map_err(|e| refuse(e.to_string()))
 }
 
 fn put_flight(rock: &mut Table, flight: &Flight) {

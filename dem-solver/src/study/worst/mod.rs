@@ -17,6 +17,7 @@ use barrier::Barrier;
 use choose::{Arrival, Choice, choose};
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::summary::RunStatus;
 use serde_json::{Value, json};
 use std::io;
@@ -103,6 +104,7 @@ impl Comings {
         }
         let fault = |e: io::Error| InputError::in_file(dir.display().to_string(), e.to_string());
         std::fs::create_dir_all(dir).map_err(fault)?;
+        base.keep_clusters(&dir.join(run_dir::CLUSTERS)).map_err(fault)?;
         let mut rows = Vec::new();
         for choice in choose(&arrivals, count) {
             let (coming, member) = (&self.all[choice.at], base.member(self.all[choice.at].member));

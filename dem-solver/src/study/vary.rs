@@ -1,0 +1,231 @@
+//! `[vary]`: which quantities of the rock and which keys of the scene differ from member to member.
+
+use super::distribution::{Distribution, Spread};
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
+use serde_json::{Map, Value};
+
+/// Something that varies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Its key in `[vary]`: a quantity of the rock, or a dotted key of the scene.
+    pub name: String,
+    /// What.
+    pub quantity: Quantity,
+    /// How.
+    pub distribution: Distribution,
+}
+
+/// What can vary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Volume of the rock [m3]: its shape and spheres are scaled.
+    Volume,
+    /// Mass [kg]: the same, by its density.
+    Mass,
+    /// Density [kg/m3].
+    Density,
+    /// Its shape, a table as in a scene.
+    Shape,
+    /// Speed of the start [m/s].
+    Speed,
+    /// Its direction seen from above, clockwise from +y (north) [degrees].
+    Azimuth,
+    /// Its angle below the horizontal [degrees].
+    Dip,
+    /// Angular velocity about an axis of any direction [rad/s].
+    Spin,
+    /// Height above where the rock would touch the ground [m].
+    Height,
+    /// A key of the scene.
+    Key,
+}
+
+/// Quantities by name; any other name is a key of the scene.
+const QUANTITIES: [(&str, Quantity); 9] = [
+    ("volume", Quantity::Volume),
+    ("mass", Quantity::Mass),
+    ("density", Quantity::Density),
+    ("shape", Quantity::Shape),
+    ("speed", Quantity::Speed),
+    ("azimuth", Quantity::Azimuth),
+    ("dip", Quantity::Dip),
+    ("spin", Quantity::Spin),
+    ("height", Quantity::Height),
+];
+
+/// What differs from member to member. A value is a number, or `{ uniform = [low, high] }`, `{ normal = [mean, standard
+/// deviation] }`, `{ lognormal = [median, factor] }` (both cut at three deviations or `within = [low, high]`), or `{ choice = [a,
+/// b], weights = [2, 1] }`; `levels = 5` for a full factorial.
+// For editors and the reference; `variables` reads the table.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[allow(dead_code, reason = "its names and texts are all that is used of it")]
+pub struct Vary {
+    /// Volume of the rock [m3]: its shape and spheres are scaled. Needs a density in the scene.
+    volume: Option<Spread>,
+    /// Its mass [kg]: the same, by its density. Not with `volume`.
+    mass: Option<Spread>,
+    /// Its density [kg/m3].
+    density: Option<Spread>,
+    /// Its shape: a `choice` of tables as in a scene.
+    shape: Option<Map<String, Value>>,
+    /// `"uniform"`: every orientation is as likely as any other.
+    orientation: Option<String>,
+    /// Speed of the start [m/s].
+    speed: Option<Spread>,
+    /// Direction of that speed seen from above, in degrees clockwise from +y (north). Default that of the scene's `velocity`, or
+    /// the line of fall.
+    azimuth: Option<Spread>,
+    /// Its angle below the horizontal, in degrees. Default likewise.
+    dip: Option<Spread>,
+    /// Angular velocity about an axis of any direction [rad/s].
+    spin: Option<Spread>,
+    /// Height above where the rock would touch the ground [m], in place of that of the release.
+    height: Option<Spread>,
+    /// Keys of the scene's `[[contact]]` by number, as in `contact.0.restitution = { uniform = [0.1, 0.3] }`.
+    contact: Option<Map<String, Value>>,
+    /// Keys of its `[dem]`, as in `dem.steps_per_contact = { choice = [20, 40] }`.
+    dem: Option<Map<String, Value>>,
+    /// Keys of its `[terrain]`, as in `terrain.forest_drag = { uniform = [200.0, 400.0] }`.
+    terrain: Option<Map<String, Value>>,
+}
+
+/// Name of the orientation in `[vary]`, and its one value.
+const ORIENTATION: &str = "orientation";
+const UNIFORM: &str = "uniform";
+
+/// Tables of the scene whose keys may vary.
+const TABLES: [&str; 3] = ["contact", "dem", "terrain"];
+/// Keys of these that all members share: what the terrain is made of, and how it is read.
+const SHARED: [&str; 11] = [
+    "law",
+    "between",
+    "file",
+    "nodata",
+    "nodata_value",
+    "classes",
+    "longest_edge",
+    "material",
+    "zones",
+    "polygon",
+    "number",
+];
+
+/// What `[vary]` says, and whether the orientation is any.
+pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), InputError> {
+    let table: toml::Table = study.read("vary")?.unwrap_or_default();
+    let (mut found, mut turned) = (Vec::new(), false);
+    for (name, value) in &table {
+        let key = format!("vary.{name}");
+        if name == ORIENTATION {
+            if value.as_str() != Some(UNIFORM) {
+                return Err(study
+                    .invalid(
+                        &key,
+                        "an orientation that varies is `uniform`: every one as likely as any other",
+                    )
+                    .try_instead("one orientation for all stands in the scene"));
+            }
+            turned = true;
+        } else if let Some((_, quantity)) = QUANTITIES.iter().find(|(known, _)| known == name) {
+            let distribution = Distribution::of(value, &key, study)?;
+            check_quantity(*quantity, &distribution, &key, study)?;
+            found.push(Variable { name: name.clone(), quantity: *quantity, distribution });
+        } else if name.contains('.') || value.is_table() && !Distribution::is_one(value) {
+            keys_below(name, value, study, &mut found)?;
+        } else {
+            let mut known: Vec<&str> = QUANTITIES.iter().map(|(known, _)| *known).collect();
+            known.push(ORIENTATION);
+            return Err(study.invalid(&key, format!("unknown quantity `{name}`")).try_instead(format!(
+                "known here: {}; or a key of the scene, as in contact.0.restitution",
+                known.join(", ")
+            )));
+        }
+    }
+    Ok((found, turned))
+}
+
+/// All distributions at or below a dotted key of the scene.
+fn keys_below(
+    name: &str,
+    value: &toml::Value,
+    study: &Scene,
+    found: &mut Vec<Variable>,
+) -> Result<(), InputError> {
+    if let Some(table) = value.as_table().filter(|_| !Distribution::is_one(value)) {
+        return table
+            .iter()
+            .try_for_each(|(key, below)| keys_below(&format!("{name}.{key}"), below, study, found));
+    }
+    let key = format!("vary.{name}");
+    let parts: Vec<&str> = name.split('.').collect();
+    if !TABLES.contains(&parts[0]) || parts.len() < 2 {
+        return Err(study
+            .invalid(&key, format!("`{name}` of the scene cannot vary"))
+            .try_instead(format!(
+                "keys of {} can; of the rock: volume, mass, density, shape, speed, azimuth, dip, spin, height, orientation",
+                TABLES.join(", ")
+            )));
+    }
+    if let Some(part) = parts.iter().find(|part| SHARED.contains(part)) {
+        let what = format!("`{part}` is the same for all members: they share one terrain and its laws");
+        return Err(study.invalid(&key, what).try_instead("write one study for each"));
+    }
+    let distribution = Distribution::of(value, &key, study)?;
+    found.push(Variable { name: name.into(), quantity: Quantity::Key, distribution });
+    Ok(())
+}
+
+fn check_quantity(
+    quantity: Quantity,
+    distribution: &Distribution,
+    key: &str,
+    study: &Scene,
+) -> Result<(), InputError> {
+    if quantity == Quantity::Shape {
+        let tables = distribution.values().is_some_and(|v| v.iter().all(toml::Value::is_table));
+        return if tables {
+            Ok(())
+        } else {
+            Err(study.invalid(key, "shapes are a choice of tables").try_instead(
+                "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 1.0 }, { type = \"sphere\", radius = 0.5 }] }",
+            ))
+        };
+    }
+    let Some([low, high]) = distribution.range() else {
+        return Err(study.invalid(key, "numbers are needed here"));
+    };
+    let (least, most, strict) = match quantity {
+        Quantity::Volume | Quantity::Mass | Quantity::Density => (0.0, f64::INFINITY, true),
+        Quantity::Azimuth => (-360.0, 360.0, false),
+        Quantity::Dip => (-90.0, 90.0, false),
+        _ => (0.0, f64::INFINITY, false),
+    };
+    let inside = if strict { low > least } else { low >= least };
+    if inside && high <= most {
+        return Ok(());
+    }
+    let bounds = if most.is_finite() { format!("from {least} to {most}") } else { format!("above {least}") };
+    Err(study
+        .invalid(key, format!("values from {low} to {high}: {bounds} is possible"))
+        .try_instead("cut the distribution with within = [low, high]"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn editors_know_the_names_that_are_read() {
+        let schema = schemars::schema_for!(Vary).to_value();
+        let mut known: Vec<&str> =
+            schema["properties"].as_object().expect("keys").keys().map(String::as_str).collect();
+        let mut read: Vec<&str> =
+            QUANTITIES.iter().map(|(name, _)| *name).chain([ORIENTATION]).chain(TABLES).collect();
+        known.sort_unstable();
+        read.sort_unstable();
+        assert_eq!(known, read);
+    }
+}
