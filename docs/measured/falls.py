@@ -27,6 +27,7 @@ def arguments(data_help):
     parser.add_argument("--rockfall", type=Path, default=Path("target/release/rockfall"))
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--points", type=int, nargs=3, default=[40, 20, 12], help="of the calibration: in the whole range, closer, close")
+    parser.add_argument("--of", type=int, help="draw the points in the whole range as for so many, and take the first of them")
     parser.add_argument("--members", type=int, nargs=2, default=[2, 8], help="for each start in the calibration, and in what is reported")
     found = parser.parse_args()
     found.work.mkdir(parents=True, exist_ok=True)
@@ -42,21 +43,23 @@ def text(value):
     return json.dumps(value)
 
 
-def study(path, scene, releases, vary):
-    """Write a study: releases are dictionaries, `vary` has its keys as the study writes them."""
-    lines = [f"scene = {text(scene)}", "seed = 1"]
-    for release in releases:
-        lines += ["", "[[release]]"] + [f"{key} = {text(value)}" for key, value in release.items()]
-    lines += ["", "[vary]"] + [f"{key} = {text(value)}" for key, value in vary.items()]
-    path.write_text("\n".join(lines) + "\n")
+def study(path, scene, releases, vary, lines=()):
+    """Write a study: releases and lines are dictionaries, `vary` has its keys as the study writes them."""
+    rows = [f"scene = {text(scene)}", "seed = 1"]
+    for name, table in [("release", it) for it in releases] + [("line", it) for it in lines]:
+        rows += ["", f"[[{name}]]"] + [f"{key} = {text(value)}" for key, value in table.items()]
+    rows += ["", "[vary]"] + [f"{key} = {text(value)}" for key, value in vary.items()]
+    path.write_text("\n".join(rows) + "\n")
 
 
 def spheres(given, scene):
     """File of the spheres that cover the rock of a scene: made once, for a study makes them anew at each start."""
     out = scene.with_name(scene.stem + "-spheres")
+    found = out / "clusters" / "rock.xyzr"
+    if found.exists():
+        return found.relative_to(scene.parent)
     command = [given.rockfall, "run", scene, "--out", out, "--set", "end_time=0.01", "--quiet", "--force"]
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-    found = out / "clusters" / "rock.xyzr"
     if not found.exists():
         raise SystemExit(f"{scene}: {done.stdout}{done.stderr}")
     return found.relative_to(scene.parent)
@@ -154,17 +157,19 @@ def hypercube(count, dimensions, draw):
     return (np.argsort(draw.random((dimensions, count)), axis=1).T + draw.random((count, dimensions))) / count
 
 
-def calibrate(ranges, cost, points, log, seed=3):
+def calibrate(ranges, cost, points, log, seed=3, of=None):
     """The cheapest point of `cost` within `ranges`: a Latin hypercube, then two smaller ones around the best so far.
 
-    `cost` takes a dictionary of values. Returns all points that were tried, the best first. What `log` holds is not done again.
+    `cost` takes a dictionary of values; `of`: the first hypercube is drawn for so many points, of which the first are taken. Returns
+    all points that were tried, the best first. What `log` holds is not done again.
     """
     draw = np.random.default_rng(seed)
     known = {str(it["values"]): it for it in json.loads(log.read_text())} if log.exists() else {}
     tried = []
     for count, width in zip(points, (1.0, 0.4, 0.15)):
         centre = min(tried, key=lambda it: it["cost"])["shares"] if tried else [0.5] * len(ranges)
-        for point in hypercube(count, len(ranges), draw):
+        drawn = of if of and width == 1.0 else count
+        for point in hypercube(drawn, len(ranges), draw)[:count]:
             shares = [min(max(c + width * (p - 0.5), 0.0), 1.0) for c, p in zip(centre, point)]
             values = {name: float(f"{it.at(s):.4g}") for (name, it), s in zip(ranges.items(), shares)}
             tried.append(known.get(str(values)) or {"values": values, "shares": shares, **cost(values)})
