@@ -121,7 +121,7 @@ pub struct Barrier {
     /// Length of the posts [m].
     pub height: f64,
     /// How far the heads lie down the slope of the feet [m]; below 0: towards the slope. Default with `line` or `position`: posts stand
-    /// at 75 degrees to the slope, steeper than its normal, and lean by 20 degrees from the vertical at least; in axes of its own 0.
+    /// at 75 degrees to the slope, steeper than its normal, and lean by 25 degrees from the vertical at least; in axes of its own 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lean: Option<f64>,
     /// Cells (or rings) of the net in a field, and between the bearing ropes.

@@ -75,7 +75,7 @@ fn barriers_on_a_slope_come_to_rest_at_every_lean() {
             let (turned, _) = posts(&run, 35.0);
             println!("rings {rings}, lean {lean} degrees: posts turn by {turned:.1} degrees");
             // Ropes that sag pull a post over that leans by less.
-            assert!(lean < 20.0 || turned < 10.0, "{lean}: {turned}");
+            assert!(lean <= 20.0 || turned < 2.0, "{lean}: {turned}");
         }
     }
 }
@@ -90,9 +90,9 @@ fn the_lean_that_is_taken_holds_the_posts_on_every_slope() {
             println!(
                 "slope {angle}, rings {rings}: posts at {to_slope:.1} degrees to it turn by {turned:.1} degrees"
             );
-            assert!(turned < 10.0, "{angle}: {turned}");
-            // 75 degrees to the slope, where that leans by 20 degrees from the vertical at least.
-            let expected = if angle >= 35.0 { 75.0 } else { 90.0 - angle + 20.0 };
+            assert!(turned < 2.0, "{angle}: {turned}");
+            // 75 degrees to the slope, where that leans by 25 degrees from the vertical at least.
+            let expected = if angle >= 40.0 { 75.0 } else { 90.0 - angle + 25.0 };
             assert!((to_slope - expected).abs() < 1e-6, "{to_slope}");
         }
     }
