@@ -37,7 +37,13 @@ pub(crate) fn describe(
     cost.insert("wall_s".into(), json!(started.elapsed().as_secs_f64()));
     cost.insert("loop_s".into(), json!(looping));
     let preparing = (prepared - started).as_secs_f64();
-    cost.insert("stages".into(), json!({ "prepare_s": preparing, "loop_s": looping }));
+    let flying = (records.touched_at().unwrap_or(loop_ended) - prepared).as_secs_f64();
+    let stages =
+        [("prepare_s", preparing), ("flight_s", flying), ("impact_s", looping - flying), ("loop_s", looping)];
+    cost.insert(
+        "stages".into(),
+        stages.map(|(stage, seconds)| (stage.to_owned(), json!(seconds))).into_iter().collect(),
+    );
     cost.insert("exchanges".into(), json!(exchanges));
     cost.insert("windows".into(), summary.coupling.get("windows").cloned().unwrap_or_default());
     cost.insert("iterations".into(), summary.coupling.get("iterations").cloned().unwrap_or_default());

@@ -242,7 +242,9 @@ impl<'a> Coupling<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Outcome, CouplingError> {
         let (mut iteration, mut selections) = (1, 0);
-        if agreement.patch.as_ref().is_some_and(Patch::is_open) {
+        let ended = self.gauges.free_time < FLIGHT * span.length;
+        let selects = |patch: &Patch| patch.is_open() || (ended && patch.is_wide_for(span.length));
+        if agreement.patch.as_ref().is_some_and(selects) {
             self.reselect(span, agreement)?;
         }
         self.begin(span, agreement);

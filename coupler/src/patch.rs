@@ -17,6 +17,8 @@ pub struct Patch {
     announced: bool,
     /// Whether anything is selected.
     chosen: bool,
+    /// Length of the window that the selection was made for [s].
+    length: f64,
     /// Distance that a node that is not selected has moved since, at most [m]; of the last window alone; and the window's
     /// length [s].
     travel: f64,
@@ -30,9 +32,13 @@ pub struct KeptPatch {
     pairs: Vec<[u32; 2]>,
     announced: bool,
     chosen: bool,
+    length: f64,
     travel: f64,
     last_travel: (f64, f64),
 }
+
+/// A selection that was made for windows longer than this many of those to come has nodes that these do not need.
+const WIDE: f64 = 8.0;
 
 /// What a node that is not selected may move in any window without a new selection [m].
 const SLACK: f64 = 2e-3;
@@ -61,6 +67,7 @@ impl Patch {
             edge: Vec::with_capacity(2 * nodes),
             announced: false,
             chosen: false,
+            length: 0.0,
             travel: 0.0,
             last_travel: (0.0, 1.0),
             mesh,
@@ -72,8 +79,9 @@ impl Patch {
         Items::of(&self.mesh)
     }
 
-    /// Select what the contact solver has listed, and the rings around it. At least one node, so that a list is never empty.
-    pub fn select(&mut self, listed: &[f64]) -> Result<(), String> {
+    /// Select what the contact solver has listed for a window of `length` [s], and the rings around it. At least one node, so that
+    /// a list is never empty.
+    pub fn select(&mut self, listed: &[f64], length: f64) -> Result<(), String> {
         self.marked.fill(false);
         self.edge.clear();
         for number in listed {
@@ -103,7 +111,7 @@ impl Patch {
         let Self { selection, marked, mesh, .. } = self;
         let nodes = marked.iter().enumerate().filter(|(_, marked)| **marked).map(|(node, _)| node as u32);
         selection.set(mesh, nodes)?;
-        (self.announced, self.chosen, self.travel) = (false, true, 0.0);
+        (self.announced, self.chosen, self.length, self.travel) = (false, true, length, 0.0);
         Ok(())
     }
 
@@ -133,20 +141,33 @@ impl Patch {
         !self.chosen
     }
 
+    /// Whether far fewer nodes may do for windows of `length` [s]: those of a flight that has come to its end had more in reach.
+    pub fn is_wide_for(&self, length: f64) -> bool {
+        self.chosen && self.length > WIDE * length
+    }
+
     /// For a run that goes on.
     pub fn kept(&self) -> KeptPatch {
-        let Self { announced, chosen, travel, last_travel, .. } = *self;
+        let Self { announced, chosen, length, travel, last_travel, .. } = *self;
         let Selection { nodes, pairs, .. } = &self.selection;
-        KeptPatch { nodes: nodes.clone(), pairs: pairs.clone(), announced, chosen, travel, last_travel }
+        KeptPatch {
+            nodes: nodes.clone(),
+            pairs: pairs.clone(),
+            announced,
+            chosen,
+            length,
+            travel,
+            last_travel,
+        }
     }
 
     /// Go on from there.
     pub fn go_on(&mut self, kept: KeptPatch) -> Result<(), String> {
-        let KeptPatch { nodes, pairs, announced, chosen, travel, last_travel } = kept;
+        let KeptPatch { nodes, pairs, announced, chosen, length, travel, last_travel } = kept;
         self.selection.set(&self.mesh, nodes.into_iter())?;
         self.selection.pairs.extend(pairs);
-        (self.announced, self.chosen, self.travel, self.last_travel) =
-            (announced, chosen, travel, last_travel);
+        (self.announced, self.chosen, self.length) = (announced, chosen, length);
+        (self.travel, self.last_travel) = (travel, last_travel);
         Ok(())
     }
 
@@ -200,15 +221,16 @@ mod tests {
         let lines = (0..9).map(|n| [n, n + 1]).collect();
         let mesh = InterfaceMesh { coordinates: vec![0.0; 30], lines, ..Default::default() };
         let mut patch = Patch::new(mesh, 2);
-        patch.select(&[4.0, 5.0]).expect("nodes of the mesh");
+        patch.select(&[4.0, 5.0], 1e-3).expect("nodes of the mesh");
         assert_eq!(patch.nodes(), [2, 3, 4, 5, 6, 7]);
         assert_eq!(patch.items().lines, 5);
         patch.set_pairs(&[0.0, 0.0, 0.0, 1.0]).expect("pairs of the selection");
         assert_eq!(patch.to_announce(), (10, 6));
         assert!(patch.set_pairs(&[0.0, 6.0]).is_err() && patch.set_pairs(&[1.0, 0.0]).is_err());
-        patch.select(&[]).expect("nothing is in reach");
+        patch.select(&[], 1e-3).expect("nothing is in reach");
         assert_eq!(patch.nodes(), [0]);
-        assert!(patch.select(&[10.0]).is_err());
+        assert!(patch.is_wide_for(1e-4) && !patch.is_wide_for(5e-4));
+        assert!(patch.select(&[10.0], 1e-3).is_err());
     }
 
     #[test]

@@ -36,6 +36,7 @@ pub struct Records {
     programs: [String; 2],
     counts: (u64, u64),
     prepared_at: Option<Instant>,
+    touched_at: Option<Instant>,
     window_started: Instant,
     allocations: Option<u64>,
     /// Checkpoints; none are written without it.
@@ -87,6 +88,7 @@ impl Records {
             programs: Default::default(),
             counts: (0, 0),
             prepared_at: None,
+            touched_at: None,
             window_started: now,
             allocations: None,
             store: None,
@@ -120,6 +122,11 @@ impl Records {
     /// When both solvers were prepared.
     pub fn prepared_at(&self) -> Option<Instant> {
         self.prepared_at
+    }
+
+    /// When the first window in which something touches the structure was on record.
+    pub fn touched_at(&self) -> Option<Instant> {
+        self.touched_at
     }
 
     /// Memory allocations of this process after its first window, if there was one.
@@ -274,6 +281,9 @@ impl Observer for Records {
         self.rows
             .take(c.span.start, &self.row, c.touches, |row| history.row(row))
             .map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY))?;
+        if c.touches && self.touched_at.is_none() {
+            self.touched_at = Some(Instant::now());
+        }
         let (windows, iterations) = self.counts;
         let residual = Some(c.residual.displacement);
         let end = self.end_time;

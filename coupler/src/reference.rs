@@ -104,7 +104,12 @@ const RESULTS: &[Entry] = &[
         "interface residual as energy, the number that `limits.residual` bounds",
     ),
     cost("wall_s", "s", "wall time of the run"),
-    cost("stages", "s", "wall time of the preparation, `prepare_s`, and of the time loop, `loop_s`"),
+    cost(
+        "stages",
+        "s",
+        "wall time of the preparation, `prepare_s`; of the time loop, `loop_s`, and of its parts before the first touch of the \
+         structure, `flight_s`, and from there on, `impact_s`",
+    ),
     cost("loop_s", "s", "wall time of the time loop"),
     cost("windows", "1", "committed windows"),
     cost("iterations", "1", "coupling iterations"),

@@ -185,6 +185,7 @@ impl Basis {
     }
 }
 
+/// Scalar product of two vectors of equal length.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -36,7 +36,7 @@ impl Coupling<'_> {
         done(self.dem.receive(span, dem)?, self.dem.participant.name())?;
         let breaks = |solver: &str, what: String| Failure::Contract { solver: solver.into(), what };
         patch
-            .select(self.dem.participant.answer())
+            .select(self.dem.participant.answer(), span.length)
             .map_err(|what| breaks(self.dem.participant.name(), what))?;
         let nodes = patch.nodes().len();
         let state = Ask { selection: 1, listed: nodes, nodes, sends: nodes, expects: None, ..state };

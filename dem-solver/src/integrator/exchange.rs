@@ -111,12 +111,14 @@ impl RockIntegrator {
             predicted: None,
             net: None,
         };
+        // Of windows as long as this one: the flight before it may have been a hundred times as long.
+        let drift = AGAIN * self.half_acceleration * length * length;
         nodes.clear();
         for ((stage, body), kick) in
             self.mesh_stages.iter_mut().zip(&state.bodies).zip(&self.secondary_impacts.displacements)
         {
             let bend = bend(model, body, window.length);
-            nodes.extend_from_slice(stage.list(view, &body.motion, *kick + AGAIN * self.drift + bend)?);
+            nodes.extend_from_slice(stage.list(view, &body.motion, *kick + drift + bend)?);
         }
         nodes.sort_unstable();
         nodes.dedup();

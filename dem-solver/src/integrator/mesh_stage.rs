@@ -110,7 +110,7 @@ impl MeshStage {
         let model = view.model;
         let rock = &model.rocks[self.rock];
         let segments = view.fields.segments();
-        let sweep = Sweep::new(rock, start, &model.settings.gravity, view.length, segments).kicked(kick);
+        let sweep = Sweep::new(rock, start, &model.settings.gravity, (view.length, segments), kick);
         self.sweep = Some(sweep);
         self.start = start.position;
         self.measure(view);
@@ -127,25 +127,35 @@ impl MeshStage {
     pub fn list(&mut self, view: MeshWindow, start: &Motion, kick: f64) -> Result<&[u32], Fault> {
         let rock = &view.model.rocks[self.rock];
         let (gravity, segments) = (&view.model.settings.gravity, view.fields.segments());
-        let sweep = Sweep::new(rock, start, gravity, view.length, segments).kicked(kick);
+        let sweep = Sweep::new(rock, start, gravity, (view.length, segments), kick);
         let need = sweep.need(rock, view.contact_mesh).max(self.need_of_pairs(view));
         self.rebuild(view, start, 0, need)?;
         Ok(&self.near.nodes)
     }
 
-    /// Time from `now` on in which the rock touches nothing, were the net to stay as it is [s].
+    /// Time from `now`, the end of a window, on in which the rock touches nothing, were the net to stay as it is [s].
     pub fn free_time(&self, view: MeshWindow, now: &Motion) -> f64 {
         let rock = &view.model.rocks[self.rock];
+        let (covered, centre) = self.near.coverage();
         let approach = match view.fields.is_partial() {
             true => self.approach + (now.position - self.start).norm(),
-            false => 3.0 * self.moved + (now.position - self.near.coverage().1).norm(),
+            false => 3.0 * self.moved + (now.position - centre).norm(),
         };
-        let gap = self.near.nearest() - approach - self.need_of_pairs(view);
         let (speed, pull) = (now.velocity.norm(), view.model.settings.gravity.norm());
-        // gap = speed t + pull t^2 / 2, in the form that does not cancel.
-        let root = (speed * speed + 2.0 * pull * gap.max(0.0)).sqrt();
-        if gap > 0.0 { 2.0 * gap / (speed + root).max(f64::MIN_POSITIVE) } else { 0.0 }
-            .min(rock.reach / speed.max(f64::MIN_POSITIVE))
+        let clear = |distance: f64| {
+            let gap = distance - self.need_of_pairs(view);
+            // gap = speed t + pull t^2 / 2, in the form that does not cancel.
+            let root = (speed * speed + 2.0 * pull * gap.max(0.0)).sqrt();
+            if gap > 0.0 { 2.0 * gap / (speed + root).max(f64::MIN_POSITIVE) } else { 0.0 }
+        };
+        let most = rock.reach / speed.max(f64::MIN_POSITIVE);
+        // All were at least as far as the nearest one when the list was made. If that is not enough, what is listed is measured.
+        let sure = clear(self.near.nearest() - approach);
+        if sure >= most {
+            return most;
+        }
+        let listed = self.near.nearest_to(view.contact_mesh, &self.motion, &now.position);
+        clear(listed.min(covered - approach)).max(sure).min(most)
     }
 
     /// Nothing that was listed counts any more: the mesh has other elements.

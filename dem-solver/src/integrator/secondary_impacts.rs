@@ -17,9 +17,9 @@ pub struct SecondaryImpacts {
 impl SecondaryImpacts {
     /// For a window of `length` [s] that begins with `state`; it follows from these alone.
     ///
-    /// A kick reverses the speed v of two surfaces past each other at most: an impulse of `2 m* v`, with
-    /// `1/m* = 1/M_1 + 1/M_2` (the ground's is 0), whose lever makes spin of it as well. Who is kicked may come upon others: pairs are
-    /// asked again until no more are near. That a second kick may be harder for the first is left out.
+    /// A kick reverses the speed v of two rocks' surfaces past each other at most: an impulse of `2 m* v`, with
+    /// `1/m* = 1/M_1 + 1/M_2`, whose lever makes spin of it as well. What stands still adds no energy. Who is kicked may come upon
+    /// others: pairs are asked again until no more are near. That a second kick may be harder for the first is left out.
     pub fn find(&mut self, model: &Model, rock_stage: &RockStage, state: &State, length: f64) {
         let (displacements, earlier) = (&mut self.displacements, &mut self.earlier);
         for buffer in [&mut *displacements, &mut *earlier] {
@@ -40,6 +40,16 @@ impl SecondaryImpacts {
             length * (1.0 / rock.mass + rock.reach * rock.reach / rock.inertia.min())
         };
         let pull = model.settings.gravity.norm() * length;
+        // Ground and sides stand still: what they give a rock is what it has, in another direction, or as spin for velocity.
+        let thrown_back = |r: usize, thrown: f64| {
+            let (rock, body) = (&model.rocks[r], &state.bodies[r]);
+            let energy = rock.kinetic_energy(&body.motion) + body.elastic.max(0.0);
+            let more = pull + thrown / length;
+            let speed = (2.0 * energy / rock.mass).sqrt() + more;
+            let turn = ((2.0 * energy / rock.inertia.min()).sqrt() + more / rock.reach) * length;
+            // However far it turns, a point of the rock stays within its reach.
+            2.0 * speed * length + turn.min(2.0) * rock.reach
+        };
         let mut near = 0;
         for _ in 0..=model.rocks.len() {
             earlier.copy_from_slice(displacements);
@@ -65,7 +75,7 @@ impl SecondaryImpacts {
                 let on_terrain = || model.ground.as_ref().is_some_and(|g| g.is_near(&motion.position, reach));
                 if on_terrain() || is_near(model, r, motion, reach - model.trees[r].reach) {
                     now += 1;
-                    *displacement += 2.0 * model.rocks[r].mass * (speed + surface(r)) * yields(r);
+                    *displacement += thrown_back(r, *displacement);
                 }
             }
             if now == near {
@@ -134,6 +144,22 @@ mod tests {
         assert!(seen.iter().all(|(off, displacement)| off <= displacement), "{seen:?}");
         // No more than a few times what happens.
         assert!(seen[0].1 < 20.0 * seen[0].0, "{seen:?}");
+    }
+
+    #[test]
+    fn what_spins_on_the_floor_stays_within_the_bound() {
+        // Its edges pass the floor at 40 m/s, so that the floor throws it along; then one that falls fast and bounces.
+        for (height, down, spin) in [(0.13, -1.0, 200.0), (0.4, -30.0, 0.0), (0.3, -10.0, 60.0)] {
+            let rocks = LIGHT.to_owned()
+                + &format!(
+                    "position = [0.0, 0.0, {height:?}]\nvelocity = [0.0, 0.0, {down:?}]\nangular_velocity = [0.0, {spin:?}, 0.0]\n"
+                )
+                + "[box]\nlowest = [-9.0, -9.0, 0.0]\nhighest = [9.0, 9.0, 9.0]\n";
+            let seen = thrown(&rocks);
+            println!("off the flight and bound [m]: {seen:?}");
+            assert!(seen[0].0 > 0.05 && seen[0].0 <= seen[0].1, "{seen:?}");
+            assert!(seen[0].1 < 20.0 * seen[0].0, "{seen:?}");
+        }
     }
 
     #[test]

@@ -52,8 +52,8 @@ pub struct RockIntegrator {
     pub(super) travel_at: Option<Range<usize>>,
     pub(super) free_time_at: Option<Range<usize>>,
     pub(super) travel: f64,
-    /// How far the net's own forces may move a node off its course in the window begun last [m].
-    pub(super) drift: f64,
+    /// Half of the largest acceleration by which the net's own forces take a node off its course, as last sent [m/s2].
+    pub(super) half_acceleration: f64,
     /// What the plan has for a net that is advanced here, and whether it has all.
     pub(super) local: LocalFields,
     pub(super) is_local: bool,
@@ -124,7 +124,7 @@ impl RockIntegrator {
             travel_at: None,
             free_time_at: None,
             travel: 0.0,
-            drift: 0.0,
+            half_acceleration: 0.0,
             local: LocalFields::default(),
             is_local: LocalFields::are_in(plan),
             net: LocalNet::default(),
@@ -351,8 +351,9 @@ impl RockIntegrator {
         let (fields, travel) = (&self.fields, self.travel);
         let view =
             MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
-        self.drift = if self.is_local { self.net.drift(&self.local, input, length) } else { 0.0 };
-        let drift = self.drift;
+        self.half_acceleration =
+            if self.is_local { self.net.half_acceleration(&self.local, input) } else { 0.0 };
+        let drift = self.half_acceleration * length * length;
         let mut flies = model.shortcuts;
         let bent = |body: &Body| bend(model, body, length);
         self.secondary_impacts.find(model, &self.rock_stage, state, length);

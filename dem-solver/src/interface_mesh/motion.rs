@@ -309,6 +309,14 @@ impl NodeMotion {
         self.origin[at] + self.increment[at] * along
     }
 
+    /// Position of node `a` at the end of the window, or where it was placed last [m].
+    pub fn last(&self, a: usize) -> Vector3<f64> {
+        match self.has_course() {
+            true => self.position(self.segments() - 1, a, 1.0),
+            false => self.position(0, a, 0.0),
+        }
+    }
+
     /// Its velocity there [m/s].
     #[inline]
     pub fn velocity(&self, s: usize, a: usize, along: f64) -> Vector3<f64> {

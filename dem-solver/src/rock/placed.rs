@@ -62,6 +62,7 @@ fn made(
 const NAMED: [&str; 2] = ["cluster.spheres =", "cluster.largest_error ="];
 
 impl PlacedSpheres {
+    /// A ball of `radius` [m] as the one sphere that it is.
     pub fn single(radius: f64) -> Self {
         Self {
             spheres: vec![Sphere { centre: Vector3::zeros(), radius }],
@@ -74,6 +75,7 @@ impl PlacedSpheres {
         }
     }
 
+    /// Equal spheres in rows that fill a box of `size` [m]; an error where that takes more than a scene may ask for.
     pub fn lattice(size: [f64; 3], cluster: &Cluster) -> Result<Self, InputError> {
         let asked = cluster.spheres.unwrap_or(64);
         let lattice = lattice::lattice(size, asked, cluster.largest_error, NAMED)?;
@@ -120,6 +122,7 @@ impl PlacedSpheres {
         Ok(Self { spheres, origin, outermost: None, facing: None, notice, accuracy, made })
     }
 
+    /// The spheres that `file` lists, with a notice where they do not hang together.
     pub fn read(file: &Path) -> Result<Self, InputError> {
         let spheres = files::read(file)?;
         let groups = files::groups(&spheres);

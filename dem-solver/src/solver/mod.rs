@@ -3,11 +3,8 @@
 //! What it computes with is a [`Model`] and a [`State`], by the [`crate::integrator`]; [`crate::guard`] watches the steps,
 //! [`crate::results`] reports.
 
-use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::whole_rock::Whole;
 use crate::gate;
 use crate::geometry::sphere_tree::SphereTree;
-use crate::integrator::rock_stage::{DEEPEST_AT_START, RockStage};
 use crate::integrator::window::{RockIntegrator, Solved};
 use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::crossings::Crossings;
@@ -15,16 +12,16 @@ use crate::law::growing::Slip;
 use crate::law::presets;
 use crate::law::table::Laws;
 use crate::law::yielding::Dent;
-use crate::model::between::{Between, rows, whole_rocks};
+use crate::model::between::{Between, rows};
 use crate::model::critical::Steps;
 use crate::model::state::{self, State};
-use crate::model::{Model, impact, name_of, runout};
+use crate::model::{Model, impact, runout};
 use crate::results::fields::{self, FieldFiles};
 use crate::results::gauges::Gauges;
 use crate::results::trajectory::{self, Row, Trajectory};
 use crate::results::{self, map, measures, verdict};
 use crate::rock::Rock;
-use crate::settings::{BoxSettings, ContactSelection, STRUCTURE, Settings, limits};
+use crate::settings::{ContactSelection, STRUCTURE, Settings, limits};
 use crate::terrain::Terrain;
 use interface_defs::message::capability;
 use interface_defs::message::{Hello, Measure};
@@ -40,7 +37,9 @@ use nalgebra::Vector3;
 use std::sync::Arc;
 
 mod kept;
+mod partners;
 use kept::Kept;
+use partners::{OnTerrain, are_apart, planes, rows_with_box};
 
 /// Most times that steps are made finer where a contact asks for it.
 const FINEST: usize = 64;
@@ -68,57 +67,6 @@ pub struct DemSolver {
     keeps_rows: bool,
     /// The state from which it is to go on.
     resume: Option<Box<Kept>>,
-}
-
-/// How the rocks of a scene touch its terrain.
-struct OnTerrain {
-    /// For each rock the numbers of its laws with the terrain's materials.
-    rows: Vec<Vec<u16>>,
-    /// For each rock its contact as a whole, if it has that.
-    wholes: Vec<Option<Whole>>,
-    /// What was chosen, and why.
-    choices: Vec<String>,
-}
-
-impl OnTerrain {
-    fn new(
-        settings: &Settings,
-        laws: Option<&Laws>,
-        rocks: &[Rock],
-        ground: &mut Terrain,
-        scene: &Scene,
-    ) -> Result<Self, InputError> {
-        let Some(laws) = laws else {
-            let what = "there is terrain and no contact law: the rocks would fall through it";
-            return Err(scene.invalid("terrain", what).try_instead("add a table [[contact]]"));
-        };
-        let rows = rows(laws, settings, &ground.materials)
-            .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
-        let wholes = whole_rocks(laws, &rows, rocks, scene)?;
-        let mut choices = Vec::new();
-        if wholes.iter().any(Option::is_some) {
-            let mixed = ground.face_up();
-            ground.notices.extend(mixed);
-        }
-        if wholes.iter().any(Option::is_none) {
-            let (continuous, why) = settings.dem.contact_selection.choose("terrain", || ground.unshared());
-            ground.continuous = continuous;
-            choices.push(why);
-        }
-        Ok(Self { rows, wholes, choices })
-    }
-}
-
-/// Refuse rocks that are in each other at the start.
-fn are_apart(model: &Model, state: &mut State, scene: &Scene) -> Result<(), InputError> {
-    let worst = RockStage::new(model).energy(model, state);
-    let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) else { return Ok(()) };
-    let what = format!(
-        "rock `{}` and rock `{}` overlap at the start, by {radii:.2} radii of the smaller sphere",
-        name_of(model, a),
-        name_of(model, b)
-    );
-    Err(scene.invalid(&model.settings.place_key(b), what).try_instead("move them apart"))
 }
 
 impl DemSolver {
@@ -342,28 +290,6 @@ impl DemSolver {
         }
         Ok(Some(contact_mesh))
     }
-}
-
-/// The sides of the box of a scene, seen from `origin` [m].
-fn planes(settings: &Settings, origin: &Vector3<f64>) -> Vec<Plane> {
-    let planes = settings.sides.iter().flat_map(BoxSettings::planes);
-    planes.map(|(normal, offset)| Plane { normal, offset: offset - normal.dot(origin) }).collect()
-}
-
-/// For each rock the number of its law with the sides of the box; empty without one.
-fn rows_with_box(
-    laws: Option<&Laws>,
-    settings: &Settings,
-    scene: &Scene,
-) -> Result<Vec<Vec<u16>>, InputError> {
-    let Some(sides) = &settings.sides else { return Ok(Vec::new()) };
-    let laws = laws.ok_or_else(|| {
-        scene
-            .invalid("box", "there is a box and no contact law: the rocks would fall through its sides")
-            .try_instead("add a table [[contact]]")
-    })?;
-    rows(laws, settings, std::slice::from_ref(&sides.material))
-        .map_err(|(what, advice)| scene.invalid("box", what).try_instead(advice))
 }
 
 impl Solver for DemSolver {

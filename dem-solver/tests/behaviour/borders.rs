@@ -100,16 +100,16 @@ fn force_and_energy(mesh: &InterfaceMesh, position: Vector3<f64>, hierarchy: &st
     (-bench.total_force(Sampling::AtEnds), bench.value("energy_stored_dem"))
 }
 
-/// Along a way over a crossing: the continuous hierarchy changes its force by no more than the stiffness
-/// times the way (four wires, each k = 2 E* sqrt(R d)), the nearest one jumps by a share of the whole.
+/// Along a path over a crossing: the continuous hierarchy changes its force by no more than the stiffness
+/// times the path (four wires, each k = 2 E* sqrt(R d)), the nearest one jumps by a share of the whole.
 #[test]
 fn over_a_crossing_with_kinks_the_continuous_hierarchy_has_no_jump_and_is_the_gradient_of_its_energy() {
     let mesh = crossing(0.08);
-    let (from, way) = (Vector3::new(-0.06, -0.021, 0.088), Vector3::new(0.12, 0.043, 0.004));
+    let (from, path) = (Vector3::new(-0.06, -0.021, 0.088), Vector3::new(0.12, 0.043, 0.004));
     let steps = 240;
     let largest = |hierarchy: &str| {
         let at =
-            |i: u32| force_and_energy(&mesh, from + way * (f64::from(i) / f64::from(steps)), hierarchy).0;
+            |i: u32| force_and_energy(&mesh, from + path * (f64::from(i) / f64::from(steps)), hierarchy).0;
         let mut last = at(0);
         let (mut jump, mut most) = (0.0_f64, 0.0_f64);
         for i in 1..=steps {
@@ -121,13 +121,13 @@ fn over_a_crossing_with_kinks_the_continuous_hierarchy_has_no_jump_and_is_the_gr
         (jump, most)
     };
     let stiffness = 4.0 * 2.0 * 1e7 / 0.91 * (0.1_f64 * 0.02).sqrt();
-    let allowed = stiffness * way.norm() / f64::from(steps);
+    let allowed = stiffness * path.norm() / f64::from(steps);
     let (smooth, most) = largest("continuous");
     assert!(smooth < allowed, "{smooth} N, at most {allowed} N");
     let (rough, _) = largest("nearest");
     assert!(rough > 2.0 * allowed && rough > 0.2 * most, "{rough} {allowed} {most}");
     for i in 0..40 {
-        let x = from + way * (f64::from(i) / 40.0);
+        let x = from + path * (f64::from(i) / 40.0);
         let force = force_and_energy(&mesh, x, "continuous").0;
         let step = 1e-6;
         let slope = Vector3::from_fn(|a, _| {

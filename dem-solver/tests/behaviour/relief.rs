@@ -56,7 +56,7 @@ fn over_a_relief_the_continuous_hierarchy_has_no_jump_and_its_force_is_the_gradi
         forces.windows(2).map(|w| (w[1] - w[0]).norm() / (stiffness * apart)).fold(0.0, f64::max)
     };
     let (continuous, nearest) = (jump("continuous"), jump("nearest"));
-    println!("largest change of force over stiffness times way: {continuous:.2}, nearest {nearest:.2}");
+    println!("largest change of force over stiffness times distance: {continuous:.2}, nearest {nearest:.2}");
     assert!(continuous < 7.0 && nearest > 30.0, "{continuous} {nearest}");
     // Differences over 2e-6 m: the third derivative of d^2.5, and rounding of the energy over the difference.
     for k in (0..2400).step_by(60) {

@@ -62,9 +62,9 @@ fn a_ball_launched_without_spin_slides_until_it_rolls() {
     let gyration = 0.4 * (0.2 / r).powi(2);
     let rolling = 2.0 / (0.3 * G * (1.0 + 1.0 / gyration));
     let end = 2.0 - 0.3 * G * rolling;
-    let way = (2.0 + end) / 2.0 * rolling + end * (0.5 - rolling);
+    let distance = (2.0 + end) / 2.0 * rolling + end * (0.5 - rolling);
     assert!((v - end).abs() < 2e-5 && (w * r - end).abs() < 2e-5, "{v} {} {end}", w * r);
-    assert!((x - way).abs() < 5e-5, "{x} {way}");
+    assert!((x - distance).abs() < 5e-5, "{x} {distance}");
     let table = 0.332_854_854 + 1.428_571_43 * (0.5 - 0.194_165_332);
     assert!((v / 1.428_571_43 - 1.0).abs() < 1e-3 && (x / table - 1.0).abs() < 1e-3);
 }
@@ -83,7 +83,7 @@ fn a_ball_rolls_down_a_slope_that_holds_it_and_slips_down_one_that_does_not() {
     }
     let (x, _, w, r) = roll(30.0, 0.1, 0.0, 2.0);
     // Slipping needs no arm, but 2 ms until the tangential spring has reached its limit, on average half of
-    // them without force: 5e-4 of 2 s, against which the way to its limit counts in x.
+    // them without force: 5e-4 of 2 s, against which the distance to its limit counts in x.
     assert!((x / 8.11085816 - 1.0).abs() < 2e-4, "{x}");
     assert!((w / (21.239273 * r / 0.2) - 1.0).abs() < 4e-4, "{w}");
 }
@@ -102,10 +102,10 @@ fn a_ball_with_a_constant_rolling_moment_stops_where_its_work_is_done() {
         bench.advance(1e-3);
     }
     let stretch = STONE.radius / height;
-    let way = (1.0 + 0.4 * stretch * stretch) / (2.0 * 0.05 * G * stretch);
+    let distance = (1.0 + 0.4 * stretch * stretch) / (2.0 * 0.05 * G * stretch);
     let x = bench.value("rock_x");
     // The tangential spring yields by f / k_t, some 1e-5 m.
-    assert!((x - way).abs() < 5e-5, "{x} {way}");
+    assert!((x - distance).abs() < 5e-5, "{x} {distance}");
     assert!((x / 1.42711519 - 1.0).abs() < 1e-3, "the table: {x}");
     assert!(
         bench.velocity().norm() < 1e-6 && bench.spin().norm() < 1e-5,

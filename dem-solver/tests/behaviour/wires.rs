@@ -19,7 +19,7 @@ fn line(a: Vector3<f64>, b: Vector3<f64>, radius: f64) -> InterfaceMesh {
     }
 }
 
-/// A frictionless contact whose force is known: F = 4/3 E* sqrt(R) d^1.5 along the shortest way.
+/// A frictionless contact whose force is known: F = 4/3 E* sqrt(R) d^1.5 along the shortest line.
 fn expected(a: Vector3<f64>, b: Vector3<f64>, reach: f64, radius: f64) -> (Vector3<f64>, f64) {
     let eta = (-a.dot(&(b - a)) / (b - a).norm_squared()).clamp(0.0, 1.0);
     let foot = a + (b - a) * eta;
@@ -33,13 +33,13 @@ proptest! {
 
     #[test]
     fn a_wire_in_any_pose_gets_the_force_of_its_closest_point(
-        a in point(0.2), way in point(0.3), turn in prop::array::uniform4(-1.0..1.0_f64), wire in 0.0..0.01_f64,
+        a in point(0.2), edge in point(0.3), turn in prop::array::uniform4(-1.0..1.0_f64), wire in 0.0..0.01_f64,
         shift in point(3.0),
     ) {
-        let b = a + way;
-        prop_assume!(way.norm() > 0.01 && turn.iter().map(|q| q * q).sum::<f64>() > 0.01);
+        let b = a + edge;
+        prop_assume!(edge.norm() > 0.01 && turn.iter().map(|q| q * q).sum::<f64>() > 0.01);
         let (force, eta) = expected(a, b, 0.1 + wire, 0.1);
-        let foot = a + way * eta;
+        let foot = a + edge * eta;
         prop_assume!(foot.norm() > 0.01);
         let more = format!("position = {:?}\norientation = {turn:?}", shift.as_slice());
         let scene = format!(

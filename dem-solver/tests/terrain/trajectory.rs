@@ -79,8 +79,8 @@ fn a_block_that_slides_off_the_terrain_ends_there() {
     assert!(bench.solver.has_ended() && bench.time < 10.0, "{} s", bench.time);
     let end = bench.solver.finish().expect("finished");
     assert!(end.measures.iter().all(|m| m.name != "run_out" && m.name != "runout_distance"));
-    let way = |name: &str| end.measures.iter().find(|m| m.name == name).map(|m| m.value);
-    assert!(way("exit_distance").is_some() && way("exit_distance") == way("way_out"));
+    let of = |name: &str| end.measures.iter().find(|m| m.name == name).map(|m| m.value);
+    assert!(of("exit_distance").is_some() && of("exit_distance") == of("way_out"));
     // At the border, or where the window ends in which it slid over it.
     let verdict = verdict(&end);
     let x: f64 =
@@ -264,9 +264,9 @@ fn fields_hold_the_terrain_and_the_way_where_fields_are_named() {
         if there {
             let terrain = read("terrain.vtu").expect("written");
             assert!(terrain.contains("NumberOfPoints=\"341\" NumberOfCells=\"600\""));
-            let way = read("trajectory.vtu").expect("written");
+            let file = read("trajectory.vtu").expect("written");
             let number = |key: &str| -> usize {
-                let text = way.split(key).nth(1).and_then(|t| t.split('"').nth(1)).expect("declared");
+                let text = file.split(key).nth(1).and_then(|t| t.split('"').nth(1)).expect("declared");
                 text.parse().expect("a number")
             };
             // The rows, and more in long flights.

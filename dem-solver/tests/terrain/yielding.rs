@@ -130,14 +130,14 @@ fn sliding(depth: f64, law: &str) -> Bench {
     Bench::new(&flat(), &text, true)
 }
 
-/// Speed [m/s] after `way` [m], and the energy balance over the kinetic energy at the start.
-fn after(mut bench: Bench, way: f64) -> (f64, f64) {
+/// Speed [m/s] after `distance` [m], and the energy balance over the kinetic energy at the start.
+fn after(mut bench: Bench, distance: f64) -> (f64, f64) {
     let start = bench.energy();
     let mut before = bench.solver.state().bodies[0].motion;
     loop {
         bench.advance(1e-4);
         let now = bench.solver.state().bodies[0].motion;
-        let [from, to] = [before, now].map(|m| m.position.x + 1.0 - way);
+        let [from, to] = [before, now].map(|m| m.position.x + 1.0 - distance);
         if to >= 0.0 {
             let balance = bench.energy() + bench.value("energy_dissipated_dem") - start;
             let share = from / (from - to);

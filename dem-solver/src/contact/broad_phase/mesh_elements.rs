@@ -58,6 +58,16 @@ impl NearList {
         self.nearest
     }
 
+    /// Distance of the nearest listed element from `centre` at the end of the window that `motion` is of [m].
+    pub fn nearest_to(&self, contact_mesh: &ContactMesh, motion: &NodeMotion, centre: &Vector3<f64>) -> f64 {
+        let at = |node: u32| motion.last(node as usize);
+        let distances = self.elements.iter().map(|element| {
+            let [a, b, c] = element.nodes.map(at);
+            distance(contact_mesh.elements[element.number as usize].kind, centre, [&a, &b, &c])
+        });
+        distances.fold(f64::INFINITY, f64::min)
+    }
+
     /// The list is no longer good.
     pub fn invalidate(&mut self) {
         (self.coverage, self.nearest) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
@@ -144,24 +154,29 @@ pub struct Sweep {
 const MARGIN: f64 = 0.1;
 
 impl Sweep {
-    /// For a window of `length` [s], the mesh's motion in `segments` parts.
-    pub fn new(rock: &Rock, motion: &Motion, gravity: &Vector3<f64>, length: f64, segments: usize) -> Self {
+    /// For a window of `length` [s], the mesh's motion in `segments` parts, of a rock that something else than the mesh may
+    /// throw `kick` [m] off its flight.
+    pub fn new(
+        rock: &Rock,
+        motion: &Motion,
+        gravity: &Vector3<f64>,
+        (length, segments): (f64, usize),
+        kick: f64,
+    ) -> Self {
         let part = length / segments as f64;
-        // A rock that is being braked leaves the flight by as much as its last acceleration says.
+        // A rock that is being braked leaves the flight by as much as its last acceleration says. On the ground that is the
+        // acceleration of a contact that may be over long before the window is.
         let braked = 0.5 * (motion.acceleration - gravity).norm() * length * length;
+        let braked = if kick > 0.0 { braked.min(kick) } else { braked };
         let bend = 0.125 * gravity.norm() * part * part;
-        let turn = motion.angular_momentum.norm() / rock.inertia.min() * length * rock.reach;
+        // However far it turns, a point of it stays within its reach.
+        let turn = (motion.angular_momentum.norm() / rock.inertia.min() * length).min(2.0) * rock.reach;
         Self {
             travel: (motion.velocity.norm() + 0.5 * gravity.norm() * length) * length + braked,
-            allowance: braked + bend + turn + MARGIN * rock.smallest_radius,
+            allowance: braked + bend + turn + kick + MARGIN * rock.smallest_radius,
             gravity: *gravity,
             length,
         }
-    }
-
-    /// The same for a rock that something may throw `way` [m] off its flight.
-    pub fn kicked(self, way: f64) -> Self {
-        Self { allowance: self.allowance + way, ..self }
     }
 
     /// Distance from the rock's centre within which elements may be reached, the mesh's own motion
@@ -199,9 +214,9 @@ impl Sweep {
             if !(meets(0) && meets(1) && meets(2)) {
                 continue;
             }
-            let way = a.way.max(b.way).max(c.way);
+            let travel = a.travel.max(b.travel).max(c.travel);
             let [a, b, c] = element.nodes.map(|n| nodes.position(0, n as usize, 0.0));
-            if distance(kind, &motion.position, [&a, &b, &c]) <= need + way && !found(element) {
+            if distance(kind, &motion.position, [&a, &b, &c]) <= need + travel && !found(element) {
                 return;
             }
         }
@@ -214,7 +229,7 @@ impl Sweep {
         for a in 0..near.nodes.len() {
             let start = nodes.position(0, a, 0.0);
             let first = to_own * (start - motion.position);
-            let mut node = NodeBox { lowest: first, highest: first, way: 0.0 };
+            let mut node = NodeBox { lowest: first, highest: first, travel: 0.0 };
             for s in 0..segments {
                 let t = self.length * (s + 1) as f64 / segments as f64;
                 let rock = motion.position + (motion.velocity + self.gravity * (0.5 * t)) * t;
@@ -222,7 +237,7 @@ impl Sweep {
                 let seen = to_own * (position - rock);
                 node.lowest = node.lowest.inf(&seen);
                 node.highest = node.highest.sup(&seen);
-                node.way = node.way.max((position - start).norm());
+                node.travel = node.travel.max((position - start).norm());
             }
             boxes.push(node);
         }
@@ -235,5 +250,5 @@ pub struct NodeBox {
     lowest: Vector3<f64>,
     highest: Vector3<f64>,
     /// Largest distance from its start in space [m].
-    way: f64,
+    travel: f64,
 }

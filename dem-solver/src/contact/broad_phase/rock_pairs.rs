@@ -78,8 +78,8 @@ impl RockPairs {
         }
         let reach = b.1.reach;
         let good = self.made.is_some_and(|made| {
-            let way = (pose.position - made.position).norm();
-            way + made.orientation.angle_to(&pose.orientation) * reach <= self.skin * (1.0 - ROUNDING)
+            let travel = (pose.position - made.position).norm();
+            travel + made.orientation.angle_to(&pose.orientation) * reach <= self.skin * (1.0 - ROUNDING)
         });
         if !good {
             self.search(a, b, pose);

@@ -161,7 +161,7 @@ impl TerrainPairs {
         if let Some(face) = self.faces.get(first) {
             least = course.meets(tree, face, far, least);
         }
-        let mut reach = tree.reach + course.way(least).min(far);
+        let mut reach = tree.reach + course.distance(least).min(far);
         for (place, (middle, radius)) in self.round.iter().enumerate() {
             let limit = reach + radius;
             if (middle - now.position).norm_squared() > limit * limit || place == first {
@@ -170,7 +170,7 @@ impl TerrainPairs {
             let sooner = course.meets(tree, &self.faces[place], far, least);
             if sooner < least {
                 (least, self.first) = (sooner, place);
-                reach = tree.reach + course.way(least).min(far);
+                reach = tree.reach + course.distance(least).min(far);
             }
         }
         (least, least == end)

@@ -61,7 +61,7 @@ impl Course {
     }
 
     /// How far a point may have come after `time` [s] [m].
-    pub fn way(&self, time: f64) -> f64 {
+    pub fn distance(&self, time: f64) -> f64 {
         (self.speed + 0.5 * self.bow * time) * time
     }
 

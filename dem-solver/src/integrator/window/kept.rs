@@ -17,7 +17,7 @@ pub struct KeptIntegrator {
     terrain: Vec<TerrainPairs>,
     /// Which elements of the mesh are broken.
     broken: Vec<bool>,
-    drift: f64,
+    half_acceleration: f64,
     coarseness: f64,
     counts: Counts,
 }
@@ -29,7 +29,7 @@ impl RockIntegrator {
             mesh: self.mesh_stages.clone(),
             terrain: self.terrain.as_ref().map_or(Vec::new(), |terrain| terrain.around.clone()),
             broken: self.contact_mesh.as_ref().map_or(Vec::new(), |mesh| mesh.broken().to_vec()),
-            drift: self.drift,
+            half_acceleration: self.half_acceleration,
             coarseness: self.net.coarseness,
             counts: self.counts,
         };
@@ -56,6 +56,7 @@ impl RockIntegrator {
         if let Some(mesh) = &mut self.contact_mesh {
             mesh.go_on(kept.broken);
         }
-        (self.drift, self.net.coarseness, self.counts) = (kept.drift, kept.coarseness, kept.counts);
+        (self.half_acceleration, self.net.coarseness, self.counts) =
+            (kept.half_acceleration, kept.coarseness, kept.counts);
     }
 }

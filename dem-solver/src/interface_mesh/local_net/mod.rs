@@ -179,12 +179,13 @@ impl LocalNet {
         self.force.fill(0.0);
     }
 
-    /// Largest distance that the leftover force alone moves a node off the reference in `time` [m].
-    pub fn drift(&self, fields: &LocalFields, input: &[f64], time: f64) -> f64 {
+    /// Half of the largest acceleration of a node by the leftover force alone [m/s2]: times the square of a time [s], the distance
+    /// that it moves off the reference.
+    pub fn half_acceleration(&self, fields: &LocalFields, input: &[f64]) -> f64 {
         let Some(at) = &fields.residual else { return 0.0 };
         let forces = input[at.clone()].iter().zip(&self.inverse_mass);
         let fastest = forces.map(|(f, w)| (f * w).abs()).fold(0.0, f64::max);
-        3.0_f64.sqrt() * 0.5 * fastest * time * time
+        3.0_f64.sqrt() * 0.5 * fastest
     }
 
     /// Drift to the middle of a step; `reference` are displacement and velocity at both ends of its segment, in the request.

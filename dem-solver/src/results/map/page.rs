@@ -118,6 +118,7 @@ pub fn font<'a>(size: f64) -> TextStyle<'a> {
     ("sans-serif", px(size)).into_font().color(&INK)
 }
 
+/// Colour of the line with this number; they repeat.
 pub fn colour(number: usize) -> RGBColor {
     COLOURS[number % COLOURS.len()]
 }

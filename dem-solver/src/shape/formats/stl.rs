@@ -123,6 +123,7 @@ mod tests {
     use crate::shape::{Surface, builtin};
     use std::fmt::Write;
 
+    /// The surface as an STL file in text.
     pub fn as_text(surface: &Surface) -> String {
         let mut text = String::from("solid rock\n");
         for t in 0..surface.triangles.len() {

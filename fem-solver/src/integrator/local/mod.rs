@@ -102,6 +102,8 @@ pub struct Local {
     held: Vec<u32>,
     held_pairs: Vec<u32>,
     sums: Sums,
+    /// Whether the sums are those of a structure at rest, which stay as they are while it is.
+    at_rest: bool,
     /// How far ahead tangents are taken [s].
     ahead: f64,
     /// Where each of [`FIELDS`] lies in an answer.
@@ -131,6 +133,7 @@ impl Local {
             held: Vec::with_capacity(nodes),
             held_pairs: Vec::with_capacity(pairs),
             sums,
+            at_rest: false,
             ahead: step.map_or(0.0, |step| AHEAD * step),
             fields: [const { None }; 4],
         };
@@ -151,6 +154,7 @@ impl Local {
             }
         }
         self.find_rest(model);
+        self.at_rest = false;
     }
 
     /// Springs, dashpots and supports at the selected nodes.
@@ -185,9 +189,12 @@ impl Local {
         self.fields = FIELDS.map(|(name, ..)| place(name));
     }
 
-    /// Write the fields of `state` at `time` [s] to an answer.
-    pub fn write(&mut self, model: &Model, state: &State, time: f64, output: &mut [f64]) {
-        self.sum(model, state, time);
+    /// Write the fields of `state` at `time` [s] to an answer; `skipped`: nothing has happened in the window that ends there.
+    pub fn write(&mut self, model: &Model, state: &State, (time, skipped): (f64, bool), output: &mut [f64]) {
+        if !(skipped && self.at_rest) {
+            self.sum(model, state, time);
+        }
+        self.at_rest = skipped;
         let Sums { force, rate, tangent } = &self.sums;
         let numbers: [&[f64]; 4] = [
             force.as_flattened(),

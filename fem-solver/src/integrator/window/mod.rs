@@ -172,7 +172,7 @@ impl WindowSolver {
         self.committed.groups.copy_from_slice(&self.trial.groups);
         self.answer.write_all(&self.trial, &self.origin, output);
         self.write_gauges(model, output);
-        self.write_way(model, 0.0, output);
+        self.write_travel_and_local(model, 0.0, output);
         let [now, before] = &mut self.booked;
         before.clone_from(now);
         self.recorder.begin();
@@ -197,7 +197,7 @@ impl WindowSolver {
             self.advance(model, window, input, output)?;
         }
         self.write_gauges(model, output);
-        self.write_way(model, window.end(), output);
+        self.write_travel_and_local(model, window.end(), output);
         if self.energy_now.iter().all(|e| e.is_finite()) {
             return Ok(());
         }

@@ -63,7 +63,7 @@ impl WindowSolver {
         self.answer.write_travel(*travel, output);
         output[self.answer.gauges_from()..].copy_from_slice(gauges);
         if let Some(local) = &mut self.local {
-            local.write(model, &self.committed, time, output);
+            local.write(model, &self.committed, (time, false), output);
         }
     }
 
@@ -74,14 +74,14 @@ impl WindowSolver {
 
     /// Write how far the interface nodes have moved in the window that ends at `time` [s], and what a contact solver needs to
     /// move them itself from there, where the answer says so.
-    pub(super) fn write_way(&mut self, model: &Model, time: f64, output: &mut [f64]) {
+    pub(super) fn write_travel_and_local(&mut self, model: &Model, time: f64, output: &mut [f64]) {
         if self.answer.tells_travel() {
             let (from, to) = (&self.committed.displacement, &self.trial.displacement);
             self.booked[0].travel = travel(from, to, self.nodes, self.answer.selected());
             self.answer.write_travel(self.booked[0].travel, output);
         }
         if let Some(local) = &mut self.local {
-            local.write(model, &self.trial, time, output);
+            local.write(model, &self.trial, (time, self.skipped), output);
         }
     }
 }

@@ -1,0 +1,121 @@
+use super::*;
+
+const DROP: &str = "[[rock]]\ncluster.spheres = 64\n[[rock]]\ncluster.spheres = 1\n[[contact]]\nyoung = 1e8\n\
+    [structure]\ngenerator = { cells = [26, 26], spacing = 0.15 }\ncable = { area = 2e-5 }\n\
+    [dem]\ncontact_selection = \"automatic\"\ntime_step = 1e-5\n[fem]\nintegrator = \"central_difference\"\n\
+    [coupling]\nscheme = \"weak\"\ntime_window = 5e-5\nsamples = 1\ntolerance = 1e-4\nabsolute_tolerance = 0.0\n";
+
+fn knobs(text: &str, in_use: &[(&'static str, f64)]) -> Vec<Knob> {
+    of(&Base { resolved: &text.parse().expect("TOML"), in_use })
+}
+
+fn names(knobs: &[Knob]) -> Vec<&str> {
+    knobs.iter().map(|knob| knob.name).collect()
+}
+
+#[test]
+fn a_scene_has_the_knobs_whose_keys_it_has() {
+    let coupled = knobs(DROP, &[("fem.time_step", 2e-5)]);
+    assert_eq!(
+        names(&coupled),
+        [
+            "scheme",
+            "integrator",
+            "window",
+            "samples",
+            "dem_step",
+            "fem_step",
+            "spheres",
+            "refinement",
+            "modulus",
+            "contact_selection"
+        ],
+        "one tolerance is 0, so both stay as they are"
+    );
+    let alone =
+        "[[rock]]\ncluster.spheres = 1\n[[contact]]\nstiffness = 1e6\n[dem]\nsteps_per_contact = 50.0\n";
+    assert_eq!(names(&knobs(alone, &[("dem.time_step", 1e-5)])), ["steps_per_contact", "modulus"]);
+    // A mesh file: nothing to refine.
+    let mesh = "[structure]\nmesh = \"net.msh\"\ncable = { area = 1e-4 }\n[fem]\ntime_step = 1e-5\n";
+    assert_eq!(names(&knobs(mesh, &[])), ["fem_step"]);
+}
+
+/// A name that another knob needs is one that it has: else it would never be turned.
+#[test]
+fn what_a_knob_needs_is_there() {
+    for spec in REGISTRY {
+        if let Some((other, name)) = spec.needs {
+            let there = REGISTRY.iter().find(|s| s.name == other).unwrap_or_else(|| panic!("no {other}"));
+            assert!(there.names.contains(&name), "{}", spec.name);
+        }
+    }
+}
+
+/// A yielding net is strong coupling: in weak windows nothing judges it.
+#[test]
+fn a_net_that_yields_is_a_scheme_of_its_own() {
+    let text =
+        |own: &str| format!("[coupling]\nscheme = {own}\nyielding_tolerance = 1e-4\nyielding_share = 0.1\n");
+    let of = |own: &str| {
+        let knobs = knobs(&text(own), &[]);
+        assert_eq!(names(&knobs), ["scheme", "yielding_tolerance"]);
+        [0, 1, 2].map(|rung| (knobs[0].value(rung).expect("a name"), knobs[0].sets(rung).expect("sets")))
+    };
+    let named = |name: &str, sets: &[&str]| {
+        (name.to_owned(), sets.iter().map(|set| (*set).to_owned()).collect::<Vec<_>>())
+    };
+    assert_eq!(
+        of("\"weak\"\nyielding_net = false"),
+        [
+            named("weak", &["coupling.scheme=weak"]),
+            named("strong", &["coupling.scheme=strong"]),
+            named("yielding", &["coupling.scheme=strong", "coupling.yielding_net=true"])
+        ]
+    );
+    assert_eq!(
+        of("\"strong\"\nyielding_net = true")[1],
+        named("weak", &["coupling.scheme=weak", "coupling.yielding_net=false"])
+    );
+}
+
+#[test]
+fn a_rung_is_a_set_of_each_of_its_keys() {
+    let knobs = knobs(DROP, &[]);
+    let sets = |name: &str, rung| knobs.iter().find(|k| k.name == name).expect("there").sets(rung);
+    let text = |sets: &[&str]| Some(sets.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>());
+    assert_eq!(sets("window", 2), text(&["coupling.time_window=2e-4"]));
+    assert_eq!(sets("samples", -2), text(&["coupling.samples=4"]));
+    assert_eq!(sets("samples", 1), None);
+    assert_eq!(sets("spheres", 1), text(&["rock.0.cluster.spheres=8"]));
+    assert_eq!(
+        sets("refinement", -1),
+        text(&[
+            "structure.generator.cells=[52, 52]",
+            "structure.generator.spacing=0.075",
+            "structure.cable.area=1e-5"
+        ])
+    );
+    assert_eq!(sets("refinement", 2), None, "26 is no multiple of 4");
+    assert_eq!(sets("scheme", 1), text(&["coupling.scheme=strong"]));
+    assert_eq!((sets("scheme", 2), sets("scheme", -1)), (None, None));
+}
+
+#[test]
+fn a_name_that_no_knob_has_is_refused_and_the_others_stand_still() {
+    let mut knobs = knobs(DROP, &[]);
+    turn_only(&mut knobs, &["window".into(), "spheres".into()]).expect("both are there");
+    let turned: Vec<&str> = knobs.iter().filter(|knob| knob.turned).map(|knob| knob.name).collect();
+    assert_eq!(turned, ["window", "spheres"]);
+    let error = turn_only(&mut knobs, &["windw".into()]).expect_err("misspelt").to_string();
+    assert!(error.contains("did you mean `window`?"), "{error}");
+    turn_only(&mut knobs, &[]).expect("all");
+    assert!(knobs.iter().all(|knob| knob.turned));
+}
+
+#[test]
+fn every_number_reads_back_bit_for_bit_as_a_float() {
+    for value in [5e-5, 1.0, 0.1 + 0.2, 1e8, 5.4e-5 / 3.0] {
+        let read: Table = format!("x = {}", float(value)).parse().expect("TOML");
+        assert_eq!(read["x"].as_float(), Some(value));
+    }
+}
