@@ -8,6 +8,7 @@
 //!
 //! - [`read`]: mesh files of other programs; bounds of single numbers
 //! - [`linear_algebra`]: sparse factors, long vectors
+//! - [`ground`]: the surface of the ground, and how far a point is from it
 //! - [`element`]: each element with energy, force, tangent, history, and its settings; laws of materials
 //! - [`config`]: the tables `[structure]`, `[fem]`, `[[gauge]]`
 //! - [`model`]: nodes, elements, supports, loads, lumped masses; generated structures; what no one can mean
@@ -25,6 +26,7 @@
 pub mod config;
 pub mod element;
 pub mod equilibrium;
+pub mod ground;
 pub mod integrator;
 pub mod internal_force;
 pub mod linear_algebra;

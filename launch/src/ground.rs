@@ -1,4 +1,4 @@
-//! Heights of the terrain for a structure that stands on it and names none: where they are needed the structure's program
+//! Heights of the terrain for a structure that stands or lies on it and names none: where they are needed the structure's program
 //! says, and the rocks' program writes them.
 //!
 //! Neither of the two knows the other. What a scene names itself is left as it is, and so is a scene without terrain.
@@ -84,11 +84,14 @@ impl Ground {
     }
 }
 
-/// Whether a scene has terrain, and a generated structure on a line without heights of its own: all others cost nothing.
+/// Whether a scene has terrain, and a structure on a line, in a place or on the ground, without heights of its own: all others cost
+/// nothing.
 fn may_take_one(document: &Table) -> bool {
-    let generator = document.get("structure").and_then(|s| s.get("generator"));
-    let has = |key: &str| generator.is_some_and(|g| g.get(key).is_some());
-    document.contains_key("terrain") && (has("line") || has("position")) && !has("ground")
+    let table = |key: &str| document.get("structure").and_then(|s| s.get(key));
+    let has = |of: &str, key: &str| table(of).is_some_and(|t| t.get(key).is_some());
+    let stands = (has("generator", "line") || has("generator", "position")) && !has("generator", "ground");
+    let stands = stands || (table("place").is_some() && !has("place", "ground"));
+    document.contains_key("terrain") && (stands || (table("ground").is_some() && !has("ground", "file")))
 }
 
 /// Write or remove a text at a dotted key.
@@ -151,6 +154,13 @@ mod tests {
         assert!(!takes(line));
         assert!(!takes(&format!("[terrain]\n{line}ground = \"g.asc\"\n")));
         assert!(!takes("[terrain]\n[structure.generator]\ntype = \"barrier\"\n"));
+        for table in ["ground", "place"] {
+            assert!(
+                takes(&format!("[terrain]\n[structure.{table}]\n"))
+                    && !takes(&format!("[structure.{table}]\n"))
+            );
+        }
+        assert!(!takes("[terrain]\n[structure.ground]\nfile = \"g.asc\"\n"));
     }
 
     #[test]

@@ -120,8 +120,10 @@ pub struct Barrier {
     pub spacing: Option<f64>,
     /// Length of the posts [m].
     pub height: f64,
-    /// How far the heads lie down the slope of the feet [m]; below 0: towards the slope.
-    pub lean: f64,
+    /// How far the heads lie down the slope of the feet [m]; below 0: towards the slope. Default with `line` or `position`: posts stand
+    /// at 75 degrees to the slope, steeper than its normal, and lean by 25 degrees from the vertical at least; in axes of its own 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lean: Option<f64>,
     /// Cells (or rings) of the net in a field, and between the bearing ropes.
     pub cells: [usize; 2],
     /// What the net is made of.
@@ -163,7 +165,7 @@ impl Default for Barrier {
             fields: 3,
             spacing: None,
             height: 4.0,
-            lean: 0.0,
+            lean: None,
             cells: [20, 8],
             net: BarrierNet::Square,
             anchor_distance: 6.0,
@@ -191,6 +193,11 @@ impl Barrier {
         self.anchor_rise.unwrap_or(4.0)
     }
 
+    /// How far the heads lie down the slope of the feet in own axes [m].
+    pub fn lean(&self) -> f64 {
+        self.lean.unwrap_or(0.0)
+    }
+
     /// Whether it stands on a line of the terrain.
     pub fn is_placed(&self) -> bool {
         self.line.is_some() || self.position.is_some()
@@ -208,6 +215,19 @@ pub enum Side {
 }
 
 impl Generator {
+    /// Whether it says itself where on the terrain it stands.
+    pub fn is_placed(&self) -> bool {
+        matches!(self, Self::Barrier(barrier) if barrier.is_placed())
+    }
+
+    /// The raster of the ground that it stands on, where it names one.
+    pub fn ground(&self) -> Option<&PathBuf> {
+        match self {
+            Self::Barrier(barrier) => barrier.ground.as_ref(),
+            Self::RectangularNet(_) | Self::RingNet(_) => None,
+        }
+    }
+
     /// With what is chosen where nothing is stated.
     pub fn filled_in(&self) -> Self {
         let mut filled = self.clone();

@@ -3,6 +3,8 @@
 pub mod fem;
 pub mod gauge;
 pub mod generator;
+pub mod ground;
+pub mod place;
 pub mod scheme;
 pub mod structure;
 

@@ -1,6 +1,8 @@
 //! `[structure]`: a mesh file, a generated structure, or nodes and elements one by one.
 
 use super::generator::Generator;
+use super::ground::GroundConfig;
+use super::place::PlaceConfig;
 use crate::element::PartConfig;
 use crate::element::cable_properties::{CableConfig, Stated};
 use schemars::JsonSchema;
@@ -20,6 +22,12 @@ pub struct StructureConfig {
     /// A generated structure, instead of `nodes` and `cables`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub generator: Option<Generator>,
+    /// Where a structure in axes of its own stands. Default: where its coordinates say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<PlaceConfig>,
+    /// The ground that nodes lie on. Without it the structure passes through the terrain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground: Option<GroundConfig>,
     /// Properties of every cable, also of a part, that does not state its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cable: Option<CableConfig>,

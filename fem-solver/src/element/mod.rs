@@ -17,6 +17,7 @@ pub mod cable_properties;
 mod capstan;
 #[cfg(test)]
 pub(crate) mod checks;
+pub mod ground_contact;
 pub mod mass;
 pub mod material;
 pub mod membrane;
@@ -37,6 +38,7 @@ pub use bar::Bar;
 pub use beam::Beam;
 pub use brake::Brake;
 pub use cable::Cable;
+pub use ground_contact::GroundContact;
 pub use mass::PointMass;
 pub use membrane::Membrane;
 pub use membrane_quad::MembraneQuad;
@@ -278,9 +280,10 @@ pub trait Element: Debug {
 /// Declares the elements: what parts of a scene may name, with the settings and the elements of each.
 ///
 /// Two enums: [`PartConfig`] over the settings, which is a [`PartSettings`] by reference, and [`AnyElement`] over the elements,
-/// which is an [`Element`] by reference.
+/// which is an [`Element`] by reference. Behind `besides` stand elements that belong to no part.
 macro_rules! elements {
-    ($($name:literal => $settings:ident::$part:ident { $($module:ident::$element:ident),* },)*) => {
+    ($($name:literal => $settings:ident::$part:ident { $($module:ident::$element:ident),* },)*
+     besides { $($alone:ident::$other:ident),* }) => {
         /// A part; `element` says of what.
         #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(tag = "element")]
@@ -307,6 +310,7 @@ macro_rules! elements {
         #[allow(missing_docs)] // Each is what its own doc comment says.
         pub enum AnyElement {
             $($($element($module::$element),)*)*
+            $($other($alone::$other),)*
         }
 
         impl Deref for AnyElement {
@@ -315,6 +319,7 @@ macro_rules! elements {
             fn deref(&self) -> &Self::Target {
                 match self {
                     $($(Self::$element(element) => element,)*)*
+                    $(Self::$other(element) => element,)*
                 }
             }
         }
@@ -324,6 +329,12 @@ macro_rules! elements {
                 Self::$element(element)
             }
         })*)*
+
+        $(impl From<$alone::$other> for AnyElement {
+            fn from(element: $alone::$other) -> Self {
+                Self::$other(element)
+            }
+        })*
     };
 }
 
@@ -336,4 +347,5 @@ elements! {
     "membrane" => membrane::MembranePart { membrane::Membrane, membrane_quad::MembraneQuad },
     "shell" => shell::ShellPart { shell::Shell },
     "none" => nothing::NoPart {},
+    besides { ground_contact::GroundContact }
 }

@@ -20,6 +20,7 @@ use crate::element::Energy;
 use crate::model::Model;
 use assembly::{Assembly, Broken};
 use kernel::Kernel;
+use nalgebra::Vector3;
 use std::ops::Range;
 
 /// Displacements at which the internal force is asked for.
@@ -124,6 +125,11 @@ impl InternalForce {
         let plain = self.cables.energy(u) + springs;
         let others = self.elements.energy(&model.elements, u, history);
         Energy { stored: plain + others.stored, dissipated: others.dissipated }
+    }
+
+    /// Sum of what the ground pushes and holds [N].
+    pub fn ground_force(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vector3<f64> {
+        self.elements.ground_force(model, u, history)
     }
 
     /// Number of tiles of the plain cables, where they are all that the structure consists of: an explicit step sweeps over them.

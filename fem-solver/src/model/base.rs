@@ -4,6 +4,7 @@
 use super::cell::Cell;
 use super::generator::{Generated, MadeFor, generate};
 use super::numbering::neighbours_together;
+use super::place;
 use super::ropes::join;
 use crate::config::structure::StructureConfig;
 use crate::element::PartConfig;
@@ -44,8 +45,14 @@ pub struct Base {
 const NONE: u32 = u32::MAX;
 
 impl Base {
-    /// The nodes of the scene, of its mesh file or of its generator.
+    /// The nodes of the scene, of its mesh file or of its generator, in their place.
     pub fn new(scene: &Scene, table: &StructureConfig) -> Result<Self, InputError> {
+        let mut base = Self::in_own_axes(scene, table)?;
+        place::put(scene, table, &mut base.nodes)?;
+        Ok(base)
+    }
+
+    fn in_own_axes(scene: &Scene, table: &StructureConfig) -> Result<Self, InputError> {
         let generated = match (&table.mesh, &table.generator) {
             (Some(_), Some(_)) => {
                 return Err(scene

@@ -24,6 +24,7 @@ impl Model {
         let mut model = Self {
             cables: Vec::new(),
             elements: Vec::new(),
+            ground: 0..0,
             parts: Vec::new(),
             part_count: table.parts.len(),
             turning: Vec::new(),
@@ -66,6 +67,7 @@ impl Model {
         model.add_elements(scene, table)?;
         model.add_supports(scene, table)?;
         model.lump();
+        model.add_ground(scene, config)?;
         model.load(scene, config)?;
         model.check_path(scene, config)?;
         model.check_held_together(scene, config, base.framed)?;

@@ -11,11 +11,13 @@ mod base;
 mod build;
 mod cell;
 pub(crate) mod generator;
+pub(crate) mod ground;
 mod holding;
 mod loading;
 mod names;
 pub mod numbering;
 mod parts;
+mod place;
 pub mod pressure;
 mod ropes;
 pub mod support;
@@ -25,6 +27,7 @@ pub mod validation;
 use crate::element::{AnyElement, Cable, PointMass, Spring};
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
+use std::ops::Range;
 use support::Motion;
 use timed::TimedLoad;
 
@@ -37,6 +40,8 @@ pub struct Model {
     pub cables: Vec<Cable>,
     /// Everything else: elements that go through [`crate::element::Element`].
     pub elements: Vec<AnyElement>,
+    /// Those of them that are contacts with the ground: the last ones.
+    pub ground: Range<usize>,
     /// Named sets of elements: the parts of the scene, then the other groups of the mesh.
     pub parts: Vec<Part>,
     /// How many of them are parts of the scene.

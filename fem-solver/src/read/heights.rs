@@ -94,6 +94,26 @@ impl Heights {
         self.spacing[0].min(self.spacing[1])
     }
 
+    /// Distance of its columns and of its rows [m].
+    pub fn spacing(&self) -> [f64; 2] {
+        self.spacing
+    }
+
+    /// x of its first column and y of its southern row [m].
+    pub fn corner(&self) -> [f64; 2] {
+        self.corner
+    }
+
+    /// Number of its columns and rows, 2 of each at least.
+    pub fn counts(&self) -> [usize; 2] {
+        self.counts
+    }
+
+    /// Height at a column from the west and a row from the south [m]; NaN where there is none.
+    pub fn height(&self, column: usize, row: usize) -> f64 {
+        self.heights[(self.counts[1] - 1 - row) * self.counts[0] + column]
+    }
+
     /// Where it lies, in words.
     pub fn extent(&self) -> String {
         let to = |axis: usize| self.corner[axis] + (self.counts[axis] - 1) as f64 * self.spacing[axis];

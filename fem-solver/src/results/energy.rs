@@ -44,11 +44,18 @@ impl Energies {
         let energies = kinds.into_iter().map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") });
         let path: &[&str] =
             if model.live_load.is_empty() { &[] } else { &["load_factor", "negative_pivots"] };
+        let ground: &[&str] = if model.ground.is_empty() {
+            &[]
+        } else {
+            &["ground_force_x", "ground_force_y", "ground_force_z"]
+        };
+        let energies =
+            energies.chain(ground.iter().map(|name| Gauge { extremes: true, ..Gauge::new(*name, "N") }));
         energies.chain(path.iter().map(|name| Gauge { extremes: true, ..Gauge::new(*name, "1") })).collect()
     }
 
     /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
-    /// supports and loads with a history have given, negated; and of a path the load factor and the negative pivots. Potential and stored energy count from the structure as modelled.
+    /// supports and loads with a history have given, negated; the force of the ground [N] where there is any; and of a path the load factor and the negative pivots. Potential and stored energy count from the structure as modelled.
     pub fn of(&self, model: &Model, internal: &mut InternalForce, state: &State, to: &mut Vec<f64>) {
         let u = &state.displacement;
         let kinetic = 0.5 * weighted_square(&self.mass, &state.velocity);
@@ -67,6 +74,9 @@ impl Energies {
         }
         if self.timed_loads {
             to.push(0.0 - state.load_work);
+        }
+        if !model.ground.is_empty() {
+            to.extend(internal.ground_force(model, u, &state.history).iter());
         }
         if !model.live_load.is_empty() {
             to.extend([state.factor, state.along.negative as f64]);

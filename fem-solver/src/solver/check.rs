@@ -4,6 +4,7 @@ use crate::config::generator::Generator;
 use crate::config::{Config, Integrator};
 use crate::integrator::critical_step::typical_stiffness;
 use crate::integrator::start::{LOADED, NoStart, Start};
+use crate::internal_force::assembly::Assembly;
 use crate::model::{Model, Part};
 use crate::solver::FemSolver;
 use crate::state::inherited::Inherited;
@@ -44,7 +45,9 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
     state("nodes", model.node_count() as f64);
     state(
         "elements",
-        (model.cables.len() + model.elements.len() + model.springs.len() + model.point_masses.len()) as f64,
+        (model.cables.len() + model.elements.len() - model.ground.len()
+            + model.springs.len()
+            + model.point_masses.len()) as f64,
     );
     state("least_interface_mass_kg", least);
     if !interface.lines.is_empty() {
@@ -116,6 +119,7 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
         "t = 0: {at_rest}{hangs}, largest cable force {:.4e} N ({} Newton iterations)",
         start.cable_force, start.form_finding.iterations
     ));
+    lines.extend(on_ground(model, start));
     let step = if config.fem.load_steps.is_some() {
         "load steps that adapt".into()
     } else if start.time_step.is_finite() {
@@ -127,12 +131,33 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
     lines
 }
 
+/// What may touch the ground, and what does at t = 0.
+fn on_ground(model: &Model, start: &Start) -> Option<String> {
+    let first = model.ground_contacts().next()?;
+    let all = || model.ground_contacts().map(|contact| contact.stiffness);
+    let (least, most) = all().fold((f64::INFINITY, 0.0_f64), |(l, m), k| (l.min(k), m.max(k)));
+    let mut assembly = Assembly::new(model);
+    let forces = model.ground.clone().zip(model.ground_contacts()).map(|(number, contact)| {
+        let history = assembly.history(number, &start.history).to_vec();
+        contact.force(assembly.gather(number, &start.displacement), &history)
+    });
+    let forces: Vec<_> = forces.filter(|force| force.norm() > 0.0).collect();
+    let total = forces.iter().sum::<nalgebra::Vector3<f64>>().norm();
+    Some(format!(
+        "ground: {} nodes may touch it (stiffness {least:.3e} to {most:.3e} N/m, friction {}, restitution {}); at t = 0 {} do, with {total:.4e} N",
+        model.ground.len(),
+        first.friction,
+        first.restitution,
+        forces.len()
+    ))
+}
+
 /// How many elements of each part there are, and springs and point masses where there are any.
 fn counts(model: &Model) -> String {
     let parts = &model.parts[..model.part_count];
     let size = |part: &Part| part.cables.len() + part.elements.len();
     let named: usize = parts.iter().map(size).sum();
-    let all = model.cables.len() + model.elements.len();
+    let all = model.cables.len() + model.elements.len() - model.ground.len();
     let mut counts = vec![(all.saturating_sub(named), "cables".to_owned())];
     counts.extend(parts.iter().map(|part| (size(part), format!("elements of `{}`", part.name))));
     counts.push((model.springs.len(), "springs".into()));

@@ -3,6 +3,7 @@
 use crate::config::StructureConfig;
 use crate::config::generator::Generator;
 use crate::model::generator::area;
+use crate::model::ground;
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::ground::{Area, SiteArguments};
@@ -29,11 +30,13 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
 
 /// Where the structure of `scene` needs heights that it does not name.
 pub fn of(scene: &Scene) -> Result<Option<Area>, InputError> {
-    let structure: Option<StructureConfig> = scene.read("structure")?;
-    match structure.and_then(|structure| structure.generator) {
-        Some(Generator::Barrier(barrier)) if barrier.is_placed() && barrier.ground.is_none() => {
-            area(scene, &barrier)
-        }
-        _ => Ok(None),
+    let Some(structure) = scene.read::<StructureConfig>("structure")? else { return Ok(None) };
+    if let Some(Generator::Barrier(barrier)) = &structure.generator
+        && barrier.is_placed()
+        && barrier.ground.is_none()
+        && let Some(area) = area(scene, barrier, structure.ground.is_some())?
+    {
+        return Ok(Some(area));
     }
+    ground::area(scene, &structure)
 }

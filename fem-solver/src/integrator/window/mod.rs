@@ -148,7 +148,7 @@ impl WindowSolver {
             answer,
             loaded: false,
             local,
-            energy_now: Vec::with_capacity(9),
+            energy_now: Vec::with_capacity(12),
             part_start: vec![0.0; n],
             end_loads: vec![0.0; n],
             counts: Counts {

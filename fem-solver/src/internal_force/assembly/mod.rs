@@ -11,6 +11,7 @@ use crate::element::Slack;
 use crate::element::{Answer, AnyElement, Energy};
 use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
+use nalgebra::Vector3;
 use std::ops::Range;
 
 /// Where an element finds its numbers.
@@ -306,6 +307,16 @@ impl Assembly {
                 sum.dissipated += own.dissipated;
             }
             next = end;
+        }
+        sum
+    }
+
+    /// Sum of what the ground pushes and holds [N].
+    pub fn ground_force(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for (number, contact) in model.ground.clone().zip(model.ground_contacts()) {
+            let own = &history[self.places[number].history.clone()];
+            sum += contact.force(self.gather(number, u), own);
         }
         sum
     }

@@ -47,13 +47,13 @@ struct Work<'a> {
 
 impl<'a> Work<'a> {
     fn new(table: &'a Barrier, site: Option<&'a Site>) -> Self {
-        let rise = (table.height * table.height - table.lean * table.lean).sqrt();
+        let rise = (table.height * table.height - table.lean() * table.lean()).sqrt();
         Self {
             table,
             site,
             mesh: Mesh::default(),
             parts: Vec::new(),
-            post: Vector3::new(0.0, table.lean, rise),
+            post: Vector3::new(0.0, table.lean(), rise),
             feet: Vec::new(),
             heads: Vec::new(),
             side_anchors: Vec::new(),
@@ -302,7 +302,7 @@ mod tests {
 
     fn both() -> [Generated; 2] {
         [BarrierNet::Square, BarrierNet::Rings]
-            .map(|net| barrier(&Barrier { net, lean: 1.0, cells: [6, 3], ..Barrier::default() }, None))
+            .map(|net| barrier(&Barrier { net, lean: Some(1.0), cells: [6, 3], ..Barrier::default() }, None))
     }
 
     #[test]

@@ -46,11 +46,13 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Input
 }
 
 /// Where heights of the ground are needed for the barrier of `table`, whose `ground` is not named: nowhere if its line has its own.
-pub fn area(scene: &Scene, table: &Barrier) -> Result<Option<Area>, InputError> {
+/// Further around it where its net `touches` the ground: a block takes it along.
+pub fn area(scene: &Scene, table: &Barrier, touches: bool) -> Result<Option<Area>, InputError> {
     check_barrier(scene, table)?;
     let line = Line::of(scene, table)?;
     // A cell more, between whose heights the furthest anchor lies.
-    let margin = table.anchor_distance.max(table.side_distance) + 2.0 * CELL;
+    let stands = table.anchor_distance.max(table.side_distance) + 2.0 * CELL;
+    let margin = if touches { stands.max(SWEPT * table.height) } else { stands };
     Ok((!line.has_heights).then(|| Area {
         wants: "structure.generator.ground".into(),
         of: line.key.into(),
@@ -60,8 +62,10 @@ pub fn area(scene: &Scene, table: &Barrier) -> Result<Option<Area>, InputError> 
     }))
 }
 
-/// Distance of heights below a barrier [m]: feet stand on kinks of the terrain within some centimetres.
-const CELL: f64 = 0.25;
+/// Distance of heights below a structure [m]: feet stand on kinks of the terrain within some centimetres.
+pub(super) const CELL: f64 = 0.25;
+/// How far from its line a net comes to the ground, in heights of its posts.
+const SWEPT: f64 = 4.0;
 
 /// Most cells or rings of a generated net.
 const MOST_CELLS: usize = 4_000_000;
@@ -141,8 +145,8 @@ fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
                 .try_instead("it is written in metres: 400 cm is 4.0"));
         }
     }
-    if table.lean.abs() >= table.height {
-        let what = format!("posts of {} m cannot lean by {} m", table.height, table.lean);
+    if table.lean().abs() >= table.height {
+        let what = format!("posts of {} m cannot lean by {} m", table.height, table.lean());
         return Err(scene.invalid(&key("lean"), what));
     }
     let shortest = (0.5 * table.side_distance).min(table.anchor_distance);

@@ -14,6 +14,12 @@ use nalgebra::{Vector2, Vector3};
 const SLOPE: f64 = 0.02;
 /// The ground above or below the bottom rope of which it is warned [m].
 const OFF_GROUND: f64 = 0.5;
+/// How much steeper than the normal of the slope a post stands [degrees]: manuals of kits state 75 degrees to the slope.
+const OFF_NORMAL: f64 = 15.0;
+/// Least lean from the vertical [degrees]: head and net must push against the upslope ropes by more than these pull as they sag. Posts of 4 m
+/// with ropes of 22 mm and brakes of 15 kg turn by 1 degree from there, at slopes of 10 to 55 degrees; from 20 degrees inner posts turn by
+/// 16, along the barrier, and from 15 some fall.
+const LEAST_LEAN: f64 = 25.0;
 /// Looks at the ground below a field.
 const LOOKS: usize = 20;
 
@@ -99,11 +105,9 @@ impl Place<'_> {
             feet.reverse();
         }
         let down: Vec<Vector2<f64>> = (0..feet.len()).map(|k| left(along(&feet, k))).collect();
-        let rise = (self.table.height.powi(2) - self.table.lean.powi(2)).sqrt();
-        let posts = down
-            .iter()
-            .map(|d| Vector3::new(d.x, d.y, 0.0) * self.table.lean + Vector3::z() * rise)
-            .collect();
+        let lean = self.table.lean.unwrap_or_else(|| self.lean(&feet));
+        let rise = (self.table.height.powi(2) - lean.powi(2)).sqrt();
+        let posts = down.iter().map(|d| Vector3::new(d.x, d.y, 0.0) * lean + Vector3::z() * rise).collect();
         let sides = [self.beside(&feet, 0.5)?, self.beside(&feet, 1.0)?];
         let upslope = (0..feet.len()).map(|k| self.upslope(&feet, &down, k)).collect::<Result<_, _>>()?;
         let warnings = self.ground.map_or_else(Vec::new, |ground| off_ground(ground, &feet));
@@ -138,11 +142,7 @@ impl Place<'_> {
                 .try_instead("uphill = \"left\" or \"right\", seen from its first point"));
         };
         let away = self.table.anchor_distance;
-        let rise = |k: usize, sign: f64| {
-            let at = feet[k].xy() + left(along(feet, k)) * (sign * away);
-            ground.at(at.x, at.y).map_or(0.0, |z| z - feet[k].z)
-        };
-        let mean = (0..feet.len()).map(|k| rise(k, 1.0) - rise(k, -1.0)).sum::<f64>() / feet.len() as f64;
+        let mean = self.fall(ground, feet);
         if mean.abs() < 2.0 * SLOPE * away {
             let what = format!(
                 "{away} m to its left the ground lies {:.2} m higher than to its right: no slope says where rocks come from",
@@ -154,6 +154,23 @@ impl Place<'_> {
                 .try_instead("uphill = \"left\" or \"right\", seen from its first point"));
         }
         Ok(if mean > 0.0 { Side::Left } else { Side::Right })
+    }
+
+    /// How much higher the ground lies an anchor's distance to the left of the line than to its right, on average [m].
+    fn fall(&self, ground: &Heights, feet: &[Vector3<f64>]) -> f64 {
+        let rise = |k: usize, sign: f64| {
+            let at = feet[k].xy() + left(along(feet, k)) * (sign * self.table.anchor_distance);
+            ground.at(at.x, at.y).map_or(0.0, |z| z - feet[k].z)
+        };
+        (0..feet.len()).map(|k| rise(k, 1.0) - rise(k, -1.0)).sum::<f64>() / feet.len() as f64
+    }
+
+    /// How far heads lie down the slope of the feet where the scene does not say [m]. The slope is that of the ground, or
+    /// that in which the anchors lie.
+    fn lean(&self, feet: &[Vector3<f64>]) -> f64 {
+        let rise = self.ground.map_or(self.table.anchor_rise(), |ground| 0.5 * self.fall(ground, feet).abs());
+        let slope = (rise / self.table.anchor_distance).atan();
+        self.table.height * (slope - OFF_NORMAL.to_radians()).max(LEAST_LEAN.to_radians()).sin()
     }
 
     /// Anchors beyond the first and the last post, at `share` of the distance; without ground on the line, drawn out.

@@ -46,7 +46,7 @@ fn on_level_feet_it_is_the_barrier_in_own_axes_turned_and_moved() {
         (BarrierNet::Rings, 17.0, Side::Right),
         (BarrierNet::Rings, 200.0, Side::Left),
     ] {
-        let own = Barrier { net, lean: 1.5, cells: [6, 3], fields: 3, ..Barrier::default() };
+        let own = Barrier { net, lean: Some(1.5), cells: [6, 3], fields: 3, ..Barrier::default() };
         let placed = Barrier {
             position: Some(vec![10.0, -20.0, 700.0]),
             azimuth: Some(azimuth),
@@ -83,7 +83,7 @@ fn feet_and_anchors_lie_on_the_ground_and_heads_lean_down_the_slope() {
             position: Some(vec![0.0, 0.0]),
             azimuth: Some(azimuth),
             length: Some(30.0),
-            lean: 2.0,
+            lean: Some(2.0),
             net: BarrierNet::Rings,
             cells: [6, 3],
             ..Barrier::default()

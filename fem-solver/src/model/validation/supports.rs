@@ -64,6 +64,7 @@ pub fn judge(
     if !model.held.contains(&true)
         && model.until.is_empty()
         && model.springs.is_empty()
+        && model.ground.is_empty()
         && model.down.is_some()
     {
         warnings.push(
