@@ -6,12 +6,13 @@
 #
 # The study is cut into CHUNKS parts. Each is one task, `rockfall ensemble STUDY --members A..B`, on as many threads as
 # --cpus-per-task says. A last job collects all parts, computes what tasks have left undone, and writes the results to
-# $OUT, else to out/<study name>. This page waits for it and ends with its exit code; the same command again goes on.
+# $OUT, else to out/<study name>. This page waits for it and ends with its exit code; the same command again goes on, after
+# what this page had submitted before it was killed and is still in the queue (`scancel` removes it).
 # Study, scene, terrain, results and this page must be seen under the same path on all nodes.
 #
 # The programs are taken from $ROCKFALL_BIN, else from ../../target/release beside this page, else from PATH.
 # A task that is killed is tried again, three times in all; a task whose node is lost is queued again by Slurm (--requeue).
-# It costs nothing to compute a part twice: a part that is complete is left alone, and one that was begun is gone on with.
+# It costs little to compute a part twice: a part that is complete is left alone, and one that was begun is gone on with.
 set -eu
 
 usage="usage: on_slurm.sh STUDY CHUNKS [OPTIONS OF SBATCH]..."
@@ -40,8 +41,10 @@ submit)
     mkdir -p "$out/log"
     array=$(sbatch --parsable --requeue --job-name=rockfall --array="1-$tasks" --output="$out/log/%a.log" \
         --open-mode=append "$@" "$0" task "$study" "$chunks")
-    # A cluster of several names the job as number;name.
-    sbatch --wait --job-name=rockfall-collect --dependency="afterany:${array%%;*}" --output="$out/log/collect.log" \
+    # A page that was killed has left a job that collects, too: one after the other (singleton), since one process alone may
+    # write the results. Its name is that of the directory. A cluster of several names the job as number;name.
+    name=rockfall-collect-$(cd "$out" && pwd | cksum | cut -d ' ' -f 1)
+    sbatch --wait --job-name="$name" --dependency="afterany:${array%%;*},singleton" --output="$out/log/collect.log" \
         "$@" "$0" collect "$study" "$chunks" && code=0 || code=$?
     cat "$out/log/collect.log"
     exit "$code"
