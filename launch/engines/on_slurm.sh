@@ -6,8 +6,8 @@
 #
 # The study is cut into CHUNKS parts. Each is one task, `rockfall ensemble STUDY --members A..B`, on as many threads as
 # --cpus-per-task says. A last job collects all parts, computes what tasks have left undone, and writes the results to
-# $OUT, else to out/<study name>. This page waits for it and ends with its exit code; the same command again goes on, after
-# what this page had submitted before it was killed and is still in the queue (`scancel` removes it).
+# $OUT, else to out/<study name>. This page waits for it and ends with its exit code. The same command again goes on: it takes the
+# place of what this page had submitted before it was killed and still waits in the queue.
 # Study, scene, terrain, results and this page must be seen under the same path on all nodes.
 #
 # The programs are taken from $ROCKFALL_BIN, else from ../../target/release beside this page, else from PATH.
@@ -39,12 +39,16 @@ submit)
     parts=$(rockfall ensemble "$study" --chunks "$chunks")
     tasks=$(echo "$parts" | wc -l)
     mkdir -p "$out/log"
-    array=$(sbatch --parsable --requeue --job-name=rockfall --array="1-$tasks" --output="$out/log/%a.log" \
+    # Named by the directory. What a page that was killed has left goes: what collects (first, else it begins as soon as its
+    # tasks are gone), and tasks that wait. Tasks that run, run on.
+    name=rockfall-$(cd "$out" && pwd | cksum | cut -d ' ' -f 1)
+    scancel --quiet --user="$(id -un)" --name="$name-collect" || :
+    scancel --quiet --user="$(id -un)" --state=PENDING --name="$name" || :
+    array=$(sbatch --parsable --requeue --job-name="$name" --array="1-$tasks" --output="$out/log/%a.log" \
         --open-mode=append "$@" "$0" task "$study" "$chunks")
-    # A page that was killed has left a job that collects, too: one after the other (singleton), since one process alone may
-    # write the results. Its name is that of the directory. A cluster of several names the job as number;name.
-    name=rockfall-collect-$(cd "$out" && pwd | cksum | cut -d ' ' -f 1)
-    sbatch --wait --job-name="$name" --dependency="afterany:${array%%;*},singleton" --output="$out/log/collect.log" \
+    # Not before one that collected has ended (singleton): one process alone may write the results. A cluster of several names
+    # the job as number;name.
+    sbatch --wait --job-name="$name-collect" --dependency="afterany:${array%%;*},singleton" --output="$out/log/collect.log" \
         "$@" "$0" collect "$study" "$chunks" && code=0 || code=$?
     cat "$out/log/collect.log"
     exit "$code"
