@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A study on HyperQueue: copy this page and change it to your site.
+"""A study on HyperQueue: copy this script and change it to your site.
 
     pip install hyperqueue
     launch/engines/on_hyperqueue.py study.toml                              # server and workers on this machine
@@ -7,15 +7,16 @@
 
 The study is cut into chunks. Each is one task, `rockfall ensemble STUDY --members A..B`; the call without `--members`
 then collects all chunks and writes the results. With --server the tasks go to the workers of a server that was started with
-`hq server start`; study, scene, terrain and results must be seen under the same path on all of them. Without it this page
+`hq server start`; study, scene, terrain and results must be seen under the same path on all of them. Without it this script
 starts a server and workers itself, which end with it.
 
-It costs nothing to compute a chunk twice: one that is complete is left alone, one that was begun is gone on with. A task that
+It costs little to compute a chunk twice: one that is complete is left alone, one that was begun is gone on with. A task that
 fails is tried again, tasks of a worker that is lost go to another, and the same command again goes on where it was, whatever
-was killed. Each task reads the terrain anew: give it a minute of work.
+was killed. What a script that was killed had given to a server is still done there, before what comes after it. Each task reads
+the terrain anew: give it a minute of work.
 
-The programs are taken from $ROCKFALL_BIN, else from ../../target/release beside this page, else from PATH.
-Exit codes are those of `rockfall ensemble`; 1: a chunk failed in every attempt.
+The programs are taken from $ROCKFALL_BIN, else from ../../target/release beside this script, else from PATH.
+Exit codes are those of `rockfall ensemble`; 1: a chunk failed in every attempt, or the server was lost.
 """
 
 import argparse
@@ -51,9 +52,19 @@ def arguments():
     return given
 
 
+class Lost(Exception):
+    """The server does not answer any more."""
+
+
 def refuse(words):
     print(f"error: {words}", file=sys.stderr)
     sys.exit(BAD_INPUT)
+
+
+def reason(error):
+    """What HyperQueue says, without where in its own program."""
+    words = str(error).split("Stack backtrace:")[0]
+    return " ".join(words.split()).rstrip(".")
 
 
 def program():
@@ -74,6 +85,16 @@ def ranges(rockfall, study, count):
     return made.stdout.split()
 
 
+def connect(server):
+    """A client of a server that runs already."""
+    from hyperqueue import Client
+
+    try:
+        return Client(server)
+    except Exception as error:
+        refuse(f"--server {server}: {reason(error)}; give the directory of a server that runs")
+
+
 def submit(client, given, task, parts, log):
     """Compute these parts; those that failed, each with what HyperQueue says of it."""
     from hyperqueue import Job
@@ -90,10 +111,13 @@ def submit(client, given, task, parts, log):
             stderr=str(log / f"{part}.log"),
             resources=ResourceRequest(cpus=given.threads),
         )
-    submitted = client.submit(job)
-    if client.wait_for_jobs([submitted], raise_on_error=False):
-        return {}
-    failed = client.get_failed_tasks(submitted)
+    try:
+        submitted = client.submit(job)
+        if client.wait_for_jobs([submitted], raise_on_error=False):
+            return {}
+        failed = client.get_failed_tasks(submitted)
+    except Exception as error:
+        raise Lost(reason(error)) from error
     return {job.task_by_id(number).name: context.error for number, context in failed.items()}
 
 
@@ -117,7 +141,7 @@ def compute(client, given, task, parts, log):
 def main():
     given = arguments()
     try:
-        from hyperqueue import Client, LocalCluster
+        from hyperqueue import LocalCluster
         from hyperqueue.cluster import WorkerConfig
     except ImportError as missing:
         refuse(f"{missing}; pip install hyperqueue")
@@ -128,14 +152,19 @@ def main():
     parts = ranges(rockfall, study, given.chunks or CHUNKS_PER_CORE * (os.cpu_count() or 1))
     log = out / "log"
     log.mkdir(parents=True, exist_ok=True)
-    if given.server:
-        code = compute(Client(given.server), given, task, parts, log)
-    else:
-        with tempfile.TemporaryDirectory(prefix="rockfall-hq-") as own:
-            with LocalCluster(server_dir=own, worker_config=WorkerConfig(cores=given.cores)) as cluster:
-                code = compute(cluster.client(), given, task, parts, log)
+    try:
+        if given.server:
+            code = compute(connect(given.server), given, task, parts, log)
+        else:
+            with tempfile.TemporaryDirectory(prefix="rockfall-hq-") as own:
+                with LocalCluster(server_dir=own, worker_config=WorkerConfig(cores=given.cores)) as cluster:
+                    code = compute(cluster.client(), given, task, parts, log)
+    except Lost as lost:
+        print(f"error: the HyperQueue server is lost: {lost}; the same command again goes on", file=sys.stderr)
+        return 1
     if code == 0:
-        code = subprocess.run(task + ["--resume"]).returncode
+        # In place of this script: who kills it, kills what collects, and nothing is left that writes the results.
+        os.execv(rockfall, task + ["--resume"])
     return code
 
 

@@ -1,17 +1,18 @@
 #!/bin/sh
-# A study on a Slurm cluster, as an array of tasks: copy this page and change it to your site.
+# A study on a Slurm cluster, as an array of tasks: copy this script and change it to your site.
 #
 #   launch/engines/on_slurm.sh STUDY CHUNKS [OPTIONS OF SBATCH]...
 #   launch/engines/on_slurm.sh study.toml 200 --partition=long --time=2:00:00 --cpus-per-task=4
 #
 # The study is cut into CHUNKS parts. Each is one task, `rockfall ensemble STUDY --members A..B`, on as many threads as
 # --cpus-per-task says. A last job collects all parts, computes what tasks have left undone, and writes the results to
-# $OUT, else to out/<study name>. This page waits for it and ends with its exit code; the same command again goes on.
-# Study, scene, terrain, results and this page must be seen under the same path on all nodes.
+# $OUT, else to out/<study name>. This script waits for it and ends with its exit code. The same command again goes on: it takes the
+# place of what this script had submitted before it was killed and still waits in the queue.
+# Study, scene, terrain, results and this script must be seen under the same path on all nodes.
 #
-# The programs are taken from $ROCKFALL_BIN, else from ../../target/release beside this page, else from PATH.
+# The programs are taken from $ROCKFALL_BIN, else from ../../target/release beside this script, else from PATH.
 # A task that is killed is tried again, three times in all; a task whose node is lost is queued again by Slurm (--requeue).
-# It costs nothing to compute a part twice: a part that is complete is left alone, and one that was begun is gone on with.
+# It costs little to compute a part twice: a part that is complete is left alone, and one that was begun is gone on with.
 set -eu
 
 usage="usage: on_slurm.sh STUDY CHUNKS [OPTIONS OF SBATCH]..."
@@ -24,7 +25,7 @@ shift 2
 out=${OUT:-out/$(basename "$study" .toml)}
 threads=${SLURM_CPUS_PER_TASK:-1}
 
-# Slurm runs a copy of this page: where the programs are is handed on to it in ROCKFALL_BIN.
+# Slurm runs a copy of this script: where the programs are is handed on to it in ROCKFALL_BIN.
 bin=${ROCKFALL_BIN:-$(dirname "$0")/../../target/release}
 if [ -d "$bin" ]; then
     ROCKFALL_BIN=$(cd "$bin" && pwd)
@@ -38,10 +39,16 @@ submit)
     parts=$(rockfall ensemble "$study" --chunks "$chunks")
     tasks=$(echo "$parts" | wc -l)
     mkdir -p "$out/log"
-    array=$(sbatch --parsable --requeue --job-name=rockfall --array="1-$tasks" --output="$out/log/%a.log" \
+    # Named by the directory. What a script that was killed has left goes: what collects (first, else it begins as soon as its
+    # tasks are gone), and tasks that wait. Tasks that run, run on.
+    name=rockfall-$(cd "$out" && pwd | cksum | cut -d ' ' -f 1)
+    scancel --quiet --user="$(id -un)" --name="$name-collect" || :
+    scancel --quiet --user="$(id -un)" --state=PENDING --name="$name" || :
+    array=$(sbatch --parsable --requeue --job-name="$name" --array="1-$tasks" --output="$out/log/%a.log" \
         --open-mode=append "$@" "$0" task "$study" "$chunks")
-    # A cluster of several names the job as number;name.
-    sbatch --wait --job-name=rockfall-collect --dependency="afterany:${array%%;*}" --output="$out/log/collect.log" \
+    # Not before one that collected has ended (singleton): one process alone may write the results. A cluster of several names
+    # the job as number;name.
+    sbatch --wait --job-name="$name-collect" --dependency="afterany:${array%%;*},singleton" --output="$out/log/collect.log" \
         "$@" "$0" collect "$study" "$chunks" && code=0 || code=$?
     cat "$out/log/collect.log"
     exit "$code"
