@@ -13,8 +13,13 @@ pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
     let below = place.floor() as usize;
     let above = (below + 1).min(sorted.len() - 1);
-    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+    let part = place - below as f64;
+    // Not times an infinite difference.
+    if part == 0.0 { sorted[below] } else { sorted[below] + part * (sorted[above] - sorted[below]) }
 }
+
+/// From which share of a quantile on it is said how far it may lie below what is reported.
+const WIDE: f64 = 0.01;
 
 /// A quantity of every member: its name, its unit, where it is in an outcome.
 struct Column {
@@ -53,22 +58,17 @@ struct Values {
 }
 
 impl Values {
-    /// The quantile, if it is known whatever the others come to: the members around it are known, and no other can lie below.
-    fn quantile(&self, share: f64) -> Option<f64> {
-        let place = share * (self.known.len() + self.at_least.len() - 1) as f64;
-        let above = *self.known.get(place.ceil() as usize)?;
-        let least = self.at_least.first().copied().unwrap_or(f64::INFINITY);
-        (above <= least).then(|| {
-            let below = self.known[place.floor() as usize];
-            below + (place - place.floor()) * (above - below)
+    /// The least and the largest that the quantile can be, whatever the others come to: these as they were seen last, and behind all that
+    /// are known. The largest is infinite where one of the others may hold its place.
+    fn quantile_between(&self, share: f64) -> [f64; 2] {
+        [None, Some(f64::INFINITY)].map(|behind| {
+            let mut all = self.known.clone();
+            all.extend(self.at_least.iter().map(|&seen| behind.unwrap_or(seen)));
+            all.sort_by(f64::total_cmp);
+            let value = quantile(&all, share);
+            // Between a number and infinity, and between two infinities.
+            if value.is_nan() { f64::INFINITY } else { value }
         })
-    }
-
-    /// Its bound from below: all others as they were seen last.
-    fn quantile_at_least(&self, share: f64) -> f64 {
-        let mut all = [&self.known[..], &self.at_least].concat();
-        all.sort_by(f64::total_cmp);
-        quantile(&all, share)
     }
 }
 
@@ -133,23 +133,24 @@ impl Numbers {
         ] {
             report(name.into(), count as f64, "1");
         }
-        let (mut none, mut unknown) = (Vec::new(), Vec::new());
+        let (mut none, mut unknown, mut wide) = (Vec::new(), Vec::new(), Vec::new());
         for (values, column) in self.values.iter_mut().zip(&COLUMNS) {
             if values.known.is_empty() && values.at_least.is_empty() {
                 none.push(column.name);
                 continue;
             }
             values.known.sort_by(f64::total_cmp);
-            values.at_least.sort_by(f64::total_cmp);
             for share in SHARES {
-                let (name, part) = (format!("{}_q{share}", column.name), f64::from(share) / 100.0);
-                match values.quantile(part) {
-                    Some(value) => report(name, value, column.unit),
-                    None => unknown.push(format!(
-                        "{name} (at least {:.3} {})",
-                        values.quantile_at_least(part),
-                        column.unit
-                    )),
+                let name = format!("{}_q{share}", column.name);
+                let [least, most] = values.quantile_between(f64::from(share) / 100.0);
+                let unit = column.unit;
+                if most.is_infinite() {
+                    unknown.push(format!("{name} (at least {least:.3} {unit})"));
+                    continue;
+                }
+                report(name.clone(), most, unit);
+                if most - least > WIDE * most.abs() {
+                    wide.push(format!("{name} from {least:.3} to {most:.3} {unit}"));
                 }
             }
             match values.known.last().filter(|_| values.at_least.is_empty()) {
@@ -160,15 +161,20 @@ impl Numbers {
         if !none.is_empty() {
             summary.warnings.push(format!("quantiles of {} absent: no member was computed", none.join(", ")));
         }
-        if !unknown.is_empty() {
+        if self.left + self.moving > 0 && self.members > self.failed {
             let (computed, on) = (self.members - self.failed, self.left + self.moving);
-            summary.warnings.push(format!(
-                "{} absent: {on} of {computed} members did not come to rest on the terrain, {} left it and {} still moved, so \
-                 that these are not known; a larger terrain or a longer end_time may do",
-                unknown.join(", "),
-                self.left,
-                self.moving
-            ));
+            let mut what = format!(
+                "{on} of {computed} members did not come to rest on the terrain ({} left it, {} still moved): in quantiles of run-out and \
+                 time they count as having gone farther and longer than all others",
+                self.left, self.moving
+            );
+            if !wide.is_empty() {
+                what += &format!(", which may be too much: {}", wide.join(", "));
+            }
+            if !unknown.is_empty() {
+                what += &format!("; absent: {}", unknown.join(", "));
+            }
+            summary.warnings.push(what + "; a larger terrain or a longer end_time may do");
         }
         let cut = self.moving as f64 / self.members as f64;
         if self.moving > 0 {
@@ -222,10 +228,10 @@ mod tests {
         assert_eq!(quantile(&[3.0], 0.95), 3.0);
     }
 
-    /// Rocks at 10, 20, ... 60 m, then two that left the terrain 45 m and 90 m away: the real run-out of these lies beyond, so that
-    /// among eight the places 0 to 3 are sure (10 to 40 m), and what lies above 45 m is not.
+    /// Rocks at 10, 20, ... 60 m, then two that left the terrain 45 m and 90 m away. The real run-out of these lies beyond: with both
+    /// behind all others, 50 % of eight lie within (40 m + 50 m) / 2; with them where they were seen, within (40 m + 45 m) / 2.
     #[test]
-    fn quantiles_of_run_out_are_known_as_far_as_rocks_that_left_cannot_change_them() {
+    fn rocks_that_left_count_as_having_gone_farther_than_all_others() {
         let mut numbers = Numbers::default();
         let mut add = |how, run_out| {
             let outcome = Outcome { status: RunStatus::Done, how, run_out, ..Outcome::failed(String::new()) };
@@ -237,16 +243,16 @@ mod tests {
         let summary = numbers.summary(0.01);
         assert_eq!(summary.status, RunStatus::Done);
         assert_eq!(summary.measure("run_out_q10"), Some(17.0));
-        // Between 40 m and what is 45 m or 50 m.
-        assert_eq!(summary.measure("run_out_q50"), None);
+        assert_eq!(summary.measure("run_out_q50"), Some(45.0));
+        assert_eq!(summary.measure("run_out_q90"), None);
         assert_eq!(summary.measure("run_out_q99"), None);
         assert_eq!(summary.measure("run_out_largest"), None);
         let said = summary.warnings.join("\n");
-        assert!(said.contains("run_out_q50 (at least 42.500 m)"), "{said}");
         assert!(
-            said.contains("run_out_q99 (at least 87.900 m)") && said.contains("2 of 8 members"),
+            said.contains("2 of 8 members") && said.contains("run_out_q50 from 42.500 to 45.000 m"),
             "{said}"
         );
+        assert!(said.contains("absent: run_out_q90 (at least 69.000 m)") && !said.contains("q10"), "{said}");
     }
 
     #[test]
