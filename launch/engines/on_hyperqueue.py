@@ -4,9 +4,11 @@
     pip install hyperqueue
     launch/engines/on_hyperqueue.py study.toml                              # server and workers on this machine
     launch/engines/on_hyperqueue.py study.toml --server ~/.hq-server --chunks 400    # a server that runs already
+    launch/engines/on_hyperqueue.py study.toml --barrier barrier.toml --worst 20     # then the worst members against a barrier
 
 The study is cut into chunks. Each is one task, `rockfall ensemble STUDY --members A..B`; the call without `--members`
-then collects all chunks and writes the results. With --server the tasks go to the workers of a server that was started with
+then collects all chunks and writes the results. With --barrier each of the worst members is a task, too, of three
+processes, before all is collected. With --server the tasks go to the workers of a server that was started with
 `hq server start`; study, scene, terrain and results must be seen under the same path on all of them. Without it this script
 starts a server and workers itself, which end with it.
 
@@ -20,14 +22,18 @@ Exit codes are those of `rockfall ensemble`; 1: a chunk failed in every attempt,
 """
 
 import argparse
+import ctypes
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 BAD_INPUT = 2
+# Of <sys/prctl.h>: the signal that a process gets when the one that has started it ends.
+PR_SET_PDEATHSIG = 1
 # Chunks for each core of this machine: the last ones end at about the same time.
 CHUNKS_PER_CORE = 8
 
@@ -39,12 +45,14 @@ def arguments():
     parser.add_argument("study", help="study file (TOML)")
     parser.add_argument("--out", help="where the results go [default: out/<study name>]")
     parser.add_argument("--chunks", type=int, help="number of tasks [default: 8 for each core of this machine]")
+    parser.add_argument("--barrier", help="scene of a barrier, against which the worst members are run")
+    parser.add_argument("--worst", type=int, default=20, help="how many [default: 20]")
     parser.add_argument("--threads", type=int, default=1, help="threads, and cores, of each task [default: 1]")
     parser.add_argument("--server", help="directory of a HyperQueue server that runs already")
     parser.add_argument("--cores", type=int, default=os.cpu_count(), help="cores of the worker here [default: all]")
     parser.add_argument("--attempts", type=int, default=3, help="how often a failing task is tried [default: 3]")
     given = parser.parse_args()
-    for name in ["chunks", "threads", "cores", "attempts"]:
+    for name in ["chunks", "worst", "threads", "cores", "attempts"]:
         if (value := getattr(given, name)) is not None and value < 1:
             parser.error(f"--{name}: {value} is not 1 or more")
     if given.server is None and given.threads > given.cores:
@@ -95,6 +103,20 @@ def connect(server):
         refuse(f"--server {server}: {reason(error)}; give the directory of a server that runs")
 
 
+def choose(task):
+    """The worst members. What is started here ends with this script."""
+    libc = ctypes.CDLL(None)
+    made = subprocess.run(
+        task + ["--list-worst"],
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL),
+    )
+    if made.returncode != 0:
+        sys.exit(made.returncode)
+    return made.stdout.split()
+
+
 def submit(client, given, task, parts, log):
     """Compute these parts; those that failed, each with what HyperQueue says of it."""
     from hyperqueue import Job
@@ -104,7 +126,7 @@ def submit(client, given, task, parts, log):
     job = Job(default_workdir=os.getcwd(), max_fails=None)
     for part in parts:
         job.program(
-            task + ["--members", part, "--threads", str(given.threads)],
+            task + [part],
             env=dict(os.environ),
             name=part,
             stdout="/dev/null",
@@ -122,19 +144,19 @@ def submit(client, given, task, parts, log):
 
 
 def compute(client, given, task, parts, log):
-    """All parts, with as many attempts as were asked for; an exit code."""
+    """All parts, each the last argument of a task, with as many attempts as were asked for; an exit code."""
     for attempt in range(1, given.attempts + 1):
         failed = submit(client, given, task, parts, log)
         if not failed:
             return 0
         parts = [part for part in parts if part in failed]
         for part in parts[:3]:
-            print(f"members {part}, attempt {attempt}: {failed[part].strip()}", file=sys.stderr)
+            print(f"{task[-1]} {part}, attempt {attempt}: {failed[part].strip()}", file=sys.stderr)
             print((log / f"{part}.log").read_text(errors="replace")[-2000:], file=sys.stderr)
         # Bad input does not become better.
         if any(f"exit code {BAD_INPUT}" in words for words in failed.values()):
             return BAD_INPUT
-    print(f"error: {len(parts)} chunks failed; what they printed is in {log}", file=sys.stderr)
+    print(f"error: {len(parts)} tasks failed; what they printed is in {log}", file=sys.stderr)
     return 1
 
 
@@ -149,22 +171,32 @@ def main():
     out = Path(given.out or Path("out") / Path(given.study).stem).resolve()
     study = str(Path(given.study).resolve())
     task = [rockfall, "ensemble", study, "--out", str(out)]
+    if given.barrier:
+        task += ["--barrier", str(Path(given.barrier).resolve()), "--worst", str(given.worst)]
     parts = ranges(rockfall, study, given.chunks or CHUNKS_PER_CORE * (os.cpu_count() or 1))
     log = out / "log"
     log.mkdir(parents=True, exist_ok=True)
+
+    def both(client):
+        """The study, then the members against the barrier. What of these fails, the call that collects says."""
+        code = compute(client, given, task + ["--threads", str(given.threads), "--members"], parts, log)
+        if code == 0 and given.barrier:
+            compute(client, given, task + ["--run-worst"], choose(task), log)
+        return code
+
     try:
         if given.server:
-            code = compute(connect(given.server), given, task, parts, log)
+            code = both(connect(given.server))
         else:
             with tempfile.TemporaryDirectory(prefix="rockfall-hq-") as own:
                 with LocalCluster(server_dir=own, worker_config=WorkerConfig(cores=given.cores)) as cluster:
-                    code = compute(cluster.client(), given, task, parts, log)
+                    code = both(cluster.client())
     except Lost as lost:
         print(f"error: the HyperQueue server is lost: {lost}; the same command again goes on", file=sys.stderr)
         return 1
     if code == 0:
         # In place of this script: who kills it, kills what collects, and nothing is left that writes the results.
-        os.execv(rockfall, task + ["--resume"])
+        os.execv(rockfall, task if given.barrier else task + ["--resume"])
     return code
 
 

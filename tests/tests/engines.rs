@@ -1,4 +1,4 @@
-//! A study on engines that give out tasks: HyperQueue and Slurm, by the pages in `launch/engines`, started on this machine. Tasks
+//! A study on engines that give out tasks: HyperQueue and Slurm, by the scripts in `launch/engines`, started on this machine. Tasks
 //! and workers are killed in the middle; the results are those of one process, byte for byte. Where an engine is not
 //! installed, its test says `skipped: why` and passes.
 
@@ -58,10 +58,10 @@ impl Site {
         site
     }
 
-    /// A page of `launch/engines` on the study, results to `on`.
-    fn page(&self, program: &str, page: &str) -> Command {
+    /// A script of `launch/engines` on the study, results to `on`.
+    fn script(&self, program: &str, name: &str) -> Command {
         let mut command = Command::new(program);
-        command.arg(repository().join("launch/engines").join(page)).current_dir(self.bench.path(""));
+        command.arg(repository().join("launch/engines").join(name)).current_dir(self.bench.path(""));
         command.env("ROCKFALL_BIN", tests::program("rockfall").parent().expect("a directory"));
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         command
@@ -208,7 +208,7 @@ fn part_of_hyperqueue(site: &Site, script: &str, dirs: &[&str]) -> Daemon {
     daemon
 }
 
-/// A task is killed, then a worker: another one takes over. A page that starts server and worker itself is killed with both, and
+/// A task is killed, then a worker: another one takes over. A script that starts server and worker itself is killed with both, and
 /// goes on. Both end with the results of one process.
 #[test]
 fn hyperqueue_ends_with_the_results_of_one_process() {
@@ -218,29 +218,93 @@ fn hyperqueue_ends_with_the_results_of_one_process() {
     }
     let site = Site::new();
     let start = |arguments: &[&str]| {
-        let mut page = site.page("python3", "on_hyperqueue.py");
-        page.args(["study.toml", "--out", "on", "--chunks", CHUNKS]).args(arguments);
-        page.spawn().expect("started")
+        let mut script = site.script("python3", "on_hyperqueue.py");
+        script.args(["study.toml", "--out", "on", "--chunks", CHUNKS]).args(arguments);
+        script.spawn().expect("started")
     };
     let server = part_of_hyperqueue(&site, SERVER, &["server"]);
     let worker = part_of_hyperqueue(&site, WORKER, &["server", "worker"]);
-    let page = start(&["--server", site.bench.path("server").to_str().expect("a name")]);
+    let script = start(&["--server", site.bench.path("server").to_str().expect("a name")]);
     site.chunks(2);
     site.kill_a_task();
     site.chunks(5);
     kill(worker.0.id());
-    let ended = wait(page, site.bench.path("on"));
+    let ended = wait(script, site.bench.path("on"));
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     site.compare();
     drop((worker, server));
     fs::remove_dir_all(site.bench.path("on")).expect("removed");
-    let page = Daemon(start(&["--cores", "2"]));
+    let script = Daemon(start(&["--cores", "2"]));
     site.chunks(5);
-    kill(page.0.id());
-    drop(page);
+    kill(script.0.id());
+    drop(script);
     let ended = wait(start(&["--cores", "2"]), site.bench.path("on"));
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     site.compare();
+    site.all_end();
+}
+
+/// Study, barrier and options of the worst members against a barrier.
+fn against_a_barrier() -> [PathBuf; 2] {
+    let studies = repository().join("launch/scenes/studies");
+    ["slope.toml", "barrier.toml"].map(|name| studies.join(name))
+}
+
+/// A directory with the results of one process, the worst three members against a barrier.
+fn site_with_a_barrier() -> Site {
+    let site = Site { bench: Bench::new(), alone: BTreeMap::new() };
+    let [study, barrier] = against_a_barrier();
+    let mut alone = Command::new(program("rockfall"));
+    alone.arg("ensemble").arg(study).arg("--barrier").arg(barrier).args(["--worst", "3"]);
+    let output = alone.arg("--out").arg(site.bench.path("alone")).output().expect("started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    site
+}
+
+/// A rock's process is killed as a run against the barrier is under way. Its task is tried again, and verdicts are those of one process.
+fn survives_at_the_barrier(site: &Site, script: Child) {
+    let task = until("a run against the barrier", || {
+        let word = site.bench.path("on/barrier").display().to_string();
+        processes_with(&word).into_iter().find(|(_, line)| line.contains("dem-solver"))
+    });
+    kill(task.0);
+    let ended = wait(script, site.bench.path("on"));
+    assert_eq!(ended.code, Some(0), "{} {}", ended.stdout, ended.stderr);
+    for file in ["members.csv", "barrier/verdicts.csv", "barrier/chosen.json"] {
+        let [own, wanted] =
+            ["on", "alone"].map(|dir| fs::read_to_string(site.bench.path(dir).join(file)).expect("read"));
+        assert_eq!(own, wanted, "{file}");
+    }
+}
+
+#[test]
+fn members_against_a_barrier_are_tasks_of_hyperqueue() {
+    if let Some(why) = lacks("python3", &["-c", "import hyperqueue"]) {
+        println!("skipped: {why}");
+        return;
+    }
+    let site = site_with_a_barrier();
+    let [study, barrier] = against_a_barrier();
+    let mut script = site.script("python3", "on_hyperqueue.py");
+    script.arg(study).arg("--barrier").arg(barrier).args(["--worst", "3", "--chunks", "4", "--cores", "2"]);
+    survives_at_the_barrier(&site, script.args(["--out", "on"]).spawn().expect("started"));
+    site.all_end();
+}
+
+#[test]
+fn members_against_a_barrier_are_tasks_of_slurm() {
+    if let Some(why) = lacks_slurm() {
+        println!("skipped: {why}");
+        return;
+    }
+    let site = site_with_a_barrier();
+    let slurm = Slurm::start(site.bench.path("slurm"));
+    let [study, barrier] = against_a_barrier();
+    let mut script = site.script("sh", "on_slurm.sh");
+    script.arg(study).arg("4").env("BARRIER", barrier).env("WORST", "3").env("OUT", site.bench.path("on"));
+    let script = script.env("SLURM_CONF", slurm.dir.join("slurm.conf")).spawn().expect("started");
+    survives_at_the_barrier(&site, script);
+    drop(slurm);
     site.all_end();
 }
 
@@ -299,8 +363,8 @@ impl Slurm {
         let word = site.bench.path("on").display().to_string();
         for (task, line) in processes_with(&word) {
             if line.contains("--members") {
-                let page = parent(task);
-                let of_slurm = [parent(page), page].into_iter().filter(|process| is_of_slurm(*process));
+                let script = parent(task);
+                let of_slurm = [parent(script), script].into_iter().filter(|process| is_of_slurm(*process));
                 of_slurm.chain([task]).for_each(kill);
             }
         }
@@ -321,7 +385,7 @@ impl Drop for Slurm {
     }
 }
 
-/// Whether a process is one of a node: what watches a task, or the page that it runs.
+/// Whether a process is one of a node: what watches a task, or the script that it runs.
 fn is_of_slurm(process: u32) -> bool {
     let line = fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
     String::from_utf8_lossy(&line).contains("slurm")
@@ -353,31 +417,37 @@ fn configuration(dir: &Path, host: &str) -> String {
     )
 }
 
-/// A task is killed, then the node: its tasks are queued again. The results are those of one process.
-#[test]
-fn slurm_ends_with_the_results_of_one_process() {
+/// Why a cluster of this test's own cannot be started.
+fn lacks_slurm() -> Option<String> {
     let programs = ["sbatch", "sinfo", "/usr/sbin/slurmctld", "/usr/sbin/slurmd", "/usr/sbin/munged"];
     let lacking = |program: &&str| lacks("which", &[*program]).is_some();
     if let Some(program) = programs.into_iter().find(lacking) {
-        println!("skipped: {program} is not installed");
-        return;
+        return Some(format!("{program} is not installed"));
     }
-    if !rustix::process::geteuid().is_root() {
-        println!("skipped: a Slurm cluster of this test's own is started by root alone");
+    let root = rustix::process::geteuid().is_root();
+    (!root).then(|| "a Slurm cluster of this test's own is started by root alone".into())
+}
+
+/// A task is killed, then the node: its tasks are queued again. The results are those of one process.
+#[test]
+fn slurm_ends_with_the_results_of_one_process() {
+    if let Some(why) = lacks_slurm() {
+        println!("skipped: {why}");
         return;
     }
     let site = Site::new();
     let mut slurm = Slurm::start(site.bench.path("slurm"));
-    let mut page = site.page("sh", "on_slurm.sh");
-    page.args(["study.toml", CHUNKS])
+    let mut script = site.script("sh", "on_slurm.sh");
+    script
+        .args(["study.toml", CHUNKS])
         .env("OUT", site.bench.path("on"))
         .env("SLURM_CONF", slurm.dir.join("slurm.conf"));
-    let page = page.spawn().expect("started");
+    let script = script.spawn().expect("started");
     site.chunks(2);
     site.kill_a_task();
     site.chunks(5);
     slurm.lose_the_node(&site);
-    let ended = wait(page, site.bench.path("on"));
+    let ended = wait(script, site.bench.path("on"));
     assert_eq!(ended.code, Some(0), "{} {}", ended.stdout, ended.stderr);
     site.compare();
     drop(slurm);

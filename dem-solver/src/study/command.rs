@@ -148,6 +148,11 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
         barrier.iter().flat_map(Barrier::notices).for_each(|notice| tracing::info!("{notice}"));
     }
     interrupt::install();
+    if arguments.site.is_some() {
+        // Started by `rockfall`: nothing goes on without it, so that the same command again finds the directory free.
+        let watched = interrupt::end_with_parent();
+        watched.map_err(|e| InputError::new(format!("the end of rockfall cannot be watched: {e}")))?;
+    }
     if let Some(number) = arguments.scene_of {
         return study.one_scene(number);
     }

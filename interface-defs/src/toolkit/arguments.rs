@@ -208,11 +208,17 @@ pub struct EnsembleArguments {
     pub output: Option<PathBuf>,
     /// Run the worst members again, coupled, against the barrier of this scene, which stands on a line; `rock` and `terrain` are
     /// the study's, `end_time` is how long is computed after a member has reached the line
-    #[arg(long, value_name = "SCENE", conflicts_with_all = ["members", "chunks"], help_heading = "Barrier")]
+    #[arg(long, value_name = "SCENE", conflicts_with = "chunks", help_heading = "Barrier")]
     pub barrier: Option<PathBuf>,
     /// How many: in turn those with the most energy, the highest, the nearest to an end of the line
     #[arg(long, value_name = "N", requires = "barrier", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Barrier")]
     pub worst: u32,
+    /// Compute the study, print the numbers of the worst members, one in a line, as --run-worst takes them; run none of them
+    #[arg(long, requires = "barrier", conflicts_with_all = ["members", "run_worst", "scene_of"], help_heading = "Barrier")]
+    pub list_worst: bool,
+    /// Run this one of the worst members that --list-worst has chosen, as one task of many; a call without it collects the results
+    #[arg(long, value_name = "MEMBER", requires = "barrier", conflicts_with_all = ["members", "scene_of", "force"], help_heading = "Barrier")]
+    pub run_worst: Option<u64>,
     /// Where the barrier stands, from the program that builds it (JSON)
     #[arg(long, value_name = "JSON", hide = true)]
     pub site: Option<String>,

@@ -13,7 +13,7 @@ mod table;
 
 use crate::command_line::beside;
 use crate::estimate;
-use crate::events::Events;
+use crate::events::{Event, Events};
 use crate::ground;
 use crate::kind;
 use crate::status;
@@ -24,17 +24,21 @@ use interface_defs::toolkit::arguments::{EnsembleArguments, Input};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::input_error::InputError;
-use interface_defs::toolkit::owner::{Claim, Owner};
+use interface_defs::toolkit::owner::{Claim, Owner, holder};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use place::Generated;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 /// Folder of the barrier in the directory of the study, and the list of members that the rocks' program leaves there.
 pub const FOLDER: &str = "barrier";
 const CHOSEN: &str = "chosen.json";
+
+/// How often a member is looked at that another process runs.
+const LOOK: Duration = Duration::from_millis(500);
 
 /// How many members were chosen in the folder `dir` of a barrier, and how many of them are run; `None`: none were chosen.
 pub fn progress(dir: &Path) -> Option<(usize, usize)> {
@@ -60,12 +64,25 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
     if arguments.scene_of.is_some() {
         return work.study(&work.of_member());
     }
-    work.check()?;
+    if arguments.members.is_some() {
+        return work.study(&work.of_members());
+    }
     let name = Scene::from_text(&arguments.study.display().to_string(), "")?;
     let out = run_dir::location(arguments.dir.out.as_deref(), &name).join(FOLDER);
+    if let Some(member) = arguments.run_worst {
+        return work.one(&out, member);
+    }
+    work.check()?;
     let exit = work.study(&work.of_all())?;
     if !matches!(exit, Exit::Done | Exit::Unreliable) {
         return Ok(exit);
+    }
+    if arguments.list_worst {
+        // An unreliable study is said by the call that collects.
+        let chosen = Chosen::read(&out.join(CHOSEN))?.chosen;
+        let numbers = chosen.iter().map(|entry| format!("{}\n", entry["member"]));
+        interface_defs::toolkit::screen::show(&numbers.collect::<String>());
+        return Ok(Exit::Done);
     }
     let ended = work.cases(&out);
     if exit == Exit::Done {
@@ -140,6 +157,15 @@ impl Work<'_> {
         number.into_iter().chain(output).collect()
     }
 
+    /// Options of a call for a part of the study.
+    fn of_members(&self) -> Vec<String> {
+        let it = self.arguments;
+        let members = it.members.as_ref().map(|members| format!("--members={members}"));
+        let threads = it.threads.map(|threads| format!("--threads={threads}"));
+        let out = it.dir.out.as_ref().map(|dir| format!("--out={}", dir.display()));
+        members.into_iter().chain(threads).chain(out).collect()
+    }
+
     /// Options of the call that computes the study. A study that is there is gone on with.
     fn of_all(&self) -> Vec<String> {
         let it = self.arguments;
@@ -151,7 +177,12 @@ impl Work<'_> {
     }
 
     fn study(&self, options: &[String]) -> Result<Exit, Stop> {
-        let output = child::wait(self.command()?.args(options), self.events)?;
+        let mut command = self.command()?;
+        if self.arguments.list_worst {
+            // The list alone is printed there.
+            command.stdout(Stdio::null());
+        }
+        let output = child::wait(command.args(options), self.events)?;
         Ok(match output.status.code() {
             Some(0) => Exit::Done,
             Some(2) => Exit::BadInput,
@@ -197,6 +228,40 @@ impl Work<'_> {
             tracing::warn!("{}", generated.warning(doubt));
         }
         Ok(())
+    }
+
+    /// Run one chosen member, unless it has been run. A task that an engine gives out twice waits for the first one.
+    fn one(&self, dir: &Path, member: u64) -> Result<Exit, Stop> {
+        let list = dir.join(CHOSEN);
+        let first = "rockfall ensemble STUDY --barrier SCENE --worst N --list-worst computes the study and chooses them";
+        let refuse = |what: String| InputError::in_file(list.display().to_string(), what).try_instead(first);
+        if !list.exists() {
+            return Err(refuse("there is no such file: no members are chosen yet".into()).into());
+        }
+        let chosen = Chosen::read(&list)?.chosen;
+        let Some(entry) = chosen.iter().find(|entry| entry["member"] == member) else {
+            return Err(
+                refuse(format!("member {member} is none of the {} that are chosen", chosen.len())).into()
+            );
+        };
+        let place = dir.join(member.to_string());
+        while holder(&place).is_some() {
+            if let Ok(Event::Signal) = self.events.receiver.recv_timeout(LOOK) {
+                return Err(Stop::failed("interrupted"));
+            }
+        }
+        if Case::finished(entry, &place).is_some() {
+            return Ok(Exit::Done);
+        }
+        let case = self.run(entry, &place, [1, 1])?;
+        if !self.quiet {
+            Self::say(&case, 1, 1);
+        }
+        // What its run says of itself is for the results of all. A run that has left nothing is worth another try.
+        match Case::finished(entry, &place) {
+            Some(_) => Ok(Exit::Done),
+            None => Err(Stop::failed(case.message)),
+        }
     }
 
     /// Run every chosen member that has not been run yet; write what came of all.
