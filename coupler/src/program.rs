@@ -269,7 +269,11 @@ pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
         report_number("time_window_s", settings.time_window);
         report_number("windows", windows as f64);
         report_number("min_window_s", shortest);
+        let document = scene.document().ok();
+        let named =
+            document.is_some_and(|d| d.get("coupling").is_some_and(|table| table.get("scheme").is_some()));
         let scheme = match settings.scheme {
+            _ if !named => "without a scheme, which `rockfall` chooses (alone: weak)",
             Scheme::Weak => "weak: one pass per window",
             Scheme::Strong => "strong: until both agree",
         };

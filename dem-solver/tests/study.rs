@@ -508,7 +508,8 @@ fn what_is_wrong_with_a_study_is_said_at_its_place() {
 fn a_member_that_fails_is_a_row_with_its_reason() {
     let place = Place::new(
         &STUDY
-            .replace("speed = { uniform = [0.5, 4.0] }", "speed = { choice = [2.0, 3e5], weights = [9, 1] }"),
+            .replace("speed = { uniform = [0.5, 4.0] }", "speed = { choice = [2.0, 3e5], weights = [9, 1] }")
+            .replace("most_failed = 0.2", "most_failed = 0.01"),
     );
     let output = place.run("out", &[]);
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
@@ -537,7 +538,7 @@ const FLIGHT: &str = "end_time = 1.5\ngravity = [0.0, 0.0, -9.81]\n\
     [terrain]\nfile = \"slope.asc\"\n\
     [[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.25\nrestitution = 0.2\nfriction = 0.6\n";
 
-const FLIGHTS: &str = "scene = \"fall.toml\"\n\
+const FLIGHTS: &str = "scene = \"fall.toml\"\nmost_failed = 1.0\n\
     [[release]]\npoints = [[2600010.0, 1200020.5]]\nheight = 20.0\ncount = 4\n\
     [vary]\nspeed = { choice = [10.0, 14.0], weights = [3, 1] }\nazimuth = 90.0\n\
     [maps]\ncell = 2.0\nepsg = 2056\n\

@@ -24,7 +24,12 @@ fn a_pocket_stops_the_block_against_the_slope_and_a_free_edge_lets_it_go() {
     let free = bench.done(&scene("drape"), "free", &SMALL);
     let pocket = bench.done(&scene("drape"), "pocket", &[&SMALL[..], &POCKET].concat());
     let verdict = |run: &Ended| run.summary()["verdict"].to_string();
-    assert!(verdict(&pocket).contains("rock `block` was stopped by the net"), "{}", verdict(&pocket));
+    // It may bounce in the pocket afterwards.
+    assert!(
+        verdict(&pocket).contains("stopped") && !verdict(&pocket).contains("went"),
+        "{}",
+        verdict(&pocket)
+    );
     assert!(verdict(&free).contains("went through the net"), "{}", verdict(&free));
     // At first the net is at rest: supports and ground carry its weight. Between two held edges it hangs clear of the slope.
     let first = |run: &Ended, column: &str| run.column(column)[0];

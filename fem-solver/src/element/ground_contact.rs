@@ -338,6 +338,8 @@ mod tests {
                 let next = way(k);
                 let (force, _) = response(&contact, &(0.5 * (u + next)), &history);
                 work += force.dot(&(next - u));
+                // The midpoint of the step in which it touches may have no force yet; what is stored at its end is no more than this.
+                let touch = 0.5 * contact.stiffness * (next - u).norm_squared();
                 history = response(&contact, &next, &history).1;
                 u = next;
                 let energy = contact.energy(u.as_slice(), &history);
@@ -345,7 +347,7 @@ mod tests {
                 last = energy.dissipated;
                 most = most.max(energy.stored + energy.dissipated);
                 let off = work - energy.stored - energy.dissipated;
-                assert!(off.abs() <= 2e-3 * most, "{off} of {most} J at {k}");
+                assert!(off.abs() <= 2e-3 * most + touch, "{off} of {most} J at {k}");
             }
             let end = contact.energy(u.as_slice(), &history);
             assert!(end.stored == 0.0 && end.dissipated > 0.05 * most, "{end:?} {most}");

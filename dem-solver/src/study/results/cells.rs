@@ -28,10 +28,18 @@ pub struct Map<'a> {
     pub name: String,
     /// In words, with its unit.
     pub title: String,
+    /// What to know when reading it, for the line below the title.
+    pub note: Option<String>,
     /// How its colours are spread.
     pub scale: Scale,
     /// Value of each cell; NaN: nothing was there.
     pub values: &'a [f32],
+}
+
+/// Where few rocks pass, a high quantile is between the two largest of them.
+fn note(share: u32) -> Option<String> {
+    let few = 100 / (100 - share) + 1;
+    (share >= 90).then(|| format!("where up to {few} rocks pass (see count): between the two largest"))
 }
 
 /// Write all maps of a study.
@@ -62,6 +70,7 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
     put(&Map {
         name: "count".into(),
         title: "number of rocks passing".into(),
+        note: None,
         scale: Scale::Log,
         values: &passing,
     })?;
@@ -69,6 +78,7 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
     put(&Map {
         name: "share".into(),
         title: "share of rocks passing".into(),
+        note: None,
         scale: Scale::Log,
         values: &shares,
     })?;
@@ -76,6 +86,7 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
     put(&Map {
         name: "deposition".into(),
         title: "number of rocks at rest".into(),
+        note: None,
         scale: Scale::Linear,
         values: &stopped,
     })?;
@@ -108,7 +119,13 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
         }
         for (map, share) in maps.iter().zip(SHARES) {
             let title = format!("{share} % quantile of the {title}");
-            put(&Map { name: format!("{name}_q{share}"), title, scale: Scale::Linear, values: map })?;
+            put(&Map {
+                name: format!("{name}_q{share}"),
+                title,
+                note: note(share),
+                scale: Scale::Linear,
+                values: map,
+            })?;
         }
     }
     Ok(())

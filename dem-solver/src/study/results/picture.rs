@@ -123,12 +123,13 @@ impl<'a> Sheet<'a> {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0}\" height=\"{1:.0}\" viewBox=\"0 0 {0:.0} {1:.0}\" \
              font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
              <text x=\"{LEFT}\" y=\"24\" font-size=\"18\">{2}</text>\n<text x=\"{LEFT}\" y=\"44\" fill=\"#444\">{3} members, cells of \
-             {4} m</text>\n",
+             {4} m{5}</text>\n",
             page[0],
             page[1],
             capital(&map.title),
             self.members,
-            short(self.grid.cell)
+            short(self.grid.cell),
+            map.note.as_ref().map(|note| format!("; {note}")).unwrap_or_default()
         );
         for (image, smooth) in [(&self.shading, "auto"), (&self.coloured(map, &share)?, "pixelated")] {
             let _ = writeln!(
