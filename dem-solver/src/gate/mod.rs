@@ -2,7 +2,8 @@
 //!
 //! - [`gravity`]: none, not downward, in another unit
 //! - [`ground`]: ground that gives way as contact of something else than terrain
-//! - [`units`]: density, size, stiffness, friction, speed and turn of the rocks; the number of steps
+//! - [`units`]: density, size, speed and turn of the rocks
+//! - [`contacts`]: stiffness, friction and damping of contacts, strength of the ground
 //! - [`clusters`]: a file of spheres that is of another body
 //! - [`start`]: the surface of a rock in the terrain, in the net or in another rock
 //! - [`landing`]: the overlap that a landing on terrain will give
@@ -11,6 +12,7 @@
 //! - [`duration`]: whether the simulated time fits
 
 pub mod clusters;
+pub mod contacts;
 pub mod duration;
 pub mod gravity;
 pub mod ground;
@@ -38,7 +40,7 @@ pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Ve
         warnings.extend(units::of_spheres(at, group, scene)?);
     }
     for (number, contact) in settings.contacts.iter().enumerate() {
-        warnings.extend(units::of_contact(number, contact, scene)?);
+        warnings.extend(contacts::of_contact(number, contact, scene)?);
     }
     Ok(warnings)
 }
@@ -51,7 +53,7 @@ pub fn of_spheres(settings: &GranularSettings, scene: &Scene) -> Result<Vec<Stri
         warnings.extend(units::of_spheres(at, group, scene)?);
     }
     for (number, contact) in settings.contacts.iter().enumerate() {
-        warnings.extend(units::of_contact(number, contact, scene)?);
+        warnings.extend(contacts::of_contact(number, contact, scene)?);
     }
     Ok(warnings)
 }

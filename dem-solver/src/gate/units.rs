@@ -2,7 +2,7 @@
 
 use crate::geometry::sphere::extent;
 use crate::rock::Rock;
-use crate::settings::{ContactSettings, GranularSettings, RockSettings, Shape, SpheresSettings};
+use crate::settings::{GranularSettings, RockSettings, Shape, SpheresSettings};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 
@@ -17,8 +17,6 @@ const LARGE: f64 = 20.0;
 const LARGEST: f64 = 30.0;
 /// Longest edge below which something is said [m].
 const SMALL: f64 = 2e-3;
-/// Least modulus [Pa]: a rubber has 1e6, a gel 1e3. There is no largest one: who wants no overlap writes what no solid has.
-const SOFTEST: f64 = 1e3;
 /// Largest volume of a norm rock of which nothing is said [m3].
 const LARGEST_NORM: f64 = 20.0;
 /// Kilograms per cubic metre of a pound per cubic foot, and the densities of rock for which that is asked.
@@ -26,22 +24,41 @@ const POUNDS: f64 = 16.018_463;
 const OF_STONE: [f64; 2] = [2_000.0, 3_500.0];
 /// Share of a box that spheres fill, below which something is said.
 const EMPTY: f64 = 1e-6;
-/// Damping ratio beyond which a contact does not rebound, and that which no one can mean.
-const CRITICAL: f64 = 1.0;
-const OVERDAMPED: f64 = 5.0;
-/// Rolling friction at which a ball rests on a slope of 45 degrees.
-const STEEP: f64 = 1.0;
-/// Coulomb coefficient from which on an angle is the likelier meaning.
-const ANGLE: f64 = 2.0;
 /// Speeds of which something is said, and which are refused [m/s].
 const FAST: f64 = 60.0;
 const FASTEST: f64 = 1_000.0;
 /// Spin of which something is said [rad/s]: no rock was seen to turn as fast.
 const SPIN: f64 = 60.0;
 
-/// A rock of a scene, with its edges.
-struct RockOfScene<'a> {
-    at: usize,
+/// What is found of a rock that no one can mean, or that someone might.
+pub struct Found {
+    /// The key of its table.
+    pub key: &'static str,
+    /// What.
+    what: String,
+    /// What it may have been, or what to try.
+    pub hint: String,
+    /// Whether no one can mean it.
+    pub refused: bool,
+}
+
+impl Found {
+    fn refused(key: &'static str, what: String, hint: String) -> Self {
+        Self { key, what, hint, refused: true }
+    }
+
+    fn doubted(key: &'static str, what: String, hint: String) -> Self {
+        Self { key, what, hint, refused: false }
+    }
+
+    /// What is found of the rock of that name.
+    pub fn what(&self, name: &str) -> String {
+        format!("rock `{name}`{} {}", if self.refused { ":" } else { "" }, self.what)
+    }
+}
+
+/// A rock with its edges.
+struct Measured<'a> {
     rock: &'a Rock,
     table: &'a RockSettings,
     /// Edges of the box around it, in words.
@@ -57,59 +74,69 @@ pub fn of_rock(
     table: &RockSettings,
     scene: &Scene,
 ) -> Result<Vec<String>, InputError> {
+    let mut warnings = Vec::new();
+    for found in all_of_rock(rock, table) {
+        let (key, what) = (format!("rock.{at}.{}", found.key), found.what(&rock.name));
+        if found.refused {
+            return Err(scene.invalid(&key, what).try_instead(found.hint));
+        }
+        warnings.push(format!("{key}: {what}; {}", found.hint));
+    }
+    Ok(warnings)
+}
+
+/// All that is found of a rock, wherever its numbers are written.
+pub fn all_of_rock(rock: &Rock, table: &RockSettings) -> Vec<Found> {
     let (points, _) = rock.solid.surface();
     let size = extent(points.iter().map(|p| (*p, 0.0)));
     let longest = size.iter().copied().fold(0.0, f64::max);
     let edges = format!("{} m x {} m x {} m", short(size[0]), short(size[1]), short(size[2]));
-    let it = RockOfScene { at, rock, table, edges, longest };
-    let mut warnings = it.size(scene)?;
-    warnings.extend(it.density(scene)?);
+    let it = Measured { rock, table, edges, longest };
+    let mut all = it.size();
+    all.extend(it.density());
     if let Some(bound) = table.cluster.as_ref().and_then(|c| c.largest_error).filter(|bound| *bound > longest)
     {
-        warnings.push(format!(
-            "rock.{at}.cluster.largest_error: {bound} m is more than the longest edge of rock `{}`, so every cluster keeps it; \
-             20 mm is 0.02",
-            rock.name
+        all.push(Found::doubted(
+            "cluster.largest_error",
+            format!("is no longer than its largest_error of {bound} m, so every cluster keeps it"),
+            "20 mm is 0.02".into(),
         ));
     }
-    warnings.extend(it.speed(scene)?);
-    warnings.extend(of_turning(at, rock, table));
-    Ok(warnings)
+    all.extend(it.speed());
+    all.extend(of_turning(table));
+    all
 }
 
-impl RockOfScene<'_> {
-    fn refuse(&self, scene: &Scene, key: &str, what: &str, cure: String) -> InputError {
-        let key = format!("rock.{}.{key}", self.at);
-        scene.invalid(&key, format!("rock `{}`: {what}", self.rock.name)).try_instead(cure)
-    }
+/// What a volume [m3] that few rocks have may have been.
+pub fn in_litres(volume: f64) -> Option<String> {
+    (volume > LARGEST_NORM).then(|| format!("were it in litres, it would be {} m3", short(1e-3 * volume)))
+}
 
-    fn size(&self, scene: &Scene) -> Result<Vec<String>, InputError> {
-        let (at, name, edges) = (self.at, &self.rock.name, &self.edges);
+impl Measured<'_> {
+    fn size(&self) -> Vec<Found> {
+        let edges = &self.edges;
         let in_metres = in_metres(self.longest, &self.table.shape);
         if self.longest > LARGEST {
-            return Err(self.refuse(scene, "shape", &format!("it is {edges} large"), in_metres));
+            return vec![Found::refused("shape", format!("it is {edges} large"), in_metres)];
         }
-        let mut warnings = Vec::new();
+        let mut all = Vec::new();
         if !(SMALL..=LARGE).contains(&self.longest) {
-            warnings.push(format!("rock.{at}.shape: rock `{name}` is {edges} large; {in_metres}"));
+            all.push(Found::doubted("shape", format!("is {edges} large"), in_metres));
         }
         if let Shape::NormRock { volume, .. } = self.table.shape.scaled(self.table.scale.unwrap_or(1.0))
-            && volume > LARGEST_NORM
+            && let Some(in_litres) = in_litres(volume)
         {
-            warnings.push(format!(
-                "rock.{at}.shape.volume: rock `{name}` has {} m3, and norm rocks have up to 2; were it in litres, it would be {} m3",
-                short(volume),
-                short(1e-3 * volume)
-            ));
+            let what = format!("has {} m3, and norm rocks have up to 2", short(volume));
+            all.push(Found::doubted("shape.volume", what, in_litres));
         }
-        Ok(warnings)
+        all
     }
 
-    fn density(&self, scene: &Scene) -> Result<Option<String>, InputError> {
+    fn density(&self) -> Option<Found> {
         let (mass, volume, edges) = (self.rock.mass, self.rock.solid.volume(), &self.edges);
         let density = mass / volume;
-        if let Some((what, cure)) = self.table.density.and_then(of_no_solid) {
-            return Err(self.refuse(scene, "density", &what, cure));
+        if let Some((what, cure)) = self.table.density.and_then(|density| of_no_solid("density", density)) {
+            return Some(Found::refused("density", what, cure));
         }
         if density < ANY_SOLID[0] && (DENSITY[0]..=DENSITY[1]).contains(&(1e3 * density)) {
             let what = format!(
@@ -118,10 +145,10 @@ impl RockOfScene<'_> {
                 short(volume),
                 short(density)
             );
-            return Err(self.refuse(scene, "mass", &what, format!("in kg that is mass = {:?}", 1e3 * mass)));
+            return Some(Found::refused("mass", what, format!("in kg that is mass = {:?}", 1e3 * mass)));
         }
         if (DENSITY[0]..=DENSITY[1]).contains(&density) {
-            return Ok(None);
+            return None;
         }
         let key = if self.table.density.is_some() { "density" } else { "mass" };
         let pounds = POUNDS * density;
@@ -130,43 +157,34 @@ impl RockOfScene<'_> {
         } else {
             String::new()
         };
-        Ok(Some(format!(
-            "rock.{}.{key}: rock `{}` has a density of {} kg/m3: {} kg in {} m3 ({edges}); {OF_ROCK}{pounds}",
-            self.at,
-            self.rock.name,
+        let what = format!(
+            "has a density of {} kg/m3: {} kg in {} m3 ({edges})",
             short(density),
             short(mass),
             short(volume)
-        )))
+        );
+        Some(Found::doubted(key, what, format!("{OF_ROCK}{pounds}")))
     }
 
-    fn speed(&self, scene: &Scene) -> Result<Option<String>, InputError> {
+    fn speed(&self) -> Option<Found> {
         let speed = norm(&self.table.velocity);
         if speed > FASTEST {
-            let what = format!("a speed of {} m/s", short(speed));
-            return Err(self.refuse(
-                scene,
-                "velocity",
-                &what,
-                "it is written in m/s; 25 m/s are 90 km/h".into(),
-            ));
+            let cure = "it is written in m/s; 25 m/s are 90 km/h";
+            return Some(Found::refused("velocity", format!("a speed of {} m/s", short(speed)), cure.into()));
         }
-        Ok((speed > FAST).then(|| {
-            format!(
-                "rock.{}.velocity: rock `{}` starts with {} m/s, {} km/h; were it in km/h, it would be {} m/s",
-                self.at,
-                self.rock.name,
-                short(speed),
-                short(3.6 * speed),
-                short(speed / 3.6)
+        (speed > FAST).then(|| {
+            Found::doubted(
+                "velocity",
+                format!("starts with {} m/s, {} km/h", short(speed), short(3.6 * speed)),
+                format!("were it in km/h, it would be {} m/s", short(speed / 3.6)),
             )
-        }))
+        })
     }
 }
 
 /// Of `[[spheres]]` number `at`: refuse a density that no solid has; else what the user should know.
 pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<Option<String>, InputError> {
-    if let Some((what, cure)) = of_no_solid(group.density) {
+    if let Some((what, cure)) = of_no_solid("density", group.density) {
         let what = format!("spheres `{}`: {what}", group.name);
         return Err(scene.invalid(&format!("spheres.{at}.density"), what).try_instead(cure));
     }
@@ -207,8 +225,8 @@ pub fn of_region(settings: &GranularSettings) -> Option<String> {
     })
 }
 
-/// What is wrong with a density [kg/m3] that no solid has, and what it may have been.
-fn of_no_solid(density: f64) -> Option<(String, String)> {
+/// What is wrong with a density [kg/m3] at `key` that no solid has, and what it may have been.
+pub(super) fn of_no_solid(key: &str, density: f64) -> Option<(String, String)> {
     if (ANY_SOLID[0]..=ANY_SOLID[1]).contains(&density) {
         return None;
     }
@@ -219,90 +237,34 @@ fn of_no_solid(density: f64) -> Option<(String, String)> {
         None => "",
     };
     let cure = likely
-        .map_or("rock has 2600 kg/m3".into(), |f| format!("in kg/m3 that is density = {:?}", f * density));
+        .map_or("rock has 2600 kg/m3".into(), |f| format!("in kg/m3 that is {key} = {:?}", f * density));
     Some((format!("a density of {} kg/m3{unit}", short(density)), cure))
 }
 
-fn of_turning(at: usize, rock: &Rock, table: &RockSettings) -> Vec<String> {
-    let mut warnings = Vec::new();
+fn of_turning(table: &RockSettings) -> Vec<Found> {
+    let mut all = Vec::new();
     let spin = norm(&table.angular_velocity);
     if spin > SPIN {
-        warnings.push(format!(
-            "rock.{at}.angular_velocity: rock `{}` spins with {} rad/s, {} turns a second; were it in degrees per second, it would be {} rad/s",
-            rock.name,
-            short(spin),
-            short(spin / std::f64::consts::TAU),
-            short(spin.to_radians())
+        let turns = short(spin / std::f64::consts::TAU);
+        all.push(Found::doubted(
+            "angular_velocity",
+            format!("spins with {} rad/s, {turns} turns a second", short(spin)),
+            format!("were it in degrees per second, it would be {} rad/s", short(spin.to_radians())),
         ));
     }
     let length = norm(&table.orientation);
     if !(0.5..=2.0).contains(&length) {
-        warnings.push(format!(
-            "rock.{at}.orientation: rock `{}`: its orientation is a quaternion [w, x, y, z] of length {}, which is scaled to 1; an angle a in radians \
-             about the unit axis e is [cos(a/2), sin(a/2) e]",
-            rock.name,
-            short(length)
-        ));
+        let what =
+            format!("has an orientation [w, x, y, z] of length {}, which is scaled to 1", short(length));
+        let hint = "an angle a in radians about the unit axis e is [cos(a/2), sin(a/2) e]";
+        all.push(Found::doubted("orientation", what, hint.into()));
     }
     if table.orientation == [0.0, 0.0, 0.0, 1.0] {
-        warnings.push(format!(
-            "rock.{at}.orientation: rock `{}`: the orientation [0, 0, 0, 1] is half a turn about z, as the order is [w, x, y, z]; no turn is \
-             [1, 0, 0, 0]",
-            rock.name
-        ));
+        let what =
+            "has the orientation [0, 0, 0, 1], which is half a turn about z, as the order is [w, x, y, z]";
+        all.push(Found::doubted("orientation", what.into(), "no turn is [1, 0, 0, 0]".into()));
     }
-    warnings
-}
-
-/// Of `[[contact]]` number `number`.
-pub fn of_contact(
-    number: usize,
-    contact: &ContactSettings,
-    scene: &Scene,
-) -> Result<Vec<String>, InputError> {
-    for (key, value) in [("young", contact.young), ("partner_young", contact.partner_young)] {
-        if let Some(e) = value.filter(|e| *e < SOFTEST) {
-            return Err(scene
-                .invalid(&format!("contact.{number}.{key}"), format!("a Young's modulus of {e:e} Pa"))
-                .try_instead(format!("30 GPa are {key} = 30e9: here perhaps {key} = {:e}", e * 1e9)));
-        }
-    }
-    let mut warnings = Vec::new();
-    let friction = contact.friction;
-    if friction > ANGLE && friction < 90.0 {
-        warnings.push(format!(
-            "contact.{number}.friction: a friction of {}, at which slopes of {:.0} degrees hold; were it an angle in degrees, \
-             its coefficient would be {:.3}",
-            short(friction),
-            friction.atan().to_degrees(),
-            friction.to_radians().tan()
-        ));
-    }
-    if let Some(fast) = contact.friction_dynamic.filter(|fast| *fast > friction) {
-        warnings.push(format!(
-            "contact.{number}.friction_dynamic: {} in fast slip is more than friction = {} at rest, and what slips resists less; \
-             are the two exchanged?",
-            short(fast),
-            short(friction)
-        ));
-    }
-    if let Some(ratio) = contact.damping_ratio.filter(|ratio| *ratio > CRITICAL) {
-        let what = format!("a damping ratio of {}, and a contact at 1 does not rebound", short(ratio));
-        let percent = format!("{} % is damping_ratio = {}", short(ratio), short(0.01 * ratio));
-        if ratio > OVERDAMPED {
-            return Err(scene.invalid(&format!("contact.{number}.damping_ratio"), what).try_instead(percent));
-        }
-        warnings.push(format!("contact.{number}.damping_ratio: {what}; {percent}"));
-    }
-    if contact.rolling_friction > STEEP {
-        warnings.push(format!(
-            "contact.{number}.rolling_friction: a rolling friction of {}, at which nothing rolls down a slope of {:.0} degrees; it \
-             is a length over the radius, without unit: 0.1 is much",
-            short(contact.rolling_friction),
-            contact.rolling_friction.atan().to_degrees()
-        ));
-    }
-    Ok(warnings)
+    all
 }
 
 /// How a rock whose longest edge is `longest` [m] may have been meant.
@@ -329,6 +291,6 @@ fn norm(values: &[f64]) -> f64 {
 }
 
 /// Four digits are enough for a hint.
-pub(super) fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     interface_defs::toolkit::summary::short(format!("{value:.3e}").parse().unwrap_or(value))
 }

@@ -1,11 +1,12 @@
 //! What all members of a study share: the scene, its terrain, its rocks, the laws; built once.
 
+use super::gate;
 use super::grid::{self, Grid};
 use super::outline::{Area, Point};
 use super::place::ground_at;
 use super::record::FORM;
 use super::sampling::Sampler;
-use super::settings::{Place, Quantity, Sampling, StudySettings, Variable};
+use super::settings::{Place, Quantity, Sampling, StudySettings};
 use crate::DemSolver;
 use crate::cluster::kept;
 use crate::contact::whole_rock::Whole;
@@ -160,7 +161,7 @@ impl Base {
             shortcuts,
         };
         it.fingerprint = it.fingerprint(file);
-        it.check_keys(file)?;
+        it.warnings.extend(gate::check(&it, file)?);
         Ok(it)
     }
 
@@ -214,28 +215,6 @@ impl Base {
         bytes.extend(self.ground.triangles.iter().flatten().flat_map(|n| n.to_le_bytes()));
         bytes.extend(&self.ground.zones);
         format!("{:016x}", fnv1a(&bytes))
-    }
-
-    /// Refuse keys of the scene that do not exist, and values at the ends of their distributions that it refuses.
-    fn check_keys(&self, file: &Scene) -> Result<(), InputError> {
-        let keys: Vec<&Variable> =
-            self.study.variables.iter().filter(|v| v.quantity == Quantity::Key).collect();
-        for u in [0.0, 1.0 - f64::EPSILON] {
-            let set = |v: &&Variable| format!("{}={}", v.name, v.distribution.value(u));
-            let sets: Vec<String> = keys.iter().map(set).collect();
-            let Err(error) = Scene::load(self.scene.path(), &sets).and_then(|scene| Settings::of(&scene))
-            else {
-                continue;
-            };
-            let what = error.headline();
-            let own = |(variable, set): (&&Variable, &String)| {
-                Some((variable.name.clone(), what.strip_prefix(&format!("--set {set}: "))?.to_owned()))
-            };
-            let (name, what) = keys.iter().zip(&sets).find_map(own).unwrap_or((String::new(), what.clone()));
-            let key = if name.is_empty() { "vary".into() } else { format!("vary.{name}") };
-            return Err(file.invalid(&key, format!("with {}: {what}", sets.join(", "))));
-        }
-        Ok(())
     }
 }
 
@@ -354,9 +333,6 @@ fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<
 fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), InputError> {
     let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
     for (at, line) in study.lines.iter().enumerate() {
-        if let Some(design) = &line.design {
-            design.check(&format!("line.{at}.design"), file)?;
-        }
         let beside = |axis: usize| {
             line.points.iter().all(|p| p[axis] < low[axis])
                 || line.points.iter().all(|p| p[axis] > high[axis])

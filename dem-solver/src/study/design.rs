@@ -3,6 +3,8 @@
 //! Both take quantiles of what passes the line and multiply them by factors. The factors depend on how well block and slope are
 //! known, and on what is at risk: the study states them. Only two have a default, which is in the standard itself.
 
+use super::gate;
+use crate::gate::units::short;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
@@ -101,75 +103,156 @@ impl Uni {
     }
 }
 
+/// A number of a design with what it may be.
+struct Bounds {
+    name: &'static str,
+    unit: &'static str,
+    /// Outside these no one can mean it.
+    possible: [f64; 2],
+    /// Outside these something is said.
+    usual: [f64; 2],
+    /// In words.
+    why: &'static str,
+    /// A larger or smaller unit that it may be in, and how much of `unit` that is.
+    units: &'static [(&'static str, f64)],
+}
+
+impl Bounds {
+    /// Refuse `value` at `key` of the design, or say what is to be doubted.
+    fn check(&self, value: f64, key: &str, study: &Scene) -> Result<Option<String>, InputError> {
+        let Self { name, unit, possible, usual, why, units } = self;
+        let key = format!("{key}.{name}");
+        if value <= 0.0 {
+            return Err(study.invalid(&key, format!("{name} = {value}: it must lie above 0")));
+        }
+        let inside = |[low, high]: &[f64; 2], value: f64| (*low..=*high).contains(&value);
+        if inside(usual, value) {
+            return Ok(None);
+        }
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        let what = format!("{name} = {}{unit}: {why}", short(value));
+        let other = units.iter().find(|(_, factor)| inside(usual, factor * value));
+        let other = other.map(|(other, factor)| {
+            format!("were it in {other}, it would be {}{unit}", short(factor * value))
+        });
+        if inside(possible, value) {
+            let what = other.map_or(what.clone(), |other| format!("{what}; {other}"));
+            return Ok(Some(gate::warning(study, &key, what)));
+        }
+        let refused = study.invalid(&key, what);
+        Err(match other {
+            Some(other) => refused.try_instead(other),
+            None => refused,
+        })
+    }
+}
+
+const LENGTHS: &[(&str, f64)] = &[("cm", 1e-2), ("mm", 1e-3)];
+const PERCENT: &str = "a factor of safety is 1 or more; 5 % are 1.05";
+const OF_UNI: &str = "UNI 11211-4 has 1.02 to 1.10; 5 % are 1.05";
+
+const fn length(name: &'static str, usual: [f64; 2], most: f64, why: &'static str) -> Bounds {
+    Bounds { name, unit: "m", possible: [0.0, most], usual, why, units: LENGTHS }
+}
+
+const fn factor(name: &'static str, usual: [f64; 2], why: &'static str) -> Bounds {
+    Bounds { name, unit: "", possible: [1.0, 3.0], usual, why, units: &[] }
+}
+
+const ENERGY: Bounds = Bounds {
+    name: "barrier_energy",
+    unit: "J",
+    possible: [1e4, 1e8],
+    usual: [5e4, 2e7],
+    why: "barriers are tested for 1e5 to 1e7 J",
+    units: &[("kJ", 1e3), ("MJ", 1e6)],
+};
+const HEIGHT: Bounds = length("barrier_height", [1.0, 15.0], 100.0, "barriers are 2 to 10 m high");
+const ELONGATION: Bounds =
+    length("barrier_elongation", [0.2, 15.0], 30.0, "in tests barriers give way by 1 to 10 m");
+const DISTANCE: Bounds =
+    length("distance", [0.0, 1e4], 1e6, "it is that from the barrier down to what it protects");
+const BLOCK: Bounds = Bounds {
+    name: "block_mass",
+    unit: "kg",
+    possible: [1.0, 1e6],
+    usual: [20.0, 1e5],
+    why: "the blocks that barriers are made for have 100 to 50000 kg",
+    units: &[("tonnes", 1e3), ("grams", 1e-3)],
+};
+const FREE_BORDER: Bounds = length("free_border", [0.5, 5.0], 30.0, "free borders are 0.5 to 2 m");
+
 impl Design {
-    /// Refuse what no one can mean; `key` is that of the table.
-    pub fn check(&self, key: &str, study: &Scene) -> Result<(), InputError> {
+    /// Refuse what no one can mean, and say what is to be doubted; `key` is that of the table.
+    pub fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, InputError> {
         if self.uni_11211_4.is_none() && self.onr_24810.is_none() {
             let what = "no standard says what the barrier must be able to do";
             return Err(study
                 .invalid(key, what)
                 .try_instead(format!("add a table [{}.uni_11211_4] or [{0}.onr_24810]", "line.design")));
         }
-        for (name, value) in [
-            ("barrier_energy", self.barrier_energy),
-            ("barrier_height", self.barrier_height),
-            ("barrier_elongation", self.barrier_elongation),
-            ("distance", self.distance),
-        ] {
-            if let Some(value) = value.filter(|value| *value <= 0.0) {
-                return Err(
-                    study.invalid(&format!("{key}.{name}"), format!("{name} = {value}: it must lie above 0"))
-                );
-            }
+        if self.barrier_fields == Some(0) {
+            return Err(study
+                .invalid(
+                    &format!("{key}.barrier_fields"),
+                    "barrier_fields = 0: a barrier has one field at least",
+                )
+                .try_instead("write the number of spans between its posts, or leave it out"));
         }
+        let own = [
+            (&ENERGY, self.barrier_energy),
+            (&HEIGHT, self.barrier_height),
+            (&ELONGATION, self.barrier_elongation),
+            (&DISTANCE, self.distance),
+        ];
+        let mut said = check_all(&own, key, study)?;
         if let Some(uni) = &self.uni_11211_4 {
-            uni.check(&format!("{key}.uni_11211_4"), study)?;
+            let key = format!("{key}.uni_11211_4");
+            said.extend(uni.check(&key, study)?);
             if self.barrier_elongation.is_some() && uni.distance_factor(self.barrier_fields).is_none() {
                 let what = "with SEL the distance over the elongation has no default";
-                return Err(study
-                    .invalid(&format!("{key}.uni_11211_4"), what)
-                    .try_instead("add distance_factor"));
+                return Err(study.invalid(&key, what).try_instead("add distance_factor"));
             }
         }
-        self.onr_24810.as_ref().map_or(Ok(()), |onr| onr.check(&format!("{key}.onr_24810"), study))
+        if let Some(onr) = &self.onr_24810 {
+            said.extend(onr.check(&format!("{key}.onr_24810"), study)?);
+        }
+        Ok(said)
     }
 }
 
-/// Refuse a factor below 1: it would take safety away.
-fn at_least_one(all: &[(&str, f64)], key: &str, study: &Scene) -> Result<(), InputError> {
-    match all.iter().find(|(_, factor)| *factor < 1.0) {
-        None => Ok(()),
-        Some((name, factor)) => {
-            let what = format!("{name} = {factor}: a factor of safety is 1 or more");
-            Err(study.invalid(&format!("{key}.{name}"), what).try_instead("5 % are 1.05"))
-        }
-    }
+/// The numbers that are there, each within its bounds.
+fn check_all(all: &[(&Bounds, Option<f64>)], key: &str, study: &Scene) -> Result<Vec<String>, InputError> {
+    let each = all.iter().filter_map(|(bounds, value)| bounds.check((*value)?, key, study).transpose());
+    each.collect()
 }
 
 impl Uni {
-    fn check(&self, key: &str, study: &Scene) -> Result<(), InputError> {
-        if self.block_mass <= 0.0 {
-            let what = format!("a mass of {} kg: it must lie above 0", self.block_mass);
-            return Err(study.invalid(&format!("{key}.block_mass"), what));
-        }
+    fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, InputError> {
         if self.free_border < 0.5 {
             let what = format!("free_border = {} m: UNI 11211-4 asks for 0.5 m at least", self.free_border);
             return Err(study.invalid(&format!("{key}.free_border"), what));
         }
-        let mut all = vec![
-            ("trajectories", self.trajectories),
-            ("topography", self.topography),
-            ("block_survey", self.block_survey),
-            ("weight", self.weight),
-        ];
-        all.extend(self.energy_factor.map(|factor| ("energy_factor", factor)));
-        all.extend(self.distance_factor.map(|factor| ("distance_factor", factor)));
-        at_least_one(&all, key, study)
+        let (stated, any) = ([1.02, 1.10], [1.0, 2.0]);
+        check_all(
+            &[
+                (&BLOCK, Some(self.block_mass)),
+                (&FREE_BORDER, Some(self.free_border)),
+                (&factor("trajectories", stated, OF_UNI), Some(self.trajectories)),
+                (&factor("topography", stated, OF_UNI), Some(self.topography)),
+                (&factor("block_survey", stated, OF_UNI), Some(self.block_survey)),
+                (&factor("weight", any, PERCENT), Some(self.weight)),
+                (&factor("energy_factor", any, PERCENT), self.energy_factor),
+                (&factor("distance_factor", any, PERCENT), self.distance_factor),
+            ],
+            key,
+            study,
+        )
     }
 }
 
 impl Onr {
-    fn check(&self, key: &str, study: &Scene) -> Result<(), InputError> {
+    fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, InputError> {
         for (name, value) in
             [("energy_quantile", self.energy_quantile), ("height_quantile", self.height_quantile)]
         {
@@ -178,8 +261,12 @@ impl Onr {
                 return Err(study.invalid(&format!("{key}.{name}"), what).try_instead("95 or 99"));
             }
         }
-        at_least_one(
-            &[("energy_factor", self.energy_factor), ("height_factor", self.height_factor)],
+        let usual = [1.0, 1.5];
+        check_all(
+            &[
+                (&factor("energy_factor", usual, PERCENT), Some(self.energy_factor)),
+                (&factor("height_factor", usual, PERCENT), Some(self.height_factor)),
+            ],
             key,
             study,
         )

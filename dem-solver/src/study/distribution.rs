@@ -180,6 +180,23 @@ impl Distribution {
         }
     }
 
+    /// The values at both ends of the range; of a choice without numbers the first and the last.
+    pub fn ends(&self) -> [toml::Value; 2] {
+        match (&self.form, self.range()) {
+            (Form::Choice(values, _), Some(range)) => {
+                // As it is written: a whole number stays one.
+                range.map(|end| values.iter().find(|v| number(v) == Some(end)).unwrap_or(&values[0]).clone())
+            }
+            (Form::Choice(values, _), None) => [values[0].clone(), values[values.len() - 1].clone()],
+            (_, range) => range.unwrap_or([f64::NAN; 2]).map(toml::Value::Float),
+        }
+    }
+
+    /// Whether its form has tails that `within` cuts.
+    pub fn has_tails(&self) -> bool {
+        matches!(self.form, Form::Normal { .. })
+    }
+
     /// Of a choice, which one stands at the share `u` (0 to 1) of all.
     pub fn chosen(&self, u: f64) -> usize {
         match &self.form {
@@ -317,6 +334,7 @@ mod tests {
         let drawn = [0.0, 0.24, 0.26, 0.74, 0.76, 0.999].map(|u| choice.quantile(u));
         assert_eq!(drawn, [1.0, 1.0, 2.5, 2.5, 3.0, 3.0]);
         assert_eq!((choice.range(), choice.levels()), (Some([1.0, 3.0]), 3));
+        assert_eq!(of("v = { choice = [2, 3.5, 1] }").ends(), [1.into(), 3.5.into()]);
         let fixed = of("v = 7");
         assert!(fixed.is_fixed() && fixed.quantile(0.3) == 7.0);
     }

@@ -11,7 +11,7 @@ use crate::model::Model;
 use crate::model::between::rows;
 use crate::model::critical::Steps;
 use crate::rock::Rock;
-use crate::settings::Settings;
+use crate::settings::{RockSettings, Settings};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
@@ -191,6 +191,22 @@ impl Base {
             }
         }
         Settings::of(&self.scene.patched(document)).map_err(|e| e.headline())
+    }
+
+    /// The rock of a member, and a table that says of it what the study does.
+    pub(super) fn rock_alone(&self, member: &Member) -> (Rock, RockSettings) {
+        let mut table = self.prototypes[member.prototype].table.clone();
+        table.scale = Some(self.factor(member));
+        if self.study.varies(Quantity::Density) {
+            table.density = Some(self.density(member));
+        }
+        if let Some(speed) = self.quantity(member, Quantity::Speed) {
+            table.velocity = [speed, 0.0, 0.0];
+        }
+        if let Some(spin) = self.quantity(member, Quantity::Spin) {
+            table.angular_velocity = [spin, 0.0, 0.0];
+        }
+        (self.rock(member, None).rock, table)
     }
 
     /// Density of a member [kg/m3].

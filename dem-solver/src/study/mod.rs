@@ -1,11 +1,11 @@
 //! Many releases of one rock on one terrain: a study file names a scene, where members start and what varies.
 //!
 //! Terrain, trees and spheres are read and built once, members are computed on all cores, and each is the run of its scene
-//! alone: the same windows, the same steps, the same bytes (`dem-solver/tests/study.rs`).
+//! alone: the same windows, the same steps, the same bytes (`dem-solver/tests/study`).
 //!
 //! - [`settings`], [`vary`], [`distribution`]: the study file; [`reference`](mod@reference): what editors know of it; [`design`]: what a barrier on a line is judged by; [`outline`]: lines and areas seen from above
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
-//! - [`base`](mod@base): what all members share, checked before the start; [`member`]: what one has of its own; [`place`]: where it starts
+//! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own; [`place`]: where it starts
 //! - [`scene_of`]: the scene of one member; [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
 //! - [`record`], [`journal`], [`directory`]: what is kept of each, so that a killed process loses nothing
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`
@@ -19,6 +19,7 @@ pub mod design;
 pub mod directory;
 pub mod distribution;
 pub mod execute;
+pub mod gate;
 pub mod grid;
 pub mod journal;
 pub mod member;

@@ -104,8 +104,8 @@ pub struct Maps {
     /// Edge of a cell [m]. Default: some 300 cells along the longer side of the terrain.
     pub cell: Option<f64>,
     /// EPSG code of the terrain's coordinate system. Default: that of a GeoTIFF, or of a `.prj` beside the terrain.
-    pub epsg: Option<u16>,
-    /// Number of trajectories that are drawn. Default 200.
+    pub epsg: Option<u32>,
+    /// Largest number of trajectories that are drawn: every second one, every third one, ... of the members. Default 200.
     #[serde(default = "trajectories")]
     pub trajectories: u32,
 }

@@ -21,6 +21,9 @@ pub fn quantile(sorted: &[f64], share: f64) -> f64 {
 /// From which share of a quantile on it is said how far it may lie below what is reported.
 const WIDE: f64 = 0.01;
 
+/// How many members are named.
+const NAMED: usize = 10;
+
 /// A quantity of every member: its name, its unit, where it is in an outcome.
 struct Column {
     name: &'static str,
@@ -81,6 +84,8 @@ pub struct Numbers {
     rest: u64,
     left: u64,
     moving: u64,
+    /// Those at rest nearer to their start than their own size: how many, and the first of them.
+    stayed: (u64, Vec<u64>),
     values: [Values; COLUMNS.len()],
     first: Option<(u64, String)>,
 }
@@ -102,7 +107,15 @@ impl Numbers {
         }
         match outcome.how {
             How::None => {}
-            How::Rest => self.rest += 1,
+            How::Rest => {
+                self.rest += 1;
+                if outcome.run_out < outcome.volume.cbrt() {
+                    self.stayed.0 += 1;
+                    if self.stayed.1.len() < NAMED {
+                        self.stayed.1.push(number);
+                    }
+                }
+            }
             How::Out => self.left += 1,
             How::Moving => self.moving += 1,
         }
@@ -175,6 +188,16 @@ impl Numbers {
                 what += &format!("; absent: {}", unknown.join(", "));
             }
             summary.warnings.push(what + "; a larger terrain or a longer end_time may do");
+        }
+        if let (stayed @ 1.., first) = &self.stayed {
+            let named: Vec<String> = first.iter().map(u64::to_string).collect();
+            let more = if *stayed > first.len() as u64 { ", ..." } else { "" };
+            summary.warnings.push(format!(
+                "{stayed} of {} members came to rest where they started, nearer than their own size: {}{more}; they count in all shares and \
+                 quantiles; for rocks that fall a speed in [vary], a height, or a release where the ground is steeper",
+                self.members,
+                named.join(", ")
+            ));
         }
         let cut = self.moving as f64 / self.members as f64;
         if self.moving > 0 {
@@ -253,6 +276,22 @@ mod tests {
             "{said}"
         );
         assert!(said.contains("absent: run_out_q90 (at least 69.000 m)") && !said.contains("q10"), "{said}");
+    }
+
+    /// Rocks of 0.8 m: one that comes to rest 0.79 m away has stayed, one 0.81 m away has not.
+    #[test]
+    fn members_that_stay_where_they_start_are_named() {
+        let mut numbers = Numbers::default();
+        for (number, run_out) in [(1, 50.0), (2, 0.79), (3, 0.81), (4, 0.0)] {
+            let outcome =
+                Outcome { how: How::Rest, run_out, volume: 0.512, ..Outcome::failed(String::new()) };
+            numbers.add(number, &Outcome { status: RunStatus::Done, ..outcome });
+        }
+        let said = numbers.summary(0.01).warnings.join("\n");
+        assert!(
+            said.contains("2 of 4 members came to rest where they started") && said.contains(": 2, 4;"),
+            "{said}"
+        );
     }
 
     #[test]

@@ -207,10 +207,18 @@ fn check_quantity(
     if inside && high <= most {
         return Ok(());
     }
-    let bounds = if most.is_finite() { format!("from {least} to {most}") } else { format!("above {least}") };
-    Err(study
-        .invalid(key, format!("values from {low} to {high}: {bounds} is possible"))
-        .try_instead("cut the distribution with within = [low, high]"))
+    let bounds = match (most.is_finite(), strict) {
+        (true, _) => format!("from {least} to {most}"),
+        (false, true) => format!("above {least}"),
+        (false, false) => format!("{least} or more"),
+    };
+    let what = if low == high { format!("a value of {low}") } else { format!("values from {low} to {high}") };
+    let cure = match (distribution.has_tails(), quantity) {
+        (true, _) => "cut the distribution with within = [low, high]".into(),
+        (false, Quantity::Speed) => "a speed has no sign: azimuth and dip say where it points".into(),
+        (false, _) => format!("write values {bounds}"),
+    };
+    Err(study.invalid(key, format!("{what}: {bounds} is possible")).try_instead(cure))
 }
 
 #[cfg(test)]

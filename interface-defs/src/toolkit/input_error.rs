@@ -103,6 +103,11 @@ impl InputError {
         }
     }
 
+    /// What to try.
+    pub fn hint(&self) -> Option<&str> {
+        self.hint.as_deref()
+    }
+
     /// The same, saying what to try.
     #[must_use]
     pub fn try_instead(mut self, hint: impl Into<String>) -> Self {

@@ -16,6 +16,8 @@ pub struct Passing<'a> {
     pub height: &'a [f64],
     /// Speeds [m/s].
     pub speed: &'a [f64],
+    /// Their masses [kg].
+    pub mass: &'a [f64],
 }
 
 /// A number of a check, and what it must not pass.
@@ -153,6 +155,10 @@ pub fn write(path: &Path, name: &str, design: &Design, passing: &Passing) -> io:
     let mut checked = Checked::default();
     let of_uni = design.uni_11211_4.as_ref().and_then(|uni| of_uni(uni, design, passing));
     let of_onr = design.onr_24810.as_ref().and_then(|onr| of_onr(onr, design, passing));
+    checked.warnings.extend(design.uni_11211_4.as_ref().and_then(|uni| block(name, uni, passing)));
+    if let Some(rows) = &of_uni {
+        checked.warnings.extend(below_largest(name, rows, passing));
+    }
     let mut table = csv::Writer::from_path(path)?;
     table.write_record(["standard", "quantity", "value", "unit", "from", "barrier", "satisfied"])?;
     for rows in [of_uni, of_onr].into_iter().flatten() {
@@ -183,6 +189,46 @@ pub fn write(path: &Path, name: &str, design: &Design, passing: &Passing) -> io:
     }
     table.flush()?;
     Ok(checked)
+}
+
+/// Largest design block over the largest rock that passes of which nothing is said.
+const HEAVY: f64 = 10.0;
+
+/// What is said of a design block that is not one of the rocks that pass.
+fn block(name: &str, uni: &Uni, passing: &Passing) -> Option<String> {
+    let (block, [least, most]) = (uni.block_mass, [*passing.mass.first()?, *passing.mass.last()?]);
+    // Masses that do not vary are a density times a volume, rounded.
+    let heavier = passing.mass.iter().filter(|mass| **mass > block * (1.0 + 1e-3)).count();
+    if heavier == 0 && block <= HEAVY * most {
+        return None;
+    }
+    let tonnes = 1e3 * block;
+    let hint = match block < least && (least..=HEAVY * most).contains(&tonnes) {
+        true => format!("were it in tonnes, it would be {} kg", short(tonnes)),
+        false if heavier > 0 => "the energy that UNI 11211-4 requires is that of the lighter block".into(),
+        false => "the energy that UNI 11211-4 requires is that of a rock that is not in this study".into(),
+    };
+    Some(format!(
+        "the line `{name}`: block_mass = {} kg, and the rocks that pass have {} to {} kg, {heavier} of {} are heavier: {hint}",
+        short(block),
+        short(least),
+        short(most),
+        passing.mass.len()
+    ))
+}
+
+/// What is said of an energy that some rock that passes has more of.
+fn below_largest(name: &str, rows: &[Row], passing: &Passing) -> Option<String> {
+    let required = rows.iter().find(|row| row.name == "required_energy")?.value;
+    let largest = *passing.energy.last().filter(|largest| **largest > required)?;
+    let above = passing.energy.iter().filter(|energy| **energy > required).count();
+    Some(format!(
+        "the line `{name}`: {UNI} requires {} J, and the largest energy of a rock that passes is {} J ({above} of {} have more than \
+         required): it takes the mass of the design block, the {UNI_QUANTILE} % speed and no rotation",
+        short(required),
+        short(largest),
+        passing.energy.len()
+    ))
 }
 
 /// What a barrier must have, and whether it has it.
@@ -223,7 +269,8 @@ mod tests {
         assert_eq!(quantile(speed, 0.95), 19.5);
         let dir = tempfile::tempdir().expect("a directory");
         let file = dir.path().join("design.csv");
-        let passing = Passing { energy: &[1e5, 2e5, 3e5], height: &[1.0, 2.0, 3.0], speed };
+        let passing =
+            Passing { energy: &[1e5, 2e5, 3e5], height: &[1.0, 2.0, 3.0], speed, mass: &[900.0, 2000.5] };
         let checked = write(&file, "road", &design, &passing).expect("written");
         let found: Vec<(&str, f64)> = checked.measures.iter().map(|m| (m.name.as_str(), m.value)).collect();
         let energy = 0.5 * 2100.0 * (20.8845 * 20.8845);
@@ -251,7 +298,76 @@ mod tests {
             checked.verdict[0].contains("UNI 11211-4: required are energy")
                 && checked.verdict[0].contains("not satisfied")
         );
-        assert!(checked.warnings.is_empty(), "21 rocks are enough for 95 %");
+        assert!(checked.warnings.is_empty(), "21 rocks are enough for 95 %: {:?}", checked.warnings);
+        let of = |mass: &[f64], energy: &[f64]| {
+            let passing = Passing { mass, energy, ..passing };
+            write(&file, "road", &design, &passing).expect("written").warnings
+        };
+        for (mass, energy, words) in [
+            (
+                [300.0, 7938.0],
+                [1e5, 2e5],
+                "block_mass = 2000 kg, and the rocks that pass have 300 to 7938 kg, 1 of 2 are heavier",
+            ),
+            ([10.0, 190.0], [1e5, 2e5], "10 to 190 kg, 0 of 2 are heavier"),
+            ([2e6, 3e6], [1e5, 2e5], "were it in tonnes, it would be 2000000 kg"),
+            (
+                [900.0, 2000.0],
+                [1e5, 9e5],
+                "requires 549565 J, and the largest energy of a rock that passes is 900000 J (1 of 2",
+            ),
+        ] {
+            let said = of(&mass, &energy);
+            assert!(said.len() == 1 && said[0].contains(words), "{words}: {said:?}");
+        }
+    }
+
+    /// Each number in another unit than its own: refused or doubted, with what it would be.
+    #[test]
+    fn numbers_of_a_design_that_are_likelier_in_other_units_are_said() {
+        let all = "onr_24810 = { energy_quantile = 99, height_quantile = 95, energy_factor = 1.05, height_factor = 1.1 }\n\
+            uni_11211_4 = { block_mass = 2000, trajectories = 1.05, topography = 1.02, block_survey = 1.05, weight = 1, \
+            free_border = 0.5, level = \"MEL\" }\n";
+        let of = |text: &str| {
+            let scene = Scene::from_text("s.toml", &format!("[custom]\n{text}")).expect("TOML");
+            let design: Design = scene.read("custom").expect("valid").expect("there");
+            design.check("custom", &scene).map_err(|e| e.to_string())
+        };
+        assert_eq!(of(all), Ok(Vec::new()));
+        for (more, words) in [
+            ("barrier_energy = 2000", "were it in kJ, it would be 2000000 J"),
+            ("barrier_energy = 2e9", "barrier_energy = 2e9 J: barriers are tested for 1e5 to 1e7 J"),
+            ("barrier_height = 400", "were it in cm, it would be 4 m"),
+            ("barrier_elongation = 4400", "were it in mm, it would be 4.4 m"),
+            ("barrier_fields = 0", "one field at least"),
+        ] {
+            let refused = of(&format!("{more}\n{all}")).expect_err(more);
+            assert!(refused.starts_with("s.toml:2:") && refused.contains(words), "{refused}");
+        }
+        for (before, after, words) in [
+            ("block_mass = 2000", "block_mass = 0.4", "were it in tonnes, it would be 400 kg"),
+            (
+                "topography = 1.02",
+                "topography = 5",
+                "topography = 5: UNI 11211-4 has 1.02 to 1.10; 5 % are 1.05",
+            ),
+            ("free_border = 0.5", "free_border = 50", "were it in cm, it would be 0.5 m"),
+        ] {
+            let refused = of(&all.replace(before, after)).expect_err(after);
+            assert!(refused.starts_with("s.toml:3:") && refused.contains(words), "{refused}");
+        }
+        for (before, after, words) in [
+            ("block_mass = 2000", "block_mass = 6", "were it in tonnes, it would be 6000 kg"),
+            ("topography = 1.02", "topography = 1.5", "1.02 to 1.10"),
+            ("onr", "barrier_height = 20\nonr", "barrier_height = 20 m: barriers are 2 to 10 m high"),
+            ("height_factor = 1.1", "height_factor = 2", "height_factor = 2"),
+        ] {
+            let warned = of(&all.replacen(before, after, 1)).expect(after);
+            assert!(
+                warned.len() == 1 && warned[0].starts_with("s.toml:") && warned[0].contains(words),
+                "{warned:?}"
+            );
+        }
     }
 
     #[test]

@@ -43,6 +43,8 @@ struct Passing {
     table: csv::Writer<std::fs::File>,
     /// Largest values of each member that passes.
     largest: [Vec<f64>; LARGEST.len()],
+    /// Their masses [kg].
+    masses: Vec<f64>,
 }
 
 /// Write tables and curves of all lines; add their measures.
@@ -51,7 +53,7 @@ pub fn write(base: &Base, dir: &Path, all: All, found: &mut Checked) -> io::Resu
     for line in &base.study.lines {
         let mut table = csv::Writer::from_path(dir.join(format!("{}.csv", line.name)))?;
         table.write_record(["member", "crossing"].into_iter().chain(COLUMNS))?;
-        passing.push(Passing { table, largest: Default::default() });
+        passing.push(Passing { table, largest: Default::default(), masses: Vec::new() });
     }
     let origin = [base.ground.origin.x, base.ground.origin.y, base.ground.origin.z];
     let mut computed = 0_u64;
@@ -74,6 +76,7 @@ pub fn write(base: &Base, dir: &Path, all: All, found: &mut Checked) -> io::Resu
                 most.iter_mut().zip(LARGEST).for_each(|(most, (_, _, at))| *most = most.max(values[at]));
             }
             if let Some(most) = most {
+                passing.masses.push(record.outcome.mass);
                 // Beside the terrain, or over a hole in it, a height is not known.
                 passing
                     .largest
@@ -109,6 +112,12 @@ pub fn write(base: &Base, dir: &Path, all: All, found: &mut Checked) -> io::Resu
             found
                 .warnings
                 .push(format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it"));
+            if line.design.is_some() {
+                found.warnings.push(format!(
+                    "the design of the line `{name}` is not made and nothing is said of its barrier: no rock passes it; is the line where \
+                     rocks come, and end_time long enough?"
+                ));
+            }
             continue;
         }
         for (values, (what, unit, _)) in passing.largest.iter_mut().zip(LARGEST) {
@@ -122,7 +131,9 @@ pub fn write(base: &Base, dir: &Path, all: All, found: &mut Checked) -> io::Resu
         if let Some(design) = &line.design {
             let [energy, _, height, speed] = &passing.largest;
             let path = dir.join(format!("{name}_design.csv"));
-            let checked = design::write(&path, name, design, &Rocks { energy, height, speed })?;
+            passing.masses.sort_by(f64::total_cmp);
+            let rocks = Rocks { energy, height, speed, mass: &passing.masses };
+            let checked = design::write(&path, name, design, &rocks)?;
             found.measures.extend(checked.measures);
             found.verdict.extend(checked.verdict);
             found.warnings.extend(checked.warnings);

@@ -34,8 +34,15 @@ impl System {
     /// That which the study names, else that of the terrain's file.
     pub fn of(base: &Base) -> Self {
         let named = base.study.maps.as_ref().and_then(|maps| maps.epsg);
-        let file = base.settings.terrain.as_ref().map(|terrain| base.scene.resolve(&terrain.file));
-        Self { epsg: named.or_else(|| file.and_then(|file| of_tif(&file).or_else(|| of_text(&file)))) }
+        // Checked: there is no such code above.
+        let named = named.and_then(|code| u16::try_from(code).ok());
+        Self { epsg: named.or_else(|| Self::of_terrain(base)) }
+    }
+
+    /// The code that the terrain's file names, or the `.prj` beside it.
+    pub fn of_terrain(base: &Base) -> Option<u16> {
+        let file = base.scene.resolve(&base.settings.terrain.as_ref()?.file);
+        of_tif(&file).or_else(|| of_text(&file))
     }
 
     /// What the user should know of it.

@@ -1,0 +1,283 @@
+//! What can be known of a study before it starts: an error where no one can mean it, a warning where someone might.
+//!
+//! Rocks and contacts are judged by the checks of a scene ([`crate::gate`]), at the ends of what varies.
+
+use super::base::Base;
+use super::member::Member;
+use super::outline;
+use super::place::ground_at;
+use super::results::raster::System;
+use super::settings::{Quantity, Variable};
+use crate::gate::contacts::of_contact;
+use crate::gate::units::{Found, all_of_rock, in_litres, short};
+use crate::settings::Settings;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+use std::collections::BTreeSet;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Largest mass [kg] of rocks that were likelier meant in tonnes.
+const LIGHT: f64 = 20.0;
+/// Angles up to a turn and to a right angle in radians, and some rounding of them.
+const TURN: f64 = TAU + 0.02;
+const QUARTER: f64 = FRAC_PI_2 + 0.01;
+/// Pieces of a line that are looked at for ground below.
+const PIECES: u32 = 1000;
+
+/// What the user should look at twice, with its place; errs where no one can mean it.
+pub fn check(base: &Base, file: &Scene) -> Result<Vec<String>, InputError> {
+    let mut said = of_keys(base, file)?;
+    said.extend(of_rocks(base, file)?);
+    for variable in &base.study.variables {
+        said.extend(of_direction(variable, file));
+    }
+    for (at, line) in base.study.lines.iter().enumerate() {
+        if let Some(design) = &line.design {
+            said.extend(design.check(&format!("line.{at}.design"), file)?);
+        }
+        said.extend(of_line(base, at, file));
+    }
+    said.extend(of_system(base, file)?);
+    Ok(said)
+}
+
+/// A warning at its place.
+pub fn warning(file: &Scene, key: &str, what: String) -> String {
+    file.invalid(key, what).headline()
+}
+
+/// Refuse keys of the scene that do not exist, and values at the ends of their distributions that it refuses; say what it doubts.
+fn of_keys(base: &Base, file: &Scene) -> Result<Vec<String>, InputError> {
+    let keys: Vec<&Variable> = base.study.variables.iter().filter(|v| v.quantity == Quantity::Key).collect();
+    let mut said = BTreeSet::new();
+    for end in [0, 1] {
+        let set = |v: &&Variable| format!("{}={}", v.name, v.distribution.ends()[end]);
+        let sets: Vec<String> = keys.iter().map(set).collect();
+        let judged = Scene::load(base.scene.path(), &sets).and_then(|scene| {
+            let settings = Settings::of(&scene)?;
+            let all = settings.contacts.iter().enumerate();
+            let all = all.map(|(number, contact)| of_contact(number, contact, &scene));
+            Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
+        });
+        let error = match judged {
+            Ok(warnings) => {
+                for (variable, set) in keys.iter().zip(&sets) {
+                    let own = warnings.iter().filter_map(|w| w.strip_prefix(&format!("{}: ", variable.name)));
+                    let key = format!("vary.{}", variable.name);
+                    said.extend(own.map(|what| warning(file, &key, format!("with {set}: {what}"))));
+                }
+                continue;
+            }
+            Err(error) => error,
+        };
+        let what = error.headline();
+        let own = |(variable, set): (&&Variable, &String)| {
+            Some((variable.name.clone(), what.strip_prefix(&format!("--set {set}: "))?.to_owned()))
+        };
+        let (name, what) = keys.iter().zip(&sets).find_map(own).unwrap_or((String::new(), what.clone()));
+        let key = if name.is_empty() { "vary".into() } else { format!("vary.{name}") };
+        let refused = file.invalid(&key, format!("with {}: {what}", sets.join(", ")));
+        return Err(match error.hint() {
+            Some(hint) => refused.try_instead(hint),
+            None => refused,
+        });
+    }
+    Ok(said.into_iter().collect())
+}
+
+/// The quantities that a key of a rock's table follows from.
+fn quantities(key: &str) -> &'static [Quantity] {
+    match key {
+        "density" => &[Quantity::Density],
+        "mass" => &[Quantity::Mass],
+        "shape" | "shape.volume" => &[Quantity::Volume, Quantity::Mass, Quantity::Shape],
+        "velocity" => &[Quantity::Speed],
+        "angular_velocity" => &[Quantity::Spin],
+        _ => &[],
+    }
+}
+
+/// What is found of a rock at the ends of what varies: where it is written, with which value.
+struct OfStudy<'a> {
+    variable: &'a Variable,
+    value: f64,
+    found: Found,
+}
+
+impl OfStudy<'_> {
+    fn key(&self) -> String {
+        format!("vary.{}", self.variable.name)
+    }
+
+    fn what(&self, rock: &str) -> String {
+        let what = self.found.what(rock);
+        match self.variable.quantity {
+            Quantity::Shape => what,
+            _ => format!("with {} = {}: {what}", self.variable.name, short(self.value)),
+        }
+    }
+}
+
+/// Rocks at the ends of their sizes, densities, speeds and spins, by the checks of a scene.
+fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<String>, InputError> {
+    let study = &base.study;
+    let (mut said, mut keys) = (Vec::new(), BTreeSet::new());
+    let ends = [[true, true], [true, false], [false, true], [false, false]];
+    for (prototype, [large, dense]) in (0..base.prototypes.len()).flat_map(|p| ends.map(|end| (p, end))) {
+        let high = |quantity| match quantity {
+            Quantity::Volume | Quantity::Mass => large,
+            Quantity::Density => dense,
+            _ => true,
+        };
+        let values =
+            study.variables.iter().map(|v| v.distribution.ends()[usize::from(high(v.quantity))].clone());
+        let member = Member {
+            number: 1,
+            release: 0,
+            place: [0.0; 2],
+            orientation: None,
+            axis: Vector3::z(),
+            values: values.collect(),
+            prototype,
+        };
+        let (rock, table) = base.rock_alone(&member);
+        let at = |found: Found| {
+            let quantity = quantities(found.key).iter().find(|quantity| study.varies(**quantity))?;
+            let variable = study.variables.iter().find(|v| v.quantity == *quantity)?;
+            Some(OfStudy { variable, value: base.quantity(&member, *quantity).unwrap_or(f64::NAN), found })
+        };
+        let volume = rock.solid.volume();
+        for mut it in all_of_rock(&rock, &table).into_iter().filter_map(at) {
+            let of_size = quantities(it.found.key).len() > 1;
+            if of_size && let Some(hint) = of_size_meant(it.variable.quantity, volume, rock.mass) {
+                it.found.hint = hint;
+            }
+            let (key, what) = (it.key(), it.what(&rock.name));
+            if it.found.refused {
+                return Err(file.invalid(&key, what).try_instead(it.found.hint));
+            }
+            if keys.insert(key.clone()) {
+                said.push(warning(file, &key, format!("{what}; {}", it.found.hint)));
+            }
+        }
+        let sized = study.variables.iter().find(|v| matches!(v.quantity, Quantity::Volume | Quantity::Mass));
+        if let Some(variable) = sized.filter(|_| large && dense)
+            && let Some(hint) = of_size_meant(variable.quantity, volume, rock.mass)
+            && keys.insert(format!("vary.{}", variable.name))
+        {
+            let (name, value) =
+                (&variable.name, if variable.quantity == Quantity::Mass { rock.mass } else { volume });
+            let what = format!(
+                "with {name} = {}: rock `{}` has {} kg in {} m3; {hint}",
+                short(value),
+                rock.name,
+                short(rock.mass),
+                short(volume)
+            );
+            said.push(warning(file, &format!("vary.{name}"), what));
+        }
+    }
+    Ok(said)
+}
+
+/// What a size that few rocks have may have been, where the study varies this quantity.
+fn of_size_meant(quantity: Quantity, volume: f64, mass: f64) -> Option<String> {
+    match quantity {
+        Quantity::Mass if mass < LIGHT => {
+            Some(format!("were it in tonnes, it would be {} kg", short(1e3 * mass)))
+        }
+        Quantity::Mass => {
+            in_litres(volume).map(|_| format!("were it in grams, it would be {} kg", short(1e-3 * mass)))
+        }
+        Quantity::Volume => in_litres(volume),
+        _ => None,
+    }
+}
+
+/// A direction that is likelier in radians, or upward.
+fn of_direction(variable: &Variable, file: &Scene) -> Option<String> {
+    let (most, name) = match variable.quantity {
+        Quantity::Azimuth => (TURN, "azimuth"),
+        Quantity::Dip => (QUARTER, "dip"),
+        _ => return None,
+    };
+    let [low, high] = variable.distribution.range()?;
+    let range = |low: f64, high: f64| match low == high {
+        true => short(low),
+        false => format!("{} to {}", short(low), short(high)),
+    };
+    let key = format!("vary.{name}");
+    let written = range(low, high);
+    if name == "dip" && low < 0.0 {
+        let what = format!(
+            "a dip of {written} degrees: below 0 rocks are thrown upward, as it is counted below the horizontal; 30 degrees downward \
+             are dip = 30.0"
+        );
+        return Some(warning(file, &key, what));
+    }
+    let degrees = variable.distribution.values().is_some_and(whole);
+    (low >= 0.0 && high > 0.0 && high <= most && !degrees).then(|| {
+        let what = format!(
+            "{name} is in degrees, {written} here; were it in radians, it would be {} degrees",
+            range(low.to_degrees(), high.to_degrees())
+        );
+        warning(file, &key, what)
+    })
+}
+
+/// Whether all these are whole numbers: no one writes radians like that.
+fn whole(values: &[toml::Value]) -> bool {
+    values.iter().all(|v| v.as_float().is_none_or(|v| v.fract() == 0.0))
+}
+
+/// How much of line number `at` has no ground below.
+fn of_line(base: &Base, at: usize, file: &Scene) -> Option<String> {
+    let (line, name) = (&base.lines[at], &base.study.lines[at].name);
+    let places = (0..PIECES).map(|k| outline::along(line, (f64::from(k) + 0.5) / f64::from(PIECES)));
+    let beside = places.filter(|place| ground_at(&base.ground, *place).is_none()).count();
+    let length = outline::length(line);
+    (beside > 0).then(|| {
+        let what = format!(
+            "{} m of {} m of the line `{name}` lie beyond the terrain or over holes in it: what passes there is not counted",
+            short(length * beside as f64 / f64::from(PIECES)),
+            short(length)
+        );
+        warning(file, &format!("line.{at}.points"), what)
+    })
+}
+
+/// Codes of coordinate systems in a GeoTIFF.
+const CODES: [u32; 2] = [1024, 32_766];
+/// Coordinate systems of longitude and latitude that are in use: no map of metres is in them.
+const DEGREES: [u32; 22] = [
+    4121, 4149, 4150, 4167, 4171, 4230, 4258, 4265, 4267, 4269, 4277, 4283, 4312, 4314, 4326, 4490, 4612,
+    4619, 4674, 4979, 6318, 6706,
+];
+
+/// The code of the maps: one that is possible, in metres, and that of the terrain.
+fn of_system(base: &Base, file: &Scene) -> Result<Option<String>, InputError> {
+    let Some(code) = base.study.maps.as_ref().and_then(|maps| maps.epsg) else { return Ok(None) };
+    let refuse = |what: String, cure: &str| Err(file.invalid("maps.epsg", what).try_instead(cure));
+    if !(CODES[0]..=CODES[1]).contains(&code) {
+        let what =
+            format!("epsg = {code}: the codes of coordinate systems go from {} to {}", CODES[0], CODES[1]);
+        return refuse(
+            what,
+            "2056 in Switzerland, 31254 to 31259 in Austria, 25832 or 32632 for UTM zone 32",
+        );
+    }
+    if DEGREES.contains(&code) {
+        let what =
+            format!("EPSG:{code} is in degrees of longitude and latitude, and the terrain is in metres");
+        return refuse(what, "write the code of the system that the terrain is in, as 2056 in Switzerland");
+    }
+    let own = System::of_terrain(base).map(u32::from).filter(|own| *own != code);
+    Ok(own.map(|own| {
+        let what = format!(
+            "epsg = {code}, and the terrain's file says EPSG:{own}: maps keep the terrain's coordinates and are called EPSG:{code}; \
+             leave epsg out to call them EPSG:{own}"
+        );
+        warning(file, "maps.epsg", what)
+    }))
+}
