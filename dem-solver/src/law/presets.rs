@@ -118,7 +118,7 @@ pub fn warnings(contacts: &[ContactSettings]) -> Vec<String> {
         let rolls = match contact.rolling_friction > 0.0 || contact.rolling == Some(RollingName::Rut) {
             true => "",
             false => {
-                "; it says nothing of rolling_friction, without which round rocks do not stop on a slope"
+                "; it says nothing of rolling_friction, without which round rocks do not stop on a slope: docs/ground.md has values to begin with"
             }
         };
         Some(format!(
