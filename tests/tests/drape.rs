@@ -3,15 +3,9 @@
 use std::path::Path;
 use tests::{Bench, Ended, scene};
 
-/// The scene with a coarser net and a coarser block.
-const SMALL: [&str; 6] = [
-    "--set",
-    "structure.generator.cells=[8, 9]",
-    "--set",
-    "structure.generator.spacing=1.0",
-    "--set",
-    "rock.0.cluster.spheres=40",
-];
+/// The scene with a coarser net.
+const SMALL: [&str; 4] =
+    ["--set", "structure.generator.cells=[8, 9]", "--set", "structure.generator.spacing=1.0"];
 /// The lower edge of the net held as well.
 const POCKET: [&str; 2] = [
     "--set",

@@ -15,7 +15,7 @@ use crate::law::table::SurfaceLaws;
 use crate::law::yielding::Dent;
 use crate::model::Model;
 use crate::model::critical::DEEP;
-use crate::model::runout::{LOOK, StepOnTerrain, jump_height};
+use crate::model::runout::{Ending, LOOK, StepOnTerrain, is_out, jump_height};
 use crate::model::state::{Against, Body, State};
 use crate::results::trajectory::Row;
 use crate::rock::{Motion, Rock};
@@ -213,11 +213,13 @@ impl TerrainStage {
         let shortest = model.steps.contact;
         let Passed { end, h, touching, look } = passed;
         let touched = body.path.contact_since.is_some();
-        let step = StepOnTerrain { after: &body.motion, end, length: h, touching, shortest };
+        let outside = is_out(ground, &model.settings.down(), &body.motion.position);
+        let had_left = body.path.has_left();
+        let step = StepOnTerrain { after: &body.motion, end, length: h, touching, outside, shortest };
         body.path.step(&model.rocks[rock], terrain, &step);
         let height =
             |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
-        if look && !touching {
+        if look && !touching && !outside {
             let height = height(body);
             body.path.height(height, end);
         }
@@ -229,7 +231,7 @@ impl TerrainStage {
         // Half a step less: a row is due at the step that is nearest.
         let due = touching
             && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
-        if (touching != touched || due) && !body.path.has_left() {
+        if (touching != touched || due || body.path.has_left()) && !had_left {
             body.path.row = end;
             rows.push(Row::of(model, rock, body, end, height(body), touching));
         }
@@ -245,8 +247,9 @@ impl TerrainStage {
         end: f64,
         look: bool,
     ) {
-        body.path.flew(&model.rocks[rock], &body.motion, end);
-        if look {
+        let outside = is_out(ground, &model.settings.down(), &body.motion.position);
+        body.path.flew(&model.rocks[rock], &body.motion, end, outside);
+        if look && !outside {
             let height = jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
             body.path.height(height, end);
         }
@@ -257,15 +260,21 @@ impl TerrainStage {
         let (time, down) = (state.time, model.settings.down());
         for (number, body) in state.bodies.iter_mut().enumerate() {
             let had_left = body.path.has_left();
-            body.path.judge(ground, &model.settings, &body.motion, time);
+            body.path.judge(ground, &model.settings, &model.rocks[number], &body.motion, time);
+            // The last row of a rock that has left is that at the border.
+            let exit = body.path.ending.filter(|end| end.how == Ending::Out);
+            let time = exit.map_or(time, |end| end.time);
             if let Some(rows) = &mut self.rows
                 && number < model.settings.named()
                 && body.path.row < time
                 && !had_left
             {
                 body.path.row = time;
+                let now = body.motion;
+                body.motion = exit.map_or(now, |end| end.motion(&now));
                 let height = jump_height(ground, &model.rocks[number], &body.motion, &down);
-                rows.push(Row::of(model, number, body, time, height, body.contacts > 0));
+                rows.push(Row::of(model, number, body, time, height, exit.is_none() && body.contacts > 0));
+                body.motion = now;
             }
         }
     }

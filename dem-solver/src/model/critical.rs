@@ -133,7 +133,7 @@ impl Steps {
                         steps.step, steps.critical, steps.speed, steps.stiffness
                     ),
                 )
-                .try_instead("shorten it, or write allow_unstable = true"));
+                .try_instead(format!("leave {key} out, shorten the step, or write allow_unstable = true")));
         }
         Ok(steps)
     }

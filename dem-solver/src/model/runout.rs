@@ -64,6 +64,13 @@ pub struct End {
     pub velocity: Vector3<f64>,
 }
 
+impl End {
+    /// The motion then of a rock that has flown on with the motion `now`.
+    pub fn motion(&self, now: &Motion) -> Motion {
+        Motion { position: self.position, velocity: self.velocity, ..*now }
+    }
+}
+
 /// A step of a rock over terrain.
 #[derive(Debug, Clone, Copy)]
 pub struct StepOnTerrain<'a> {
@@ -75,6 +82,8 @@ pub struct StepOnTerrain<'a> {
     pub length: f64,
     /// Whether there were contacts in its middle.
     pub touching: bool,
+    /// Whether the centre is beside or below the terrain at its end ([`is_out`]).
+    pub outside: bool,
     /// Duration of the shortest contact [s]: a touch after a longer flight is an impact.
     pub shortest: f64,
 }
@@ -93,10 +102,18 @@ impl RunOut {
 
     /// Take in a step of a rock over terrain.
     pub fn step(&mut self, rock: &Rock, terrain: &TerrainSettings, step: &StepOnTerrain) {
-        let StepOnTerrain { after, end, length, touching, shortest } = *step;
+        let StepOnTerrain { after, end, length, touching, outside, shortest } = *step;
         let speed = after.velocity.norm();
-        self.see(rock, after, end);
         if self.has_left() {
+            return;
+        }
+        // One that flies over the border has crossed it somewhere before: found when the window ends.
+        if touching || !outside {
+            self.see(rock, after, end);
+        }
+        if touching && outside {
+            let (position, velocity) = (after.position, after.velocity);
+            self.ending = Some(End { how: Ending::Out, time: end, position, velocity });
             return;
         }
         if !touching {
@@ -128,11 +145,13 @@ impl RunOut {
         }
     }
 
-    /// Take in a flight that ends at `end` [s] with the motion `after`.
-    pub fn flew(&mut self, rock: &Rock, after: &Motion, end: f64) {
+    /// Take in a flight that ends at `end` [s] with the motion `after`, `outside` of the terrain or not.
+    pub fn flew(&mut self, rock: &Rock, after: &Motion, end: f64, outside: bool) {
         (self.contact_since, self.slow_since) = (None, None);
         self.go_on(end);
-        self.see(rock, after, end);
+        if !outside {
+            self.see(rock, after, end);
+        }
     }
 
     fn see(&mut self, rock: &Rock, motion: &Motion, time: f64) {
@@ -157,14 +176,16 @@ impl RunOut {
     }
 
     /// Whether the trajectory has ended by `time` [s].
-    pub fn judge(&mut self, ground: &Terrain, settings: &Settings, motion: &Motion, time: f64) {
+    pub fn judge(&mut self, ground: &Terrain, settings: &Settings, rock: &Rock, motion: &Motion, time: f64) {
         let since = std::mem::replace(&mut self.judged, time).max(self.touched);
         let Some(terrain) = settings.terrain.as_ref().filter(|_| self.ending.is_none()) else { return };
         let (position, velocity) = (motion.position, motion.velocity);
         if self.slow_since.is_some_and(|since| time - since >= terrain.rest_time) {
             self.ending = Some(End { how: Ending::Rest, time, position, velocity });
         } else if is_out(ground, &settings.down(), &position) {
-            self.ending = Some(exit(ground, settings, motion, time, time - since));
+            let end = exit(ground, settings, motion, time, time - since);
+            self.see(rock, &end.motion(motion), end.time);
+            self.ending = Some(end);
         }
     }
 }
@@ -191,7 +212,7 @@ fn exit(ground: &Terrain, settings: &Settings, motion: &Motion, time: f64, fligh
 
 /// True if a point lies beside the terrain, or below all of it. Sideways are the two axes that gravity
 /// follows least.
-fn is_out(ground: &Terrain, down: &Vector3<f64>, position: &Vector3<f64>) -> bool {
+pub fn is_out(ground: &Terrain, down: &Vector3<f64>, position: &Vector3<f64>) -> bool {
     let upright = down.iamax();
     (0..3).any(|axis| {
         let (below, above) = (position[axis] < ground.lowest[axis], position[axis] > ground.highest[axis]);

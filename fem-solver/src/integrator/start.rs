@@ -301,7 +301,12 @@ fn no_form(scene: &Scene, model: &Model, way: FormFinding, failure: Failure) -> 
 }
 
 fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) -> InputError {
-    let what = format!("no static equilibrium under the dead load was found: {}", failure.describe(model));
+    let mut what =
+        format!("no static equilibrium under the dead load was found: {}", failure.describe(model));
+    if let Some((force, element)) = most_pulled(model) {
+        what +=
+            &format!("; as it is built, before it may move, the largest force is {force:.3e} N in {element}");
+    }
     if let Failure::Broken { element, .. } = failure {
         let of_part = model.parts[..model.part_count].iter().position(|p| p.elements.contains(element));
         let key = of_part.map_or("structure".into(), |part| format!("structure.parts.{part}.rupture_force"));
@@ -328,6 +333,18 @@ fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) 
     scene.invalid("structure.form_finding", what).try_instead(format!(
         "support or connect that node, give the cables tension or the rings less room, or write {other}"
     ))
+}
+
+/// The largest axial force of the structure as it is built [N], and in which element: rings too small for their cells, a rope too short.
+fn most_pulled(model: &Model) -> Option<(f64, String)> {
+    let of = |(number, element): (usize, &AnyElement)| {
+        let still = vec![0.0; if element.rotates() { 6 } else { 3 } * element.nodes().len()];
+        let mut forces = vec![0.0; element.force_count()];
+        element.line_forces(&still, &element.start_history(), &mut forces);
+        (forces.into_iter().map(f64::abs).fold(0.0, f64::max), number)
+    };
+    let (force, number) = model.elements.iter().enumerate().map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (force > 0.0).then(|| (force, model.member_name(number, None)))
 }
 
 /// The longest step: as the scene says, else by default.

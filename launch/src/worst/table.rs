@@ -122,7 +122,7 @@ pub fn summary(chosen: &Chosen, cases: &[Case], barrier: &str) -> Summary {
     };
     report("members".into(), of as f64, "1");
     report("members_at_line".into(), reach as f64, "1");
-    report("members_computed".into(), cases.len() as f64, "1");
+    report("members_computed".into(), (cases.len() - uncounted) as f64, "1");
     for word in fates() {
         report(format!("members_{}", word.replace(' ', "_")), count(word) as f64, "1");
     }

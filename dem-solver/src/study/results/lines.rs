@@ -186,27 +186,31 @@ fn curves(
             continue;
         }
         let scale = if at == 0 { 1e-3 } else { 1.0 };
-        let most = (values[values.len() - 1] * scale).max(1e-9) * 1.05;
+        // With room for the words to the right of the largest one.
+        let most = (values[values.len() - 1] * scale).max(1e-9) * 1.3;
         let least = (values[0] * scale).min(0.0);
         let mut chart = ChartBuilder::on(panel)
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(48)
             .build_cartesian_2d(least..most, 0.0..1.0)?;
-        chart.configure_mesh().x_desc(title).y_labels(6).x_labels(6).light_line_style(WHITE).draw()?;
+        let number = |value: &f64| short(*value);
+        let mut mesh = chart.configure_mesh();
+        mesh.x_desc(title).y_labels(6).x_labels(6).x_label_formatter(&number).y_label_formatter(&number);
+        mesh.light_line_style(WHITE).draw()?;
         let count = values.len() as f64;
         let steps = values.iter().enumerate().flat_map(|(k, v)| {
             [(v * scale, 1.0 - k as f64 / count), (v * scale, 1.0 - (k + 1) as f64 / count)]
         });
         let all = std::iter::once((least, 1.0)).chain(steps);
         chart.draw_series(LineSeries::new(all, RGBColor(180, 40, 45).stroke_width(2)))?;
-        for share in [0.95, 0.99] {
+        for (share, height) in [(0.95, 0.26), (0.99, 0.16)] {
             let at = quantile(values, share) * scale;
-            chart.draw_series(LineSeries::new([(at, 0.0), (at, 1.0 - share + 0.08)], BLACK))?;
-            let label = format!("{:.0} %: {}", 100.0 * share, short(at));
-            // To the left of its line, where there is always room.
-            let style = TextStyle::from(("sans-serif", 12)).pos(Pos::new(HPos::Right, VPos::Bottom));
-            chart.draw_series(std::iter::once(Text::new(label, (at, 1.0 - share + 0.12), style)))?;
+            chart.draw_series(LineSeries::new([(at, 0.0), (at, height)], BLACK))?;
+            let label = format!(" {:.0} %: {}", 100.0 * share, short(at));
+            // To the right of its line, where the curve is below.
+            let style = TextStyle::from(("sans-serif", 12)).pos(Pos::new(HPos::Left, VPos::Center));
+            chart.draw_series(std::iter::once(Text::new(label, (at, height - 0.02), style)))?;
         }
     }
     page.present()?;

@@ -117,6 +117,16 @@ impl<'a> Sheet<'a> {
             Scale::Linear => (v - least) / (most - least),
             Scale::Log => (v / least).ln() / (most / least).ln(),
         };
+        // Energies in kJ, as in all pictures; rasters hold J.
+        let (title, unit) = match map.title.strip_suffix("[J]") {
+            Some(words) => (format!("{words}[kJ]"), 1e-3),
+            None => (map.title.clone(), 1.0),
+        };
+        let notes = [
+            map.note.as_deref(),
+            matches!(map.scale, Scale::Log).then_some("colours on a logarithmic scale"),
+        ];
+        let notes: String = notes.iter().flatten().map(|note| format!("; {note}")).collect();
         let [width, height] = self.size;
         let page = [LEFT + width + RIGHT, TOP + height + BELOW];
         let mut text = format!(
@@ -126,10 +136,10 @@ impl<'a> Sheet<'a> {
              {4} m{5}</text>\n",
             page[0],
             page[1],
-            capital(&map.title),
+            capital(&title),
             self.members,
             short(self.grid.cell),
-            map.note.as_ref().map(|note| format!("; {note}")).unwrap_or_default()
+            notes
         );
         for (image, smooth) in [(&self.shading, "auto"), (&self.coloured(map, &share)?, "pixelated")] {
             let _ = writeln!(
@@ -141,7 +151,7 @@ impl<'a> Sheet<'a> {
         self.outlines(&mut text);
         self.furniture(&mut text);
         if most.is_finite() {
-            self.legend(&mut text, map.scale, [least, most]);
+            self.legend(&mut text, map.scale, [least, most].map(|end| unit * end));
         }
         text += "</svg>\n";
         Ok(text)

@@ -211,7 +211,8 @@ fn with_line(study: Scene, area: &Area, scene: &Scene) -> Result<(String, Scene)
         let advice = format!("give it another name, or these points: points = [{}]", points.join(", "));
         return Err(study.invalid(&format!("line.{at}.points"), what).try_instead(advice));
     }
-    let more = format!("\n# Where the barrier of {} stands.\n{table}", scene.name());
+    // Without its name: the study is the same for all barriers on this line.
+    let more = format!("\n# Where the barrier stands.\n{table}");
     let study = study
         .with_more(&more)
         .map_err(|e| e.try_instead(format!("write lines as tables, as in\n{table}")))?;
