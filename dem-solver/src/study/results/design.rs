@@ -30,9 +30,15 @@ struct Row {
     how: String,
     /// What the barrier has.
     has: Option<f64>,
+    /// Rocks that have more of it.
+    more: Option<String>,
 }
 
 impl Row {
+    fn with(self, more: Option<String>) -> Self {
+        Self { more, ..self }
+    }
+
     fn is_satisfied(&self) -> Option<bool> {
         self.has.map(|has| has >= self.value)
     }
@@ -50,7 +56,7 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
     let at = |values: &[f64]| (!values.is_empty()).then(|| quantile(values, UNI_QUANTILE / 100.0));
     let (speed, height) = (at(passing.speed)?, at(passing.height)?);
     let (trajectories, topography) = (uni.trajectories, uni.topography);
-    let row = |name, value, unit, how, has| Row { standard: UNI, name, value, unit, how, has };
+    let row = |name, value, unit, how, has| Row { standard: UNI, name, value, unit, how, has, more: None };
     let fast = speed * trajectories * topography;
     let mass = uni.block_mass * uni.block_survey * uni.weight;
     let energy = 0.5 * mass * fast * fast;
@@ -83,7 +89,8 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
             "J",
             format!("design energy * {factor} ({level}, {})", stated(uni.energy_factor.is_some())),
             design.barrier_energy,
-        ),
+        )
+        .with(with_more(energy * factor, passing)),
         row(
             "design_height",
             high,
@@ -115,7 +122,7 @@ fn of_onr(onr: &Onr, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
     let at = |values: &[f64], share: f64| (!values.is_empty()).then(|| quantile(values, share / 100.0));
     let (energy, height) =
         (at(passing.energy, onr.energy_quantile)?, at(passing.height, onr.height_quantile)?);
-    let row = |name, value, unit, how, has| Row { standard: ONR, name, value, unit, how, has };
+    let row = |name, value, unit, how, has| Row { standard: ONR, name, value, unit, how, has, more: None };
     Some(vec![
         row(
             "required_energy",
@@ -157,7 +164,7 @@ pub fn write(path: &Path, name: &str, design: &Design, passing: &Passing) -> io:
     let of_onr = design.onr_24810.as_ref().and_then(|onr| of_onr(onr, design, passing));
     checked.warnings.extend(design.uni_11211_4.as_ref().and_then(|uni| block(name, uni, passing)));
     if let Some(rows) = &of_uni {
-        checked.warnings.extend(below_largest(name, rows, passing));
+        checked.warnings.extend(below_largest(name, rows));
     }
     let mut table = csv::Writer::from_path(path)?;
     table.write_record(["standard", "quantity", "value", "unit", "from", "barrier", "satisfied"])?;
@@ -166,7 +173,8 @@ pub fn write(path: &Path, name: &str, design: &Design, passing: &Passing) -> io:
             let has = row.has.map_or(String::new(), |has| has.to_string());
             let satisfied = row.is_satisfied().map_or("", |yes| if yes { "yes" } else { "no" });
             let value = row.value.to_string();
-            table.write_record([row.standard, row.name, &value, row.unit, &row.how, &has, satisfied])?;
+            let how = row.more.as_ref().map_or(row.how.clone(), |more| format!("{}; {more}", row.how));
+            table.write_record([row.standard, row.name, &value, row.unit, &how, &has, satisfied])?;
             checked.measures.push(Measure {
                 name: format!("{name}_{}_{}", key(row.standard), row.name),
                 value: row.value,
@@ -217,17 +225,21 @@ fn block(name: &str, uni: &Uni, passing: &Passing) -> Option<String> {
     ))
 }
 
-/// What is said of an energy that some rock that passes has more of.
-fn below_largest(name: &str, rows: &[Row], passing: &Passing) -> Option<String> {
-    let required = rows.iter().find(|row| row.name == "required_energy")?.value;
+/// Rocks that pass with more than this energy [J], in words.
+fn with_more(required: f64, passing: &Passing) -> Option<String> {
     let largest = *passing.energy.last().filter(|largest| **largest > required)?;
     let above = passing.energy.iter().filter(|energy| **energy > required).count();
+    let all = passing.energy.len();
+    Some(format!("{above} of {all} rocks that pass have more energy, up to {} J", short(largest)))
+}
+
+/// What is said of an energy that some rock that passes has more of.
+fn below_largest(name: &str, rows: &[Row]) -> Option<String> {
+    let (required, more) = rows.iter().find_map(|row| Some((row.value, row.more.as_ref()?)))?;
     Some(format!(
-        "the line `{name}`: {UNI} requires {} J, and the largest energy of a rock that passes is {} J ({above} of {} have more than \
-         required): it takes the mass of the design block, the {UNI_QUANTILE} % speed and no rotation",
-        short(required),
-        short(largest),
-        passing.energy.len()
+        "the line `{name}`: {UNI} requires {} J, and {more}: it takes the mass of the design block, the {UNI_QUANTILE} % speed and no \
+         rotation",
+        short(required)
     ))
 }
 
@@ -236,6 +248,8 @@ fn sentence(name: &str, rows: &[Row]) -> String {
     let parts = rows.iter().filter(|row| row.name.starts_with("required")).map(|row| {
         let what = row.name.trim_start_matches("required_");
         let must = format!("{what} {} {}", short(row.value), row.unit);
+        let more = row.more.as_ref().map_or(String::new(), |more| format!(" ({more})"));
+        let must = must + &more;
         match row.has.zip(row.is_satisfied()) {
             Some((has, yes)) => format!(
                 "{must}, the barrier has {}: {}",
@@ -314,12 +328,18 @@ mod tests {
             (
                 [900.0, 2000.0],
                 [1e5, 9e5],
-                "requires 549565 J, and the largest energy of a rock that passes is 900000 J (1 of 2",
+                "requires 549565 J, and 1 of 2 rocks that pass have more energy, up to 900000 J: it takes",
             ),
         ] {
             let said = of(&mass, &energy);
             assert!(said.len() == 1 && said[0].contains(words), "{words}: {said:?}");
         }
+        let passing = Passing { energy: &[1e5, 9e5], ..passing };
+        let verdict = write(&file, "road", &design, &passing).expect("written").verdict.remove(0);
+        let more = "energy 549565 J (1 of 2 rocks that pass have more energy, up to 900000 J), the barrier has 500000";
+        assert!(verdict.contains(more), "{verdict}");
+        let table = std::fs::read_to_string(&file).expect("a table");
+        assert!(table.contains("; 1 of 2 rocks that pass have more energy"), "{table}");
     }
 
     /// Each number in another unit than its own: refused or doubted, with what it would be.
