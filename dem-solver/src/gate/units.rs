@@ -98,7 +98,7 @@ pub fn all_of_rock(rock: &Rock, table: &RockSettings) -> Vec<Found> {
     {
         all.push(Found::doubted(
             "cluster.largest_error",
-            format!("is no longer than its largest_error of {bound} m, so every cluster keeps it"),
+            format!("is shorter than its largest_error of {bound} m, so that every cluster is within it"),
             "20 mm is 0.02".into(),
         ));
     }
