@@ -440,8 +440,9 @@ impl DemSolver {
         let trajectories = trajectory::trajectories(&self.model, ground, &trajectory.rows);
         let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_trajectories(&trajectories));
         let (path, bodies) = (out.join(map::PICTURE), &self.committed.bodies);
+        let mesh = self.run.as_ref().and_then(|run| Some(run.net()?.0));
         for (name, written) in [
-            (map::PICTURE, map::write(&path, &self.model, ground, &trajectories, bodies)),
+            (map::PICTURE, map::write(&path, &self.model, ground, &trajectories, bodies, mesh)),
             (fields::TRAJECTORIES, fields),
         ] {
             if let Err(e) = written {

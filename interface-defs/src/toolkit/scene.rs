@@ -64,6 +64,8 @@ pub struct Scene {
     kind: &'static Kind,
     /// What is read in place of the text, where a program has changed values of it.
     patch: Option<Arc<toml::Table>>,
+    /// From which byte on the text follows from another file, and which.
+    added: Option<(usize, PathBuf)>,
 }
 
 impl Scene {
@@ -102,15 +104,16 @@ impl Scene {
             overrides.push(Override::parse(set, base)?);
             base += set.len() + 1;
         }
-        let scene = Self { path, text, overrides, kind, patch: None };
+        let scene = Self { path, text, overrides, kind, patch: None, added: None };
         scene.check()?;
         Ok(scene)
     }
 
-    /// The same document with `more` behind its text.
-    pub fn with_more(self, more: &str) -> Result<Self, InputError> {
+    /// The same document with `more` behind its text, which follows from the file `of`: what is wrong there is said of that file.
+    pub fn with_more(self, more: &str, of: &Path) -> Result<Self, InputError> {
         let sets: Vec<String> = self.overrides.iter().map(|set| set.text.clone()).collect();
-        Self::new(self.kind, self.path, self.text + more, &sets)
+        let added = Some((self.text.len(), of.to_owned()));
+        Ok(Self { added, ..Self::new(self.kind, self.path, self.text + more, &sets)? })
     }
 
     fn check(&self) -> Result<(), InputError> {
@@ -279,6 +282,11 @@ impl Scene {
     }
 
     fn error(&self, span: Range<usize>, message: impl Into<String>) -> InputError {
+        if let Some((_, file)) =
+            self.added.as_ref().filter(|(from, _)| (*from..self.text.len()).contains(&span.start))
+        {
+            return InputError::in_file(file.display().to_string(), message);
+        }
         let set =
             self.overrides.iter().find(|set| (set.base..set.base + set.text.len() + 1).contains(&span.start));
         let spot = match set {

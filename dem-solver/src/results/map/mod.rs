@@ -1,17 +1,21 @@
-//! `trajectory.svg`: plan of the trajectories over the shaded terrain, a section of the terrain along them, and jump
-//! height, speed and energy along them. Drawn from the rows and the terrain alone; the same rows give the same bytes.
+//! `trajectory.svg`: plan of the trajectories over the shaded terrain, with the structure as it stands at the start, a section of
+//! the terrain along them, and jump height, speed and energy along them. Drawn from the rows, the terrain and the structure's mesh
+//! alone; the same rows give the same bytes.
 
 mod contours;
+mod net;
 pub(crate) mod page;
 mod panels;
 mod plan;
 pub(crate) mod shade;
 
+use crate::interface_mesh::ContactMesh;
 use crate::model::Model;
 use crate::model::state::Body;
 use crate::results::trajectory::Row;
 use crate::terrain::Terrain;
 use nalgebra::Vector3;
+use net::Net;
 use page::{
     Area, Drawn, FEW, FINE, HeightMap, INK, LEFT, LEGEND, Line, NAMES, Peaks, TrajectoryPoint, WIDTH, colour,
     font, number, px,
@@ -22,13 +26,14 @@ use std::path::Path;
 
 pub use interface_defs::toolkit::run_dir::PICTURE;
 
-/// Draw the trajectories, rows and bodies by rock, into the file `path`.
+/// Draw the trajectories, rows and bodies by rock, and the `mesh` of a structure into the file `path`.
 pub fn write(
     path: &Path,
     model: &Model,
     ground: &Terrain,
     trajectories: &[Vec<Row>],
     bodies: &[Body],
+    mesh: Option<&ContactMesh>,
 ) -> io::Result<()> {
     let down = model.settings.down();
     let point = |row: &Row| {
@@ -57,17 +62,18 @@ pub fn write(
     };
     let corner = |v: &Vector3<f64>| [v.x + model.origin.x, v.y + model.origin.y];
     let terrain = HeightMap { extent: [corner(&ground.lowest), corner(&ground.highest)], height: &height };
-    std::fs::write(path, draw(&lines, &terrain).map_err(io::Error::other)?)
+    let net = mesh.map_or(Net::default(), |mesh| Net::of(mesh, &model.origin));
+    std::fs::write(path, draw(&lines, &terrain, &net).map_err(io::Error::other)?)
 }
 
 /// The whole picture as SVG text. `lines` without points are left out.
-pub fn draw(lines: &[Line], terrain: &HeightMap) -> Result<String, String> {
+fn draw(lines: &[Line], terrain: &HeightMap, net: &Net) -> Result<String, String> {
     let lines: Vec<&Line> = lines.iter().filter(|l| !l.points.is_empty()).collect();
     if lines.is_empty() {
         return Err("there is no trajectory to draw".into());
     }
-    let plan = plan::Plan::new(&lines, terrain);
-    let panels = panels::Panels::new(&lines);
+    let plan = plan::Plan::new(&lines, terrain, net);
+    let panels = panels::Panels::new(&lines, net);
     let heights = [plan.height(), panels.section_height(), panels::PANEL, panels::PANEL, panels::PANEL];
     let total = heights.iter().sum::<i32>() + LEGEND;
     let mut text = String::new();
@@ -89,7 +95,7 @@ fn draw_page(
 ) -> Drawn {
     root.fill(&WHITE)?;
     let (legend, mut rest) = root.split_vertically(LEGEND * FINE);
-    draw_legend(&legend, lines, plan.interval())?;
+    draw_legend(&legend, lines, plan.has_net(), plan.interval())?;
     let mut areas = Vec::with_capacity(heights.len());
     for height in heights {
         let (own, below) = rest.split_vertically(height * FINE);
@@ -103,7 +109,7 @@ fn draw_page(
     panels.energies(&areas[4])
 }
 
-fn draw_legend(area: &Area, lines: &[&Line], interval: Option<f64>) -> Drawn {
+fn draw_legend(area: &Area, lines: &[&Line], has_net: bool, interval: Option<f64>) -> Drawn {
     let title = match lines {
         [one] => format!("Trajectory of {}", one.name),
         many => format!("Trajectories of {} rocks", many.len()),
@@ -133,6 +139,11 @@ fn draw_legend(area: &Area, lines: &[&Line], interval: Option<f64>) -> Drawn {
     let cross = Cross::new((px(x + 64.0), y), px(4.5), INK.stroke_width(px(1.8) as u32));
     area.draw(&cross)?;
     area.draw(&label(x + 74.0, "end"))?;
+    if has_net {
+        area.draw(&PathElement::new(vec![(px(x + 118.0), y), (px(x + 144.0), y)], net::style()))?;
+        area.draw(&label(x + 150.0, "structure at the start"))?;
+        x += 178.0;
+    }
     let Some(interval) = interval else { return Ok(()) };
     let text = format!("contours every {} m", number(&interval));
     area.draw(&label(x + 118.0, &text))
@@ -151,7 +162,9 @@ fn finish(text: String, total: i32, plan: &plan::Plan) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::page::RIGHT;
     use super::*;
+    use interface_defs::InterfaceMesh;
 
     /// Bounces down a plane that falls 0.5 m in each metre of x.
     fn bounces(name: &str, y: f64) -> Line {
@@ -171,13 +184,76 @@ mod tests {
         Line::new(name.into(), (0..501).map(point).collect())
     }
 
-    fn drawn(lines: &[Line]) -> String {
+    fn drawn_with(lines: &[Line], net: &Net) -> String {
         let height = |x: f64, y: f64| {
             let beside = (y - 1_200_010.0).abs() > 18.0;
             (!beside).then_some(1500.0 - 0.5 * (x - 2_600_000.0))
         };
         let extent = [[2_599_990.0, 1_199_990.0], [2_600_060.0, 1_200_030.0]];
-        draw(lines, &HeightMap { extent, height: &height }).expect("drawn")
+        draw(lines, &HeightMap { extent, height: &height }, net).expect("drawn")
+    }
+
+    fn drawn(lines: &[Line]) -> String {
+        drawn_with(lines, &Net::default())
+    }
+
+    /// Ends of all lines in the colour of the structure [px], two by two.
+    fn of_net(text: &str) -> Vec<[(f64, f64); 2]> {
+        let own = text.lines().filter(|l| l.starts_with("<polyline") && l.contains("\"#003C42\""));
+        let number = |t: &str| t.parse::<f64>().expect("a number") / f64::from(FINE);
+        let point = |t: &str| t.split_once(',').map(|(x, y)| (number(x), number(y))).expect("a place");
+        own.map(|l| {
+            let points = l.split("points=\"").nth(1).and_then(|t| t.split('"').next()).expect("points");
+            let mut points = points.split_whitespace().map(point);
+            [points.next().expect("one"), points.next().expect("two")]
+        })
+        .collect()
+    }
+
+    /// A net across the trajectory 30 m down the slope, upright from 1485 to 1489 m, and a rope 15 m to the north of it.
+    #[test]
+    fn a_structure_is_drawn_where_it_stands_in_the_plan_and_in_the_section() {
+        let origin = Vector3::new(2_600_000.0, 1_200_000.0, 0.0);
+        let mut mesh = InterfaceMesh::default();
+        for [x, y, z] in [
+            [30.0, 9.0, 1485.0],
+            [30.0, 11.0, 1485.0],
+            [30.0, 9.0, 1489.0],
+            [30.0, 11.0, 1489.0],
+            [30.0, 25.0, 1489.0],
+            [25.0, 25.0, 1491.0],
+        ] {
+            mesh.coordinates.extend([x, y, z]);
+        }
+        // The edge from 1 to 2 belongs to two triangles.
+        (mesh.faces, mesh.lines) = (vec![[0, 1, 2], [1, 3, 2]], vec![[4, 5]]);
+        let net = Net::of(&ContactMesh::new(&mesh).expect("a mesh"), &origin);
+        assert_eq!(net.points().count(), 12, "six edges");
+        let line = bounces("block", 10.0);
+        let section = net.section(&line);
+        assert_eq!(section.len(), 5, "without the rope: {section:?}");
+        assert!(section.iter().flatten().all(|(x, _)| (x - 30.0).abs() < 1e-6), "{section:?}");
+        let text = drawn_with(&[line], &net);
+        assert!(text.contains("structure at the start"));
+        let lines = of_net(&text);
+        // The legend, then in the plan: the edges across once, the upright ones are points, the rope; in the section: an upright line,
+        // in it again the part that is all of it, as it looks the same.
+        assert_eq!(lines.len(), 4, "{lines:?}");
+        let plot = f64::from(WIDTH - LEFT - RIGHT);
+        // The terrain is cut to the trajectory and the structure: from 9 m before its start, which is 12 % of 50 m and 3 m.
+        let extent = 2.0 * (0.12 * 50.0 + 3.0) + 50.0;
+        let scale = plot / extent;
+        let (across, rope, upright) = (lines[1], lines[2], lines[3]);
+        let due = f64::from(LEFT) + 39.0 * scale;
+        assert!(across.iter().all(|(x, _)| (x - due).abs() < 1.0), "{across:?} {due}");
+        assert!(((across[0].1 - across[1].1).abs() - 2.0 * scale).abs() < 1.0, "{across:?} {scale}");
+        assert!((rope[0].0 - rope[1].0 - 5.0 * scale).abs() < 1.0, "{rope:?}");
+        let due = f64::from(LEFT) + 0.6 * plot;
+        assert!(upright.iter().all(|(x, _)| (x - due).abs() < 1.0), "{upright:?} {due}");
+        let scale = text.split("(vertical scale ").nth(1).and_then(|t| t.split(' ').next());
+        let scale: f64 = scale.and_then(|t| t.parse().ok()).expect("a scale");
+        let due = scale * 4.0 * plot / 50.0;
+        assert!(((upright[0].1 - upright[1].1).abs() - due).abs() < 1.5, "{upright:?} {due}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Along the trajectories: a section of the terrain, jump height, speed, kinetic energy.
 
+use super::net::{self, Net};
 use super::page::{
     Area, Drawn, EDGE, FEW, FINE, INK, LEFT, Line, RIGHT, SECTIONS, TrajectoryPoint, WIDTH, colour, font,
     number, px, spacing, thinned,
@@ -22,6 +23,8 @@ pub struct Panels<'a> {
     lines: &'a [&'a Line],
     /// Numbers of the trajectories with a section, the longest first.
     sections: Vec<usize>,
+    /// What of the structure lies near them.
+    nets: Vec<Vec<[(f64, f64); 2]>>,
     far: f64,
     /// Lowest and highest point of the sections [m].
     levels: [f64; 2],
@@ -32,15 +35,17 @@ pub struct Panels<'a> {
 
 impl<'a> Panels<'a> {
     /// Of these trajectories.
-    pub fn new(lines: &'a [&'a Line]) -> Self {
+    pub fn new(lines: &'a [&'a Line], net: &Net) -> Self {
         let mut sections: Vec<usize> = (0..lines.len()).collect();
         // Many sections in one picture say nothing: then that of the longest trajectory alone.
         sections.sort_by(|a, b| lines[*b].length().total_cmp(&lines[*a].length()));
         sections.truncate(if lines.len() > SECTIONS { 1 } else { SECTIONS });
         let far = lines.iter().map(|l| l.length()).fold(0.0, f64::max).max(1e-3);
+        let nets: Vec<_> = sections.iter().map(|number| net.section(lines[*number])).collect();
         let heights = || {
             let points = sections.iter().flat_map(|n| &lines[*n].points);
-            points.flat_map(|p| [Some(p.place[2]), p.ground]).flatten()
+            let of_nets = nets.iter().flatten().flatten().map(|(_, z)| *z);
+            points.flat_map(|p| [Some(p.place[2]), p.ground]).flatten().chain(of_nets)
         };
         let (low, high) =
             (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
@@ -50,7 +55,7 @@ impl<'a> Panels<'a> {
         let per_pixel = far / f64::from(WIDTH - LEFT - RIGHT);
         let even = (levels[1] - levels[0]) / per_pixel;
         let plot = even.clamp(SECTION[0], SECTION[1]);
-        Self { lines, sections, far, levels, plot, exaggeration: plot / even }
+        Self { lines, sections, nets, far, levels, plot, exaggeration: plot / even }
     }
 
     /// Room that the section takes on the page [px].
@@ -88,6 +93,10 @@ impl<'a> Panels<'a> {
             let tint = if place == 0 { SURFACE } else { colour(*number) };
             let style = tint.mix(if place == 0 { 1.0 } else { 0.5 }).stroke_width(px(1.0) as u32);
             chart.plotting_area().draw(&PathElement::new(surface(line), style))?;
+        }
+        let range = [[0.0, self.levels[0]], [self.far, self.levels[1]]];
+        for edge in net::drawn(self.nets.iter().flatten().copied(), range, per_pixel) {
+            chart.plotting_area().draw(&PathElement::new(edge, net::style()))?;
         }
         for number in &self.sections {
             let line = self.lines[*number];

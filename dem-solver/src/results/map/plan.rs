@@ -1,6 +1,7 @@
 //! The plan: shaded terrain, contours with heights, trajectories, scale bar, north arrow.
 
 use super::contours;
+use super::net::{self, Net};
 use super::page::{
     Area, Drawn, EDGE, FEW, FINE, HeightMap, INK, LEFT, Line, RIGHT, WIDTH, colour, font, number, px,
     round_step, spacing, thinned,
@@ -23,7 +24,8 @@ const ISLET: f64 = 90.0;
 const BROWN: RGBColor = RGBColor(101, 67, 33);
 
 /// What the plan shows.
-pub struct Plan {
+pub struct Plan<'a> {
+    net: &'a Net,
     lowest: [f64; 2],
     highest: [f64; 2],
     /// Of the plot itself [px].
@@ -32,10 +34,10 @@ pub struct Plan {
     coarse: ShadedGrid,
 }
 
-impl Plan {
-    /// The part of the terrain around the trajectories, at one scale along both axes.
-    pub fn new(lines: &[&Line], terrain: &HeightMap) -> Self {
-        let places = || lines.iter().flat_map(|l| &l.points).map(|p| p.place);
+impl<'a> Plan<'a> {
+    /// The part of the terrain around the trajectories and the structure, at one scale along both axes.
+    pub fn new(lines: &[&Line], terrain: &HeightMap, net: &'a Net) -> Self {
+        let places = || lines.iter().flat_map(|l| &l.points).map(|p| &p.place).chain(net.points());
         let [least, most] = terrain.extent;
         let mut lowest = [0, 1].map(|a| places().fold(f64::INFINITY, |l, p| l.min(p[a])));
         let mut highest = [0, 1].map(|a| places().fold(f64::NEG_INFINITY, |h, p| h.max(p[a])));
@@ -52,7 +54,7 @@ impl Plan {
         let scale = (f64::from(WIDTH - LEFT - RIGHT) / extent[0]).min(HIGHEST / extent[1]);
         let size = extent.map(|e| (e * scale).round().max(40.0) as i32);
         let grid = |cells| ShadedGrid::new([lowest, highest], cells, terrain.height);
-        Self { lowest, highest, size, shading: grid(FINE_CELLS), coarse: grid(CONTOUR_CELLS) }
+        Self { net, lowest, highest, size, shading: grid(FINE_CELLS), coarse: grid(CONTOUR_CELLS) }
     }
 
     /// Room that it takes on the page [px].
@@ -106,6 +108,9 @@ impl Plan {
             .draw()?;
         self.contours(&mut chart)?;
         let per_pixel = [self.per_pixel(); 2];
+        for edge in net::drawn(self.net.plan(), [self.lowest, self.highest], per_pixel) {
+            chart.plotting_area().draw(&PathElement::new(edge, net::style()))?;
+        }
         let few = lines.len() <= FEW;
         let stroke = if few { 2.0 } else { 1.0 };
         for (number, line) in lines.iter().enumerate() {
@@ -144,6 +149,11 @@ impl Plan {
     fn levels(&self) -> Option<(f64, f64, f64)> {
         let (low, high) = self.coarse.range().filter(|(low, high)| high > low)?;
         Some((low, high, round_step((high - low) / CONTOURS)))
+    }
+
+    /// Whether a structure is in it.
+    pub fn has_net(&self) -> bool {
+        !self.net.is_empty()
     }
 
     /// Interval of the contours [m], if there are any.

@@ -32,6 +32,17 @@ struct Row {
     has: Option<f64>,
     /// Rocks that have more of it.
     more: Option<String>,
+    /// Why the number may be too small to call the barrier sufficient.
+    weak: Option<String>,
+}
+
+/// Whether a barrier has what it must have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Finding<'a> {
+    Satisfied,
+    NotSatisfied,
+    /// It has what was found, and what was found is not enough to say so.
+    NotJudged(&'a str),
 }
 
 impl Row {
@@ -39,9 +50,48 @@ impl Row {
         Self { more, ..self }
     }
 
-    fn is_satisfied(&self) -> Option<bool> {
-        self.has.map(|has| has >= self.value)
+    fn resting_on(self, sample: &Sample, quantile: f64) -> Self {
+        Self { weak: sample.weakness(quantile), ..self }
     }
+
+    fn finding(&self) -> Option<Finding<'_>> {
+        Some(match (self.has? >= self.value, &self.weak) {
+            (true, None) => Finding::Satisfied,
+            (true, Some(why)) => Finding::NotJudged(why),
+            (false, _) => Finding::NotSatisfied,
+        })
+    }
+}
+
+/// What a quantile is taken of.
+struct Sample<'a> {
+    values: &'a [f64],
+    study: &'a Standing,
+}
+
+impl Sample<'_> {
+    fn at(&self, quantile_of: f64) -> Option<f64> {
+        (!self.values.is_empty()).then(|| quantile(self.values, quantile_of / 100.0))
+    }
+
+    /// Why nothing can be called sufficient by this quantile [%].
+    fn weakness(&self, quantile: f64) -> Option<String> {
+        let count = self.values.len();
+        if self.study.is_unreliable {
+            return Some("the study is unreliable".into());
+        }
+        (count as f64 * (1.0 - quantile / 100.0) < 1.0)
+            .then(|| format!("{count} rocks are too few for a quantile of {quantile} %"))
+    }
+}
+
+/// What is known of a study as a whole before its lines are judged.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Standing {
+    /// Too many of its members failed, are unreliable, or still moved.
+    pub is_unreliable: bool,
+    /// Warnings about its input.
+    pub doubts: usize,
 }
 
 const UNI: &str = "UNI 11211-4";
@@ -52,11 +102,20 @@ fn key(standard: &str) -> &'static str {
     if standard == UNI { "uni" } else { "onr" }
 }
 
-fn of_uni(uni: &Uni, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
-    let at = |values: &[f64]| (!values.is_empty()).then(|| quantile(values, UNI_QUANTILE / 100.0));
-    let (speed, height) = (at(passing.speed)?, at(passing.height)?);
+fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Standing) -> Option<Vec<Row>> {
+    let [speeds, heights] = [passing.speed, passing.height].map(|values| Sample { values, study });
+    let (speed, height) = (speeds.at(UNI_QUANTILE)?, heights.at(UNI_QUANTILE)?);
     let (trajectories, topography) = (uni.trajectories, uni.topography);
-    let row = |name, value, unit, how, has| Row { standard: UNI, name, value, unit, how, has, more: None };
+    let row = |name, value, unit, how, has| Row {
+        standard: UNI,
+        name,
+        value,
+        unit,
+        how,
+        has,
+        more: None,
+        weak: None,
+    };
     let fast = speed * trajectories * topography;
     let mass = uni.block_mass * uni.block_survey * uni.weight;
     let energy = 0.5 * mass * fast * fast;
@@ -90,7 +149,8 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
             format!("design energy * {factor} ({level}, {})", stated(uni.energy_factor.is_some())),
             design.barrier_energy,
         )
-        .with(with_more(energy * factor, passing)),
+        .with(with_more(energy * factor, passing))
+        .resting_on(&speeds, UNI_QUANTILE),
         row(
             "design_height",
             high,
@@ -107,7 +167,8 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
             "m",
             format!("design height + free border {border}"),
             design.barrier_height,
-        ),
+        )
+        .resting_on(&heights, UNI_QUANTILE),
     ];
     if let Some((elongation, factor)) =
         design.barrier_elongation.zip(uni.distance_factor(design.barrier_fields))
@@ -118,11 +179,19 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
     Some(rows)
 }
 
-fn of_onr(onr: &Onr, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
-    let at = |values: &[f64], share: f64| (!values.is_empty()).then(|| quantile(values, share / 100.0));
-    let (energy, height) =
-        (at(passing.energy, onr.energy_quantile)?, at(passing.height, onr.height_quantile)?);
-    let row = |name, value, unit, how, has| Row { standard: ONR, name, value, unit, how, has, more: None };
+fn of_onr(onr: &Onr, design: &Design, passing: &Passing, study: &Standing) -> Option<Vec<Row>> {
+    let [energies, heights] = [passing.energy, passing.height].map(|values| Sample { values, study });
+    let (energy, height) = (energies.at(onr.energy_quantile)?, heights.at(onr.height_quantile)?);
+    let row = |name, value, unit, how, has| Row {
+        standard: ONR,
+        name,
+        value,
+        unit,
+        how,
+        has,
+        more: None,
+        weak: None,
+    };
     Some(vec![
         row(
             "required_energy",
@@ -130,7 +199,8 @@ fn of_onr(onr: &Onr, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
             "J",
             format!("{} % energy {} * {}", onr.energy_quantile, short(energy), onr.energy_factor),
             design.barrier_energy,
-        ),
+        )
+        .resting_on(&energies, onr.energy_quantile),
         row(
             "required_height",
             height * onr.height_factor,
@@ -142,7 +212,8 @@ fn of_onr(onr: &Onr, design: &Design, passing: &Passing) -> Option<Vec<Row>> {
                 onr.height_factor
             ),
             design.barrier_height,
-        ),
+        )
+        .resting_on(&heights, onr.height_quantile),
     ])
 }
 
@@ -158,10 +229,16 @@ pub struct Checked {
 }
 
 /// Judge the barrier of the line `name` and write the table of its numbers to `path`.
-pub fn write(path: &Path, name: &str, design: &Design, passing: &Passing) -> io::Result<Checked> {
+pub fn write(
+    path: &Path,
+    name: &str,
+    design: &Design,
+    passing: &Passing,
+    study: &Standing,
+) -> io::Result<Checked> {
     let mut checked = Checked::default();
-    let of_uni = design.uni_11211_4.as_ref().and_then(|uni| of_uni(uni, design, passing));
-    let of_onr = design.onr_24810.as_ref().and_then(|onr| of_onr(onr, design, passing));
+    let of_uni = design.uni_11211_4.as_ref().and_then(|uni| of_uni(uni, design, passing, study));
+    let of_onr = design.onr_24810.as_ref().and_then(|onr| of_onr(onr, design, passing, study));
     checked.warnings.extend(design.uni_11211_4.as_ref().and_then(|uni| block(name, uni, passing)));
     if let Some(rows) = &of_uni {
         checked.warnings.extend(below_largest(name, rows));
@@ -171,7 +248,12 @@ pub fn write(path: &Path, name: &str, design: &Design, passing: &Passing) -> io:
     for rows in [of_uni, of_onr].into_iter().flatten() {
         for row in &rows {
             let has = row.has.map_or(String::new(), |has| has.to_string());
-            let satisfied = row.is_satisfied().map_or("", |yes| if yes { "yes" } else { "no" });
+            let satisfied = match row.finding() {
+                None => "",
+                Some(Finding::Satisfied) => "yes",
+                Some(Finding::NotSatisfied) => "no",
+                Some(Finding::NotJudged(_)) => "not judged",
+            };
             let value = row.value.to_string();
             let how = row.more.as_ref().map_or(row.how.clone(), |more| format!("{}; {more}", row.how));
             table.write_record([row.standard, row.name, &value, row.unit, &how, &has, satisfied])?;
@@ -182,7 +264,7 @@ pub fn write(path: &Path, name: &str, design: &Design, passing: &Passing) -> io:
                 time: None,
             });
         }
-        checked.verdict.push(sentence(name, &rows));
+        checked.verdict.push(sentence(name, &rows, study));
     }
     let most = [
         design.uni_11211_4.as_ref().map(|_| UNI_QUANTILE),
@@ -244,23 +326,29 @@ fn below_largest(name: &str, rows: &[Row]) -> Option<String> {
 }
 
 /// What a barrier must have, and whether it has it.
-fn sentence(name: &str, rows: &[Row]) -> String {
+fn sentence(name: &str, rows: &[Row], study: &Standing) -> String {
     let parts = rows.iter().filter(|row| row.name.starts_with("required")).map(|row| {
         let what = row.name.trim_start_matches("required_");
         let must = format!("{what} {} {}", short(row.value), row.unit);
         let more = row.more.as_ref().map_or(String::new(), |more| format!(" ({more})"));
         let must = must + &more;
-        match row.has.zip(row.is_satisfied()) {
-            Some((has, yes)) => format!(
-                "{must}, the barrier has {}: {}",
-                short(has),
-                if yes { "satisfied" } else { "not satisfied" }
-            ),
-            None => must,
+        let Some((has, finding)) = row.has.zip(row.finding()) else { return must };
+        let has = format!("{must}, the barrier has {}", short(has));
+        match finding {
+            Finding::Satisfied => format!("{has}: satisfied"),
+            Finding::NotSatisfied => format!("{has}: not satisfied"),
+            Finding::NotJudged(why) => format!("{has}: not judged, {why}"),
         }
     });
     let parts: Vec<String> = parts.collect();
-    format!("line `{name}`, {}: required are {}", rows[0].standard, parts.join("; "))
+    let satisfied = rows.iter().any(|row| row.finding() == Some(Finding::Satisfied));
+    let doubts = match study.doubts {
+        0 => String::new(),
+        _ if !satisfied => String::new(),
+        1 => "; a warning about the input of this study is open".into(),
+        count => format!("; {count} warnings about the input of this study are open"),
+    };
+    format!("line `{name}`, {}: required are {}{doubts}", rows[0].standard, parts.join("; "))
 }
 
 #[cfg(test)]
@@ -285,7 +373,7 @@ mod tests {
         let file = dir.path().join("design.csv");
         let passing =
             Passing { energy: &[1e5, 2e5, 3e5], height: &[1.0, 2.0, 3.0], speed, mass: &[900.0, 2000.5] };
-        let checked = write(&file, "road", &design, &passing).expect("written");
+        let checked = write(&file, "road", &design, &passing, &Standing::default()).expect("written");
         let found: Vec<(&str, f64)> = checked.measures.iter().map(|m| (m.name.as_str(), m.value)).collect();
         let energy = 0.5 * 2100.0 * (20.8845 * 20.8845);
         let height = 2.9 * 1.05 * 1.02;
@@ -307,7 +395,8 @@ mod tests {
         let text = std::fs::read_to_string(&file).expect("a table");
         let satisfied: Vec<&str> =
             text.lines().skip(1).map(|l| l.rsplit(',').next().expect("a cell")).collect();
-        assert_eq!(satisfied, ["", "", "", "no", "", "yes", "yes", "yes", "yes"], "{text}");
+        // Of three rocks none lies above 90 % (ONR's energy) or the 95 % of UNI's height; above 50 % there is one.
+        assert_eq!(satisfied, ["", "", "", "no", "", "not judged", "yes", "not judged", "yes"], "{text}");
         assert!(
             checked.verdict[0].contains("UNI 11211-4: required are energy")
                 && checked.verdict[0].contains("not satisfied")
@@ -315,7 +404,7 @@ mod tests {
         assert!(checked.warnings.is_empty(), "21 rocks are enough for 95 %: {:?}", checked.warnings);
         let of = |mass: &[f64], energy: &[f64]| {
             let passing = Passing { mass, energy, ..passing };
-            write(&file, "road", &design, &passing).expect("written").warnings
+            write(&file, "road", &design, &passing, &Standing::default()).expect("written").warnings
         };
         for (mass, energy, words) in [
             (
@@ -335,11 +424,50 @@ mod tests {
             assert!(said.len() == 1 && said[0].contains(words), "{words}: {said:?}");
         }
         let passing = Passing { energy: &[1e5, 9e5], ..passing };
-        let verdict = write(&file, "road", &design, &passing).expect("written").verdict.remove(0);
+        let verdict =
+            write(&file, "road", &design, &passing, &Standing::default()).expect("written").verdict.remove(0);
         let more = "energy 549565 J (1 of 2 rocks that pass have more energy, up to 900000 J), the barrier has 500000";
         assert!(verdict.contains(more), "{verdict}");
         let table = std::fs::read_to_string(&file).expect("a table");
         assert!(table.contains("; 1 of 2 rocks that pass have more energy"), "{table}");
+    }
+
+    /// The barrier has what 20 rocks ask for. One of them lies above 95 %: enough, unless the study is unreliable, and of 19 none does.
+    #[test]
+    fn no_barrier_is_satisfied_by_too_few_rocks_or_an_unreliable_study() {
+        let text = "[custom]\nbarrier_energy = 5e5\nbarrier_height = 4.0\n\
+            onr_24810 = { energy_quantile = 95, height_quantile = 95, energy_factor = 1.05, height_factor = 1.1 }\n";
+        let scene = Scene::from_text("s.toml", text).expect("TOML");
+        let design: Design = scene.read("custom").expect("valid").expect("there");
+        let dir = tempfile::tempdir().expect("a directory");
+        let file = dir.path().join("design.csv");
+        let of = |count: usize, energy: f64, study: Standing| {
+            let (energy, ones) = (vec![energy; count], vec![1.0; count]);
+            let passing = Passing { energy: &energy, height: &ones, speed: &ones, mass: &ones };
+            let verdict = write(&file, "road", &design, &passing, &study).expect("written").verdict.remove(0);
+            let table = std::fs::read_to_string(&file).expect("a table");
+            let cells = table.lines().skip(1).map(|l| l.rsplit(',').next().expect("a cell").to_owned());
+            (cells.collect::<Vec<_>>(), verdict)
+        };
+        let whole = Standing::default();
+        let unreliable = Standing { is_unreliable: true, doubts: 0 };
+        let doubted = Standing { is_unreliable: false, doubts: 2 };
+        for (count, energy, study, cells, words) in [
+            (20, 1e5, whole, ["yes", "yes"], "height 1.1 m, the barrier has 4: satisfied"),
+            (19, 1e5, whole, ["not judged"; 2], "4: not judged, 19 rocks are too few for a quantile of 95 %"),
+            (20, 1e5, unreliable, ["not judged"; 2], "4: not judged, the study is unreliable"),
+            (20, 1e6, unreliable, ["no", "not judged"], "the barrier has 500000: not satisfied"),
+            (
+                20,
+                1e5,
+                doubted,
+                ["yes", "yes"],
+                "satisfied; 2 warnings about the input of this study are open",
+            ),
+        ] {
+            let (found, verdict) = of(count, energy, study);
+            assert!(found == cells && verdict.contains(words), "{words}: {found:?} {verdict}");
+        }
     }
 
     /// Each number in another unit than its own: refused or doubted, with what it would be.

@@ -1,7 +1,7 @@
 //! What passes each line: a table of crossings, exceedance curves, quantiles of energy, height and speed.
 
 use super::All;
-use super::design::{self, Checked, Passing as Rocks};
+use super::design::{self, Checked, Passing as Rocks, Standing};
 use super::picture::short;
 use crate::study::base::Base;
 use crate::study::summary::{SHARES, quantile};
@@ -48,7 +48,7 @@ struct Passing {
 }
 
 /// Write tables and curves of all lines; add their measures.
-pub fn write(base: &Base, dir: &Path, all: All, found: &mut Checked) -> io::Result<()> {
+pub fn write(base: &Base, dir: &Path, all: All, study: &Standing, found: &mut Checked) -> io::Result<()> {
     let mut passing = Vec::new();
     for line in &base.study.lines {
         let mut table = csv::Writer::from_path(dir.join(format!("{}.csv", line.name)))?;
@@ -133,7 +133,7 @@ pub fn write(base: &Base, dir: &Path, all: All, found: &mut Checked) -> io::Resu
             let path = dir.join(format!("{name}_design.csv"));
             passing.masses.sort_by(f64::total_cmp);
             let rocks = Rocks { energy, height, speed, mass: &passing.masses };
-            let checked = design::write(&path, name, design, &rocks)?;
+            let checked = design::write(&path, name, design, &rocks, study)?;
             found.measures.extend(checked.measures);
             found.verdict.extend(checked.verdict);
             found.warnings.extend(checked.warnings);

@@ -214,7 +214,7 @@ fn with_line(study: Scene, area: &Area, scene: &Scene) -> Result<(String, Scene)
     // Without its name: the study is the same for all barriers on this line.
     let more = format!("\n# Where the barrier stands.\n{table}");
     let study = study
-        .with_more(&more)
+        .with_more(&more, scene.path())
         .map_err(|e| e.try_instead(format!("write lines as tables, as in\n{table}")))?;
     Ok((NAME.into(), study))
 }

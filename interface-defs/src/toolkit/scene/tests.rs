@@ -265,3 +265,14 @@ fn paths_count_from_the_scene_file() {
     assert_eq!(scene.resolve(Path::new("../net.msh")), Path::new("scenes/../net.msh"));
     assert_eq!(scene.resolve(Path::new("/abs/net.msh")), Path::new("/abs/net.msh"));
 }
+
+/// What a program adds to a document is in none of its lines: the file that it follows from is named.
+#[test]
+fn what_is_wrong_in_added_text_is_said_of_the_file_that_it_follows_from() {
+    let sets = ["gravity=[0, 0, -1]".to_owned()];
+    let scene = Scene::from_text_with("s.toml", "end_time = 1.0\n", &sets).expect("valid");
+    let scene = scene.with_more("\n[[contact]]\nlaw = \"linear\"\n", Path::new("b.toml")).expect("valid");
+    assert_eq!(scene.invalid("contact.0.law", "no").headline(), "b.toml: no");
+    assert_eq!(scene.invalid("end_time", "no").headline(), "s.toml:1:12: no");
+    assert!(scene.invalid("gravity", "no").headline().starts_with("--set gravity=[0, 0, -1]"));
+}
