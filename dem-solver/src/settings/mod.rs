@@ -88,6 +88,7 @@ impl Settings {
         let mut terrain: Option<TerrainSettings> = scene.read("terrain")?;
         let mut forests = Vec::new();
         if let Some(terrain) = &mut terrain {
+            terrain.read_zones(scene)?;
             terrain.check(scene)?;
             forests = terrain.plant(scene)?;
         }

@@ -105,7 +105,7 @@ impl Base {
         let scene = Scene::load(&file.resolve(&study.scene), &[])?;
         check_scene(&scene, file)?;
         let limits = Limits::of(&scene)?;
-        let document = scene.document()?;
+        let mut document = scene.document()?;
         let solver = DemSolver::with_kept(&scene, &Options { out: None, shortcuts }, clusters)?;
         let warnings = [solver.notices(), solver.cautions()].concat();
         let model = solver.into_model();
@@ -117,6 +117,7 @@ impl Base {
         let own = model.rocks.first().and_then(|rock| rock.made.clone());
         let prototypes = prototypes(&study, file, &scene, model, clusters)?;
         let settings = Settings::of(&scene)?;
+        put_zones(&mut document, &settings);
         check_masses(&study, &prototypes, file)?;
         check_places(&study, &ground, file)?;
         let areas = study.releases.iter().map(|release| match release.place() {
@@ -204,6 +205,10 @@ impl Base {
         let mut take = |n: f64| bytes.extend(n.to_bits().to_le_bytes());
         self.ground.origin.iter().for_each(|n| take(*n));
         self.ground.nodes.iter().flat_map(|p| [p.x, p.y, p.z]).for_each(&mut take);
+        // They may be in files.
+        let releases = self.study.releases.iter().map(|release| release.place().corners());
+        let lines = self.study.lines.iter().map(|line| &line.points[..]);
+        releases.chain(lines).flatten().flatten().for_each(|n| take(*n));
         for rock in self.prototypes.iter().map(|p| &p.rock) {
             rock.spheres
                 .iter()
@@ -215,6 +220,17 @@ impl Base {
         bytes.extend(self.ground.triangles.iter().flatten().flat_map(|n| n.to_le_bytes()));
         bytes.extend(&self.ground.zones);
         format!("{:016x}", fnv1a(&bytes))
+    }
+}
+
+/// Put the corners of zones into a scene where it names their files: no member reads them again.
+fn put_zones(document: &mut toml::Table, settings: &Settings) {
+    let own = settings.terrain.iter().flat_map(|terrain| &terrain.zone);
+    let tables = document.get_mut("terrain").and_then(|terrain| terrain.get_mut("zone")?.as_array_mut());
+    for (table, zone) in tables.into_iter().flatten().filter_map(toml::Value::as_table_mut).zip(own) {
+        if let Some(Ok(corners)) = zone.polygon.as_ref().map(toml::Value::try_from) {
+            table.insert("polygon".into(), corners);
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use super::design::Design;
 use super::outline;
 use super::vary::variables;
 pub use super::vary::{Quantity, Variable};
+use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::{Kind, Scene};
 use schemars::JsonSchema;
@@ -38,12 +39,12 @@ pub struct Release {
     /// Its name in the table of members. Default `release_1` and so on.
     #[serde(default)]
     pub name: String,
-    /// Points `[x, y]` [m] in the terrain's coordinates; members take turns.
-    pub points: Option<Vec<[f64; 2]>>,
-    /// A polyline of points `[x, y]` [m]: members start evenly along it.
-    pub line: Option<Vec<[f64; 2]>>,
-    /// Corners `[x, y]` [m] of an area, closed by itself: members start evenly in it, as seen from above.
-    pub polygon: Option<Vec<[f64; 2]>>,
+    /// Points `[x, y]` [m] in the terrain's coordinates, or a GeoJSON file; members take turns.
+    pub points: Option<Coordinates>,
+    /// A polyline of points `[x, y]` [m], or a GeoJSON file: members start evenly along it.
+    pub line: Option<Coordinates>,
+    /// Corners `[x, y]` [m] of an area, closed by itself, or a GeoJSON file: members start evenly in it, as seen from above.
+    pub polygon: Option<Coordinates>,
     /// Number of members; with `full_factorial` number of places. Default with `points`: one for each.
     pub count: Option<u32>,
     /// Height of the rock above where it would touch the ground [m]. Default 0.
@@ -62,7 +63,7 @@ pub enum Place<'a> {
     Polygon(&'a [[f64; 2]]),
 }
 
-impl Place<'_> {
+impl<'a> Place<'a> {
     /// Its key in the study.
     pub fn key(&self) -> &'static str {
         match self {
@@ -73,7 +74,7 @@ impl Place<'_> {
     }
 
     /// Its corners.
-    pub fn corners(&self) -> &[[f64; 2]] {
+    pub fn corners(&self) -> &'a [[f64; 2]] {
         match self {
             Self::Points(corners) | Self::Line(corners) | Self::Polygon(corners) => corners,
         }
@@ -81,6 +82,20 @@ impl Place<'_> {
 }
 
 impl Release {
+    /// With the points of its files in their place.
+    fn read(&mut self, key: &str, study: &Scene) -> Result<(), InputError> {
+        for (name, form, all) in [
+            ("points", Form::Points, &mut self.points),
+            ("line", Form::Line, &mut self.line),
+            ("polygon", Form::Polygon, &mut self.polygon),
+        ] {
+            if let Some(all) = all {
+                *all = all.read(form, &format!("{key}.{name}"), study)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Where; checked that there is exactly one.
     pub fn place(&self) -> Place<'_> {
         match (&self.points, &self.line, &self.polygon) {
@@ -121,8 +136,8 @@ pub struct ScreenLine {
     /// Its name: letters, digits, `_`, `-`. Default `line_1` and so on.
     #[serde(default)]
     pub name: String,
-    /// Its points `[x, y]` [m] in the terrain's coordinates.
-    pub points: Vec<[f64; 2]>,
+    /// Its points `[x, y]` [m] in the terrain's coordinates, or a GeoJSON file.
+    pub points: Coordinates,
     /// What a barrier there must be able to do.
     pub design: Option<Design>,
 }
@@ -175,6 +190,7 @@ impl StudySettings {
             if release.name.is_empty() {
                 release.name = format!("release_{}", at + 1);
             }
+            release.read(&format!("release.{at}"), study)?;
             check_release(at, release, study)?;
         }
         let (variables, turned) = variables(study)?;
@@ -247,9 +263,18 @@ impl StudySettings {
     }
 }
 
+/// The lines, with the points of their files in their place.
+pub fn read_lines(study: &Scene) -> Result<Vec<ScreenLine>, InputError> {
+    let mut lines: Vec<ScreenLine> = study.read("line")?.unwrap_or_default();
+    for (at, line) in lines.iter_mut().enumerate() {
+        line.points = line.points.read(Form::Line, &format!("line.{at}.points"), study)?;
+    }
+    Ok(lines)
+}
+
 /// The lines, each with a name of its own.
 fn lines(study: &Scene) -> Result<Vec<ScreenLine>, InputError> {
-    let mut lines: Vec<ScreenLine> = study.read("line")?.unwrap_or_default();
+    let mut lines = read_lines(study)?;
     for at in 0..lines.len() {
         let line = &mut lines[at];
         if line.name.is_empty() {

@@ -2,6 +2,7 @@
 
 use super::forest;
 use super::formats::{self, Holds};
+use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
@@ -72,9 +73,9 @@ pub enum NoData {
 pub struct ZoneSettings {
     /// Its material.
     pub material: String,
-    /// Corners `[x, y]` [m], closed by itself.
+    /// Corners `[x, y]` [m], closed by itself, or a GeoJSON file.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub polygon: Option<Vec<[f64; 2]>>,
+    pub polygon: Option<Coordinates>,
     /// Number in the raster `zones`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number: Option<i64>,
@@ -168,6 +169,16 @@ impl TerrainSettings {
             rest_speed: rest_speed(),
             rest_time: rest_time(),
         }
+    }
+
+    /// Put the corners of zones that are in files in their place.
+    pub fn read_zones(&mut self, scene: &Scene) -> Result<(), InputError> {
+        for (i, zone) in self.zone.iter_mut().enumerate() {
+            if let Some(polygon) = &mut zone.polygon {
+                *polygon = polygon.read(Form::Polygon, &format!("terrain.zone.{i}.polygon"), scene)?;
+            }
+        }
+        Ok(())
     }
 
     /// Fill in what the names of forests stand for; what the user must know of them.

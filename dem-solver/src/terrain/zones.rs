@@ -20,7 +20,7 @@ pub struct Zones {
 
 /// Polygons that lie beside the terrain, from `low` to `high`.
 pub fn beside(settings: &TerrainSettings, low: &Vector3<f64>, high: &Vector3<f64>) -> Vec<String> {
-    let of = |(number, corners): (usize, &Vec<[f64; 2]>)| {
+    let of = |(number, corners): (usize, &[[f64; 2]])| {
         let range = |axis: usize| {
             let along = corners.iter().map(|c| c[axis]);
             along.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
@@ -35,7 +35,7 @@ pub fn beside(settings: &TerrainSettings, low: &Vector3<f64>, high: &Vector3<f64
         })
     };
     let zones = settings.zone.iter().enumerate();
-    zones.filter_map(|(number, zone)| Some((number, zone.polygon.as_ref()?))).filter_map(of).collect()
+    zones.filter_map(|(number, zone)| Some((number, zone.polygon.as_deref()?))).filter_map(of).collect()
 }
 
 impl Zones {

@@ -2,6 +2,7 @@
 //! and after which kill.
 
 mod doubts;
+mod drawn;
 
 use dem_solver::terrain::slope::Slope;
 use std::collections::HashMap;

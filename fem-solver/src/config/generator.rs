@@ -1,5 +1,6 @@
 //! `[structure.generator]`: structures that are made from a few numbers.
 
+use interface_defs::toolkit::coordinates::Coordinates;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -137,9 +138,10 @@ pub struct Barrier {
     pub side_distance: f64,
     /// Length of a brake before it gives way [m].
     pub brake_length: f64,
-    /// The line of the posts' feet: two points or more, `[x, y]` [m] on the ground or `[x, y, z]` [m]. A post stands at each.
+    /// The line of the posts' feet: two points or more, `[x, y]` [m] on the ground or `[x, y, z]` [m], or a GeoJSON file. A post stands
+    /// at each.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub line: Option<Vec<Vec<f64>>>,
+    pub line: Option<Coordinates<Vec<f64>>>,
     /// The middle of the line, `[x, y]` or `[x, y, z]` [m], in place of `line`; with `azimuth` and `length`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<Vec<f64>>,

@@ -3,7 +3,7 @@
 //! - [`scene`]: scene text, its tables, and where in the file a value stands
 //! - [`schema`]: what a program reads and writes, for editors and the reference
 //! - [`input_error`]: bad input as one message, with position and excerpt
-//! - [`input_file`]: what stands at the path of an input file
+//! - [`input_file`]: what stands at the path of an input file; [`coordinates`]: points of lines and areas, as written or of a file
 //! - [`output`], [`processes`]: the tables `[output]` and `[processes]`
 //! - [`arguments`]: options that several programs have on their command lines
 //! - [`program`]: the `main` of a solver: run, check, serve
@@ -22,6 +22,7 @@ pub mod alloc;
 pub mod arguments;
 pub mod check;
 pub mod checkpoint;
+pub mod coordinates;
 pub mod counted;
 pub mod energy;
 mod exact;

@@ -4,7 +4,7 @@ use crate::settings::STRUCTURE;
 use crate::study::base::{Base, rock_of};
 use crate::study::member::Member;
 use crate::study::runner::Flight;
-use crate::study::settings::ScreenLine;
+use crate::study::settings::{ScreenLine, read_lines};
 use interface_defs::toolkit::arguments::EnsembleArguments;
 use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::input_error::InputError;
@@ -191,7 +191,7 @@ fn put_flight(rock: &mut Table, flight: &Flight) {
 
 /// Name of the line of the barrier in the study, and the study with it: its own, where it has one in the same place.
 fn with_line(study: Scene, area: &Area, scene: &Scene) -> Result<(String, Scene), InputError> {
-    let lines: Vec<ScreenLine> = study.read("line")?.unwrap_or_default();
+    let lines = read_lines(&study)?;
     let near = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) <= SAME;
     let is_same = |line: &ScreenLine| {
         let (own, other) = (&line.points, &area.line);

@@ -2,6 +2,7 @@
 
 use crate::config::generator::Barrier;
 use crate::read::bounds::positive;
+use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Vector2, Vector3};
@@ -38,8 +39,9 @@ impl Line {
         }
     }
 
-    fn stated(scene: &Scene, table: &Barrier, line: &[Vec<f64>]) -> Result<Self, InputError> {
+    fn stated(scene: &Scene, table: &Barrier, line: &Coordinates<Vec<f64>>) -> Result<Self, InputError> {
         let key = "structure.generator.line";
+        let line = line.read(Form::Line, key, scene)?;
         for (name, stated) in [("azimuth", table.azimuth), ("length", table.length)] {
             if stated.is_some() {
                 let what = format!("`{name}` belongs to position: the line has its own");

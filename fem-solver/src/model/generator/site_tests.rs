@@ -3,6 +3,7 @@
 use super::*;
 use crate::config::generator::{BarrierNet, Side};
 use crate::read::mesh::Mesh;
+use interface_defs::toolkit::coordinates::Coordinates;
 use nalgebra::{Rotation3, Vector3};
 
 fn made(table: &Barrier, file: Option<&str>) -> Result<Generated, String> {
@@ -113,8 +114,15 @@ fn feet_and_anchors_lie_on_the_ground_and_heads_lean_down_the_slope() {
 fn a_bent_line_has_a_post_at_each_of_its_points() {
     let text = grid(slope(180.0, 0.5));
     let line = vec![vec![-20.0, 0.0], vec![0.0, 4.0], vec![10.0, 4.0]];
-    let table = Barrier { line: Some(line.clone()), fields: 3, cells: [4, 2], ..Barrier::default() };
+    let table = Barrier { line: Some(line.clone().into()), fields: 3, cells: [4, 2], ..Barrier::default() };
+    let dir = tempfile::tempdir().expect("a directory");
+    let file = dir.path().join("line.geojson");
+    let drawn = "{\"type\": \"LineString\", \"coordinates\": [[-20, 0], [0, 4, 900], [10, 4]]}";
+    std::fs::write(&file, drawn).expect("written");
+    let of_file = Barrier { line: Some(Coordinates::File(file)), ..table.clone() };
+    let of_file = made(&of_file, Some(&text)).expect("valid");
     let made = made(&table, Some(&text)).expect("valid");
+    assert_eq!(of_file.mesh.nodes, made.mesh.nodes, "drawn on a map, whose heights do not count");
     let feet = of_group(&made.mesh, "feet");
     assert_eq!(feet.len(), 4);
     for point in line {
@@ -133,7 +141,7 @@ fn ground_far_above_or_below_the_bottom_rope_is_reported() {
     for (sign, so) in [(1.0, "above"), (-1.0, "below")] {
         let text = grid(|x, y| sign * 0.4 * (1.0 - (std::f64::consts::TAU * x / 10.0).cos()) - 0.6 * y);
         let table = Barrier {
-            line: Some(vec![vec![-10.0, 0.0], vec![10.0, 0.0]]),
+            line: Some(vec![vec![-10.0, 0.0], vec![10.0, 0.0]].into()),
             fields: 2,
             cells: [4, 2],
             ..Barrier::default()
@@ -148,8 +156,8 @@ fn ground_far_above_or_below_the_bottom_rope_is_reported() {
 #[test]
 fn what_no_one_can_mean_is_refused_with_its_reason() {
     let text = grid(slope(180.0, 0.5));
-    let across = Barrier { line: Some(vec![vec![-15.0, 0.0], vec![15.0, 0.0]]), ..Barrier::default() };
-    let line = |points: &[&[f64]]| Some(points.iter().map(|p| p.to_vec()).collect::<Vec<_>>());
+    let across = Barrier { line: Some(vec![vec![-15.0, 0.0], vec![15.0, 0.0]].into()), ..Barrier::default() };
+    let line = |points: &[&[f64]]| Some(points.iter().map(|p| p.to_vec()).collect::<Vec<_>>().into());
     let flat = grid(|_, _| 7.0);
     let holed = grid(|x, y| if x > 17.0 && y < 1.0 { -9999.0 } else { 0.5 * y });
     let cases: [(Barrier, Option<&str>, &str); 16] = [

@@ -1,0 +1,105 @@
+//! Releases, lines and zones that are drawn on a map: the same study as with the points written into it.
+
+use super::{Place, SCENE, STUDY};
+
+const CLIFF: &str = "[[2600005.0, 1200010.0], [2600015.0, 1200012.0], [2600010.0, 1200030.0]]";
+const SEEDS: &str = "[[2600020.5, 1200020.25], [2600018.0, 1200022.0]]";
+const ROAD: &str = "[[2600035.0, 1200005.0], [2600035.0, 1200035.0]]";
+const MEADOW: &str =
+    "[[2600025.0, 1200000.0], [2600045.0, 1200000.0], [2600045.0, 1200040.0], [2600025.0, 1200040.0]]";
+
+/// A layer as QGIS saves it, in a Swiss system.
+fn layer(features: &[(&str, &str, &str)]) -> String {
+    let features = features.iter().map(|(name, kind, coordinates)| {
+        format!(
+            "{{ \"type\": \"Feature\", \"properties\": {{ \"fid\": 1, \"name\": \"{name}\" }}, \"geometry\": {{ \"type\": \"{kind}\", \
+             \"coordinates\": {coordinates} }} }}"
+        )
+    });
+    format!(
+        "{{ \"type\": \"FeatureCollection\", \"name\": \"layer\", \"crs\": {{ \"type\": \"name\", \"properties\": {{ \"name\": \
+         \"urn:ogc:def:crs:EPSG::2056\" }} }}, \"features\": [ {} ] }}\n",
+        features.collect::<Vec<_>>().join(", ")
+    )
+}
+
+/// An area in a file: its last corner is the first again.
+fn ring(corners: &str) -> String {
+    let first = &corners[1..corners.find(']').expect("a corner") + 1];
+    format!("{}, {first}]", &corners[..corners.len() - 1])
+}
+
+fn scene(polygon: &str) -> String {
+    let meadow = format!("[[terrain.zone]]\nmaterial = \"meadow\"\npolygon = {polygon}\n");
+    let law = "between = [\"rock\", \"meadow\"]\nlaw = \"hertz_rock\"\nyoung = 5e8\npoisson = 0.25\nrestitution = 0.1\nfriction = 0.9\n";
+    SCENE.replace("name = \"block\"", "name = \"block\"\nmaterial = \"rock\"").replace(
+        "[[contact]]\n",
+        &format!("{meadow}[[contact]]\n{law}[[contact]]\nbetween = [\"rock\", \"ground\"]\n"),
+    )
+}
+
+#[test]
+fn a_study_that_is_drawn_on_a_map_is_that_with_its_points_written() {
+    let place = Place::new(STUDY);
+    place.write("fall.toml", &scene(MEADOW));
+    let written = place.table("written", &[]);
+    let files = place.files("written");
+    let areas = |corners: &str| {
+        let (cliff, meadow) = (ring(corners), ring(MEADOW));
+        layer(&[
+            ("cliff", "Polygon", &format!("[{cliff}]")),
+            ("meadow", "MultiPolygon", &format!("[[{meadow}]]")),
+        ])
+    };
+    place.write("areas.geojson", &areas(CLIFF));
+    place.write("road.geojson", &layer(&[("road", "LineString", ROAD)]));
+    place.write("seeds.geojson", &layer(&[("seeds", "MultiPoint", SEEDS)]));
+    place.write("fall.toml", &scene("{ file = \"areas.geojson\", name = \"meadow\" }"));
+    let drawn = STUDY
+        .replace(CLIFF, "{ file = \"areas.geojson\", name = \"cliff\" }")
+        .replace(SEEDS, "\"seeds.geojson\"")
+        .replace(ROAD, "\"road.geojson\"");
+    assert!(drawn.matches("geojson").count() == 3, "{drawn}");
+    place.write("study.toml", &drawn);
+    assert_eq!(place.table("drawn", &["--threads", "2"]), written);
+    assert!(place.files("drawn") == files);
+    // The scene of a member needs none of the files: it runs anywhere.
+    let one = place.run("drawn", &["--scene-of", "3"]);
+    let one = String::from_utf8_lossy(&one.stdout).into_owned();
+    assert!(one.contains("2600045.0") && !one.contains("geojson"), "{one}");
+    // Another area, another study.
+    place.write(
+        "areas.geojson",
+        &areas("[[2600005.0, 1200010.0], [2600015.0, 1200012.0], [2600010.0, 1200031.0]]"),
+    );
+    let resumed = place.run("drawn", &["--resume"]);
+    assert_eq!(resumed.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&resumed.stderr).into_owned();
+    assert!(said.contains("holds another study"), "{said}");
+}
+
+#[test]
+fn a_drawn_release_of_several_areas_or_beside_the_terrain_is_refused_at_its_place() {
+    let place = Place::new(&STUDY.replace(CLIFF, "\"areas.geojson\""));
+    for (file, words) in [
+        (
+            layer(&[
+                ("west", "Polygon", &format!("[{}]", ring(CLIFF))),
+                ("east", "Polygon", &format!("[{}]", ring(CLIFF))),
+            ]),
+            "areas.geojson: there are 2 polygons: `west`, `east`; one is needed",
+        ),
+        (
+            layer(&[("west", "Polygon", "[[[7.4, 46.9], [7.5, 46.9], [7.5, 47.0], [7.4, 46.9]]]")]),
+            "the terrain",
+        ),
+        (layer(&[("west", "LineString", ROAD)]), "a polygon is needed"),
+    ] {
+        place.write("areas.geojson", &file);
+        let refused = place.run("out", &[]);
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(said.contains("study.toml:6:11") && said.contains(words), "{said}");
+    }
+    assert!(!place.path("out").exists());
+}
