@@ -93,7 +93,7 @@ fn a_drawn_release_of_several_areas_or_beside_the_terrain_is_refused_at_its_plac
             layer(&[("west", "Polygon", "[[[7.4, 46.9], [7.5, 46.9], [7.5, 47.0], [7.4, 46.9]]]")]),
             "the terrain",
         ),
-        (layer(&[("west", "LineString", ROAD)]), "a polygon is needed"),
+        (layer(&[("west", "LineString", ROAD)]), "a polygon is needed, and there is `LineString`"),
     ] {
         place.write("areas.geojson", &file);
         let refused = place.run("out", &[]);
