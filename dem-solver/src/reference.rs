@@ -84,7 +84,7 @@ const MEASURES: &[Entry] = &[
     measure(
         "max_elongation",
         "m",
-        "largest displacement of any node of the net from rest along the impact direction",
+        "largest displacement of any node of the net from rest along the impact direction, until something of the structure tears",
     ),
     measure(
         "braking_time",

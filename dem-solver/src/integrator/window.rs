@@ -176,6 +176,9 @@ impl RockIntegrator {
     /// How far the net is displaced at the start of a window, at `time` [s], along the impact directions.
     fn elongate(&self, state: &mut State, time: f64, input: &[f64]) {
         let Some(displacements) = self.fields.displacements(input).next() else { return };
+        if state.broken > 0 {
+            return;
+        }
         for body in state.bodies.iter_mut() {
             body.track.elongate(displacements, time);
         }

@@ -109,6 +109,8 @@ pub struct ImpactRecord {
     pub gap: Option<Gap>,
     /// First moment without speed along that direction [s].
     pub stopped: Option<f64>,
+    /// Speed of the centre across it then [m/s].
+    pub aside: f64,
     /// Speed and time when the last contact was lost on the rebound [m/s, s].
     pub rebound: Option<(f64, f64)>,
     /// When the net first lay behind the centres of the outer spheres [s].
@@ -154,6 +156,8 @@ impl ImpactRecord {
         if self.stopped.is_none() && after <= 0.0 {
             let share = if before > 0.0 { before / (before - after) } else { 0.0 };
             self.stopped = Some((passage.start + share * passage.length).max(impact.time));
+            let velocity = passage.before.velocity.lerp(&passage.after.velocity, share);
+            self.aside = (velocity - impact.direction * velocity.dot(&impact.direction)).norm();
         }
     }
 
@@ -205,7 +209,8 @@ impl ImpactRecord {
         })
     }
 
-    /// Take in how far a node of the net is displaced at `time` [s], by its displacements from rest.
+    /// Take in how far a node of the net is displaced at `time` [s], by its displacements from rest. Not of a torn one, whose loose
+    /// parts fly.
     pub fn elongate(&mut self, displacements: &[f64], time: f64) {
         let Some(impact) = self.touch else { return };
         let d = &impact.direction;

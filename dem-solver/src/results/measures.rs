@@ -18,7 +18,7 @@ pub fn results(model: &Model, state: &State, net: bool, out: &mut Vec<Measure>, 
         let mut report = Reporter { prefix: &prefix, rock: &rock.name, out, warnings };
         if net {
             // With nothing to hit an impact is not missed.
-            one_impact(&body.track, &model.settings, &mut report);
+            one_impact(&body.track, &model.settings, state.broken > 0, &mut report);
         }
         if let Some((depth, time)) = body.deepest.largest() {
             report.value("max_penetration", depth, "1", Some(time));
@@ -104,7 +104,7 @@ impl Reporter<'_> {
 const ALL: &str = "impact_speed, impact_velocity, impact_time, impact_energy, max_deflection, max_travel, \
                    max_elongation, braking_time, rebound_speed";
 
-fn one_impact(track: &ImpactRecord, settings: &Settings, report: &mut Reporter) {
+fn one_impact(track: &ImpactRecord, settings: &Settings, torn: bool, report: &mut Reporter) {
     let Some(impact) = track.touch else {
         return report.absent(ALL, "it has not touched the net");
     };
@@ -125,6 +125,12 @@ fn one_impact(track: &ImpactRecord, settings: &Settings, report: &mut Reporter) 
     }
     if let Some((elongation, time)) = track.elongation {
         report.value("max_elongation", elongation, "m", Some(time));
+        if torn {
+            report.warnings.push(format!(
+                "max_elongation of rock `{}` is that before something of the structure tore: loose parts fly farther",
+                report.rock
+            ));
+        }
     }
     match (track.stopped, track.passed) {
         (Some(time), _) => report.value("braking_time", time - impact.time, "s", Some(time)),

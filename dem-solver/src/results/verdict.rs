@@ -28,6 +28,9 @@ pub const VERDICT: &str = "verdict: ";
 /// Slower than this a rock is said to be at rest where no terrain decides it [m/s].
 const REST: f64 = 1e-3;
 
+/// Share of the impact speed above which the speed across the impact direction is said of a rock that was stopped along it.
+const ASIDE: f64 = 0.1;
+
 /// The verdict on each rock, as warnings that the summary lifts out.
 pub fn verdicts(model: &Model, state: &State, net: Option<(&ContactMesh, &AtRest)>) -> Vec<String> {
     let bodies = model.rocks.iter().zip(&state.bodies);
@@ -64,7 +67,7 @@ fn sentence(
 fn after_touch(model: &Model, body: &Body, impact: &Impact, state: &State) -> String {
     let (track, time) = (&body.track, state.time);
     // What has torn hangs lower: a rock that broke a rope is over the net that is left.
-    let net = if state.broken > 0 { "the torn net" } else { "the net" };
+    let net = if state.broken > 0 { "the torn structure" } else { "the net" };
     let travel = track.travel.map_or(0.0, |(travel, _)| travel.max(0.0));
     if let (Some(passing), Some(lost)) = (track.passed, track.lost) {
         let verb = if passing == Passing::Through { "went" } else { "passed" };
@@ -95,13 +98,18 @@ fn after_touch(model: &Model, body: &Body, impact: &Impact, state: &State) -> St
             gap.from, gap.until, gap.speed
         )
     });
+    // Who is caught by a post is turned aside; without speed along the impact direction it is not at rest.
+    let aside = match track.aside > ASIDE * impact.velocity.norm() {
+        true => format!(", where it still moved with {:.2} m/s across its impact direction", track.aside),
+        false => String::new(),
+    };
     match track.rebound.filter(|_| !track.touching) {
         Some((speed, lost)) => format!(
             "rebounded from the net with {speed:.2} m/s at {lost:.4} s; it had been stopped in {braking:.4} s over \
-             {travel:.3} m{gap}"
+             {travel:.3} m{aside}{gap}"
         ),
         None => format!(
-            "was stopped by the net in {braking:.4} s over {travel:.3} m, from {:.2} m/s at {:.4} s{gap}",
+            "was stopped by the net in {braking:.4} s over {travel:.3} m, from {:.2} m/s at {:.4} s{aside}{gap}",
             impact.velocity.norm(),
             impact.time
         ),

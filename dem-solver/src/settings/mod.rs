@@ -85,11 +85,9 @@ impl Settings {
             rename_partner(&mut contacts, scene)?,
             scale,
         ];
-        let mut terrain: Option<TerrainSettings> = scene.read("terrain")?;
+        let mut terrain = TerrainSettings::of(scene)?;
         let mut forests = Vec::new();
         if let Some(terrain) = &mut terrain {
-            terrain.read_zones(scene)?;
-            terrain.check(scene)?;
             forests = terrain.plant(scene)?;
         }
         let known = materials(&rocks, terrain.as_ref(), sides.as_ref());

@@ -2,7 +2,6 @@
 
 use super::gate;
 use super::grid::{self, Grid};
-use super::outline::{Area, Point};
 use super::place::ground_at;
 use super::record::FORM;
 use super::sampling::Sampler;
@@ -10,16 +9,18 @@ use super::settings::{Place, Quantity, Sampling, StudySettings};
 use crate::DemSolver;
 use crate::cluster::kept;
 use crate::contact::whole_rock::Whole;
+use crate::geometry::plan::{Area, Point};
 use crate::model::Model;
 use crate::rock::Rock;
 use crate::settings::{RockSettings, Settings, Shape};
-use crate::terrain::Terrain;
+use crate::terrain::{Terrain, system};
 use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
 use serde::Deserialize;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -119,6 +120,7 @@ impl Base {
         let settings = Settings::of(&scene)?;
         put_zones(&mut document, &settings);
         check_masses(&study, &prototypes, file)?;
+        check_layers(&study, &settings, &scene, file)?;
         check_places(&study, &ground, file)?;
         let areas = study.releases.iter().map(|release| match release.place() {
             Place::Polygon(corners) => {
@@ -345,6 +347,45 @@ fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<
     Ok(Some(Grid::new(ground, maps.cell)))
 }
 
+/// Refuse releases and lines of layers in another coordinate system than that of the terrain.
+fn check_layers(
+    study: &StudySettings,
+    settings: &Settings,
+    scene: &Scene,
+    file: &Scene,
+) -> Result<(), InputError> {
+    let own = settings.terrain.as_ref().and_then(|terrain| system::of_file(&scene.resolve(&terrain.file)));
+    let named = study.maps.as_ref().and_then(|maps| maps.epsg);
+    let own = own.map(u32::from).or(named);
+    for (at, release) in study.releases.iter().enumerate() {
+        for (name, all) in
+            [("points", &release.points), ("line", &release.line), ("polygon", &release.polygon)]
+        {
+            if let Some(all) = all {
+                all.check_system(own, &format!("release.{at}.{name}"), file)?;
+            }
+        }
+    }
+    for (at, line) in study.lines.iter().enumerate() {
+        line.points.check_system(own, &format!("line.{at}.points"), file)?;
+    }
+    Ok(())
+}
+
+/// What is wrong with a place that lies beside the terrain, from `low` to `high`, as far as it can be guessed.
+fn guess([x, y]: [f64; 2], low: &Vector3<f64>, high: &Vector3<f64>) -> String {
+    let within = |x: f64, y: f64| (low.x..=high.x).contains(&x) && (low.y..=high.y).contains(&y);
+    let terrain =
+        format!("the terrain lies from ({:.1}, {:.1}) to ({:.1}, {:.1})", low.x, low.y, high.x, high.y);
+    match () {
+        () if within(y, x) => format!("{terrain}; x and y may be exchanged"),
+        () if x.abs() <= 180.0 && y.abs() <= 90.0 && low.x.abs() > 1e3 => {
+            format!("{terrain}; it may be in degrees of longitude and latitude")
+        }
+        () => terrain,
+    }
+}
+
 /// Refuse lines that lie beside all of the terrain.
 fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), InputError> {
     let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
@@ -355,10 +396,8 @@ fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<
         };
         if beside(0) || beside(1) {
             let what = format!("the line `{}` lies beside the terrain", line.name);
-            return Err(file.invalid(&format!("line.{at}.points"), what).try_instead(format!(
-                "the terrain lies from ({:.1}, {:.1}) to ({:.1}, {:.1})",
-                low.x, low.y, high.x, high.y
-            )));
+            let hint = guess(line.points[0], &low, &high);
+            return Err(file.invalid(&format!("line.{at}.points"), what).try_instead(hint));
         }
     }
     Ok(())
@@ -372,12 +411,9 @@ fn check_places(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result
         for (k, [x, y]) in place.corners().iter().enumerate() {
             let key = format!("release.{at}.{}.{k}", place.key());
             if !(low.x..=high.x).contains(x) || !(low.y..=high.y).contains(y) {
-                return Err(file.invalid(&key, format!("({x}, {y}) lies beside the terrain")).try_instead(
-                    format!(
-                        "the terrain lies from ({:.1}, {:.1}) to ({:.1}, {:.1})",
-                        low.x, low.y, high.x, high.y
-                    ),
-                ));
+                return Err(file
+                    .invalid(&key, format!("({x}, {y}) lies beside the terrain"))
+                    .try_instead(guess([*x, *y], &low, &high)));
             }
             if ground_at(ground, [x - ground.origin.x, y - ground.origin.y]).is_none() {
                 return Err(file

@@ -86,7 +86,7 @@ impl Directory {
         }
         Err(self
             .fault(
-                "this directory holds another study, or this one with another study file, scene, terrain or program",
+                "this directory holds another study, or this one with another study file, scene, terrain, drawn layer or program",
             )
             .try_instead("choose another with --out, or begin anew with --force"))
     }

@@ -4,12 +4,12 @@
 
 use super::base::Base;
 use super::member::Member;
-use super::outline;
 use super::place::ground_at;
 use super::results::raster::System;
 use super::settings::{Quantity, Variable};
 use crate::gate::contacts::of_contact;
 use crate::gate::units::{Found, all_of_rock, in_litres, short};
+use crate::geometry::plan;
 use crate::settings::Settings;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -234,9 +234,9 @@ fn whole(values: &[toml::Value]) -> bool {
 /// How much of line number `at` has no ground below.
 fn of_line(base: &Base, at: usize, file: &Scene) -> Option<String> {
     let (line, name) = (&base.lines[at], &base.study.lines[at].name);
-    let places = (0..PIECES).map(|k| outline::along(line, (f64::from(k) + 0.5) / f64::from(PIECES)));
+    let places = (0..PIECES).map(|k| plan::along(line, (f64::from(k) + 0.5) / f64::from(PIECES)));
     let beside = places.filter(|place| ground_at(&base.ground, *place).is_none()).count();
-    let length = outline::length(line);
+    let length = plan::length(line);
     (beside > 0).then(|| {
         let what = format!(
             "{} m of {} m of the line `{name}` lie beyond the terrain or over holes in it: what passes there is not counted",

@@ -1,10 +1,10 @@
 //! One member: its numbers, and the model that it is computed with.
 
 use super::base::{Base, DRAWN};
-use super::outline;
 use super::place::{above_ground, line_of_fall};
 use super::settings::{Place, Quantity};
 use crate::contact::whole_rock::Whole;
+use crate::geometry::plan;
 use crate::geometry::sphere_tree::SphereTree;
 use crate::law::table::Laws;
 use crate::model::Model;
@@ -104,7 +104,7 @@ impl Base {
         let local = |[x, y]: [f64; 2]| [x - origin.x, y - origin.y];
         let place = match self.study.releases[release].place() {
             Place::Points(points) => local(points[(within % points.len() as u64) as usize]),
-            Place::Line(line) => local(outline::along(line, draw(0))),
+            Place::Line(line) => local(plan::along(line, draw(0))),
             Place::Polygon(_) => {
                 let area = self.areas[release].as_ref().expect("made for every polygon");
                 area.at(draw(0), draw(1))

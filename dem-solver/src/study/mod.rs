@@ -3,7 +3,7 @@
 //! Terrain, trees and spheres are read and built once, members are computed on all cores, and each is the run of its scene
 //! alone: the same windows, the same steps, the same bytes (`dem-solver/tests/study`).
 //!
-//! - [`settings`], [`vary`], [`distribution`]: the study file; [`reference`](mod@reference): what editors know of it; [`design`]: what a barrier on a line is judged by; [`outline`]: lines and areas seen from above
+//! - [`settings`], [`vary`], [`distribution`]: the study file; [`reference`](mod@reference): what editors know of it; [`design`]: what a barrier on a line is judged by
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
 //! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own; [`place`]: where it starts
 //! - [`scene_of`]: the scene of one member; [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
@@ -23,7 +23,6 @@ pub mod gate;
 pub mod grid;
 pub mod journal;
 pub mod member;
-pub mod outline;
 pub mod place;
 pub mod record;
 pub mod reference;

@@ -2,10 +2,10 @@
 
 use super::base::Base;
 use super::member::{Kept, Member};
-use super::outline::Point;
 use super::record::{How, Outcome};
 use super::track::{Follower, Track};
 use crate::DemSolver;
+use crate::geometry::plan::Point;
 use crate::model::Model;
 use crate::model::runout::{Ending, jump_height};
 use crate::results::trajectory::Row;

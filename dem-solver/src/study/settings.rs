@@ -1,9 +1,9 @@
 //! The study file: which scene, how many releases from where, what varies.
 
 use super::design::Design;
-use super::outline;
 use super::vary::variables;
 pub use super::vary::{Quantity, Variable};
+use crate::geometry::plan;
 use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::{Kind, Scene};
@@ -285,7 +285,7 @@ fn lines(study: &Scene) -> Result<Vec<ScreenLine>, InputError> {
                 format!("`{}` cannot be the name of a file: letters, digits, `_` and `-` can", line.name);
             return Err(study.invalid(&format!("line.{at}.name"), what));
         }
-        if outline::length(&line.points) <= 0.0 {
+        if plan::length(&line.points) <= 0.0 {
             return Err(study
                 .invalid(&format!("line.{at}.points"), "a line without length")
                 .try_instead("points = [[x, y], [x, y]]"));
@@ -320,25 +320,11 @@ fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Inpu
     match place {
         Place::Points(_) => {}
         Place::Line(line) => {
-            if outline::length(line) <= 0.0 {
+            if plan::length(line) <= 0.0 {
                 return Err(study.invalid(&key("line"), "a line without length"));
             }
         }
-        Place::Polygon(polygon) => {
-            if let Some([a, b]) = outline::crossing(polygon) {
-                let side = |k: usize| {
-                    let [from, to] = [polygon[k], polygon[(k + 1) % polygon.len()]];
-                    format!("from ({}, {}) to ({}, {})", from[0], from[1], to[0], to[1])
-                };
-                let what = format!("the polygon crosses itself: its side {} and {}", side(a), side(b));
-                return Err(study
-                    .invalid(&key("polygon"), what)
-                    .try_instead("list its corners in order around it, or make two releases of it"));
-            }
-            if outline::area(polygon) <= 0.0 {
-                return Err(study.invalid(&key("polygon"), "a polygon without area"));
-            }
-        }
+        Place::Polygon(polygon) => plan::check_polygon(polygon, &key("polygon"), study)?,
     }
     match release.count {
         Some(0) => return Err(study.invalid(&key("count"), "count = 0: a release has one member at least")),

@@ -5,8 +5,8 @@
 //! taken at both ends and in the middle.
 
 use super::base::Base;
-use super::outline::Point;
 use super::place::ground_at;
+use crate::geometry::plan::Point;
 use crate::results::trajectory::Row;
 use crate::terrain::Terrain;
 use rustc_hash::FxHashMap;

@@ -5,6 +5,7 @@
 use super::Terrain;
 use super::raster::Raster;
 use super::settings::TerrainSettings;
+use super::system;
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::ground::GroundArguments;
@@ -61,11 +62,14 @@ pub fn around(scene: &Scene, arguments: &GroundArguments) -> Result<Raster, Inpu
         let what = format!("{} numbers are no points", arguments.line.len());
         return Err(fault(what).try_instead("x and y of each point, in metres"));
     }
-    let settings: Option<TerrainSettings> = scene.read("terrain")?;
-    let settings = settings.ok_or_else(|| {
+    let settings = TerrainSettings::of(scene)?.ok_or_else(|| {
         scene.invalid("terrain", "the scene has no [terrain], whose heights could be written")
     })?;
-    settings.check(scene)?;
+    let own = system::of_file(&scene.resolve(&settings.file)).map(u32::from);
+    if let Some((line, own)) = arguments.epsg.zip(own).filter(|(line, own)| line != own) {
+        let what = format!("the layer of the line is in EPSG:{line}, and the terrain in EPSG:{own}");
+        return Err(fault(what).try_instead("save the layer in the coordinate system of the terrain"));
+    }
     let terrain = Terrain::of(scene, &settings)?;
     for [x, y] in points {
         if height(&terrain, *x, *y).is_none() {

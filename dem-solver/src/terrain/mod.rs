@@ -22,6 +22,7 @@ pub mod queries;
 pub mod raster;
 pub mod settings;
 pub mod slope;
+pub mod system;
 pub mod triangulation;
 mod winding;
 pub mod zones;
@@ -65,6 +66,7 @@ impl Terrain {
     /// That of a scene: read, cut, joined with its zones.
     pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Self, InputError> {
         let relief = triangulation::of(scene, settings)?;
+        settings.check_layers(scene)?;
         let zones = zones::Zones::of(scene, settings, &relief.origin)?;
         let mut ground = Self::new(relief);
         if ground.triangles.is_empty() {
@@ -73,14 +75,12 @@ impl Terrain {
         }
         ground.materials = zones.materials().to_vec();
         ground.forests = zones.forests().to_vec();
-        ground.notices.extend(zones::beside(
-            settings,
-            &(ground.lowest + ground.origin),
-            &(ground.highest + ground.origin),
-        ));
+        let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
+        zones::check_place(scene, settings, &low, &high)?;
         if !zones.is_empty() {
             let middle =
                 |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;
+            zones.check_use(scene, || ground.triangles.iter().map(middle))?;
             ground.zones = ground.triangles.iter().map(|t| zones.at(&middle(t))).collect();
         }
         Ok(ground)

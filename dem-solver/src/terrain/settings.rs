@@ -2,6 +2,8 @@
 
 use super::forest;
 use super::formats::{self, Holds};
+use super::system;
+use crate::geometry::plan;
 use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -171,11 +173,24 @@ impl TerrainSettings {
         }
     }
 
-    /// Put the corners of zones that are in files in their place.
-    pub fn read_zones(&mut self, scene: &Scene) -> Result<(), InputError> {
-        for (i, zone) in self.zone.iter_mut().enumerate() {
+    /// Those of a scene, with the corners of zones that are in files in their place, checked.
+    pub fn of(scene: &Scene) -> Result<Option<Self>, InputError> {
+        let Some(mut settings) = scene.read::<Self>("terrain")? else { return Ok(None) };
+        for (i, zone) in settings.zone.iter_mut().enumerate() {
             if let Some(polygon) = &mut zone.polygon {
                 *polygon = polygon.read(Form::Polygon, &format!("terrain.zone.{i}.polygon"), scene)?;
+            }
+        }
+        settings.check(scene)?;
+        Ok(Some(settings))
+    }
+
+    /// Refuse zones of a layer in another coordinate system than the terrain's file names.
+    pub fn check_layers(&self, scene: &Scene) -> Result<(), InputError> {
+        let own = system::of_file(&scene.resolve(&self.file)).map(u32::from);
+        for (i, zone) in self.zone.iter().enumerate() {
+            if let Some(polygon) = &zone.polygon {
+                polygon.check_system(own, &format!("terrain.zone.{i}.polygon"), scene)?;
             }
         }
         Ok(())
@@ -253,6 +268,7 @@ impl TerrainSettings {
                     let what = format!("{} corners span no area: 3 are needed", corners.len());
                     return Err(scene.invalid(&key("polygon"), what));
                 }
+                (Some(corners), None) => plan::check_polygon(corners, &key("polygon"), scene)?,
                 (None, Some(number)) if self.zones.is_none() => {
                     return Err(scene
                         .invalid(

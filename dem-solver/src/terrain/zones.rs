@@ -13,29 +13,38 @@ use nalgebra::Vector3;
 pub struct Zones {
     materials: Vec<String>,
     forests: Vec<Option<Forest>>,
-    polygons: Vec<(Vec<[f64; 2]>, u8)>,
+    /// Corners, place of the material, number in the scene.
+    polygons: Vec<(Vec<[f64; 2]>, u8, usize)>,
     raster: Option<Raster>,
     numbers: Vec<(i64, u8)>,
 }
 
-/// Polygons that lie beside the terrain, from `low` to `high`.
-pub fn beside(settings: &TerrainSettings, low: &Vector3<f64>, high: &Vector3<f64>) -> Vec<String> {
-    let of = |(number, corners): (usize, &[[f64; 2]])| {
+/// Refuse polygons that lie beside the terrain, from `low` to `high`.
+pub fn check_place(
+    scene: &Scene,
+    settings: &TerrainSettings,
+    low: &Vector3<f64>,
+    high: &Vector3<f64>,
+) -> Result<(), InputError> {
+    for (number, zone) in settings.zone.iter().enumerate() {
+        let Some(corners) = zone.polygon.as_deref() else { continue };
         let range = |axis: usize| {
             let along = corners.iter().map(|c| c[axis]);
             along.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
         };
         let [[x0, x1], [y0, y1]] = [range(0), range(1)];
-        (x1 < low.x || x0 > high.x || y1 < low.y || y0 > high.y).then(|| {
-            format!(
-                "terrain.zone.{number}.polygon: it covers nothing: it lies from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}), and the \
-                 terrain from ({:.1}, {:.1}) to ({:.1}, {:.1}); corners are [x, y] in the terrain's coordinates",
+        if x1 < low.x || x0 > high.x || y1 < low.y || y0 > high.y {
+            let what = format!(
+                "it covers nothing: it lies from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}), and the terrain from ({:.1}, {:.1}) to \
+                 ({:.1}, {:.1})",
                 low.x, low.y, high.x, high.y
-            )
-        })
-    };
-    let zones = settings.zone.iter().enumerate();
-    zones.filter_map(|(number, zone)| Some((number, zone.polygon.as_deref()?))).filter_map(of).collect()
+            );
+            return Err(scene
+                .invalid(&format!("terrain.zone.{number}.polygon"), what)
+                .try_instead("corners are [x, y] in the terrain's coordinates, in metres; leave the zone out where it lies elsewhere"));
+        }
+    }
+    Ok(())
 }
 
 impl Zones {
@@ -43,7 +52,7 @@ impl Zones {
     pub fn of(scene: &Scene, settings: &TerrainSettings, origin: &Vector3<f64>) -> Result<Self, InputError> {
         let (materials, forests) = (vec![settings.material.clone()], vec![Forest::of_terrain(settings)]);
         let mut zones = Self { materials, forests, ..Self::default() };
-        for zone in &settings.zone {
+        for (number, zone) in settings.zone.iter().enumerate() {
             let forest = Forest::of_zone(zone);
             let known = zones.materials.iter().zip(&zones.forests);
             let same = known.into_iter().position(|(m, f)| *m == zone.material && *f == forest);
@@ -54,7 +63,7 @@ impl Zones {
             }) as u8;
             if let Some(corners) = &zone.polygon {
                 let local = corners.iter().map(|[x, y]| [x - origin.x, y - origin.y]).collect();
-                zones.polygons.push((local, place));
+                zones.polygons.push((local, place, number));
             }
             if let Some(number) = zone.number {
                 zones.numbers.push((number, place));
@@ -66,6 +75,23 @@ impl Zones {
             zones.raster = Some(raster);
         }
         Ok(zones)
+    }
+
+    /// Refuse polygons without the middle of a triangle in them, whose middles these are: nothing would be of their material.
+    pub fn check_use<I: Iterator<Item = Vector3<f64>>>(
+        &self,
+        scene: &Scene,
+        middles: impl Fn() -> I,
+    ) -> Result<(), InputError> {
+        for (corners, _, number) in &self.polygons {
+            if !middles().any(|middle| contains(corners, middle.x, middle.y)) {
+                let what = "it covers nothing: no triangle of the terrain has its middle in it, by which it belongs to a zone or not";
+                return Err(scene
+                    .invalid(&format!("terrain.zone.{number}.polygon"), what)
+                    .try_instead("draw it larger than a cell of the terrain, or leave it out"));
+            }
+        }
+        Ok(())
     }
 
     /// Materials by zone.
@@ -86,8 +112,8 @@ impl Zones {
     /// Zone at a local position; polygons count before the raster, the last one before the others.
     pub fn at(&self, position: &Vector3<f64>) -> u8 {
         let polygon =
-            self.polygons.iter().rev().find(|(corners, _)| contains(corners, position.x, position.y));
-        if let Some((_, zone)) = polygon {
+            self.polygons.iter().rev().find(|(corners, ..)| contains(corners, position.x, position.y));
+        if let Some((_, zone, _)) = polygon {
             return *zone;
         }
         let number = self.raster.as_ref().and_then(|raster| raster.nearest(position.x, position.y));
@@ -121,7 +147,7 @@ mod tests {
         let zones = Zones {
             materials: ["ground", "scree", "wood", "rock"].map(String::from).into(),
             forests: vec![None; 4],
-            polygons: vec![(square(0.0, 4.0), 1), (square(2.0, 6.0), 2)],
+            polygons: vec![(square(0.0, 4.0), 1, 0), (square(2.0, 6.0), 2, 1)],
             raster: Some(Raster {
                 corner: [10.0, 0.0],
                 spacing: [2.0; 2],

@@ -103,3 +103,53 @@ fn a_drawn_release_of_several_areas_or_beside_the_terrain_is_refused_at_its_plac
     }
     assert!(!place.path("out").exists());
 }
+
+/// A layer may say in which coordinate system it is, and so may the terrain.
+#[test]
+fn a_layer_in_another_coordinate_system_than_the_terrain_is_refused() {
+    let area = layer(&[("west", "Polygon", &format!("[{}]", ring(CLIFF)))]);
+    let (road, meadow) =
+        (layer(&[("", "LineString", ROAD)]), layer(&[("", "Polygon", &format!("[{}]", ring(MEADOW)))]));
+    let place = Place::new(&STUDY.replace(CLIFF, "\"a.geojson\"").replace(ROAD, "\"road.geojson\""));
+    place.write("slope.prj", "PROJCRS[\"CH1903+ / LV95\",ID[\"EPSG\",2056]]");
+    place.write("fall.toml", &scene("\"meadow.geojson\""));
+    let other = |text: &str| text.replace("EPSG::2056", "EPSG::21781");
+    for (wrong, words) in [
+        (0, "study.toml:6:11: its layer is in EPSG:21781, and the terrain in EPSG:2056"),
+        (1, "study.toml:22:10: its layer is in EPSG:21781"),
+        (2, "fall.toml:14:11: its layer is in EPSG:21781"),
+    ] {
+        for (number, (name, text)) in
+            [("a.geojson", &area), ("road.geojson", &road), ("meadow.geojson", &meadow)]
+                .into_iter()
+                .enumerate()
+        {
+            place.write(name, &if number == wrong { other(text) } else { text.clone() });
+        }
+        let refused = place.run("out", &[]);
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(refused.status.code() == Some(2) && said.contains(words), "{words}: {said}");
+    }
+}
+
+/// Heights for a barrier are taken from a scene with drawn zones too.
+#[test]
+fn heights_are_taken_from_a_terrain_with_drawn_zones() {
+    let place = Place::new(STUDY);
+    place.write("fall.toml", &scene("\"meadow.geojson\""));
+    place.write("meadow.geojson", &layer(&[("", "Polygon", &format!("[{}]", ring(MEADOW)))]));
+    place.write("slope.prj", "PROJCRS[\"CH1903+ / LV95\",ID[\"EPSG\",2056]]");
+    for (epsg, code) in [("--epsg=2056", 0), ("--epsg=21781", 2)] {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_dem-solver"))
+            .arg("ground")
+            .arg(place.path("fall.toml"))
+            .args(["--line=2600030,1200020,2600030,1200030", epsg, "-o"])
+            .arg(place.path("heights.asc"))
+            .output()
+            .expect("started");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{said}");
+        let words = "the layer of the line is in EPSG:21781, and the terrain in EPSG:2056";
+        assert_eq!(said.contains(words), code == 2, "{said}");
+    }
+}

@@ -33,6 +33,7 @@ fn arguments(scene: &Scene, line: &[f64]) -> GroundArguments {
         line: line.to_vec(),
         margin: 5.0,
         cell: 0.5,
+        epsg: None,
         key: Some("structure.line".into()),
         output: "g.asc".into(),
     }

@@ -252,5 +252,5 @@ pub fn area(scene: &Scene, table: &StructureConfig) -> Result<Option<Area>, Inpu
     } else {
         ["structure.ground.file", "structure.ground"]
     };
-    Ok(Some(Area { wants: wants.into(), of: of.into(), line: vec![middle], margin, cell }))
+    Ok(Some(Area { wants: wants.into(), of: of.into(), line: vec![middle], epsg: None, margin, cell }))
 }

@@ -16,6 +16,9 @@ pub struct Area {
     pub of: String,
     /// Points of the line, x and y [m].
     pub line: Vec<[f64; 2]>,
+    /// EPSG code of the layer that the line was read from, if it names one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub epsg: Option<u32>,
     /// How far from it they are needed [m].
     pub margin: f64,
     /// Distance of the heights [m].
@@ -33,7 +36,8 @@ impl Area {
             ("--key", self.of.clone()),
         ];
         // With `=`, since a number may begin with a minus.
-        named.map(|(name, value)| format!("{name}={value}")).to_vec()
+        let epsg = self.epsg.map(|code| ("--epsg", code.to_string()));
+        named.into_iter().chain(epsg).map(|(name, value)| format!("{name}={value}")).collect()
     }
 }
 
@@ -60,6 +64,9 @@ pub struct GroundArguments {
     /// Distance of the heights [m]
     #[arg(long, value_name = "M", default_value_t = 0.25)]
     pub cell: f64,
+    /// EPSG code of the coordinate system that the line is in: refused where the terrain's file names another one
+    #[arg(long, value_name = "CODE")]
+    pub epsg: Option<u32>,
     /// Key of the scene that states the line, for messages
     #[arg(long, value_name = "KEY", hide = true)]
     pub key: Option<String>,
@@ -79,6 +86,7 @@ mod tests {
             wants: "a.ground".into(),
             of: "a.line".into(),
             line: vec![[-2.6e6, 1.2e6], [0.1, -0.3]],
+            epsg: Some(2056),
             margin: 12.5,
             cell: 0.25,
         };
@@ -86,6 +94,7 @@ mod tests {
         let words = ["ground", "s.toml", "-o", "g.asc"].map(String::from).into_iter().chain(area.options());
         let read = GroundArguments::from_arg_matches(&command.get_matches_from(words)).expect("valid");
         assert_eq!(read.line, [-2.6e6, 1.2e6, 0.1, -0.3]);
+        assert_eq!(read.epsg, Some(2056));
         assert_eq!((read.margin, read.cell, read.key.as_deref()), (12.5, 0.25, Some("a.line")));
     }
 }

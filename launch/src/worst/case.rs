@@ -173,7 +173,7 @@ mod tests {
         for (sentence, word) in [
             ("rock `block` was stopped by the net in 0.28 s over 4.49 m, from 24.1 m/s at 23.6 s", "stopped"),
             ("rock `a b` passed beside the net with a clearance of 1.00 m, near (0, 0, 0)", "passed beside"),
-            ("rock `r` went through the torn net: it touched at 0.1 s", "went through"),
+            ("rock `r` went through the torn structure: it touched at 0.1 s", "went through"),
             ("rock `r` was still being stopped by the net at 1.2 s: 9.9 m/s along", "not decided"),
             ("rock `r` still moved with 9.90 m/s near (0, 0, 0) at the end, at 1.2 s", "not decided"),
             ("rock `r` came to rest on the terrain near (0, 0, 0) at 1.0 s", "did not reach"),

@@ -10,6 +10,8 @@ use std::path::Path;
 
 /// One row for each member.
 pub const VERDICTS: &str = "verdicts.csv";
+/// Measures of which the largest says nothing: places, directions and times of impacts.
+const NO_ENVELOPE: [&str; 4] = ["impact_velocity_", "impact_direction_", "impact_time", "time_of_impact"];
 /// Most members that a warning names.
 const NAMED: usize = 5;
 
@@ -60,20 +62,33 @@ pub fn write_rows(keys: &[String], cases: &[Case], dir: &Path) -> io::Result<()>
     std::fs::rename(path, dir.join(VERDICTS))
 }
 
-/// What the runs warn of, each once, whatever its numbers, with how many members it is said of.
+/// What the runs warn of, each once, whatever its numbers, with how many members it is said of. Where the numbers differ, those of the first
+/// are said to be its own.
 fn warnings(cases: &[Case]) -> Vec<String> {
-    let mut found: Vec<(String, &str, Vec<u64>)> = Vec::new();
+    let mut found: Vec<(String, &str, Vec<u64>, bool)> = Vec::new();
     for (case, warning) in cases.iter().flat_map(|case| case.warnings.iter().map(move |w| (case, w))) {
         let same: String =
             warning.split(|c: char| c.is_ascii_digit()).filter(|part| !part.is_empty()).collect();
         match found.iter_mut().find(|(known, ..)| *known == same) {
-            Some((.., members)) if members.last() == Some(&case.member()) => {}
-            Some((.., members)) => members.push(case.member()),
-            None => found.push((same, warning, vec![case.member()])),
+            Some((_, first, members, differ)) => {
+                *differ |= *first != warning;
+                if members.last() != Some(&case.member()) {
+                    members.push(case.member());
+                }
+            }
+            None => found.push((same, warning, vec![case.member()], false)),
         }
     }
     let said = |members: &[u64]| format!("{} of {} members: {}", members.len(), cases.len(), listed(members));
-    found.iter().map(|(_, warning, members)| format!("{warning} ({})", said(members))).collect()
+    let line = |(_, warning, members, differ): &(String, &str, Vec<u64>, bool)| match differ {
+        false => format!("{warning} ({})", said(members)),
+        true => format!(
+            "member {}: {warning} (likewise, each with numbers of its own, {})",
+            members[0],
+            said(members)
+        ),
+    };
+    found.iter().map(line).collect()
 }
 
 fn listed(members: &[u64]) -> String {
@@ -127,7 +142,10 @@ pub fn summary(chosen: &Chosen, cases: &[Case], barrier: &str) -> Summary {
         report(format!("members_{}", word.replace(' ', "_")), count(word) as f64, "1");
     }
     report("members_failed".into(), uncounted as f64, "1");
-    for (name, unit) in measures(cases) {
+    for (name, unit) in measures(cases)
+        .into_iter()
+        .filter(|(name, _)| !NO_ENVELOPE.iter().any(|start| name.starts_with(start)))
+    {
         let value = |case: &Case| Some((case.summary.as_ref()?.measure(&name)?, case.member()));
         let trusted = cases.iter().filter(|case| case.status == RunStatus::Done);
         let mut values: Vec<(f64, u64)> = trusted.filter_map(value).collect();
@@ -291,7 +309,7 @@ mod tests {
             summary.warnings,
             [
                 "2 of 3 members are not decided at the end of their runs (9, 4): raise end_time of b.toml",
-                "posts have turned by 76 degrees (2 of 3 members: 7, 4)",
+                "member 7: posts have turned by 76 degrees (likewise, each with numbers of its own, 2 of 3 members: 7, 4)",
                 "other (1 of 3 members: 7)",
             ]
         );

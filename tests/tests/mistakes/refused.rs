@@ -32,6 +32,31 @@ pub const REFUSED: &[Row] = &[
         ["17:50", "lighter than air", "steel has 7850"],
     ),
     (
+        "zone in local coordinates",
+        SLOPE,
+        ["+", "[[terrain.zone]]\npolygon = [[0, 0], [50, 0], [50, 40]]\nmaterial = \"forest\"\n"],
+        ["17:11", "it covers nothing", "in the terrain's coordinates"],
+    ),
+    (
+        "zone of which two corners are exchanged",
+        SLOPE,
+        [
+            "+",
+            "[[terrain.zone]]\npolygon = [[2683005, 1247010], [2683055, 1247050], [2683055, 1247010], [2683005, 1247050]]\n\
+             material = \"forest\"\n",
+        ],
+        ["17:11", "the polygon crosses itself", "in order around it"],
+    ),
+    (
+        "zone smaller than a cell",
+        SLOPE,
+        [
+            "+",
+            "[[terrain.zone]]\npolygon = [[2683020, 1247030], [2683020.01, 1247030], [2683020.01, 1247030.01]]\nmaterial = \"road\"\n",
+        ],
+        ["17:11", "no triangle of the terrain has its middle in it", "larger than a cell"],
+    ),
+    (
         "strength of a wire in kN",
         MESH,
         ["6e4", "60.0"],

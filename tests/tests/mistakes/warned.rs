@@ -123,12 +123,6 @@ pub const WARNED: &[Row] = &[
         ["10:13", "longer than the run", "500 ms is 0.5"],
     ),
     (
-        "zone in local coordinates",
-        SLOPE,
-        ["+", "[[terrain.zone]]\npolygon = [[0, 0], [50, 0], [50, 40]]\nmaterial = \"forest\"\n"],
-        ["17:11", "it covers nothing", "in the terrain's coordinates"],
-    ),
-    (
         "prestress in MPa",
         NET,
         ["radius = 0.002", "radius = 0.002, prestress = 100.0"],

@@ -32,6 +32,8 @@ struct Row {
     has: Option<f64>,
     /// Rocks that have more of it.
     more: Option<String>,
+    /// Rocks that have more of it than the barrier.
+    over: Option<String>,
     /// Why the number may be too small to call the barrier sufficient.
     weak: Option<String>,
 }
@@ -52,6 +54,16 @@ impl Row {
 
     fn resting_on(self, sample: &Sample, quantile: f64) -> Self {
         Self { weak: sample.weakness(quantile), ..self }
+    }
+
+    /// With how many of the rocks that pass have more than the barrier.
+    fn against(self, all: &[f64]) -> Self {
+        let has = self.has.unwrap_or(f64::INFINITY);
+        let above = all.iter().filter(|value| **value > has).count();
+        Self {
+            over: (above > 0).then(|| format!("{above} of {} rocks that pass have more", all.len())),
+            ..self
+        }
     }
 
     fn finding(&self) -> Option<Finding<'_>> {
@@ -114,6 +126,7 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Standing) -> Op
         how,
         has,
         more: None,
+        over: None,
         weak: None,
     };
     let fast = speed * trajectories * topography;
@@ -150,6 +163,7 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Standing) -> Op
             design.barrier_energy,
         )
         .with(with_more(energy * factor, passing))
+        .against(passing.energy)
         .resting_on(&speeds, UNI_QUANTILE),
         row(
             "design_height",
@@ -190,6 +204,7 @@ fn of_onr(onr: &Onr, design: &Design, passing: &Passing, study: &Standing) -> Op
         how,
         has,
         more: None,
+        over: None,
         weak: None,
     };
     Some(vec![
@@ -200,6 +215,7 @@ fn of_onr(onr: &Onr, design: &Design, passing: &Passing, study: &Standing) -> Op
             format!("{} % energy {} * {}", onr.energy_quantile, short(energy), onr.energy_factor),
             design.barrier_energy,
         )
+        .against(passing.energy)
         .resting_on(&energies, onr.energy_quantile),
         row(
             "required_height",
@@ -333,7 +349,8 @@ fn sentence(name: &str, rows: &[Row], study: &Standing) -> String {
         let more = row.more.as_ref().map_or(String::new(), |more| format!(" ({more})"));
         let must = must + &more;
         let Some((has, finding)) = row.has.zip(row.finding()) else { return must };
-        let has = format!("{must}, the barrier has {}", short(has));
+        let over = row.over.as_ref().map_or(String::new(), |over| format!(" ({over})"));
+        let has = format!("{must}, the barrier has {}{over}", short(has));
         match finding {
             Finding::Satisfied => format!("{has}: satisfied"),
             Finding::NotSatisfied => format!("{has}: not satisfied"),
@@ -456,7 +473,13 @@ mod tests {
             (20, 1e5, whole, ["yes", "yes"], "height 1.1 m, the barrier has 4: satisfied"),
             (19, 1e5, whole, ["not judged"; 2], "4: not judged, 19 rocks are too few for a quantile of 95 %"),
             (20, 1e5, unreliable, ["not judged"; 2], "4: not judged, the study is unreliable"),
-            (20, 1e6, unreliable, ["no", "not judged"], "the barrier has 500000: not satisfied"),
+            (
+                20,
+                1e6,
+                unreliable,
+                ["no", "not judged"],
+                "500000 (20 of 20 rocks that pass have more): not satisfied",
+            ),
             (
                 20,
                 1e5,

@@ -1,11 +1,11 @@
 //! A map to look at: colours over the shaded terrain, releases and lines, scale bar, north, legend.
 
 use super::cells::Map;
+use crate::geometry::plan::Point;
 use crate::results::map::page::round_step;
 use crate::results::map::shade::ShadedGrid;
 use crate::study::base::Base;
 use crate::study::grid::Grid;
-use crate::study::outline::Point;
 use crate::study::place::ground_at;
 use crate::study::settings::Place;
 use base64::Engine as _;

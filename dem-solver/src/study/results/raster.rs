@@ -4,8 +4,9 @@
 
 use crate::study::base::Base;
 use crate::study::grid::Grid;
+use crate::terrain::system::{self, PROJECTED_TYPE, USER_DEFINED};
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use tiff::TiffResult;
 use tiff::encoder::compression::DeflateLevel;
@@ -19,10 +20,8 @@ const MODEL: u16 = 1024;
 const PROJECTED: u16 = 1;
 const RASTER: u16 = 1025;
 const PIXEL_IS_AREA: u16 = 1;
-const PROJECTED_TYPE: u16 = 3072;
 const LINEAR_UNITS: u16 = 3076;
 const METRE: u16 = 9001;
-const USER_DEFINED: u16 = 32_767;
 
 /// The coordinate system of the maps.
 pub struct System {
@@ -41,8 +40,7 @@ impl System {
 
     /// The code that the terrain's file names, or the `.prj` beside it.
     pub fn of_terrain(base: &Base) -> Option<u16> {
-        let file = base.scene.resolve(&base.settings.terrain.as_ref()?.file);
-        of_tif(&file).or_else(|| of_text(&file))
+        system::of_file(&base.scene.resolve(&base.settings.terrain.as_ref()?.file))
     }
 
     /// What the user should know of it.
@@ -56,28 +54,6 @@ impl System {
     pub fn urn(&self) -> Option<String> {
         self.epsg.map(|code| format!("urn:ogc:def:crs:EPSG::{code}"))
     }
-}
-
-/// The code in a GeoTIFF.
-fn of_tif(file: &Path) -> Option<u16> {
-    let mut decoder = tiff::decoder::Decoder::new(BufReader::new(File::open(file).ok()?)).ok()?;
-    let keys = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).ok()?;
-    let code =
-        keys[4.min(keys.len())..].chunks_exact(4).find(|key| key[0] == PROJECTED_TYPE && key[1] == 0)?[3];
-    (code != USER_DEFINED && code > 0).then_some(code)
-}
-
-/// The code of the whole, which stands last in the well-known text beside a file.
-fn of_text(file: &Path) -> Option<u16> {
-    code_in(&std::fs::read_to_string(file.with_extension("prj")).ok()?)
-}
-
-fn code_in(text: &str) -> Option<u16> {
-    let compact: String = text.chars().filter(|c| !c.is_whitespace() && *c != '"').collect();
-    let ends = compact.trim_end_matches(']');
-    // No bracket is open behind it but those that close the whole.
-    let at = ends.rfind("[EPSG,")?;
-    ends[at + 6..].parse().ok()
 }
 
 /// Write one band; NaN: no value.
@@ -114,20 +90,4 @@ fn encode(
     tags.write_tag(Tag::GdalNodata, &*format!("{NOTHING}"))?;
     let filled: Vec<f32> = values.iter().map(|v| if v.is_nan() { NOTHING } else { *v }).collect();
     image.write_data(&filled)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_code_of_the_whole_is_found_in_well_known_text() {
-        let swiss = "PROJCS[\"CH1903+ / LV95\",\n GEOGCS[\"x\",AUTHORITY[\"EPSG\",\"4150\"]],UNIT[\"metre\",1,AUTHORITY[\"EPSG\",\"9001\"]],\n AUTHORITY[\"EPSG\",\"2056\"]]";
-        assert_eq!(code_in(swiss), Some(2056));
-        assert_eq!(code_in("PROJCRS[\"x\",ID[\"EPSG\",25832]]"), Some(25832));
-        assert_eq!(
-            code_in("PROJCS[\"x\",GEOGCS[\"y\",AUTHORITY[\"EPSG\",\"4150\"]],UNIT[\"metre\",1]]"),
-            None
-        );
-    }
 }

@@ -9,10 +9,10 @@ pub mod choose;
 
 use super::base::Base;
 use super::member::Member;
-use super::outline::{self, distance_from};
 use super::record::Record;
 use super::runner::{Flight, Runner, flight_before};
 use super::track::{Crossing, place};
+use crate::geometry::plan::{self, distance_from};
 use barrier::Barrier;
 use choose::{Arrival, Choice, choose};
 use interface_defs::toolkit::files;
@@ -80,7 +80,7 @@ impl Comings {
     }
 
     fn arrivals(&self, base: &Base) -> Vec<Arrival> {
-        let length = outline::length(&base.lines[usize::from(self.line)]);
+        let length = plan::length(&base.lines[usize::from(self.line)]);
         let of = |coming: &Coming| {
             let values = &coming.crossing.values;
             let along = values[place::ALONG];

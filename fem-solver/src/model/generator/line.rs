@@ -19,6 +19,8 @@ pub struct Line {
     pub points: Vec<Vector3<f64>>,
     /// Whether heights are stated.
     pub has_heights: bool,
+    /// EPSG code of the layer that it was read from, if any.
+    pub system: Option<u32>,
     /// The key that states it.
     pub key: &'static str,
 }
@@ -65,7 +67,7 @@ impl Line {
         }
         let points =
             line.iter().map(|p| Vector3::new(p[0], p[1], p.get(2).copied().unwrap_or(0.0))).collect();
-        Self { points, has_heights: size == 3, key }.checked(scene, table)
+        Self { points, has_heights: size == 3, system: line.system(), key }.checked(scene, table)
     }
 
     fn around(scene: &Scene, table: &Barrier, middle: &[f64]) -> Result<Self, InputError> {
@@ -88,7 +90,8 @@ impl Line {
         let at = Vector3::new(middle[0], middle[1], middle.get(2).copied().unwrap_or(0.0));
         let (sine, cosine) = azimuth.to_radians().sin_cos();
         let half = Vector3::new(sine, cosine, 0.0) * (0.5 * length);
-        Self { points: vec![at - half, at + half], has_heights: middle.len() == 3, key }.checked(scene, table)
+        let points = vec![at - half, at + half];
+        Self { points, has_heights: middle.len() == 3, system: None, key }.checked(scene, table)
     }
 
     fn checked(self, scene: &Scene, table: &Barrier) -> Result<Self, InputError> {

@@ -57,6 +57,7 @@ pub fn area(scene: &Scene, table: &Barrier, touches: bool) -> Result<Option<Area
         wants: "structure.generator.ground".into(),
         of: line.key.into(),
         line: line.points.iter().map(|p| [p.x, p.y]).collect(),
+        epsg: line.system,
         margin,
         cell: CELL,
     }))

@@ -119,7 +119,7 @@ fn a_bent_line_has_a_post_at_each_of_its_points() {
     let file = dir.path().join("line.geojson");
     let drawn = "{\"type\": \"LineString\", \"coordinates\": [[-20, 0], [0, 4, 900], [10, 4]]}";
     std::fs::write(&file, drawn).expect("written");
-    let of_file = Barrier { line: Some(Coordinates::File(file)), ..table.clone() };
+    let of_file = Barrier { line: Some(Coordinates::of_file(file)), ..table.clone() };
     let of_file = made(&of_file, Some(&text)).expect("valid");
     let made = made(&table, Some(&text)).expect("valid");
     assert_eq!(of_file.mesh.nodes, made.mesh.nodes, "drawn on a map, whose heights do not count");

@@ -1,8 +1,9 @@
 //! A layer of a map in a GeoJSON file (RFC 7946, and the member `crs` that programs still write).
 
-use super::Form;
+use super::{AS_GEOJSON, Form};
 use crate::toolkit::explain::nearest;
 use geojson::{Feature, FeatureCollection, GeoJson, GeometryValue, Position};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// What is wrong with a file, and what to try.
@@ -10,67 +11,93 @@ pub type Refused = (String, Option<String>);
 
 /// Coordinate systems in degrees as GeoJSON names them, without their authority's version.
 const DEGREES: [&str; 4] = ["CRS84", "EPSG::4326", "EPSG:4326", "EPSG::4258"];
-const AS_GEOJSON: &str =
-    "save the layer as GeoJSON (in QGIS: Export > Save Features As), in the coordinate system of the terrain";
 
-/// All features of a GeoJSON file, whose coordinates are not in degrees.
-pub fn features(path: &Path) -> Result<Vec<Feature>, Refused> {
-    let text = std::fs::read(path).map_err(|e| (format!("the file cannot be read: {e}"), None))?;
-    let no_geojson = |what: String| (format!("this is no GeoJSON: {what}"), Some(AS_GEOJSON.into()));
-    let text = String::from_utf8(text).map_err(|_| no_geojson("it is no text".into()))?;
-    let read: GeoJson = text.parse().map_err(|e: geojson::Error| no_geojson(e.to_string()))?;
-    let all = match read {
-        GeoJson::FeatureCollection(all) => all,
-        GeoJson::Feature(feature) => FeatureCollection::new([feature]),
-        GeoJson::Geometry(geometry) => {
-            FeatureCollection::new([Feature { geometry: Some(geometry), ..Feature::default() }])
-        }
-    };
-    let system = all
-        .foreign_members
-        .as_ref()
-        .and_then(|members| members.get("crs")?.get("properties")?.get("name")?.as_str().map(str::to_owned));
-    if let Some(system) = system.filter(|system| DEGREES.iter().any(|degrees| system.ends_with(degrees))) {
-        let what =
-            format!("it is in degrees of longitude and latitude ({system}), and the terrain is in metres");
-        return Err((what, Some(AS_GEOJSON.into())));
-    }
-    Ok(all.features)
+/// Its features.
+pub struct Layer {
+    features: Vec<Feature>,
+    /// The coordinate system that it names.
+    system: Option<String>,
 }
 
-/// The points of the one feature that is meant, or of all where each point is one for itself. `key` and `file` are what the scene has.
-pub fn points(
-    all: &[Feature],
-    form: Form,
-    name: Option<&str>,
-    (key, file): (&str, &Path),
-) -> Result<Vec<[f64; 2]>, Refused> {
-    let own = named(all, name)?;
-    let mut found = Vec::new();
-    for feature in &own {
-        let Some(geometry) = &feature.geometry else { continue };
-        found.extend(parts(&geometry.value, form)?.into_iter().map(|points| (name_of(feature), points)));
-    }
-    let count = found.len();
-    if count == 0 {
-        return Err((none_of(&own, form), None));
-    }
-    if form == Form::Points {
-        return Ok(found.into_iter().flat_map(|(_, points)| points).collect());
-    }
-    if count == 1 {
-        return Ok(found.swap_remove(0).1);
-    }
-    let names: Vec<String> = found.into_iter().filter_map(|(name, _)| name).collect();
-    let alone = |first: &&String| name.is_none() && names.iter().filter(|name| name == first).count() == 1;
-    let hint = match names.first().filter(alone) {
-        Some(first) => format!("{key} = {{ file = \"{}\", name = \"{first}\" }}", file.display()),
-        None => {
-            "give each feature an attribute `name` of its own, or save the one that is meant alone".into()
+impl Layer {
+    /// That of a GeoJSON file whose coordinates are not in degrees.
+    pub fn read(path: &Path) -> Result<Self, Refused> {
+        let text = std::fs::read(path).map_err(|e| (format!("the file cannot be read: {e}"), None))?;
+        let no_geojson = |what: String| (format!("this is no GeoJSON: {what}"), Some(AS_GEOJSON.into()));
+        let text = String::from_utf8(text).map_err(|_| no_geojson("it is no text".into()))?;
+        // Some programs begin a file with a mark of its encoding.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let read: GeoJson = text.parse().map_err(|e: geojson::Error| no_geojson(e.to_string()))?;
+        let all = match read {
+            GeoJson::FeatureCollection(all) => all,
+            GeoJson::Feature(feature) => FeatureCollection::new([feature]),
+            GeoJson::Geometry(geometry) => {
+                FeatureCollection::new([Feature { geometry: Some(geometry), ..Feature::default() }])
+            }
+        };
+        let system = all.foreign_members.as_ref().and_then(|members| {
+            members.get("crs")?.get("properties")?.get("name")?.as_str().map(str::to_owned)
+        });
+        if let Some(system) = &system
+            && DEGREES.iter().any(|degrees| system.ends_with(degrees))
+        {
+            let what = format!(
+                "it is in degrees of longitude and latitude ({system}), and the terrain is in metres"
+            );
+            return Err((what, Some(AS_GEOJSON.into())));
         }
-    };
-    let of = if names.is_empty() { String::new() } else { format!(": {}", list(&names)) };
-    Err((format!("there are {count} {}s{of}; one is needed", word(form)), Some(hint)))
+        Ok(Self { features: all.features, system })
+    }
+
+    /// EPSG code of the coordinate system that it names.
+    pub fn epsg(&self) -> Option<u32> {
+        let (authority, code) = self.system.as_deref()?.rsplit_once(':')?;
+        authority.contains("EPSG").then(|| code.parse().ok())?
+    }
+
+    /// The points of the one feature that is meant, or of all where each point is one for itself. `key` and `file` are what the scene has.
+    pub fn points(
+        &self,
+        form: Form,
+        name: Option<&str>,
+        (key, file): (&str, &Path),
+    ) -> Result<Vec<[f64; 2]>, Refused> {
+        let own = named(&self.features, name)?;
+        let mut found = Vec::new();
+        for feature in &own {
+            let Some(geometry) = &feature.geometry else { continue };
+            found.extend(parts(&geometry.value, form)?.into_iter().map(|points| (name_of(feature), points)));
+        }
+        let count = found.len();
+        if count == 0 {
+            return Err((none_of(&own, form), None));
+        }
+        if form == Form::Points {
+            return Ok(found.into_iter().flat_map(|(_, points)| points).collect());
+        }
+        if count == 1 {
+            return Ok(found.swap_remove(0).1);
+        }
+        if own.len() == 1 {
+            let hint =
+                "make a feature of each part (in QGIS: Vector > Geometry Tools > Multipart to Singleparts)";
+            return Err((
+                format!("the feature has {count} parts; a {} is needed", word(form)),
+                Some(hint.into()),
+            ));
+        }
+        let names: Vec<String> = found.into_iter().filter_map(|(name, _)| name).collect();
+        let alone =
+            |first: &&String| name.is_none() && names.iter().filter(|name| name == first).count() == 1;
+        let hint = match names.first().filter(alone) {
+            Some(first) => format!("{key} = {{ file = \"{}\", name = \"{first}\" }}", file.display()),
+            None => {
+                "give each feature an attribute `name` of its own, or save the one that is meant alone".into()
+            }
+        };
+        let of = if names.is_empty() { String::new() } else { format!(": {}", list(&names)) };
+        Err((format!("there are {count} {}s{of}; one is needed", word(form)), Some(hint)))
+    }
 }
 
 /// The features of this name, at least one.
@@ -82,10 +109,18 @@ fn named<'a>(all: &'a [Feature], name: Option<&str>) -> Result<Vec<&'a Feature>,
     }
     let names: Vec<String> = all.iter().filter_map(name_of).collect();
     let what = match names.is_empty() {
-        true => format!("none of its {} features has an attribute `name`", all.len()),
+        true if all.is_empty() => "the file has no feature".into(),
+        true => format!("none of its {} features has an attribute `name`{}", all.len(), attributes(all)),
         false => format!("no feature is named `{name}`: there are {}", list(&names)),
     };
     Err((what, nearest(name, &names).map(|near| format!("did you mean `{near}`?"))))
+}
+
+/// The attributes that there are.
+fn attributes(all: &[Feature]) -> String {
+    let keys = all.iter().filter_map(|f| f.properties.as_ref()).flat_map(|properties| properties.keys());
+    let keys: Vec<String> = keys.collect::<BTreeSet<_>>().into_iter().cloned().collect();
+    if keys.is_empty() { String::new() } else { format!("; attributes are {}", list(&keys)) }
 }
 
 fn word(form: Form) -> &'static str {
@@ -123,8 +158,9 @@ fn list(names: &[String]) -> String {
 
 /// Its attribute `name`, of text or a number.
 fn name_of(feature: &Feature) -> Option<String> {
-    let value = feature.property("name").or_else(|| feature.property("Name"))?;
-    value.as_str().map(str::to_owned).or_else(|| value.as_i64().map(|number| number.to_string()))
+    let value = ["name", "Name", "NAME"].iter().find_map(|key| feature.property(key))?;
+    let number = || value.as_f64().filter(|number| number.fract() == 0.0).map(|number| number.to_string());
+    value.as_str().map(str::to_owned).or_else(number)
 }
 
 /// What of this form a geometry holds: each point, each line, each area.

@@ -63,12 +63,49 @@ fn points_are_those_that_are_written_or_those_of_the_file() {
 }
 
 #[test]
+fn names_are_texts_or_whole_numbers_and_attributes_in_capitals() {
+    let points =
+        [feature("18.0", "Point", "[1, 2]"), feature("\"a\"", "Point", "[3, 4]").replace("name", "NAME")];
+    let all = format!("\u{feff}{}", collection("", &points));
+    for (name, due) in [("18", [1.0, 2.0]), ("\"18\"", [1.0, 2.0]), ("\"a\"", [3.0, 4.0])] {
+        let value = format!("{{ file = \"a.geojson\", name = {name} }}");
+        assert_eq!(read(&value, Form::Points, &all), Ok(vec![due]), "{name}");
+    }
+}
+
+#[test]
+fn a_layer_knows_its_coordinate_system() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let file = dir.path().join("a.geojson");
+    let one = [feature("", "Point", "[1, 2]")];
+    for (system, due) in [
+        ("urn:ogc:def:crs:EPSG::2056", Some(2056)),
+        ("EPSG:25832", Some(25832)),
+        ("", None),
+        ("urn:x:local:7", None),
+    ] {
+        std::fs::write(&file, collection(system, &one)).expect("written");
+        let scene = Scene::from_text("s.toml", "end_time = 1.0\n").expect("TOML");
+        let read =
+            Coordinates::<[f64; 2]>::of_file(&file).read(Form::Points, "end_time", &scene).expect("read");
+        assert_eq!(read.system(), due, "{system}");
+        assert!(read.check_system(None, "end_time", &scene).is_ok());
+        let refused = read.check_system(Some(31254), "end_time", &scene).map_err(|e| e.headline());
+        let what =
+            |code| Err(format!("s.toml:1:12: its layer is in EPSG:{code}, and the terrain in EPSG:31254"));
+        assert_eq!(refused, due.map_or(Ok(()), what));
+    }
+}
+
+#[test]
 fn what_is_not_one_feature_of_the_form_is_refused_with_what_to_try() {
     let west = feature("\"west\"", "Polygon", SQUARE);
     let both = collection("", &[west.clone(), feature("\"east\"", "Polygon", SQUARE)]);
     let holes = feature("", "Polygon", "[[[0, 0], [4, 0], [4, 3]], [[1, 1], [2, 1], [2, 2]]]");
     let bare = [feature("", "Polygon", SQUARE), feature("", "Polygon", SQUARE)];
     let line = feature("", "LineString", "[[1, 2], [3, 4]]");
+    let two_parts = feature("\"a\"", "MultiPolygon", &format!("[{SQUARE}, {SQUARE}]"));
+    let null = "{\"type\": \"Feature\", \"properties\": {\"fid\": 1}, \"geometry\": null}".to_owned();
     let degrees = "urn:ogc:def:crs:OGC:1.3:CRS84";
     let file = "\"a.geojson\"";
     let named = |name: &str| format!("{{ file = \"a.geojson\", name = \"{name}\" }}");
@@ -108,6 +145,10 @@ fn what_is_not_one_feature_of_the_form_is_refused_with_what_to_try() {
             "b.geojson: there is no such file",
             "did you mean a.geojson, which lies there?",
         ),
+        (file, &two_parts, "the feature has 2 parts; a polygon is needed", "Multipart to Singleparts"),
+        (file, &collection("", &[]), "a polygon is needed, and the file has no feature", ""),
+        (file, &null, "and there is `a feature without geometry`", ""),
+        (&named("a"), &null, "has an attribute `name`; attributes are `fid`", ""),
         ("[[1, 2], [3]]", &west, "1", "2"),
         ("{ file = \"a.geojson\", nam = \"x\" }", &west, "nam", "name"),
         ("4", &west, "points [[x, y], ...], or the name of a GeoJSON file", ""),

@@ -1,5 +1,7 @@
 //! Lines and areas seen from above: length, area, places in them, sides that cross.
 
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::scene::Scene;
 use robust::{Coord, orient2d};
 
 /// A point seen from above [m].
@@ -51,6 +53,24 @@ pub fn area(polygon: &[Point]) -> f64 {
 
 fn sides(polygon: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
     (0..polygon.len()).map(|k| [polygon[k], polygon[(k + 1) % polygon.len()]])
+}
+
+/// Refuse an area whose sides cross, or that is none; `key` is where the scene has it.
+pub fn check_polygon(polygon: &[Point], key: &str, scene: &Scene) -> Result<(), InputError> {
+    if let Some([a, b]) = crossing(polygon) {
+        let side = |k: usize| {
+            let [from, to] = [polygon[k], polygon[(k + 1) % polygon.len()]];
+            format!("from ({}, {}) to ({}, {})", from[0], from[1], to[0], to[1])
+        };
+        let what = format!("the polygon crosses itself: its side {} and {}", side(a), side(b));
+        return Err(scene
+            .invalid(key, what)
+            .try_instead("list its corners in order around it, or make two of it"));
+    }
+    if area(polygon) <= 0.0 {
+        return Err(scene.invalid(key, "a polygon without area"));
+    }
+    Ok(())
 }
 
 /// Two sides of a polygon that cross or touch each other, neighbours at their common corner left out.
