@@ -197,7 +197,7 @@ fn half_of_the_laws_of_a_rock_with_terrain_cannot_be_of_the_whole() {
     let text = format!(
         "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n[[rock]]\nposition = [0.0, 0.0, 1.0]\nmass = 100.0\n\
          shape = {{ type = \"sphere\", radius = 0.2 }}\n[terrain]\nfile = \"t.obj\"\n[[terrain.zone]]\nmaterial = \"scree\"\n\
-         polygon = [[0.0, -1.0], [1.0, -1.0], [1.0, 1.0]]\n{}{}",
+         polygon = [[0.0, -90.0], [90.0, -90.0], [90.0, 90.0], [0.0, 90.0]]\n{}{}",
         law("", "hertz_rock"),
         law("between = [\"rock\", \"scree\"]", "linear")
     );

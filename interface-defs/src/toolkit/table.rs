@@ -83,7 +83,7 @@ impl Summary {
             }
         }
         for (kind, count) in kinds.iter().filter(|(_, count)| *count > OF_A_KIND) {
-            let _ = writeln!(text, "warning: {} more begin with `{kind}`, in {SUMMARY}", count - OF_A_KIND);
+            let _ = writeln!(text, "warning: {} more of `{kind}`, in {SUMMARY}", count - OF_A_KIND);
         }
         let more = match self.measures.len() - shown.len() {
             0 => String::new(),
@@ -117,8 +117,16 @@ fn shown(measures: &[Measure]) -> Vec<&Measure> {
     shown
 }
 
-/// The words of a warning before its first number or name: those of one kind begin with the same.
+/// What makes warnings alike: the last name of the key of a scene that they begin with, or their words before the first number or name.
 fn kind(warning: &str) -> &str {
+    let text = without_place(warning);
+    if let Some((key, _)) = text.split_once(": ")
+        && key.contains('.')
+        && key.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_' || b == b'.')
+    {
+        let named = |part: &&str| !part.bytes().all(|b| b.is_ascii_digit());
+        return key.rsplit('.').find(named).unwrap_or(key);
+    }
     let mut within = false;
     let ends = |c: char| {
         let ends = c == '`' || c == ':' || (c.is_ascii_digit() && !within);
@@ -126,8 +134,17 @@ fn kind(warning: &str) -> &str {
         within = c.is_alphanumeric();
         ends
     };
-    let end = warning.find(ends).unwrap_or(warning.len());
-    warning[..end].trim_end_matches([' ', '='])
+    let end = text.find(ends).unwrap_or(text.len());
+    text[..end].trim_end_matches([' ', '='])
+}
+
+/// A warning without `FILE:LINE:COLUMN: ` before it.
+fn without_place(warning: &str) -> &str {
+    let Some((place, text)) = warning.split_once(": ") else { return warning };
+    let is_number =
+        |part: Option<&str>| part.is_some_and(|p| !p.is_empty() && p.bytes().all(|b| b.is_ascii_digit()));
+    let mut parts = place.rsplit(':');
+    if is_number(parts.next()) && is_number(parts.next()) { text } else { warning }
 }
 
 /// Name, number, and unit with time and member.
@@ -184,7 +201,28 @@ mod tests {
         let table = summary.table(Path::new("out"));
         let shown: Vec<&str> = table.lines().filter_map(|line| line.strip_prefix("warning: ")).collect();
         assert_eq!(shown[..3], summary.warnings[..3]);
-        assert_eq!(shown[3..], ["the last one", "4 more begin with `rupture at t`, in summary.json"]);
+        assert_eq!(shown[3..], ["the last one", "4 more of `rupture at t`, in summary.json"]);
+    }
+
+    /// What a scene's keys are warned of is alike where the key is: one of a zone is not lost behind those of contacts.
+    #[test]
+    fn warnings_at_places_of_the_scene_are_of_the_kind_of_their_key() {
+        let mut summary = Summary::new(RunStatus::Done);
+        let presets =
+            (0..4).map(|i| format!("206.toml:{i}:10: contact.{i}.preset: \"scree\" is uncalibrated"));
+        let zone = "206.toml:18:10: terrain.zone.1.forest: its drag is uncalibrated".to_owned();
+        summary.warnings = presets.chain([zone.clone()]).collect();
+        let table = summary.table(Path::new("out"));
+        let shown: Vec<&str> = table.lines().filter_map(|line| line.strip_prefix("warning: ")).collect();
+        assert_eq!(shown[3..], [&zone, "1 more of `preset`, in summary.json"]);
+        for (warning, due) in [
+            ("a.toml:3:4: the rock is heavy", "the rock is heavy"),
+            ("terrain: 4 triangles", "terrain"),
+            ("line.0.points: x", "points"),
+            ("vary.contact.0: x", "contact"),
+        ] {
+            assert_eq!(kind(warning), due, "{warning}");
+        }
     }
 
     #[test]

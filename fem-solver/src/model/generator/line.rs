@@ -165,7 +165,7 @@ mod tests {
 
     fn line(points: &[[f64; 2]]) -> Line {
         let points = points.iter().map(|p| Vector3::new(p[0], p[1], 0.0)).collect();
-        Line { points, has_heights: false, key: "line" }
+        Line { points, has_heights: false, system: None, key: "line" }
     }
 
     #[test]
