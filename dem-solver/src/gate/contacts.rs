@@ -1,4 +1,4 @@
-//! Units of a contact: moduli, friction, damping and what the ground gives way with.
+//! Units of a contact: moduli, friction, damping and the properties of yielding ground.
 
 use super::units::{of_no_solid, short};
 use crate::settings::ContactSettings;
@@ -15,7 +15,7 @@ const STEEP: f64 = 1.0;
 /// Coulomb coefficient from which on an angle is the likelier meaning.
 const ANGLE: f64 = 2.0;
 
-/// What ground gives way with.
+/// Properties of yielding ground.
 struct Strength {
     key: &'static str,
     unit: &'static str,
@@ -114,7 +114,7 @@ pub fn of_contact(
     Ok(warnings)
 }
 
-/// What ground gives way with, and its density.
+/// Properties of yielding ground, with its density.
 fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<Vec<String>, InputError> {
     let place = |key: &str| format!("contact.{number}.{key}");
     if let Some((what, cure)) =

@@ -110,7 +110,7 @@ pub struct ImpactRecord {
     /// First moment without speed along that direction [s].
     pub stopped: Option<f64>,
     /// Speed of the centre across it then [m/s].
-    pub aside: f64,
+    pub transverse_speed: f64,
     /// Speed and time when the last contact was lost on the rebound [m/s, s].
     pub rebound: Option<(f64, f64)>,
     /// When the net first lay behind the centres of the outer spheres [s].
@@ -157,7 +157,7 @@ impl ImpactRecord {
             let share = if before > 0.0 { before / (before - after) } else { 0.0 };
             self.stopped = Some((passage.start + share * passage.length).max(impact.time));
             let velocity = passage.before.velocity.lerp(&passage.after.velocity, share);
-            self.aside = (velocity - impact.direction * velocity.dot(&impact.direction)).norm();
+            self.transverse_speed = (velocity - impact.direction * velocity.dot(&impact.direction)).norm();
         }
     }
 

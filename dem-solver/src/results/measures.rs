@@ -123,14 +123,20 @@ fn one_impact(track: &ImpactRecord, settings: &Settings, torn: bool, report: &mu
         ),
         None => distances(track, settings, report),
     }
-    if let Some((elongation, time)) = track.elongation {
-        report.value("max_elongation", elongation, "m", Some(time));
-        if torn {
-            report.warnings.push(format!(
-                "max_elongation of rock `{}` is that before something of the structure tore: loose parts fly farther",
-                report.rock
-            ));
+    match track.elongation {
+        Some((elongation, time)) => {
+            report.value("max_elongation", elongation, "m", Some(time));
+            if torn {
+                report.warnings.push(format!(
+                    "max_elongation of rock `{}` is that before something of the structure tore: loose parts fly farther",
+                    report.rock
+                ));
+            }
         }
+        None if torn => {
+            report.absent("max_elongation", "something of the structure had torn before the impact")
+        }
+        None => {}
     }
     match (track.stopped, track.passed) {
         (Some(time), _) => report.value("braking_time", time - impact.time, "s", Some(time)),

@@ -29,7 +29,7 @@ pub const VERDICT: &str = "verdict: ";
 const REST: f64 = 1e-3;
 
 /// Share of the impact speed above which the speed across the impact direction is said of a rock that was stopped along it.
-const ASIDE: f64 = 0.1;
+const TRANSVERSE: f64 = 0.1;
 
 /// The verdict on each rock, as warnings that the summary lifts out.
 pub fn verdicts(model: &Model, state: &State, net: Option<(&ContactMesh, &AtRest)>) -> Vec<String> {
@@ -99,17 +99,20 @@ fn after_touch(model: &Model, body: &Body, impact: &Impact, state: &State) -> St
         )
     });
     // Who is caught by a post is turned aside; without speed along the impact direction it is not at rest.
-    let aside = match track.aside > ASIDE * impact.velocity.norm() {
-        true => format!(", where it still moved with {:.2} m/s across its impact direction", track.aside),
+    let across = match track.transverse_speed > TRANSVERSE * impact.velocity.norm() {
+        true => format!(
+            ", where it still moved with {:.2} m/s across its impact direction",
+            track.transverse_speed
+        ),
         false => String::new(),
     };
     match track.rebound.filter(|_| !track.touching) {
         Some((speed, lost)) => format!(
             "rebounded from the net with {speed:.2} m/s at {lost:.4} s; it had been stopped in {braking:.4} s over \
-             {travel:.3} m{aside}{gap}"
+             {travel:.3} m{across}{gap}"
         ),
         None => format!(
-            "was stopped by the net in {braking:.4} s over {travel:.3} m, from {:.2} m/s at {:.4} s{aside}{gap}",
+            "was stopped by the net in {braking:.4} s over {travel:.3} m, from {:.2} m/s at {:.4} s{across}{gap}",
             impact.velocity.norm(),
             impact.time
         ),

@@ -5,7 +5,7 @@ use super::directory::{Directory, Index, MEMBERS, Reader};
 use super::execute::compute;
 use super::journal::{Found, Journal, Refused};
 use super::record::Record;
-use super::results::{self, design::Standing};
+use super::results::{self, design::Reliability};
 use super::settings::{STUDY, StudySettings};
 use super::summary::Numbers;
 use super::table::Table;
@@ -388,8 +388,10 @@ impl Study<'_> {
         })
         .map_err(|e| self.fault(e))?;
         let mut summary = numbers.summary(self.base.study.most_failed);
-        let study =
-            Standing { is_unreliable: summary.status != RunStatus::Done, doubts: self.base.warnings.len() };
+        let study = Reliability {
+            is_unreliable: summary.status != RunStatus::Done,
+            doubts: self.base.warnings.len(),
+        };
         let found = results::write(self.base, owner.dir(), &study, &mut all).map_err(|e| self.fault(e))?;
         summary.verdict.extend(found.verdict);
         summary.measures.extend(found.measures);

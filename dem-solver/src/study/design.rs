@@ -169,7 +169,7 @@ const ENERGY: Bounds = Bounds {
 };
 const HEIGHT: Bounds = length("barrier_height", [1.0, 15.0], 100.0, "barriers are 2 to 10 m high");
 const ELONGATION: Bounds =
-    length("barrier_elongation", [0.2, 15.0], 30.0, "in tests barriers give way by 1 to 10 m");
+    length("barrier_elongation", [0.2, 15.0], 30.0, "in tests barriers elongate by 1 to 10 m");
 const DISTANCE: Bounds =
     length("distance", [0.0, 1e4], 1e6, "it is that from the barrier down to what it protects");
 const BLOCK: Bounds = Bounds {

@@ -76,7 +76,7 @@ impl Terrain {
         ground.materials = zones.materials().to_vec();
         ground.forests = zones.forests().to_vec();
         let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
-        zones::check_place(scene, settings, &low, &high)?;
+        zones::check_polygons(scene, settings, &low, &high)?;
         if !zones.is_empty() {
             let middle =
                 |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;

@@ -3,7 +3,6 @@
 use super::forest;
 use super::formats::{self, Holds};
 use super::system;
-use crate::geometry::plan;
 use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
@@ -268,7 +267,6 @@ impl TerrainSettings {
                     let what = format!("{} corners span no area: 3 are needed", corners.len());
                     return Err(scene.invalid(&key("polygon"), what));
                 }
-                (Some(corners), None) => plan::check_polygon(corners, &key("polygon"), scene)?,
                 (None, Some(number)) if self.zones.is_none() => {
                     return Err(scene
                         .invalid(

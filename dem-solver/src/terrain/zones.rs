@@ -4,6 +4,7 @@ use super::forest::Forest;
 use super::formats;
 use super::raster::Raster;
 use super::settings::TerrainSettings;
+use crate::geometry::plan;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -19,8 +20,9 @@ pub struct Zones {
     numbers: Vec<(i64, u8)>,
 }
 
-/// Refuse polygons that lie beside the terrain, from `low` to `high`.
-pub fn check_place(
+/// Refuse polygons that cross themselves, or lie beside the terrain, from `low` to `high`. Once for a terrain: the scenes of all members of a
+/// study have the same.
+pub fn check_polygons(
     scene: &Scene,
     settings: &TerrainSettings,
     low: &Vector3<f64>,
@@ -28,6 +30,8 @@ pub fn check_place(
 ) -> Result<(), InputError> {
     for (number, zone) in settings.zone.iter().enumerate() {
         let Some(corners) = zone.polygon.as_deref() else { continue };
+        let key = format!("terrain.zone.{number}.polygon");
+        plan::check_polygon(corners, &key, scene)?;
         let range = |axis: usize| {
             let along = corners.iter().map(|c| c[axis]);
             along.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
@@ -40,7 +44,7 @@ pub fn check_place(
                 low.x, low.y, high.x, high.y
             );
             return Err(scene
-                .invalid(&format!("terrain.zone.{number}.polygon"), what)
+                .invalid(&key, what)
                 .try_instead("corners are [x, y] in the terrain's coordinates, in metres; leave the zone out where it lies elsewhere"));
         }
     }

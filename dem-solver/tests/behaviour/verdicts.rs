@@ -206,6 +206,19 @@ fn the_elongation_of_a_net_that_tears_is_that_before() {
     assert!(end.warnings.iter().any(|w| w.contains("is that before something of the structure tore")));
 }
 
+#[test]
+fn the_elongation_of_a_net_that_was_torn_before_is_absent_with_its_reason() {
+    let rock = "position = [-0.13, 0.0, 0.0]\nvelocity = [3.0, 0.0, 0.0]";
+    let setup = Setup::new(scene(0.0, rock, "restitution = 1.0"), upright(net(4, 0.5, 0.01)));
+    let mut bench = Setup { broken: true, ..setup }.build();
+    bench.tear(|line| line == 0);
+    rows(&mut bench, 0.2);
+    let end = End::of(&mut bench);
+    assert!(end.value("impact_time") > 0.0 && end.find("max_elongation").is_none());
+    let why = "max_elongation of rock `rock` absent: something of the structure had torn before the impact";
+    assert!(end.warnings.iter().any(|w| w == why), "{:?}", end.warnings);
+}
+
 /// Without friction and gravity it keeps its 3 m/s along the plane. It has no speed along (3, 0, -5) once it moves up with 9 / 5 m/s: then
 /// its speed is the root of 9 + 3.24.
 #[test]

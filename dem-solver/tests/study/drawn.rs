@@ -91,7 +91,15 @@ fn a_drawn_release_of_several_areas_or_beside_the_terrain_is_refused_at_its_plac
         ),
         (
             layer(&[("west", "Polygon", "[[[7.4, 46.9], [7.5, 46.9], [7.5, 47.0], [7.4, 46.9]]]")]),
-            "the terrain",
+            "it may be in degrees of longitude and latitude",
+        ),
+        (
+            layer(&[(
+                "west",
+                "Polygon",
+                "[[[1200010, 2600005], [1200012, 2600015], [1200030, 2600010], [1200010, 2600005]]]",
+            )]),
+            "x and y may be exchanged",
         ),
         (layer(&[("west", "LineString", ROAD)]), "a polygon is needed, and there is `LineString`"),
     ] {

@@ -1,7 +1,7 @@
 //! What passes each line: a table of crossings, exceedance curves, quantiles of energy, height and speed.
 
 use super::All;
-use super::design::{self, Checked, Passing as Rocks, Standing};
+use super::design::{self, Checked, Passing as Rocks, Reliability};
 use super::picture::short;
 use crate::study::base::Base;
 use crate::study::summary::{SHARES, quantile};
@@ -48,7 +48,7 @@ struct Passing {
 }
 
 /// Write tables and curves of all lines; add their measures.
-pub fn write(base: &Base, dir: &Path, all: All, study: &Standing, found: &mut Checked) -> io::Result<()> {
+pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut Checked) -> io::Result<()> {
     let mut passing = Vec::new();
     for line in &base.study.lines {
         let mut table = csv::Writer::from_path(dir.join(format!("{}.csv", line.name)))?;

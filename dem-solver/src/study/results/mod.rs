@@ -12,7 +12,7 @@ pub mod trajectories;
 
 use super::base::Base;
 use super::record::Record;
-use design::{Checked, Standing};
+use design::{Checked, Reliability};
 use std::io;
 use std::path::Path;
 
@@ -25,7 +25,7 @@ pub const LINES: &str = "lines";
 pub type All<'a> = &'a mut dyn FnMut(&mut dyn FnMut(&Record) -> io::Result<()>) -> io::Result<()>;
 
 /// Write all files into `dir`; the measures and checks of the lines, and what the user should know.
-pub fn write(base: &Base, dir: &Path, study: &Standing, all: All) -> io::Result<Checked> {
+pub fn write(base: &Base, dir: &Path, study: &Reliability, all: All) -> io::Result<Checked> {
     let mut found = Checked::default();
     if let Some(grid) = &base.grid {
         let maps = dir.join(MAPS);
