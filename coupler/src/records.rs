@@ -38,7 +38,8 @@ pub struct Records {
     prepared_at: Option<Instant>,
     touched_at: Option<Instant>,
     window_started: Instant,
-    allocations: Option<u64>,
+    /// Of this process when its first window was on record, and its latest.
+    allocations: Option<(u64, u64)>,
     /// Checkpoints; none are written without it.
     store: Option<Store>,
     /// Where these records go on, if they do not begin.
@@ -129,9 +130,10 @@ impl Records {
         self.touched_at
     }
 
-    /// Memory allocations of this process after its first window, if there was one.
+    /// Memory allocations of this process from the end of its first window to that of its last, if there was one. What
+    /// ends a run, its summary above all, allocates, and does not count.
     pub fn allocations(&self) -> Option<u64> {
-        self.allocations.map(|first| allocations() - first)
+        self.allocations.map(|(first, last)| last - first)
     }
 
     /// All committed windows are in the rows, and those on the disk itself, when this returns.
@@ -289,9 +291,8 @@ impl Observer for Records {
         let end = self.end_time;
         self.progress.report(|| Line { t: time, end, windows, iterations, residual, what: String::new() });
         // The first window may grow what later ones use again.
-        if self.allocations.is_none() {
-            self.allocations = Some(allocations());
-        }
+        let now = allocations();
+        self.allocations = Some((self.allocations.map_or(now, |(first, _)| first), now));
         Ok(())
     }
 }

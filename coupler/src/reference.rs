@@ -125,5 +125,9 @@ const RESULTS: &[Entry] = &[
         "",
         "of each process `cpu_s` (processor time), `solve_s` (wall time inside the solver), `peak_memory_bytes` and `counts`",
     ),
-    cost("allocations_after_first_window", "1", "in `counts`: memory allocations after the first window"),
+    cost(
+        "allocations_after_first_window",
+        "1",
+        "in `counts`: memory allocations from the end of the first window to that of the last",
+    ),
 ];

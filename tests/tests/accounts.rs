@@ -223,26 +223,30 @@ fn nothing_is_allocated_in_a_window_after_the_first() {
 }
 
 /// The transport itself keeps a count of the borrowers of each request in memory of its own, 48 bytes
-/// that come and go with the request (iceoryx2 0.10, `ChunkMutSharedState`), and lists its nodes when
-/// the coupler looks after its partners, ten times a second while it sleeps. Nothing else may be added.
+/// that come and go with the request (iceoryx2 0.10, `ChunkMutSharedState`). Nothing else may be added.
 #[test]
 fn over_shared_memory_only_the_transport_allocates_once_per_request() {
     let bench = Bench::new();
     // Field files are not asked for: writing one allocates, and is counted.
     let sets = ["end_time=0.75", "coupling.scheme=strong", "coupling.time_window=2e-4"];
     let words = sets.iter().flat_map(|set| ["--set", set]).chain(["--force"]).collect::<Vec<_>>();
-    // What a look after the partners takes grows with all nodes of the machine, those of other runs too: the least of
-    // three runs counts.
-    let above = (0..3).map(|_| {
+    // Where an answer takes more than 0.1 s, as a machine with other work may have it, the coupler looks whether its
+    // partners live: the transport then reads its list of nodes, some thousand allocations. A run without one counts.
+    let above = || {
         let ended = bench.done(&scene("walenstadt-compare"), "out", &words);
         let cost = &ended.summary()["cost"];
         let count = |process: &str| {
             cost["processes"][process]["counts"]["allocations_after_first_window"].as_u64().unwrap()
         };
         assert_eq!((count("dem"), count("fem")), (0, 0));
-        let exchanges = cost["exchanges"].as_u64().unwrap();
-        let looks = (10.0 * cost["loop_s"].as_f64().unwrap()).ceil() as u64;
-        count("coupler").saturating_sub(exchanges + 100 * looks)
-    });
-    assert_eq!(above.min(), Some(0), "allocations beyond one for each exchange");
+        let (made, exchanges) = (count("coupler"), cost["exchanges"].as_u64().unwrap());
+        // Less those of the first window: the transport is seen to be counted at all.
+        assert!(made > exchanges - 100, "{made} allocations in {exchanges} exchanges");
+        made.saturating_sub(exchanges)
+    };
+    let mut tried = Vec::new();
+    while tried.last() != Some(&0) && tried.len() < 10 {
+        tried.push(above());
+    }
+    assert_eq!(tried.last(), Some(&0), "allocations beyond one for each exchange: {tried:?}");
 }
