@@ -73,6 +73,11 @@ impl Bench {
         let pid = until(|| std::fs::read_to_string(&path).ok()?.trim().parse().ok());
         Pid::from_raw(pid).expect("a process")
     }
+
+    /// Wait until a script has made this file.
+    fn appears(&self, name: &str) {
+        until(|| self.path(name).exists().then_some(()));
+    }
 }
 
 fn ended_with(output: &Output) -> (Option<i32>, String) {
@@ -190,13 +195,12 @@ fn a_leader_that_is_killed_is_named_and_its_log_quoted() {
 #[test]
 fn a_coupler_that_names_the_lost_one_is_believed_and_nobody_is_left() {
     let bench = Bench::new();
-    // The other solver ignores SIGTERM, and has a child that does so too.
+    // The other solver ignores SIGTERM, and has a child that does so too. The coupler sees that one is gone.
     let stubborn = format!("trap '' TERM\nsleep 1000 &\necho $! > child.pid\n{FOREVER}");
-    bench.coupled(
-        "sleep 0.3\necho 'error: fem was lost: in window 3' >&2\nexit 1",
-        &stubborn,
-        "sleep 0.1\nkill -9 $$",
-    );
+    let seen = "while [ ! -e child.pid ] || [ ! -e fem.pid ] || \
+                grep -qs 'State:.[^Z]' /proc/$(cat fem.pid)/status; do sleep 0.05; done";
+    let coupler = format!("{seen}\necho 'error: fem was lost: in window 3' >&2\nexit 1");
+    bench.coupled(&coupler, &stubborn, "sleep 0.1\nkill -9 $$");
     let (code, message) = bench.run();
     assert_eq!(code, Some(1), "{message}");
     assert!(
@@ -221,13 +225,14 @@ fn a_solver_that_ends_before_the_coupler_can_see_it_is_named_from_here() {
 fn the_first_signal_ends_the_run_in_order_through_the_leader() {
     for signal in [Signal::INT, Signal::TERM] {
         let bench = Bench::new();
-        let leader = format!("trap 'echo error: interrupted >&2; touch told; exit 1' TERM\n{FOREVER}");
+        let leader = format!(
+            "trap 'echo error: interrupted >&2; touch told; exit 1' TERM\ntouch coupler.ready\n{FOREVER}"
+        );
         let solver = "while [ ! -e told ]; do sleep 0.05; done";
         bench.coupled(&leader, solver, solver);
         let child = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
         let members = ["coupler", "dem", "fem"].map(|name| bench.pid(name));
-        // The trap is set right after the number is written.
-        std::thread::sleep(Duration::from_millis(200));
+        bench.appears("coupler.ready");
         kill_process(Pid::from_child(&child), signal).expect("sent");
         let (code, message) = ended(child);
         assert_eq!((code, message.as_str()), (Some(1), "error: interrupted\n"));
@@ -240,16 +245,17 @@ fn the_first_signal_ends_the_run_in_order_through_the_leader() {
 #[test]
 fn the_second_signal_kills() {
     let bench = Bench::new();
-    let deaf = format!("trap '' TERM INT\n{FOREVER}");
+    let deaf = format!("trap 'touch heard' TERM INT\ntouch $0.ready\n{FOREVER}");
     bench.coupled(&deaf, &deaf, &deaf);
     let child = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
     let members = ["coupler", "dem", "fem"].map(|name| bench.pid(name));
-    std::thread::sleep(Duration::from_millis(200));
-    for _ in 0..2 {
-        kill_process(Pid::from_child(&child), Signal::INT).expect("sent");
-        // Two signals of one kind at once are one.
-        std::thread::sleep(Duration::from_millis(200));
+    for name in ["coupler.ready", "dem.ready", "fem.ready"] {
+        bench.appears(name);
     }
+    kill_process(Pid::from_child(&child), Signal::INT).expect("sent");
+    // Two signals of one kind at once are one: the second is sent when the first has been handed on.
+    bench.appears("heard");
+    kill_process(Pid::from_child(&child), Signal::INT).expect("sent");
     assert_eq!(ended(child), (Some(1), "error: interrupted\n".into()));
     assert!(members.into_iter().all(has_ended));
 }
