@@ -2,11 +2,10 @@
 
 use crate::plan::{Part, Plan};
 use interface_defs::ipc::RunId;
-use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
-use interface_defs::toolkit::input_file::{NO_FILES, texts, with_absolute_files};
+use interface_defs::toolkit::input_file::{self, named_files, with_absolute_files};
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::run_dir;
@@ -15,7 +14,7 @@ use interface_defs::toolkit::start_from::Origin;
 use serde_json::json;
 use std::ffi::OsString;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use toml::Table;
 
 /// The scene with every `--set` and every default filled in, which runs again as it is from any
@@ -105,15 +104,7 @@ pub fn write_run(
 
 /// Hashes of the scene's file, as it was read, and of every file that it names, by path.
 pub fn hashes(scene: &Scene, table: &Table) -> io::Result<serde_json::Map<String, serde_json::Value>> {
-    let mut inputs: Vec<PathBuf> = Vec::new();
-    for (_, value) in table.iter().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
-        texts(&mut value.clone(), &mut |text| {
-            let path = Path::new(text.as_str());
-            if path.is_absolute() && path.is_file() {
-                inputs.push(path.to_owned());
-            }
-        });
-    }
+    let mut inputs = named_files(table);
     // A directory stands for the file in it that is read.
     if let Some(origin) = Origin::of(scene).map_err(io::Error::other)? {
         let state = std::path::absolute(origin.run.join(run_dir::STRUCTURE_STATE))?;
@@ -121,7 +112,7 @@ pub fn hashes(scene: &Scene, table: &Table) -> io::Result<serde_json::Map<String
     }
     let mut hashes = serde_json::Map::new();
     let mut note = |path: &Path, bytes: &[u8]| {
-        hashes.insert(path.display().to_string(), format!("fnv1a64:{:016x}", fnv1a(bytes)).into());
+        hashes.insert(path.display().to_string(), input_file::hash(bytes).into());
     };
     // As it was read: the resolved scene may have taken its place by now.
     note(scene.path(), scene.text().as_bytes());

@@ -287,7 +287,7 @@ impl Study<'_> {
         }
         // Before the directory is claimed, which removes the summary: who is refused changes nothing.
         if !force {
-            self.directory.holds(self.base).map_err(|e| self.of_another(e))?;
+            self.directory.holds(self.base, file).map_err(|e| self.of_another(e))?;
         }
         let out = self.directory.place();
         let before = std::fs::read(self.directory.path(run_dir::SUMMARY)).ok().filter(|_| !force);

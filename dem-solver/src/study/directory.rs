@@ -5,6 +5,7 @@
 //! All other files are made of these, in the order of the members.
 
 use super::base::Base;
+use super::inputs;
 use super::journal::{Found, Records, Refused, complete};
 use super::record::Record;
 use super::results;
@@ -12,11 +13,10 @@ use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::run_dir::{CLUSTERS, SCENE, SUMMARY};
 use interface_defs::toolkit::scene::Scene;
-use serde_json::json;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What the study is: number of members, fingerprint.
+/// What the study was computed from ([`inputs`]).
 pub const RECORD: &str = "study.json";
 /// The study file as it was.
 pub const STUDY: &str = "study.toml";
@@ -78,34 +78,27 @@ impl Directory {
     }
 
     /// Whether this study has begun here; another one is refused. Nothing is changed.
-    pub fn holds(&self, base: &Base) -> Result<bool, InputError> {
+    pub fn holds(&self, base: &Base, file: &Scene) -> Result<bool, InputError> {
         let Ok(text) = std::fs::read_to_string(self.path(RECORD)) else { return Ok(false) };
         let known: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
         if known["fingerprint"].as_str() == Some(&base.fingerprint) {
             return Ok(true);
         }
+        let changes = inputs::changes(&known, &inputs::record(base, file)?);
         Err(self
-            .fault(
-                "this directory holds another study, or this one with another study file, scene, terrain, drawn layer or program",
-            )
+            .fault(format!("this directory holds another study: {changes}"))
             .try_instead("choose another with --out, or begin anew with --force"))
     }
 
     /// Make the directory that of this study, or find that it is another's.
     pub fn begin(&self, base: &Base, file: &Scene) -> Result<(), InputError> {
         let unwritable = |e: io::Error| self.fault(format!("no results can be written here: {e}"));
-        let known = self.holds(base)?;
+        let known = self.holds(base, file)?;
         std::fs::create_dir_all(self.dir.join(CHUNKS)).map_err(unwritable)?;
         if known {
             return base.keep_clusters(&self.path(CLUSTERS)).map_err(unwritable);
         }
-        let text = json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "study": file.path().display().to_string(),
-            "scene": base.scene.path().display().to_string(),
-            "members": base.members(),
-            "fingerprint": base.fingerprint,
-        });
+        let text = inputs::record(base, file)?;
         let text = serde_json::to_string_pretty(&text).map_err(io::Error::from).map_err(unwritable)?;
         let copies = [(STUDY, file.text()), (SCENE, base.scene.text()), (RECORD, &(text + "\n"))];
         // Tasks begin at the same time.

@@ -23,7 +23,8 @@ fn threads_chunks_and_their_order_leave_every_byte_as_it_is() {
     assert_eq!(one, place.table("one", &["--force"]));
     let other = place.run("one", &["--resume", "--set", "seed=4"]);
     assert_eq!(other.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&other.stderr).contains("another study"));
+    let said = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert!(said.contains("holds another study: --set seed=4 is new; choose another"), "{said}");
     assert_ne!(one, place.table("other", &["--set", "seed=4"]));
 }
 
@@ -75,4 +76,35 @@ fn results_lie_where_they_are_asked_for() {
     for name in ["study.json", "study.toml", "scene.toml", "summary.json"] {
         assert!(Path::new(&place.path("a/b")).join(name).exists(), "{name}");
     }
+}
+
+/// What a study was computed from is on record; a file that is another now is named.
+#[test]
+fn what_has_changed_since_a_study_began_is_named() {
+    let place = Place::new(STUDY);
+    place.table("out", &["--set", "seed=4"]);
+    let record = std::fs::read_to_string(place.path("out/study.json")).expect("a record");
+    let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+    assert_eq!(record["sets"], serde_json::json!(["seed=4"]));
+    let names = ["fall.toml", "slope.asc", "study.toml"].map(|name| place.path(name).display().to_string());
+    assert!(record["inputs"].as_object().expect("a table").keys().eq(&names));
+    for hash in names.iter().map(|name| &record["inputs"][name]) {
+        assert!(hash.as_str().expect("text").starts_with("fnv1a64:"));
+    }
+    let refused = |words: &[&str], expected: &str| {
+        let output = place.run("out", words);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && said.contains(expected), "{expected}: {said}");
+    };
+    let go_on = ["--resume", "--set", "seed=4"];
+    refused(&go_on[..1], "holds another study: --set seed=4 is missing; ");
+    refused(&[&go_on[..], &["--no-shortcuts"]].concat(), "study: --no-shortcuts is not as it was; ");
+    let slope = std::fs::read_to_string(place.path("slope.asc")).expect("read");
+    place.write("slope.asc", &slope.replacen("10", "11", 4).replace("cellsize 1\n", "cellsize 1.0\n"));
+    refused(&go_on, "slope.asc has changed; ");
+    place.write("slope.asc", &slope);
+    place.write("study.toml", &STUDY.replace("\"road\"", "\"track\""));
+    refused(&go_on, "study.toml has changed; ");
+    place.write("study.toml", STUDY);
+    place.table("out", &go_on);
 }

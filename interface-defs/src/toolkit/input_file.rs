@@ -1,11 +1,13 @@
-//! Input files: what stands at a path is a file, or an error says what else it is, or which name may be meant.
+//! Input files: what stands at a path is a file, or an error says what else it is, or which name may be meant; which files a
+//! scene names, and their hashes.
 
 use super::explain::nearest;
 use super::input_error::InputError;
 use super::scene::Scene;
+use crate::ipc::run_id::fnv1a;
 use std::fs::Metadata;
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// Keys of a scene whose text is never the path of an input file.
@@ -36,6 +38,25 @@ pub fn with_absolute_files(table: &mut Table, scene: &Scene) -> Result<(), Input
             Err(InputError::new(what).try_instead("rename the directory, or move the scene and its files"))
         }
     }
+}
+
+/// The files that a table names by their absolute paths, as [`with_absolute_files`] leaves it.
+pub fn named_files(table: &Table) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for (_, value) in table.iter().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
+        texts(&mut value.clone(), &mut |text| {
+            let path = Path::new(text.as_str());
+            if path.is_absolute() && path.is_file() {
+                files.push(path.to_owned());
+            }
+        });
+    }
+    files
+}
+
+/// Hash of a file's bytes, as records of what was computed have it.
+pub fn hash(bytes: &[u8]) -> String {
+    format!("fnv1a64:{:016x}", fnv1a(bytes))
 }
 
 /// Every text below `value`.

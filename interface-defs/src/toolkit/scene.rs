@@ -111,7 +111,7 @@ impl Scene {
 
     /// The same document with `more` behind its text, which follows from the file `of`: what is wrong there is said of that file.
     pub fn with_more(self, more: &str, of: &Path) -> Result<Self, InputError> {
-        let sets: Vec<String> = self.overrides.iter().map(|set| set.text.clone()).collect();
+        let sets: Vec<String> = self.sets().map(str::to_owned).collect();
         let added = Some((self.text.len(), of.to_owned()));
         Ok(Self { added, ..Self::new(self.kind, self.path, self.text + more, &sets)? })
     }
@@ -162,6 +162,11 @@ impl Scene {
     /// Text of its file, without any `--set`.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// Every `--set` as it was typed.
+    pub fn sets(&self) -> impl Iterator<Item = &str> {
+        self.overrides.iter().map(|set| set.text.as_str())
     }
 
     /// Fingerprint of what was read: of the file's bytes, and of every `--set` behind them, each after a byte 0.

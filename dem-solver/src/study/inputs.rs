@@ -1,0 +1,68 @@
+//! What a study was computed from, and what of it has changed since.
+
+use super::base::Base;
+use interface_defs::toolkit::input_error::InputError;
+use interface_defs::toolkit::input_file::{hash, named_files, with_absolute_files};
+use interface_defs::toolkit::scene::Scene;
+use serde_json::{Map, Value, json};
+
+/// What `base` is computed from: program, every `--set`, and the hashes of all files that are read, by path.
+pub fn record(base: &Base, file: &Scene) -> Result<Value, InputError> {
+    let mut inputs = Map::new();
+    for scene in [file, &base.scene] {
+        let mut table = scene.document()?;
+        with_absolute_files(&mut table, scene)?;
+        for path in named_files(&table) {
+            let name = path.display().to_string();
+            let bytes = std::fs::read(&path)
+                .map_err(|e| InputError::in_file(name.as_str(), format!("the file cannot be read: {e}")))?;
+            inputs.insert(name, hash(&bytes).into());
+        }
+        // As it was read.
+        let path = std::path::absolute(scene.path()).unwrap_or_else(|_| scene.path().to_owned());
+        inputs.insert(path.display().to_string(), hash(scene.text().as_bytes()).into());
+    }
+    Ok(json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "study": file.path().display().to_string(),
+        "scene": base.scene.path().display().to_string(),
+        "sets": file.sets().collect::<Vec<_>>(),
+        "shortcuts": base.shortcuts,
+        "members": base.members(),
+        "inputs": inputs,
+        "fingerprint": base.fingerprint,
+    }))
+}
+
+/// What differs between two records, in words.
+pub fn changes(before: &Value, now: &Value) -> String {
+    let mut all = Vec::new();
+    if before["version"] != now["version"] {
+        all.push(format!("it was computed by version {} of the program", before["version"]));
+    }
+    if before["shortcuts"] != now["shortcuts"] {
+        all.push("--no-shortcuts is not as it was".into());
+    }
+    let sets = |of: &Value| -> Vec<String> {
+        of["sets"].as_array().into_iter().flatten().filter_map(|set| Some(set.as_str()?.to_owned())).collect()
+    };
+    let (old, new) = (sets(before), sets(now));
+    all.extend(new.iter().filter(|set| !old.contains(set)).map(|set| format!("--set {set} is new")));
+    all.extend(old.iter().filter(|set| !new.contains(set)).map(|set| format!("--set {set} is missing")));
+    let files = |of: &Value| of["inputs"].as_object().cloned().unwrap_or_default();
+    let (old, new) = (files(before), files(now));
+    for (path, hash) in &new {
+        match old.get(path) {
+            None => all.push(format!("it does not know {path}")),
+            Some(known) if known != hash => all.push(format!("{path} has changed")),
+            Some(_) => {}
+        }
+    }
+    all.extend(
+        old.keys().filter(|path| !new.contains_key(*path)).map(|path| format!("it was made of {path}")),
+    );
+    if all.is_empty() {
+        all.push("it was computed by another program".into());
+    }
+    all.join(", ")
+}
