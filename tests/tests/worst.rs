@@ -188,7 +188,12 @@ fn the_worst_members_are_run_against_the_barrier_once_each_and_put_together() {
     let kept = std::fs::read(bench.path("out/summary.json")).expect("a summary");
     let other = run(&bench, &["--set", "seed=2"]);
     assert_eq!(other.status.code(), Some(2), "{}", said(&other));
-    assert!(said(&other).contains("holds another study"), "{}", said(&other));
+    assert!(said(&other).contains("holds another study: --set seed=2 is new; "), "{}", said(&other));
+    let mut without = Command::new(program("rockfall"));
+    without.args(["ensemble", "study.toml", "--out", "out", "--resume"]).current_dir(bench.path(""));
+    let without = without.output().expect("started");
+    assert_eq!(without.status.code(), Some(2), "{}", said(&without));
+    assert!(said(&without).contains("barrier.toml is not read now; "), "{}", said(&without));
     assert!(std::fs::read(bench.path("out/summary.json")).is_ok_and(|now| now == kept));
     let chunk = bench.path("out/chunks/00000001-00000002.chunk");
     std::fs::write(&chunk, "not one of this study\n").expect("written");

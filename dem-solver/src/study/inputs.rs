@@ -5,6 +5,7 @@ use interface_defs::toolkit::input_error::InputError;
 use interface_defs::toolkit::input_file::{hash, named_files, with_absolute_files};
 use interface_defs::toolkit::scene::Scene;
 use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
 
 /// What `base` is computed from: program, every `--set`, and the hashes of all files that are read, by path.
 pub fn record(base: &Base, file: &Scene) -> Result<Value, InputError> {
@@ -12,15 +13,15 @@ pub fn record(base: &Base, file: &Scene) -> Result<Value, InputError> {
     for scene in [file, &base.scene] {
         let mut table = scene.document()?;
         with_absolute_files(&mut table, scene)?;
-        for path in named_files(&table) {
+        let (text, barrier) = scene.parts();
+        for path in named_files(&table).into_iter().chain(barrier.map(absolute)) {
             let name = path.display().to_string();
             let bytes = std::fs::read(&path)
                 .map_err(|e| InputError::in_file(name.as_str(), format!("the file cannot be read: {e}")))?;
             inputs.insert(name, hash(&bytes).into());
         }
         // As it was read.
-        let path = std::path::absolute(scene.path()).unwrap_or_else(|_| scene.path().to_owned());
-        inputs.insert(path.display().to_string(), hash(scene.text().as_bytes()).into());
+        inputs.insert(absolute(scene.path()).display().to_string(), hash(text.as_bytes()).into());
     }
     Ok(json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -32,6 +33,10 @@ pub fn record(base: &Base, file: &Scene) -> Result<Value, InputError> {
         "inputs": inputs,
         "fingerprint": base.fingerprint,
     }))
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// What differs between two records, in words.
@@ -53,13 +58,13 @@ pub fn changes(before: &Value, now: &Value) -> String {
     let (old, new) = (files(before), files(now));
     for (path, hash) in &new {
         match old.get(path) {
-            None => all.push(format!("it does not know {path}")),
+            None => all.push(format!("{path} was not read then")),
             Some(known) if known != hash => all.push(format!("{path} has changed")),
             Some(_) => {}
         }
     }
     all.extend(
-        old.keys().filter(|path| !new.contains_key(*path)).map(|path| format!("it was made of {path}")),
+        old.keys().filter(|path| !new.contains_key(*path)).map(|path| format!("{path} is not read now")),
     );
     if all.is_empty() {
         all.push("it was computed by another program".into());

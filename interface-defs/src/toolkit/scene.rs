@@ -164,6 +164,14 @@ impl Scene {
         &self.text
     }
 
+    /// Text of its own file alone, and the file that more of its text follows from.
+    pub fn parts(&self) -> (&str, Option<&Path>) {
+        match &self.added {
+            Some((length, from)) => (&self.text[..*length], Some(from)),
+            None => (&self.text, None),
+        }
+    }
+
     /// Every `--set` as it was typed.
     pub fn sets(&self) -> impl Iterator<Item = &str> {
         self.overrides.iter().map(|set| set.text.as_str())
