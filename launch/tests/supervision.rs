@@ -226,9 +226,9 @@ fn the_first_signal_ends_the_run_in_order_through_the_leader() {
     for signal in [Signal::INT, Signal::TERM] {
         let bench = Bench::new();
         let leader = format!(
-            "trap 'echo error: interrupted >&2; touch told; exit 1' TERM\ntouch coupler.ready\n{FOREVER}"
+            "trap 'echo error: interrupted >&2; touch signalled; exit 1' TERM\ntouch coupler.ready\n{FOREVER}"
         );
-        let solver = "while [ ! -e told ]; do sleep 0.05; done";
+        let solver = "while [ ! -e signalled ]; do sleep 0.05; done";
         bench.coupled(&leader, solver, solver);
         let child = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
         let members = ["coupler", "dem", "fem"].map(|name| bench.pid(name));
@@ -237,7 +237,7 @@ fn the_first_signal_ends_the_run_in_order_through_the_leader() {
         let (code, message) = ended(child);
         assert_eq!((code, message.as_str()), (Some(1), "error: interrupted\n"));
         assert!(members.into_iter().all(has_ended));
-        assert!(bench.path("told").exists());
+        assert!(bench.path("signalled").exists());
         assert_eq!(bench.status(), "interrupted");
     }
 }

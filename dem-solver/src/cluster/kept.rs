@@ -9,7 +9,7 @@ use super::files;
 use super::wish::Wish;
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
-use interface_defs::ipc::run_id::fnv1a;
+use interface_defs::toolkit::input_file::hash;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -81,7 +81,7 @@ fn key(surface: &Surface, wish: &Wish, bound: &Bound, spheres: &[Sphere]) -> Str
     let numbers = points.chain(spheres.iter().flat_map(|s| [s.centre.x, s.centre.y, s.centre.z, s.radius]));
     bytes.extend(numbers.flat_map(|n| n.to_bits().to_le_bytes()));
     bytes.extend(surface.triangles.iter().flatten().flat_map(|k| k.to_le_bytes()));
-    format!("fnv1a64:{:016x}", fnv1a(&bytes))
+    hash(&bytes)
 }
 
 #[cfg(test)]

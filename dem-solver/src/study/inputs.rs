@@ -42,8 +42,13 @@ fn absolute(path: &Path) -> PathBuf {
 /// What differs between two records, in words.
 pub fn changes(before: &Value, now: &Value) -> String {
     let mut all = Vec::new();
+    let other = || "it was computed by another program".to_owned();
+    // Of a program that recorded no more than the name.
+    if before["inputs"].is_null() {
+        return other();
+    }
     if before["version"] != now["version"] {
-        all.push(format!("it was computed by version {} of the program", before["version"]));
+        all.push(format!("it was computed by version {}", before["version"].as_str().unwrap_or("?")));
     }
     if before["shortcuts"] != now["shortcuts"] {
         all.push("--no-shortcuts is not as it was".into());
@@ -67,7 +72,27 @@ pub fn changes(before: &Value, now: &Value) -> String {
         old.keys().filter(|path| !new.contains_key(*path)).map(|path| format!("{path} is not read now")),
     );
     if all.is_empty() {
-        all.push("it was computed by another program".into());
+        all.push(other());
     }
     all.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_differs_is_said_and_nothing_that_is_not_known() {
+        let record = |version: &str, sets: &[&str], inputs: Value| json!({"version": version, "shortcuts": true, "sets": sets, "inputs": inputs});
+        let before = record("0.1.0", &["seed=1"], json!({"/a": "1", "/b": "1"}));
+        let of = |now: Value| changes(&before, &now);
+        assert_eq!(of(record("0.1.0", &["seed=1"], json!({"/a": "1", "/b": "2"}))), "/b has changed");
+        assert_eq!(
+            of(record("0.2.0", &[], json!({"/a": "1", "/c": "1"}))),
+            "it was computed by version 0.1.0, --set seed=1 is missing, /c was not read then, /b is not read now"
+        );
+        // The same inputs, and a record of an earlier program that does not have them.
+        assert_eq!(of(before.clone()), "it was computed by another program");
+        assert_eq!(changes(&json!({"version": "0.1.0"}), &before), "it was computed by another program");
+    }
 }

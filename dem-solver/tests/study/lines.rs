@@ -134,10 +134,10 @@ fn lines_and_maps_hold_what_flies_past() {
         assert!((at(&height) / exact - 1.0).abs() < 1e-6, "{cell}: {} {exact}", at(&height));
         assert_eq!(count.nearest(x, 1_200_023.0), None);
     }
-    let ways = std::fs::read_to_string(place.path("out/maps/trajectories.geojson")).expect("ways");
-    let ways: serde_json::Value = serde_json::from_str(&ways).expect("JSON");
-    assert_eq!(ways["features"].as_array().map(Vec::len), Some(4));
-    assert_eq!(ways["crs"]["properties"]["name"], "urn:ogc:def:crs:EPSG::2056");
+    let trajectories = std::fs::read_to_string(place.path("out/maps/trajectories.geojson")).expect("a layer");
+    let trajectories: serde_json::Value = serde_json::from_str(&trajectories).expect("JSON");
+    assert_eq!(trajectories["features"].as_array().map(Vec::len), Some(4));
+    assert_eq!(trajectories["crs"]["properties"]["name"], "urn:ogc:def:crs:EPSG::2056");
 }
 
 /// What leaves the terrain in flight does so on a parabola, with its velocity at the border.

@@ -61,12 +61,12 @@ fn a_member_is_the_run_of_its_own_scene() {
                 row["member"]
             );
         }
-        let way = if row["ending"] == "rest" { "runout_distance" } else { "exit_distance" };
+        let measure = if row["ending"] == "rest" { "runout_distance" } else { "exit_distance" };
         let (own, alone) =
-            (number(row, "run_out_m"), value(way).unwrap_or_else(|| panic!("{way} in {summary}")));
+            (number(row, "run_out_m"), value(measure).unwrap_or_else(|| panic!("{measure} in {summary}")));
         // Both from the same end; the one counts in local coordinates.
         assert!((own - alone).abs() < 1e-8, "{own} {alone}");
-        let ended = measures[way]["time_s"].as_f64().expect("a time");
+        let ended = measures[measure]["time_s"].as_f64().expect("a time");
         assert!((number(row, "time_s") - ended).abs() <= f64::EPSILON * ended);
     }
 }
@@ -103,9 +103,9 @@ fn the_scene_of_a_member_ends_where_its_row_says() {
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
             let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
             let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
-            let way = if row["ending"] == "rest" { "runout_distance" } else { "exit_distance" };
+            let measure = if row["ending"] == "rest" { "runout_distance" } else { "exit_distance" };
             let alone =
-                |key: &str| summary["measures"][way][key].as_f64().unwrap_or_else(|| panic!("{summary}"));
+                |key: &str| summary["measures"][measure][key].as_f64().unwrap_or_else(|| panic!("{summary}"));
             let (own, ended) = (number(row, "run_out_m"), number(row, "time_s"));
             assert!(
                 (own - alone("value")).abs() < 1e-8,

@@ -9,7 +9,6 @@ use super::input_error::{InputError, Spot};
 use super::input_file;
 use super::overrides::Override;
 use super::syntax;
-use crate::ipc::run_id::fnv1a;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -185,7 +184,7 @@ impl Scene {
             bytes.push(0);
             bytes.extend_from_slice(set.text.as_bytes());
         }
-        format!("fnv1a64:{:016x}", fnv1a(&bytes))
+        input_file::hash(&bytes)
     }
 
     /// Whether it has this top-level key.
