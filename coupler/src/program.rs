@@ -12,7 +12,7 @@ use interface_defs::toolkit::arguments::{AnswerForm, Input, Leader, Logging, Mem
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::checkpoint::{self, Checkpoint, Store};
 use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::log;
 use interface_defs::toolkit::output::Output;
@@ -103,7 +103,7 @@ struct Prepared {
 }
 
 impl Prepared {
-    fn new(arguments: &RunArguments) -> Result<Self, InputError> {
+    fn new(arguments: &RunArguments) -> Result<Self, Diagnostic> {
         let scene = arguments.input.load()?;
         let mut settings = CouplingSettings::of(&scene)?;
         let processes = Processes::of(&scene)?;
@@ -125,13 +125,13 @@ impl Prepared {
             supervisor: supervised.supervisor,
         };
         let owner = Owner::claim(&out, &claim)?;
-        owner.write_record().map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
+        owner.write_record().map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
         let scene = scene.fingerprint();
         Ok(Self { settings, processes, output, limits, end_time, owner, scene, resume })
     }
 }
 
-fn run(arguments: &RunArguments) -> Result<Exit, InputError> {
+fn run(arguments: &RunArguments) -> Result<Exit, Diagnostic> {
     let started = Instant::now();
     let prepared = Prepared::new(arguments)?;
     interrupt::install();
@@ -253,7 +253,7 @@ fn explained(error: &CouplingError, coupling: &Coupling) -> String {
 }
 
 /// What the coupler would do with a scene.
-pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
+pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let settings = CouplingSettings::open(scene)?;
     let processes = Processes::of(scene)?;
     let output = Output::of(scene)?;

@@ -3,7 +3,7 @@
 use crate::acceleration::AnyAcceleration;
 use crate::convergence::{Field, Measure, Tolerance};
 use crate::mapping::AnyMapper;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
@@ -159,7 +159,7 @@ impl CouplingSettings {
     }
 
     /// From a scene that names scheme and window, checked.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let document = scene.document()?;
         for key in ["scheme", "time_window"] {
             if document.get("coupling").and_then(|table| table.get(key)).is_none() {
@@ -179,7 +179,7 @@ impl CouplingSettings {
     }
 
     /// The same, where scheme and window may be left to `rockfall`: the window is not a number then.
-    pub fn open(scene: &Scene) -> Result<Self, InputError> {
+    pub fn open(scene: &Scene) -> Result<Self, Diagnostic> {
         let mut coupling = scene.read::<Self>("coupling")?.unwrap_or_default();
         coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
         coupling.check_against_run(scene)?;
@@ -196,7 +196,7 @@ impl CouplingSettings {
     }
 
     /// A window that is longer than the whole run.
-    fn check_against_run(&self, scene: &Scene) -> Result<(), InputError> {
+    fn check_against_run(&self, scene: &Scene) -> Result<(), Diagnostic> {
         // A missing end_time is another's complaint.
         let Ok(end_time) = scene.end_time() else { return Ok(()) };
         if is_open(&self.time_window) || self.time_window <= end_time {
@@ -210,7 +210,7 @@ impl CouplingSettings {
     }
 
     /// What the user should know: windows that resolve no reaction, and keys that weak coupling does not use.
-    pub fn warnings(&self, scene: &Scene) -> Result<Vec<String>, InputError> {
+    pub fn warnings(&self, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
         let mut warnings = Vec::new();
         let part = self.time_window / f64::from(self.samples);
         if self.scheme == Scheme::Strong && part > RESOLVED {

@@ -11,7 +11,7 @@ use crate::solver::DemSolver;
 use crate::terrain::Terrain;
 use interface_defs::InterfaceMesh;
 use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use serde::Serialize;
@@ -40,12 +40,12 @@ struct ResolvedTables<'a> {
 }
 
 /// Build everything of the scene but the net, and say what it is.
-pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
+pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     check_with(scene, None)
 }
 
 /// The same with the `net` that the structure offers: rocks that start in it are refused.
-pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckReport, InputError> {
+pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckReport, Diagnostic> {
     let solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
     let fem = scene.read::<toml::Table>("processes")?.is_some_and(|p| p.contains_key("fem"));
     if (fem || scene.has("structure")) && solver.model().laws.is_none() {
@@ -58,7 +58,7 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
     }
     let mut near = Vec::new();
     if let Some(net) = net {
-        near = solver.check_net(net).map_err(|fault| InputError::new(fault.message))?;
+        near = solver.check_net(net).map_err(|fault| Diagnostic::new(fault.message))?;
     }
     let model = solver.model();
     let mut report = CheckReport {
@@ -117,7 +117,7 @@ fn add_rock(
     at: usize,
     report: &mut CheckReport,
     totals: &mut Totals,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let (rock, settings) = (&model.rocks[at], &model.settings.rocks[at]);
     report.builds.push(format!(
         "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \

@@ -11,7 +11,7 @@ use crate::shape::{Shape, Surface};
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::toolkit::arguments::ClusterArguments;
 use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Extra;
 use interface_defs::toolkit::screen::show;
 use interface_defs::toolkit::vtu::{Cells, Vtu};
@@ -38,16 +38,16 @@ fn command() -> clap::Command {
     )
 }
 
-fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
+fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     let arguments =
-        ClusterArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+        ClusterArguments::from_arg_matches(matches).map_err(|e| Diagnostic::new(e.to_string()))?;
     if arguments.spheres > MOST_SPHERES {
         let what = format!("{} spheres: 1 to {MOST_SPHERES} are possible", arguments.spheres);
-        return Err(InputError::in_file("--spheres", what));
+        return Err(Diagnostic::in_file("--spheres", what));
     }
     for (name, value) in [("--smallest-radius", arguments.smallest_radius), ("--scale", arguments.scale)] {
         if !(value >= 0.0 && value.is_finite()) {
-            return Err(InputError::in_file(
+            return Err(Diagnostic::in_file(
                 name,
                 format!("{value} m: it must be a finite number, 0 or more"),
             ));
@@ -60,7 +60,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
             *piece = arguments.piece.as_deref().map(PieceChoice::from);
         }
         _ if arguments.close_holes || arguments.piece.is_some() => {
-            return Err(InputError::in_file(
+            return Err(Diagnostic::in_file(
                 &arguments.shape,
                 "a built-in shape has neither holes nor pieces",
             )
@@ -76,7 +76,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     let (surface, _) = shape.surface(false)?;
     if let Some(largest) = arguments.largest_error.filter(|e| !(*e > 0.0 && e.is_finite())) {
         let what = format!("{largest} m: a finite number above 0 is required");
-        return Err(InputError::in_file("--largest-error", what));
+        return Err(Diagnostic::in_file("--largest-error", what));
     }
     let (spheres, accuracy) = spheres(&shape, &surface, &arguments)?;
     let header = header(&shape, &solid, &spheres, &accuracy, &arguments);
@@ -106,7 +106,7 @@ fn spheres(
     shape: &Shape,
     surface: &Surface,
     arguments: &ClusterArguments,
-) -> Result<(Vec<Sphere>, Accuracy), InputError> {
+) -> Result<(Vec<Sphere>, Accuracy), Diagnostic> {
     let measured = |spheres: Vec<Sphere>| {
         let accuracy = Accuracy::of(surface, &spheres);
         (spheres, accuracy)
@@ -117,7 +117,7 @@ fn spheres(
             lattice(*size, arguments.spheres, arguments.largest_error, NAMED).map(|l| measured(l.spheres()))
         }
         (_, Method::Lattice) => {
-            Err(InputError::in_file("--method lattice", "a lattice fills a box, not this shape")
+            Err(Diagnostic::in_file("--method lattice", "a lattice fills a box, not this shape")
                 .try_instead("leave --method out"))
         }
         // All others would lie inside of it.
@@ -187,17 +187,17 @@ fn picture(spheres: &[Sphere]) -> Vec<u8> {
     Vtu { points: &points, cells: Cells::Vertices, point_data, cell_data: vec![] }.to_bytes()
 }
 
-fn check_directory(file: &Path) -> Result<(), InputError> {
+fn check_directory(file: &Path) -> Result<(), Diagnostic> {
     let parent = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if parent.is_dir() && !file.is_dir() {
         return Ok(());
     }
-    Err(InputError::in_file(file.display().to_string(), "no file can be written there")
+    Err(Diagnostic::in_file(file.display().to_string(), "no file can be written there")
         .try_instead("make its directory first"))
 }
 
-fn write(file: &Path, bytes: &[u8]) -> Result<(), InputError> {
+fn write(file: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     std::fs::write(file, bytes).map_err(|e| {
-        InputError::in_file(file.display().to_string(), format!("the file cannot be written: {e}"))
+        Diagnostic::in_file(file.display().to_string(), format!("the file cannot be written: {e}"))
     })
 }

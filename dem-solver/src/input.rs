@@ -1,6 +1,6 @@
 //! Files that a user gives: their bytes, lines and numbers, what they are by their beginning, errors with file and line.
 
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::input_file;
 use nalgebra::Vector3;
 use std::path::Path;
@@ -32,18 +32,18 @@ impl ReadError {
     }
 
     /// With the file's name in front.
-    pub fn in_file(self, path: &Path) -> InputError {
+    pub fn in_file(self, path: &Path) -> Diagnostic {
         let place = match self.line {
             Some(line) => format!("{}:{line}", path.display()),
             None => path.display().to_string(),
         };
-        InputError::in_file(place, self.message)
+        Diagnostic::in_file(place, self.message)
     }
 }
 
 /// The bytes of a file of up to `largest` bytes.
-pub fn read_bytes(path: &Path, largest: u64) -> Result<Vec<u8>, InputError> {
-    let refuse = |what: String| InputError::in_file(path.display().to_string(), what);
+pub fn read_bytes(path: &Path, largest: u64) -> Result<Vec<u8>, Diagnostic> {
+    let refuse = |what: String| Diagnostic::in_file(path.display().to_string(), what);
     let data = input_file::regular(path)?;
     if data.len() > largest {
         return Err(refuse(format!("{} bytes: up to {largest} are read", data.len())));

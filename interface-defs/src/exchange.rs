@@ -3,7 +3,7 @@
 use crate::field::{Items, Layout};
 use crate::header::{Command, RequestHeader};
 use crate::mesh::InterfaceMesh;
-use crate::message::{Fault, Plan, Ready, decode, encode};
+use crate::message::{Fault, Plan, Ready, pack, unpack};
 use crate::selection::Selection;
 use crate::solver::{Solver, Window};
 use serde::{Deserialize, Serialize};
@@ -25,7 +25,7 @@ pub(crate) struct Selected {
 /// Let `solver`, which is not prepared yet, go on from what [`Exchange::save`] gave; returns what was selected then.
 pub(crate) fn resume(solver: &mut dyn Solver, kept: &[u8]) -> Result<Option<Selected>, Fault> {
     let kept: Kept =
-        decode(kept).map_err(|e| Fault::broken(format!("its state that was kept cannot be read: {e}")))?;
+        unpack(kept).map_err(|e| Fault::broken(format!("its state that was kept cannot be read: {e}")))?;
     solver.resume(&kept.state)?;
     Ok(kept.selected)
 }
@@ -62,7 +62,7 @@ impl Exchange {
         }
         let Selection { nodes, pairs, .. } = &self.selection;
         let selected = self.selected.then(|| Selected { nodes: nodes.clone(), pairs: pairs.clone() });
-        Ok(encode(&Kept { selected, state: solver.save()? }))
+        Ok(pack(&Kept { selected, state: solver.save()? }))
     }
 
     /// Select what was selected when the state of `solver` was kept.

@@ -1,4 +1,4 @@
-//! The interface contract between the coupler and a solver: protocol version 2.
+//! The interface contract between the coupler and a solver: protocol version 3.
 //!
 //! A solver is a function of (committed state, input) over one time window. Whoever implements
 //! [`Solver`] and calls [`serve`] in `main` takes part in a co-simulation; nothing else is needed.
@@ -12,6 +12,7 @@
 //! - [`field`]: which numbers cross the interface, and where they lie in the flat payload
 //! - [`header`]: the plain-data headers of a request and its answer
 //! - [`message`]: handshake, preparation, faults, statistics (bincode, apart from the field path)
+//! - [`diagnostic`], [`verdict`]: what is wrong, and what became of rocks and structure, as data
 //! - [`mesh`]: the interface mesh, on which a contact solver works
 //! - [`selection`]: the nodes that are sent, where not all of them are
 //! - [`solver`]: the trait of a solver
@@ -21,6 +22,7 @@
 //! The feature `toolkit` adds what rockfall's own programs share beside the contract (scene text
 //! and its errors, result files, run directory, exit codes). A foreign solver does not need it.
 
+pub mod diagnostic;
 mod exchange;
 pub mod field;
 pub mod header;
@@ -34,12 +36,15 @@ pub mod selection;
 pub mod solver;
 #[cfg(feature = "toolkit")]
 pub mod toolkit;
+pub mod verdict;
 
+pub use diagnostic::{Diagnostic, Severity};
 pub use field::{FieldSpec, Items, Layout, Place, Sampling, name};
 pub use header::{AnswerHeader, Command, RequestHeader, Status};
 pub use ipc::serve::serve;
 pub use mesh::{Group, InterfaceMesh};
-pub use message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics};
+pub use message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics, Worse};
 pub use participant::{Failure, InProcess, Participant, Request};
 pub use selection::Selection;
 pub use solver::{Solver, Window};
+pub use verdict::{Fate, Torn, Verdict};

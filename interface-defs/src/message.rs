@@ -1,16 +1,21 @@
 //! Control messages: handshake, preparation, faults, statistics.
 //!
-//! Encoding: one byte with the protocol version, then bincode 2, `standard` configuration with
+//! Encoding: one byte with the version of the message ([`Message::VERSION`]), then bincode 2, `standard` configuration with
 //! fixed-size integers (little-endian; enum variant as u32; length of text and lists as u64), so
 //! that any language can write them. They never travel on the field path.
 
+mod earlier;
+
+use crate::diagnostic::{Code, Diagnostic, code};
 use crate::field::FieldSpec;
 use crate::mesh::InterfaceMesh;
+use crate::verdict::{Torn, Verdict};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::fmt;
 
-/// Version of the contract that this crate speaks.
-pub const PROTOCOL: u8 = 2;
+/// Version of the contract that this crate speaks. Messages to a solver have not changed since protocol 2 and carry that number, so that
+/// a solver of protocol 2 reads them; its own messages are read as well.
+pub const PROTOCOL: u8 = 3;
 
 /// Longest message that is read [bytes]: a mesh of some ten million nodes.
 const LONGEST: usize = 1 << 30;
@@ -170,7 +175,7 @@ pub struct Ready {
     /// An answer as it would stand at t = 0: fields of the plan, then three numbers per gauge.
     pub initial: Vec<f64>,
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// Further interface meshes: numbers 1, 2, ... of [`FieldSpec::interface`]. None in this version.
     pub more_meshes: Vec<InterfaceMesh>,
     /// None in this version.
@@ -243,51 +248,78 @@ pub enum FaultKind {
 pub struct Fault {
     /// What becomes of the run.
     pub kind: FaultKind,
-    /// One message for the user.
-    pub message: String,
+    /// For the user.
+    pub diagnostic: Box<Diagnostic>,
     /// None in this version.
     pub options: NamedValues,
 }
 
 impl Fault {
     /// Of this kind.
-    pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
-        Self { kind, message: message.into(), options: Vec::new() }
+    pub fn new(kind: FaultKind, diagnostic: Diagnostic) -> Self {
+        Self { kind, diagnostic: Box::new(diagnostic), options: Vec::new() }
+    }
+
+    fn coded(kind: FaultKind, code: Code, message: impl Into<String>) -> Self {
+        Self::new(kind, Diagnostic::error(code, message))
     }
 
     /// The user's input is wrong.
     pub fn input(message: impl Into<String>) -> Self {
-        Self::new(FaultKind::Input, message)
+        Self::coded(FaultKind::Input, code::INVALID_VALUE, message)
     }
 
     /// This window cannot be solved; a shorter one may.
     pub fn window(message: impl Into<String>) -> Self {
-        Self::new(FaultKind::Window, message)
+        Self::coded(FaultKind::Window, code::NOT_CONVERGED, message)
     }
 
     /// The contact solver must see nodes that are not selected.
     pub fn beyond(message: impl Into<String>) -> Self {
-        Self::new(FaultKind::Beyond, message)
+        Self::coded(FaultKind::Beyond, code::OTHER, message)
     }
 
     /// The solver cannot go on.
     pub fn broken(message: impl Into<String>) -> Self {
-        Self::new(FaultKind::Broken, message)
+        Self::coded(FaultKind::Broken, code::OTHER, message)
+    }
+
+    /// The user has interrupted the solver.
+    pub fn interrupted() -> Self {
+        Self::coded(FaultKind::Interrupted, code::INTERRUPTED, "interrupted")
+    }
+}
+
+impl From<Diagnostic> for Fault {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self::new(FaultKind::Input, diagnostic)
     }
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.message)
+        self.diagnostic.fmt(f)
     }
 }
 
 impl std::error::Error for Fault {}
 
+/// In which direction a measure is worse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Worse {
+    /// A larger value is worse: forces, deflections, errors.
+    Larger,
+    /// A smaller value is worse: the most compressed post.
+    Smaller,
+    /// Neither.
+    Neither,
+}
+
 /// A result of the whole run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measure {
-    /// Name, in `snake_case`, without the unit.
+    /// Name, in `snake_case`, without the unit. No two programs may give one name.
     pub name: String,
     /// Value.
     pub value: f64,
@@ -295,6 +327,55 @@ pub struct Measure {
     pub unit: String,
     /// When it occurred [s], where it has a time.
     pub time: Option<f64>,
+    /// Member of a group in which it was, where it is of a group.
+    pub member: Option<String>,
+    /// Its place among the measures on the screen: the smallest are shown first. Those that decide have ranks below
+    /// [`Measure::ORDINARY`].
+    pub rank: u16,
+    /// In which direction it is worse.
+    pub worse: Worse,
+    /// Program that gave it; empty: the one that sends it.
+    pub source: String,
+}
+
+impl Measure {
+    /// Rank of a measure that matters no more than others.
+    pub const ORDINARY: u16 = 1000;
+
+    /// A measure of ordinary rank, without time and member.
+    pub fn new(name: impl Into<String>, value: f64, unit: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            value,
+            unit: unit.into(),
+            time: None,
+            member: None,
+            rank: Self::ORDINARY,
+            worse: Worse::Neither,
+            source: String::new(),
+        }
+    }
+
+    /// The same at this time [s], where there is one.
+    #[must_use]
+    pub fn at(mut self, time: impl Into<Option<f64>>) -> Self {
+        self.time = time.into();
+        self
+    }
+
+    /// The same of this member of a group.
+    #[must_use]
+    pub fn of_member(mut self, member: Option<String>) -> Self {
+        self.member = member;
+        self
+    }
+
+    /// The same with this place on the screen, and worse in this direction.
+    #[must_use]
+    pub fn ranked(mut self, rank: u16, worse: Worse) -> Self {
+        (self.rank, self.worse) = (rank, worse);
+        self
+    }
 }
 
 /// What a solver did in the run.
@@ -302,10 +383,14 @@ pub struct Measure {
 pub struct Statistics {
     /// Results of the committed windows.
     pub measures: Vec<Measure>,
+    /// What became of each rock, from a contact solver.
+    pub verdicts: Vec<Verdict>,
+    /// What tore of the structure, a part each, in the order of their first ruptures; `None`: nothing of it can.
+    pub torn: Option<Vec<Torn>>,
     /// Counts of work done and work skipped, by name.
     pub counts: Vec<(String, u64)>,
     /// What the user should know; also each expected measure that is absent, with the reason.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// Seconds of processor time; 0 = not reported.
     pub cpu_seconds: f64,
     /// Wall seconds inside `solve` and `commit`; 0 = not reported.
@@ -342,28 +427,66 @@ impl fmt::Display for DecodeError {
 
 impl std::error::Error for DecodeError {}
 
+/// A control message, and the versions of it that are read.
+pub trait Message: Serialize + DeserializeOwned {
+    /// Version that is written.
+    const VERSION: u8;
+
+    /// From bytes of an earlier version; `None`: it is not read.
+    fn earlier(_version: u8, _bytes: &[u8]) -> Option<Result<Self, DecodeError>> {
+        None
+    }
+}
+
+impl Message for ToSolver {
+    const VERSION: u8 = 2;
+}
+
+impl Message for FromSolver {
+    const VERSION: u8 = PROTOCOL;
+
+    fn earlier(version: u8, bytes: &[u8]) -> Option<Result<Self, DecodeError>> {
+        (version == earlier::VERSION).then(|| unpack::<earlier::FromSolver>(bytes).map(Self::from))
+    }
+}
+
 /// Encode a message: version byte, then bincode.
-pub fn encode<M: Serialize>(message: &M) -> Vec<u8> {
-    let mut bytes = vec![PROTOCOL];
-    let config = bincode::config::standard().with_fixed_int_encoding();
-    bincode::serde::encode_into_std_write(message, &mut bytes, config)
-        .expect("writing to memory cannot fail");
+pub fn encode<M: Message>(message: &M) -> Vec<u8> {
+    let mut bytes = vec![M::VERSION];
+    append(message, &mut bytes);
     bytes
 }
 
 /// Decode what [`encode`] wrote.
-pub fn decode<M: DeserializeOwned>(bytes: &[u8]) -> Result<M, DecodeError> {
+pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     match bytes.split_first() {
-        Some((&PROTOCOL, rest)) => {
-            let config = bincode::config::standard().with_fixed_int_encoding().with_limit::<LONGEST>();
-            let (message, read) = bincode::serde::decode_from_slice(rest, config)
-                .map_err(|e| DecodeError::Malformed(e.to_string()))?;
-            if read != rest.len() {
-                return Err(DecodeError::Malformed(format!("{} bytes are left over", rest.len() - read)));
-            }
-            Ok(message)
+        Some((&version, rest)) if version == M::VERSION => unpack(rest),
+        Some((&version, rest)) => {
+            M::earlier(version, rest).unwrap_or(Err(DecodeError::Protocol(Some(version))))
         }
-        Some((version, _)) => Err(DecodeError::Protocol(Some(*version))),
         None => Err(DecodeError::Protocol(None)),
     }
+}
+
+fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) {
+    let config = bincode::config::standard().with_fixed_int_encoding();
+    bincode::serde::encode_into_std_write(value, bytes, config).expect("writing to memory cannot fail");
+}
+
+/// Bytes of something that a program keeps for itself, without a version.
+pub fn pack<T: Serialize>(value: &T) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    append(value, &mut bytes);
+    bytes
+}
+
+/// What [`pack`] made, all of it.
+pub fn unpack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
+    let config = bincode::config::standard().with_fixed_int_encoding().with_limit::<LONGEST>();
+    let (value, read) = bincode::serde::decode_from_slice(bytes, config)
+        .map_err(|e| DecodeError::Malformed(e.to_string()))?;
+    if read != bytes.len() {
+        return Err(DecodeError::Malformed(format!("{} bytes are left over", bytes.len() - read)));
+    }
+    Ok(value)
 }

@@ -8,7 +8,7 @@ use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
 use crate::preset::Preset;
 use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
 use toml::{Table, Value};
@@ -51,7 +51,7 @@ pub fn complete(
     scene: &Scene,
     plan: &Plan,
     reports: &mut [(Part, CheckReport)],
-) -> Result<Vec<Chosen>, InputError> {
+) -> Result<Vec<Chosen>, Diagnostic> {
     if !plan.is_coupled() || plan.members.iter().any(|member| member.part == Part::Coupler && member.foreign)
     {
         return Ok(Vec::new());
@@ -110,7 +110,7 @@ impl Open {
 }
 
 /// Scheme, window and samples.
-fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>, InputError> {
+fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>, Diagnostic> {
     let own = numbers.net.step.filter(|step| step.is_finite());
     let named = numbers.window.filter(|_| !open.window);
     let longest = numbers.limit.map(|limit| limit.window);

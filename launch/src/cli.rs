@@ -9,7 +9,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::ipc;
 use interface_defs::toolkit::arguments::{ClusterArguments, EnsembleArguments, Input, Logging, Results};
 use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::program::Savings;
 use interface_defs::toolkit::screen::{complain, show};
@@ -218,22 +218,22 @@ fn arguments_after(word: &str) -> Vec<OsString> {
 /// Become a program of this project beside this one: signals reach it, and it ends with its own code.
 fn become_program(program: &str, command: &str, arguments: &[OsString]) -> Result<Exit, Stop> {
     let file = beside(program)
-        .map_err(|what| InputError::new(what).try_instead("build all programs with cargo build --release"))?;
+        .map_err(|what| Diagnostic::new(what).try_instead("build all programs with cargo build --release"))?;
     // It returns only where the program cannot be started.
     let e = std::process::Command::new(file).arg(command).args(arguments).exec();
-    Err(InputError::new(format!("{program} cannot be started: {e}")).into())
+    Err(Diagnostic::new(format!("{program} cannot be started: {e}")).into())
 }
 
 /// Let a program of this project beside this one do the whole work, and end as it does.
 fn hand_over(program: &str, command: &str, arguments: &[OsString]) -> Result<Exit, Stop> {
     let file = beside(program)
-        .map_err(|what| InputError::new(what).try_instead("build all programs with cargo build --release"))?;
+        .map_err(|what| Diagnostic::new(what).try_instead("build all programs with cargo build --release"))?;
     let status = std::process::Command::new(file).arg(command).args(arguments).status();
     match status.map(|s| s.code()) {
         Ok(Some(0)) => Ok(Exit::Done),
         Ok(Some(2)) => Ok(Exit::BadInput),
         Ok(_) => Ok(Exit::Failed),
-        Err(e) => Err(InputError::new(format!("{program} cannot be started: {e}")).into()),
+        Err(e) => Err(Diagnostic::new(format!("{program} cannot be started: {e}")).into()),
     }
 }
 

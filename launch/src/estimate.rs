@@ -12,7 +12,7 @@ use crate::stop::Stop;
 use crate::validate::validate;
 use interface_defs::toolkit::arguments::Input;
 use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
@@ -85,11 +85,11 @@ fn examine(input: &Input, resolved: Option<&Path>) -> Result<Examined, Stop> {
 }
 
 /// What the user should know before the start, each once, with its place in the scene where it begins with its key.
-pub fn warnings(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<String>, InputError> {
+pub fn warnings(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<String>, Diagnostic> {
     Ok(unplaced(scene, reports)?.iter().map(|warning| scene.placed(warning)).collect())
 }
 
-fn unplaced(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<String>, InputError> {
+fn unplaced(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<String>, Diagnostic> {
     let of_programs = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
     let of_numbers = Numbers::of(reports, scene.end_time()?).warnings();
     let of_tables = Output::warnings(scene)?.into_iter().chain(Limits::of(scene)?.warnings());

@@ -1,7 +1,7 @@
 //! Which programs a scene requires: presence decides.
 
 use crate::command_line::{beside, find, split};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::processes::Processes;
 use interface_defs::toolkit::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ pub struct Plan {
 
 impl Plan {
     /// What `scene` requires. A program that is not there is bad input.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let processes = Processes::of(scene)?;
         let dem = scene.has("rock") || scene.has("spheres") || processes.dem.is_some();
         let fem = scene.has("structure") || processes.fem.is_some();
@@ -80,7 +80,7 @@ impl Plan {
             (false, true) => &[Part::Fem],
             (false, false) => {
                 let file = scene.path().display().to_string();
-                return Err(InputError::in_file(
+                return Err(Diagnostic::in_file(
                     file,
                     "the scene has neither a rock nor a structure: nothing would run",
                 )
@@ -99,7 +99,7 @@ impl Plan {
 }
 
 /// Refuse a table that no program will use. The tables of a solver that the scene names are its own business.
-fn unused(scene: &Scene, processes: &Processes) -> Result<(), InputError> {
+fn unused(scene: &Scene, processes: &Processes) -> Result<(), Diagnostic> {
     let dem = processes.dem.is_some();
     let fem = processes.fem.is_some() || scene.has("structure");
     let (rock, spheres) = (scene.has("rock"), scene.has("spheres"));
@@ -154,10 +154,10 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), InputError> {
     }
 }
 
-fn member(part: Part, processes: &Processes, scene: &Scene) -> Result<Member, InputError> {
+fn member(part: Part, processes: &Processes, scene: &Scene) -> Result<Member, Diagnostic> {
     let Some(line) = command(processes, part) else {
         let program = beside(part.program()).map_err(|what| {
-            InputError::new(what).try_instead("build all programs with cargo build --release")
+            Diagnostic::new(what).try_instead("build all programs with cargo build --release")
         })?;
         return Ok(Member { part, program, arguments: Vec::new(), foreign: false });
     };

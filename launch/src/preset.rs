@@ -6,7 +6,7 @@
 use crate::choice::{Chosen, two_digits};
 use crate::numbers::Numbers;
 use crate::plan::Plan;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use toml::{Table, Value};
 
@@ -61,7 +61,7 @@ impl Preset {
     }
 
     /// What it sets and the scene leaves open.
-    pub fn choose(self, scene: &Scene, plan: &Plan, numbers: &Numbers) -> Result<Vec<Chosen>, InputError> {
+    pub fn choose(self, scene: &Scene, plan: &Plan, numbers: &Numbers) -> Result<Vec<Chosen>, Diagnostic> {
         let document = scene.document()?;
         let refuse = |what: &str, cure: &str| Err(scene.invalid("coupling.preset", what).try_instead(cure));
         let named = |table: &str, key: &str| document.get(table).and_then(|t| t.get(key));

@@ -4,7 +4,7 @@ use crate::plan::{Part, Plan};
 use interface_defs::ipc::RunId;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::files;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::input_file::{self, named_files, with_absolute_files};
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;
@@ -19,12 +19,12 @@ use toml::Table;
 
 /// The scene with every `--set` and every default filled in, which runs again as it is from any
 /// directory: paths of files that are there are absolute in it.
-pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> Result<Table, InputError> {
+pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> Result<Table, Diagnostic> {
     let mut table = scene.document()?;
     for (_, report) in reports {
         table.extend(report.resolved.clone());
     }
-    let fault = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
+    let fault = |e: toml::ser::Error| Diagnostic::new(format!("the resolved scene cannot be written: {e}"));
     table.insert("output".into(), Table::try_from(Output::of(scene)?).map_err(fault)?.into());
     table.insert("limits".into(), Table::try_from(Limits::of(scene)?).map_err(fault)?.into());
     // The coupler has filled in its defaults; the command lines are known best here.

@@ -4,7 +4,7 @@ use crate::ground::Ground;
 use crate::record;
 use crate::stop::Stop;
 use interface_defs::toolkit::checkpoint::Found;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::owner::holder;
 use interface_defs::toolkit::run_dir::{HISTORY, RECORD, SCENE};
 use interface_defs::toolkit::scene::Scene;
@@ -62,7 +62,7 @@ pub fn decide(out: &Path, scene: &Scene, resolved: &Table, ground: &Ground) -> R
 }
 
 fn refuse(out: &Path, what: String) -> Stop {
-    InputError::in_file(out.display().to_string(), what)
+    Diagnostic::in_file(out.display().to_string(), what)
         .try_instead("begin it anew with --force, or choose another directory with --out")
         .into()
 }

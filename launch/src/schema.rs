@@ -2,7 +2,7 @@
 
 use crate::command_line::beside;
 use crate::stop::Stop;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::processes::Processes;
 use interface_defs::toolkit::schema::{Share, Tables};
 use serde_json::Value;
@@ -29,12 +29,12 @@ pub fn study() -> Result<Share, Stop> {
 
 fn ask(program: &str, command: &str) -> Result<Share, Stop> {
     let file = beside(program)
-        .map_err(|what| InputError::new(what).try_instead("build all programs with cargo build --release"))?;
+        .map_err(|what| Diagnostic::new(what).try_instead("build all programs with cargo build --release"))?;
     let output = Command::new(&file)
         .arg(command)
         .stdin(Stdio::null())
         .output()
-        .map_err(|e| InputError::new(format!("{} cannot be started: {e}", file.display())))?;
+        .map_err(|e| Diagnostic::new(format!("{} cannot be started: {e}", file.display())))?;
     Share::from_json(&String::from_utf8_lossy(&output.stdout)).map_err(|e| {
         let said = String::from_utf8_lossy(&output.stderr);
         Stop::failed(format!("{program} {command}: {e}; are all programs of one version? It printed: {said}"))

@@ -1,7 +1,7 @@
 //! Why a command ends without having done its work.
 
 use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// The exit code, and the one message for the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,8 +24,8 @@ impl Stop {
     }
 }
 
-impl From<InputError> for Stop {
-    fn from(error: InputError) -> Self {
+impl From<Diagnostic> for Stop {
+    fn from(error: Diagnostic) -> Self {
         Self::input(error.to_string())
     }
 }

@@ -7,7 +7,7 @@ use super::wish::{Fit, MOST_SPHERES, Wish};
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// Largest error as a share of the size (diagonal of the box around the solid) where nothing else is asked for: a cube
 /// of eight spheres has it.
@@ -107,11 +107,11 @@ impl Bound {
         wish: &Wish,
         names: [&str; 2],
         progress: impl FnMut(f64),
-    ) -> Result<(Vec<Sphere>, Accuracy), InputError> {
+    ) -> Result<(Vec<Sphere>, Accuracy), Diagnostic> {
         let (spheres, accuracy) = measured(surface, wish, progress);
         match self.passed(&spheres, &accuracy, wish.fit) {
             None => Ok((spheres, accuracy)),
-            Some(why) => Err(InputError::new(why).try_instead(self.cure(surface, wish, &accuracy, names))),
+            Some(why) => Err(Diagnostic::new(why).try_instead(self.cure(surface, wish, &accuracy, names))),
         }
     }
 

@@ -7,12 +7,12 @@
 use super::wish::MOST_SPHERES;
 use crate::geometry::sphere::Sphere;
 use crate::input::{LARGEST, ReadError, lines, number, point, read_bytes, shown};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use std::collections::HashMap;
 use std::path::Path;
 
 /// The spheres of a file [m], by its extension: `.clu`, else `x y z r` text.
-pub fn read(path: &Path) -> Result<Vec<Sphere>, InputError> {
+pub fn read(path: &Path) -> Result<Vec<Sphere>, Diagnostic> {
     let bytes = read_bytes(path, LARGEST)?;
     let clu = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("clu"));
     let spheres = if clu { read_clu(&bytes) } else { read_text(&bytes) };

@@ -11,7 +11,7 @@
 
 use super::wish::MOST_SPHERES;
 use crate::geometry::sphere::Sphere;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 
 /// A lattice of equal spheres in a box centred at the origin.
@@ -96,11 +96,11 @@ pub fn lattice(
     asked: u32,
     largest: Option<f64>,
     names: [&str; 2],
-) -> Result<Lattice, InputError> {
+) -> Result<Lattice, Diagnostic> {
     let [a, b, c] = size;
     let [spheres, bound] = names;
     let found = Lattice::within(size, asked).map_err(|fewest| {
-        let refused = InputError::new(format!(
+        let refused = Diagnostic::new(format!(
             "a lattice in a box of {a} x {b} x {c} m takes at least {fewest} spheres, one layer of them: {asked} were asked for"
         ));
         if fewest > u64::from(MOST_SPHERES) {
@@ -113,7 +113,7 @@ pub fn lattice(
         Some(most) if found.largest_error() > most => {
             let radius = most / (3.0_f64.sqrt() - 1.0);
             let required = Lattice::with(size, radius).total();
-            Err(InputError::new(format!(
+            Err(Diagnostic::new(format!(
                 "a lattice of {} spheres lies up to {:.3e} m from the corners of the box, beyond {bound} {most:e} m",
                 found.total(),
                 found.largest_error()

@@ -6,7 +6,7 @@ use crate::geometry::sphere::extent;
 use crate::rock::Rock;
 use crate::settings::RockSettings;
 use crate::shape::Surface;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -20,7 +20,7 @@ const VOLUME: [f64; 2] = [0.4, 1.5];
 const COLUMNS: usize = 64;
 
 /// Compare the spheres of rock number `at` with its shape, if they come from a file.
-pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Result<Vec<String>, InputError> {
+pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
     let Some(file) = table.cluster.as_ref().and_then(|c| c.file.as_ref()) else { return Ok(Vec::new()) };
     let (points, triangles) = rock.solid.surface();
     let spheres = || rock.spheres.iter().map(|s| (s.centre, s.radius));

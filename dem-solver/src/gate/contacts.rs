@@ -2,7 +2,7 @@
 
 use super::units::{of_no_solid, short};
 use crate::settings::ContactSettings;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Least modulus [Pa]: a rubber has 1e6, a gel 1e3. There is no largest one: who wants no overlap writes what no solid has.
@@ -60,7 +60,7 @@ pub fn of_contact(
     number: usize,
     contact: &ContactSettings,
     scene: &Scene,
-) -> Result<Vec<String>, InputError> {
+) -> Result<Vec<String>, Diagnostic> {
     for (key, value) in [("young", contact.young), ("partner_young", contact.partner_young)] {
         if let Some(e) = value.filter(|e| *e < SOFTEST) {
             return Err(scene
@@ -115,7 +115,7 @@ pub fn of_contact(
 }
 
 /// Properties of yielding ground, with its density.
-fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<Vec<String>, InputError> {
+fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
     let place = |key: &str| format!("contact.{number}.{key}");
     if let Some((what, cure)) =
         contact.ground_density.and_then(|density| of_no_solid("ground_density", density))

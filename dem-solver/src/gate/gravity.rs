@@ -1,6 +1,6 @@
 //! Gravity: whether it is there, whether it points down, and whether it is in m/s2.
 
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -15,7 +15,7 @@ const UPRIGHT: f64 = 1.0;
 const LYING: f64 = 60.0;
 
 /// Refuse a gravity `g` [m/s2] that no one can mean, with or without a terrain; else what the user should know.
-pub fn check(g: Vector3<f64>, terrain: bool, scene: &Scene) -> Result<Vec<String>, InputError> {
+pub fn check(g: Vector3<f64>, terrain: bool, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
     let size = g.norm();
     if !scene.has("gravity") {
         let none = "[0.0, 0.0, 0.0] says that there is none";

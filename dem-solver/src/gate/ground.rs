@@ -4,7 +4,7 @@ use crate::law::normal::LawName;
 use crate::law::table::Laws;
 use crate::model::between::{Between, rows};
 use crate::settings::{STRUCTURE, Settings};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Refuse `law = "ground"` where it would be the law with a net, with the sides of a box, or between rocks.
@@ -14,7 +14,7 @@ pub fn check(
     between: Option<&Between>,
     side_rows: &[Vec<u16>],
     scene: &Scene,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let Some(laws) = laws else { return Ok(()) };
     for (number, contact) in settings.contacts.iter().enumerate() {
         let keys = [("friction_max", contact.friction_max), ("scarring_drag", contact.scarring_drag)];

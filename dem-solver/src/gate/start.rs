@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::rock::{Motion, Rock};
 use crate::settings::{STRUCTURE, Settings};
 use crate::terrain::Terrain;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -107,7 +107,7 @@ fn freed(settings: &Settings, at: usize, direction: &Vector3<f64>, by: f64) -> S
 }
 
 /// Refuse rock number `at` if it starts beside all of the terrain, below it, or with its surface in it.
-pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> Result<(), InputError> {
+pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> Result<(), Diagnostic> {
     let (settings, start) = (&model.settings, StartPose::of(model, at));
     let table = &settings.rocks[at];
     let down = settings.down();
@@ -162,7 +162,7 @@ pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> 
 }
 
 /// Refuse rocks that start with their surface beyond a side of the box.
-pub fn in_box(model: &Model, scene: &Scene) -> Result<(), InputError> {
+pub fn in_box(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
     for at in 0..model.rocks.len() {
         let start = StartPose::of(model, at);
         let Some(row) = model.side_rows.get(at) else { return Ok(()) };
@@ -239,7 +239,7 @@ fn in_terrain(start: &StartPose, ground: &Terrain, motion: &Motion, down: &Vecto
 }
 
 /// Refuse rocks that start with their surface in the net, which is `contact_mesh`; what the user should know of others.
-pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Result<Vec<String>, InputError> {
+pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
     let settings = &model.settings;
     let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
     for at in 0..model.rocks.len() {

@@ -3,7 +3,7 @@
 use crate::geometry::sphere::extent;
 use crate::rock::Rock;
 use crate::settings::{GranularSettings, RockSettings, Shape, SpheresSettings};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
@@ -73,7 +73,7 @@ pub fn of_rock(
     rock: &Rock,
     table: &RockSettings,
     scene: &Scene,
-) -> Result<Vec<String>, InputError> {
+) -> Result<Vec<String>, Diagnostic> {
     let mut warnings = Vec::new();
     for found in all_of_rock(rock, table) {
         let (key, what) = (format!("rock.{at}.{}", found.key), found.what(&rock.name));
@@ -183,7 +183,7 @@ impl Measured<'_> {
 }
 
 /// Of `[[spheres]]` number `at`: refuse a density that no solid has; else what the user should know.
-pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<Option<String>, InputError> {
+pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<Option<String>, Diagnostic> {
     if let Some((what, cure)) = of_no_solid("density", group.density) {
         let what = format!("spheres `{}`: {what}", group.name);
         return Err(scene.invalid(&format!("spheres.{at}.density"), what).try_instead(cure));

@@ -1,6 +1,6 @@
 //! Lines and areas seen from above: length, area, places in them, sides that cross.
 
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use robust::{Coord, orient2d};
 
@@ -56,7 +56,7 @@ fn sides(polygon: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
 }
 
 /// Refuse an area whose sides cross, or that is none; `key` is where the scene has it.
-pub fn check_polygon(polygon: &[Point], key: &str, scene: &Scene) -> Result<(), InputError> {
+pub fn check_polygon(polygon: &[Point], key: &str, scene: &Scene) -> Result<(), Diagnostic> {
     if let Some([a, b]) = crossing(polygon) {
         let side = |k: usize| {
             let [from, to] = [polygon[k], polygon[(k + 1) % polygon.len()]];

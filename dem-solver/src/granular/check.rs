@@ -5,7 +5,7 @@ use crate::law::table::Laws;
 use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings, limits};
 use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use serde::Serialize;
@@ -24,7 +24,7 @@ struct Resolved<'a> {
 }
 
 /// Build everything of the scene, and say what it is.
-pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
+pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let solver = GranularSolver::new(scene, &Options::default())?;
     let model = solver.model();
     let (settings, steps) = (&model.settings, &model.steps);

@@ -23,7 +23,7 @@ use crate::settings::{BoxSettings, GranularSettings, RollingName, limits};
 use fields::GranularFields;
 use interface_defs::message::{Gauge, Hello, Measure, Role};
 use interface_defs::solver::OnProgress;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Fault, Plan, Ready, Solver, Statistics, Window};
@@ -76,7 +76,7 @@ pub struct GranularModel {
 
 impl GranularModel {
     /// Of a scene, and where its spheres start.
-    pub fn new(scene: &Scene) -> Result<(Self, Start), InputError> {
+    pub fn new(scene: &Scene) -> Result<(Self, Start), Diagnostic> {
         let settings = GranularSettings::of(scene)?;
         let start = Start::of(&settings.spheres, scene)?;
         let laws = Laws::new(&settings.contacts).expect("checked: there is a contact");
@@ -187,7 +187,7 @@ fn overlapping(
     start: &Start,
     contacts: usize,
     scene: &Scene,
-) -> Result<Option<String>, InputError> {
+) -> Result<Option<String>, Diagnostic> {
     let groups = &model.settings.spheres;
     let what = match contacts {
         1 => "1 pair overlaps at the start".to_owned(),
@@ -219,7 +219,7 @@ fn overlapping(
 
 impl GranularSolver {
     /// The solver of a scene.
-    pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, Diagnostic> {
         let (model, start) = GranularModel::new(scene)?;
         let mut cautions = gate::of_spheres(&model.settings, scene)?;
         let mut committed = GranularState::new(&start, model.gravity);

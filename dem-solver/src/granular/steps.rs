@@ -13,7 +13,7 @@ use crate::law::rolling::STIFFNESS;
 use crate::model::critical::{DEEP, critical};
 use crate::settings::placement::Start;
 use crate::settings::{DemSettings, GranularSettings};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Most spheres that touch one of equal size.
@@ -42,7 +42,7 @@ impl GranularSteps {
         laws: &[Law],
         springs: bool,
         scene: &Scene,
-    ) -> Result<Self, InputError> {
+    ) -> Result<Self, Diagnostic> {
         let gravity = settings.gravity.norm();
         let height = height(settings, start);
         let fastest = start.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);

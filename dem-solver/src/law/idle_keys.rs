@@ -2,11 +2,11 @@
 
 use super::normal::LawName;
 use super::settings::{ContactSettings, RollingName};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 impl ContactSettings {
     /// The other side's modulus.
-    pub(super) fn check_sides(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
+    pub(super) fn check_sides(&self, invalid: &dyn Fn(&str, String) -> Diagnostic) -> Result<(), Diagnostic> {
         match (self.partner_young, self.partner_poisson) {
             (Some(_), _) if self.young.is_none() => Err(invalid(
                 "partner_young",
@@ -28,7 +28,7 @@ impl ContactSettings {
     }
 
     /// Keys of parts that are not built.
-    pub(super) fn check_parts(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
+    pub(super) fn check_parts(&self, invalid: &dyn Fn(&str, String) -> Diagnostic) -> Result<(), Diagnostic> {
         let slides = self.friction > 0.0;
         let springs = self.rolling == Some(RollingName::Spring);
         let (grows, ploughs) = (self.friction_max.is_some(), self.scarring_drag.is_some());

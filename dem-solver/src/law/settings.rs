@@ -5,7 +5,7 @@ use super::elastic::Elastic;
 use super::normal::LawName;
 use super::own_keys::{self, Split};
 use super::presets;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -189,7 +189,7 @@ pub enum HierarchyName {
 }
 
 /// Move what tables say by the old names `wall_young` and `wall_poisson` to the new ones; a note for the user if one does.
-pub fn rename_partner(contacts: &mut [ContactSettings], scene: &Scene) -> Result<Option<String>, InputError> {
+pub fn rename_partner(contacts: &mut [ContactSettings], scene: &Scene) -> Result<Option<String>, Diagnostic> {
     let mut note = None;
     for (number, contact) in contacts.iter_mut().enumerate() {
         let names = [
@@ -237,7 +237,7 @@ impl ContactSettings {
     pub const GROUND_DENSITY: f64 = 1700.0;
 
     /// Refuse what makes no sense; this is table number `number`.
-    pub(super) fn check(&self, scene: &Scene, number: usize) -> Result<(), InputError> {
+    pub(super) fn check(&self, scene: &Scene, number: usize) -> Result<(), Diagnostic> {
         let invalid = |key: &str, what: String| scene.invalid(&format!("contact.{number}.{key}"), what);
         if let Some(name) = &self.preset {
             let known = presets::ALL.map(|preset| preset.name).join(", ");
@@ -302,7 +302,7 @@ impl ContactSettings {
     }
 
     /// What only the law knows.
-    fn check_law(&self, scene: &Scene, number: usize) -> Result<(), InputError> {
+    fn check_law(&self, scene: &Scene, number: usize) -> Result<(), Diagnostic> {
         let place = |key: &str| format!("contact.{number}.{key}");
         let invalid = |key: &str, what: String| scene.invalid(&place(key), what);
         let name = self.law.name();
@@ -352,7 +352,7 @@ impl ContactSettings {
     }
 
     /// Poisson's ratio, restitution and damping ratio.
-    fn check_numbers(&self, invalid: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
+    fn check_numbers(&self, invalid: &dyn Fn(&str, String) -> Diagnostic) -> Result<(), Diagnostic> {
         match self.poisson {
             Some(nu) if !(0.0..=0.5).contains(&nu) => {
                 return Err(invalid("poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible"))
@@ -414,7 +414,7 @@ impl ContactSettings {
 }
 
 /// Check all tables: each for itself, no pair twice, and no material that is not among `known`.
-pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) -> Result<(), InputError> {
+pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) -> Result<(), Diagnostic> {
     for (number, contact) in contacts.iter().enumerate() {
         contact.check(scene, number)?;
         let twice = contacts[..number].iter().position(|other| match (&contact.between, &other.between) {

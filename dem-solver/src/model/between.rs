@@ -4,7 +4,7 @@ use crate::contact::whole_rock::Whole;
 use crate::law::table::Laws;
 use crate::rock::Rock;
 use crate::settings::{RockSettings, Settings};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// For each rock the numbers of its laws with `surfaces`. Errs with what is missing, and what to try.
@@ -33,7 +33,7 @@ pub fn whole_rocks(
     ground_rows: &[Vec<u16>],
     rocks: &[Rock],
     scene: &Scene,
-) -> Result<Vec<Option<Whole>>, InputError> {
+) -> Result<Vec<Option<Whole>>, Diagnostic> {
     let of = |(at, rock): (usize, &Rock)| {
         let kind = |n: u16| {
             let name = laws.settings[n as usize].law;
@@ -74,7 +74,7 @@ pub struct Between {
 
 impl Between {
     /// `None` with one rock, or without any law. What no two rocks ask for is left open.
-    pub fn new(laws: Option<&Laws>, settings: &Settings, scene: &Scene) -> Result<Option<Self>, InputError> {
+    pub fn new(laws: Option<&Laws>, settings: &Settings, scene: &Scene) -> Result<Option<Self>, Diagnostic> {
         let Some(laws) = laws.filter(|_| settings.rocks.len() > 1) else { return Ok(None) };
         let mut names: Vec<&str> = Vec::new();
         // The first rock of each material, and the second.

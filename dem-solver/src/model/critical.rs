@@ -19,7 +19,7 @@ use crate::law::table::Laws;
 use crate::rock::Rock;
 use crate::settings::{DemSettings, EffectiveMass, RockSettings, RollingName, Settings};
 use crate::terrain::Terrain;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Overlap over radius beyond which contact is no small indentation.
@@ -70,7 +70,7 @@ impl Steps {
         laws: Option<&Laws>,
         ground: Option<&Terrain>,
         scene: &Scene,
-    ) -> Result<Self, InputError> {
+    ) -> Result<Self, Diagnostic> {
         let mut steps = Self {
             step: STEP_WITHOUT_CONTACT,
             critical: f64::INFINITY,

@@ -8,7 +8,7 @@ use crate::cluster::{Accuracy, kept};
 use crate::geometry::sphere::Sphere;
 use crate::settings::rock::Method;
 use crate::settings::{RockSettings, Shape};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::PathBuf;
@@ -58,7 +58,7 @@ pub struct Rock {
 impl Rock {
     /// Rock number `at` of the scene, from its table, which has been checked. Reads the files that it
     /// names and makes its spheres. The second part is what the user should know.
-    pub fn new(at: usize, settings: &RockSettings, scene: &Scene) -> Result<(Self, Vec<String>), InputError> {
+    pub fn new(at: usize, settings: &RockSettings, scene: &Scene) -> Result<(Self, Vec<String>), Diagnostic> {
         Self::with_kept(at, settings, scene, &[])
     }
 
@@ -68,8 +68,8 @@ impl Rock {
         settings: &RockSettings,
         scene: &Scene,
         more: &[PathBuf],
-    ) -> Result<(Self, Vec<String>), InputError> {
-        let refuse = |key: &str, error: InputError| {
+    ) -> Result<(Self, Vec<String>), Diagnostic> {
+        let refuse = |key: &str, error: Diagnostic| {
             scene.invalid(&format!("rock.{at}.{key}"), format!("rock `{}`: {error}", settings.name))
         };
         let (solid, mut notices) = Solid::new(&settings.shape).map_err(|e| refuse("shape", e))?;
@@ -189,7 +189,7 @@ impl Rock {
     }
 
     /// The error of its spheres against its true surface.
-    pub fn accuracy(&self, settings: &RockSettings) -> Result<Accuracy, InputError> {
+    pub fn accuracy(&self, settings: &RockSettings) -> Result<Accuracy, Diagnostic> {
         if let Some(known) = self.accuracy {
             return Ok(known);
         }

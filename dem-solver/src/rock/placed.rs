@@ -4,7 +4,7 @@ use crate::cluster::{Accuracy, Bound, MOST_SPHERES, Wish, files, kept, lattice};
 use crate::geometry::sphere::{Sphere, extent};
 use crate::settings::Cluster;
 use crate::shape::Surface;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ pub fn check_smallest(
     surface: &Surface,
     cluster: &Cluster,
     scene: &Scene,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let edges = extent(surface.points.iter().map(|p| (*p, 0.0)));
     let half = 0.5 * edges.into_iter().fold(f64::INFINITY, f64::min);
     match cluster.smallest_radius.filter(|radius| *radius > half) {
@@ -46,7 +46,7 @@ fn made(
     wish: &Wish,
     bound: &Bound,
     name: &str,
-) -> Result<(Vec<Sphere>, Option<Accuracy>), InputError> {
+) -> Result<(Vec<Sphere>, Option<Accuracy>), Diagnostic> {
     tracing::info!("rock `{name}`: making a cluster of {} spheres", wish.spheres);
     let mut printed = 0.0;
     let (spheres, accuracy) = bound.make(surface, wish, NAMED, |done| {
@@ -76,7 +76,7 @@ impl PlacedSpheres {
     }
 
     /// Equal spheres in rows that fill a box of `size` [m]; an error where that takes more than a scene may ask for.
-    pub fn lattice(size: [f64; 3], cluster: &Cluster) -> Result<Self, InputError> {
+    pub fn lattice(size: [f64; 3], cluster: &Cluster) -> Result<Self, Diagnostic> {
         let asked = cluster.spheres.unwrap_or(64);
         let lattice = lattice::lattice(size, asked, cluster.largest_error, NAMED)?;
         let took = lattice.total();
@@ -101,7 +101,7 @@ impl PlacedSpheres {
         cluster: &Cluster,
         name: &str,
         folders: &[PathBuf],
-    ) -> Result<Self, InputError> {
+    ) -> Result<Self, Diagnostic> {
         let wish = Wish {
             spheres: cluster.spheres.unwrap_or(1).clamp(1, MOST_SPHERES),
             fit: cluster.fit.unwrap_or_default(),
@@ -128,7 +128,7 @@ impl PlacedSpheres {
     }
 
     /// The spheres that `file` lists, with a notice where they do not hang together.
-    pub fn read(file: &Path) -> Result<Self, InputError> {
+    pub fn read(file: &Path) -> Result<Self, Diagnostic> {
         let spheres = files::read(file)?;
         let groups = files::groups(&spheres);
         let notice = (groups > 1).then(|| {

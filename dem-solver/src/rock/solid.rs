@@ -1,7 +1,7 @@
 //! The true solid: volume, inertia, surface. The spheres of a cluster overlap and stand only for contact.
 
 use crate::shape::{Shape, SolidIntegrals, Surface};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ pub struct Solid {
 
 impl Solid {
     /// The solid of a shape, and what was mended in its file.
-    pub fn new(shape: &Shape) -> Result<(Self, Vec<String>), InputError> {
+    pub fn new(shape: &Shape) -> Result<(Self, Vec<String>), Diagnostic> {
         let (mut drawn, notes) = shape.surface(true)?;
         let body = SolidIntegrals::of(&drawn);
         let mut solid =

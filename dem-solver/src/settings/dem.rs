@@ -2,7 +2,7 @@
 
 use crate::geometry::shared_nodes::Unshared;
 use crate::law::settings::{ContactSettings, HierarchyName};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -98,7 +98,7 @@ impl DemSettings {
     }
 
     /// Move what the table says by the old name `critical_share` to the new one; a note for the user if it does.
-    pub(super) fn rename_scale(&mut self, scene: &Scene) -> Result<Option<String>, InputError> {
+    pub(super) fn rename_scale(&mut self, scene: &Scene) -> Result<Option<String>, Diagnostic> {
         let Some(value) = self.critical_share.take() else { return Ok(None) };
         if self.time_step_scale.replace(value).is_some() {
             let what = "`critical_share` is the old name of `time_step_scale`, which the table has too";
@@ -122,7 +122,7 @@ impl DemSettings {
     }
 
     /// Refuse what makes no sense.
-    pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
+    pub(super) fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
         if let (Some(_), Some(_)) = (self.time_step, self.steps_per_contact) {
             return Err(scene
                 .invalid("dem.steps_per_contact", "time_step and steps_per_contact define one thing twice")
@@ -160,7 +160,7 @@ pub(super) fn rename_hierarchy(
     contacts: &mut [ContactSettings],
     dem: &mut DemSettings,
     scene: &Scene,
-) -> Result<Option<String>, InputError> {
+) -> Result<Option<String>, Diagnostic> {
     let Some(number) = contacts.iter().position(|contact| contact.hierarchy.is_some()) else {
         return Ok(None);
     };

@@ -17,7 +17,7 @@ pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
 
 use crate::law::settings::{check_all, rename_partner};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -53,7 +53,7 @@ pub struct Settings {
 
 impl Settings {
     /// Read and check them.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let mut rocks: Vec<RockSettings> = scene.read("rock")?.unwrap_or_default();
         if rocks.is_empty() && !scene.has("spheres") {
             return Err(scene
@@ -180,7 +180,7 @@ pub struct GranularSettings {
 
 impl GranularSettings {
     /// Read and check them.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         refuse_of_rocks(scene)?;
         let sides: Option<BoxSettings> = scene.read("box")?;
         if let Some(sides) = &sides {
@@ -221,7 +221,7 @@ pub const OF_ROCKS_IN_CONTACT: [&str; 4] = ["effective_mass", "hierarchy", "fric
 pub const OF_ROCKS_IN_DEM: [&str; 2] = ["contact_selection", "rotation"];
 
 /// Refuse beside `[[spheres]]` what rocks alone have.
-fn refuse_of_rocks(scene: &Scene) -> Result<(), InputError> {
+fn refuse_of_rocks(scene: &Scene) -> Result<(), Diagnostic> {
     let contacts: Vec<toml::Table> = scene.read("contact")?.unwrap_or_default();
     let dem: toml::Table = scene.read("dem")?.unwrap_or_default();
     let of_rocks = |table: &toml::Table| {

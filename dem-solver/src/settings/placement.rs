@@ -5,7 +5,7 @@ use super::rock::RockSettings;
 use super::spheres::SpheresSettings;
 use crate::cluster::index::SphereIndex;
 use crate::geometry::sphere::Sphere;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -67,7 +67,7 @@ fn lattice(size: &Vector3<f64>, count: usize, width: f64) -> Option<([usize; 3],
 
 impl Start {
     /// The spheres of all tables, which have been checked.
-    pub fn of(groups: &[SpheresSettings], scene: &Scene) -> Result<Self, InputError> {
+    pub fn of(groups: &[SpheresSettings], scene: &Scene) -> Result<Self, Diagnostic> {
         let mut start = Self::default();
         for (number, group) in groups.iter().enumerate() {
             start.add(number, group).map_err(|room| {
@@ -157,7 +157,7 @@ pub(super) fn as_rocks(
     groups: &[SpheresSettings],
     rocks: &mut Vec<RockSettings>,
     scene: &Scene,
-) -> Result<Vec<u16>, InputError> {
+) -> Result<Vec<u16>, Diagnostic> {
     for (number, group) in groups.iter().enumerate() {
         let known =
             rocks.iter().map(|rock| &rock.name).chain(groups[..number].iter().map(|other| &other.name));

@@ -3,7 +3,7 @@
 use crate::cluster::lattice::Lattice;
 use crate::cluster::{Fit, MOST_SPHERES};
 pub use crate::shape::Shape;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -133,7 +133,7 @@ fn no_turn() -> [f64; 4] {
 }
 
 /// Fill in names and clusters; refuse what makes no sense.
-pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), InputError> {
+pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), Diagnostic> {
     for at in 0..rocks.len() {
         let key = |name: &str| format!("rock.{at}.{name}");
         let rock = &mut rocks[at];
@@ -162,7 +162,7 @@ pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), 
     Ok(())
 }
 
-fn check_mass(rock: &RockSettings, key: &dyn Fn(&str) -> String, scene: &Scene) -> Result<(), InputError> {
+fn check_mass(rock: &RockSettings, key: &dyn Fn(&str) -> String, scene: &Scene) -> Result<(), Diagnostic> {
     match (rock.mass, rock.density) {
         (Some(_), Some(_)) => Err(scene
             .invalid(&key("density"), "mass and density together define one thing twice")
@@ -184,7 +184,7 @@ fn check_shape(
     rock: &mut RockSettings,
     key: &dyn Fn(&str) -> String,
     scene: &Scene,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     if let Err((name, what)) = rock.shape.check() {
         return Err(scene.invalid(&key(&format!("shape.{name}")), what));
     }

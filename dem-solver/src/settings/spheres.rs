@@ -3,7 +3,7 @@
 use crate::cluster::files;
 use crate::geometry::sphere::Sphere;
 use crate::input::{LARGEST, read_bytes};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -126,7 +126,7 @@ impl BoxSettings {
     }
 
     /// Refuse what makes no sense.
-    pub(super) fn check(&self, scene: &Scene) -> Result<(), InputError> {
+    pub(super) fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
         if let Some(axis) = (0..3).find(|a| self.highest[*a] <= self.lowest[*a]) {
             let (low, high) = (self.lowest[axis], self.highest[axis]);
             return Err(scene
@@ -172,7 +172,7 @@ pub(super) fn complete(
     groups: &mut [SpheresSettings],
     sides: Option<&BoxSettings>,
     scene: &Scene,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let mut total = 0_usize;
     for (at, group) in groups.iter_mut().enumerate() {
         let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
@@ -206,7 +206,7 @@ fn read(
     most: usize,
     sides: Option<&BoxSettings>,
     scene: &Scene,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
     let given = [
         ("count", group.count.is_some()),
@@ -249,7 +249,7 @@ fn place(
     before: usize,
     sides: Option<&BoxSettings>,
     scene: &Scene,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
     let absent = |key: &str, example: &str| {
         scene

@@ -5,7 +5,7 @@ use super::formats::{self, read_surface};
 use super::pieces::PieceChoice;
 use super::surface::Surface;
 use super::{builtin, hull};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -106,9 +106,9 @@ pub const NAMES: &str = "cube:EDGE, box:A,B,C (edges), sphere:RADIUS, ellipsoid:
 
 impl Shape {
     /// From a command line: one of [`NAMES`], or a file, with `scale` metres per unit.
-    pub fn parse(text: &str, scale: f64) -> Result<Self, InputError> {
+    pub fn parse(text: &str, scale: f64) -> Result<Self, Diagnostic> {
         let refuse = |what: String| {
-            InputError::in_file(text, what)
+            Diagnostic::in_file(text, what)
                 .try_instead(format!("a file ({}) or one of {NAMES}", formats::known(", ")))
         };
         let Some((name, values)) = text.split_once(':').filter(|_| !std::path::Path::new(text).exists())
@@ -193,7 +193,7 @@ impl Shape {
 
     /// Its closed surface, and what was mended in a file's. Of a sphere and an ellipsoid a polyhedron
     /// with its corners on it: a fine one, or one for pictures.
-    pub fn surface(&self, drawn: bool) -> Result<(Surface, Vec<String>), InputError> {
+    pub fn surface(&self, drawn: bool) -> Result<(Surface, Vec<String>), Diagnostic> {
         let levels = if drawn { DRAWN } else { EXACT };
         let surface = match self {
             Self::Box { size } => builtin::cuboid((*size).into()),
@@ -202,11 +202,11 @@ impl Shape {
             Self::EadBlock { size } => builtin::cut_cube(Vector3::repeat(*size)),
             Self::NormRock { form, volume } => builtin::cut_cube(form.size(*volume)),
             Self::RandomConvex { size, seed, points } => {
-                builtin::random_convex((*size).into(), *points, *seed).map_err(InputError::new)?
+                builtin::random_convex((*size).into(), *points, *seed).map_err(Diagnostic::new)?
             }
             Self::ConvexHull { points } => {
                 let points: Vec<Vector3<f64>> = points.iter().map(|p| (*p).into()).collect();
-                hull::convex(&points).map_err(InputError::new)?
+                hull::convex(&points).map_err(Diagnostic::new)?
             }
             Self::Mesh { file, scale, close_holes, piece } => {
                 let mend = Mend { close_holes: *close_holes, piece: piece.clone(), ..Mend::default() };

@@ -26,7 +26,7 @@ use crate::terrain::Terrain;
 use interface_defs::message::capability;
 use interface_defs::message::{Hello, Measure};
 use interface_defs::solver::OnProgress;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{
@@ -72,12 +72,12 @@ pub struct DemSolver {
 
 impl DemSolver {
     /// The solver of a scene.
-    pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, Diagnostic> {
         Self::with_kept(scene, options, &[])
     }
 
     /// The same; spheres of rocks that were made before are looked for beside the scene and in these folders.
-    pub fn with_kept(scene: &Scene, options: &Options, folders: &[PathBuf]) -> Result<Self, InputError> {
+    pub fn with_kept(scene: &Scene, options: &Options, folders: &[PathBuf]) -> Result<Self, Diagnostic> {
         let settings = Settings::of(scene)?;
         let rocks =
             settings.rocks.iter().enumerate().map(|(at, rock)| Rock::with_kept(at, rock, scene, folders));

@@ -10,7 +10,7 @@ use crate::model::{Model, name_of};
 use crate::rock::Rock;
 use crate::settings::{BoxSettings, Settings};
 use crate::terrain::Terrain;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -31,7 +31,7 @@ impl OnTerrain {
         rocks: &[Rock],
         ground: &mut Terrain,
         scene: &Scene,
-    ) -> Result<Self, InputError> {
+    ) -> Result<Self, Diagnostic> {
         let Some(laws) = laws else {
             let what = "there is terrain and no contact law: the rocks would fall through it";
             return Err(scene.invalid("terrain", what).try_instead("add a table [[contact]]"));
@@ -54,7 +54,7 @@ impl OnTerrain {
 }
 
 /// Refuse rocks that are in each other at the start.
-pub(super) fn are_apart(model: &Model, state: &mut State, scene: &Scene) -> Result<(), InputError> {
+pub(super) fn are_apart(model: &Model, state: &mut State, scene: &Scene) -> Result<(), Diagnostic> {
     let worst = RockStage::new(model).energy(model, state);
     let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) else { return Ok(()) };
     let what = format!(
@@ -76,7 +76,7 @@ pub(super) fn rows_with_box(
     laws: Option<&Laws>,
     settings: &Settings,
     scene: &Scene,
-) -> Result<Vec<Vec<u16>>, InputError> {
+) -> Result<Vec<Vec<u16>>, Diagnostic> {
     let Some(sides) = &settings.sides else { return Ok(Vec::new()) };
     let laws = laws.ok_or_else(|| {
         scene

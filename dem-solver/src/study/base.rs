@@ -16,7 +16,7 @@ use crate::settings::{RockSettings, Settings, Shape};
 use crate::terrain::{Terrain, system};
 use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::files;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
@@ -96,12 +96,12 @@ pub struct Base {
 
 impl Base {
     /// Read and check a study, its scene and its terrain.
-    pub fn new(file: &Scene, shortcuts: bool) -> Result<Self, InputError> {
+    pub fn new(file: &Scene, shortcuts: bool) -> Result<Self, Diagnostic> {
         Self::with_kept(file, shortcuts, &[])
     }
 
     /// The same; spheres that were made before are looked for in the folders `clusters` too.
-    pub fn with_kept(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Self, InputError> {
+    pub fn with_kept(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Self, Diagnostic> {
         let study = StudySettings::of(file)?;
         let scene = Scene::load(&file.resolve(&study.scene), &[])?;
         check_scene(&scene, file)?;
@@ -247,7 +247,7 @@ fn drawn(study: &StudySettings, at: usize) -> Vec<(String, u64)> {
     all
 }
 
-fn check_scene(scene: &Scene, file: &Scene) -> Result<(), InputError> {
+fn check_scene(scene: &Scene, file: &Scene) -> Result<(), Diagnostic> {
     let refuse = |what: &str, cure: &str| {
         Err(file.invalid("scene", format!("{}: {what}", scene.path().display())).try_instead(cure))
     };
@@ -291,7 +291,7 @@ fn prototypes(
     scene: &Scene,
     mut model: Model,
     clusters: &[PathBuf],
-) -> Result<Vec<Prototype>, InputError> {
+) -> Result<Vec<Prototype>, Diagnostic> {
     let shapes = study.variables.iter().find(|v| v.quantity == Quantity::Shape);
     let whole = model.wholes.pop().flatten().is_some();
     let own = model.rocks.pop().zip(model.settings.rocks.pop());
@@ -316,7 +316,7 @@ fn prototypes(
 }
 
 /// Refuse a mass that nothing turns into a volume.
-fn check_masses(study: &StudySettings, prototypes: &[Prototype], file: &Scene) -> Result<(), InputError> {
+fn check_masses(study: &StudySettings, prototypes: &[Prototype], file: &Scene) -> Result<(), Diagnostic> {
     let dense = study.varies(Quantity::Density) || prototypes[0].table.density.is_some();
     for (quantity, name) in [(Quantity::Mass, "mass"), (Quantity::Volume, "volume")] {
         if study.varies(quantity) && !dense {
@@ -332,7 +332,7 @@ fn check_masses(study: &StudySettings, prototypes: &[Prototype], file: &Scene) -
 }
 
 /// The cells of the maps.
-fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<Grid>, InputError> {
+fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<Grid>, Diagnostic> {
     let Some(maps) = &study.maps else { return Ok(None) };
     let size = ground.highest - ground.lowest;
     if let Some(cell) = maps.cell.filter(|cell| (size.x / cell + 1.0) * (size.y / cell + 1.0) > grid::MOST) {
@@ -353,7 +353,7 @@ fn check_layers(
     settings: &Settings,
     scene: &Scene,
     file: &Scene,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let own = settings.terrain.as_ref().and_then(|terrain| system::of_file(&scene.resolve(&terrain.file)));
     let named = study.maps.as_ref().and_then(|maps| maps.epsg);
     let own = own.map(u32::from).or(named);
@@ -387,7 +387,7 @@ fn guess([x, y]: [f64; 2], low: &Vector3<f64>, high: &Vector3<f64>) -> String {
 }
 
 /// Refuse lines that lie beside all of the terrain.
-fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), InputError> {
+fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), Diagnostic> {
     let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
     for (at, line) in study.lines.iter().enumerate() {
         let beside = |axis: usize| {
@@ -404,7 +404,7 @@ fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<
 }
 
 /// Refuse places without ground.
-fn check_places(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), InputError> {
+fn check_places(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), Diagnostic> {
     let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
     for (at, release) in study.releases.iter().enumerate() {
         let place = release.place();

@@ -17,7 +17,7 @@ use interface_defs::ipc::serve::peak_memory;
 use interface_defs::toolkit::arguments::{EnsembleArguments, MemberRange};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::files;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::program::Extra;
 use interface_defs::toolkit::progress::{Line, Reporter};
@@ -117,9 +117,9 @@ struct Study<'a> {
     threads: usize,
 }
 
-fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
+fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     let arguments =
-        EnsembleArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+        EnsembleArguments::from_arg_matches(matches).map_err(|e| Diagnostic::new(e.to_string()))?;
     let (sets, of_barrier) = arguments.sets()?;
     let file = Scene::load_as(&STUDY, &arguments.study, &sets)?;
     if let Some(count) = arguments.chunks {
@@ -141,7 +141,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     {
         let what =
             format!("{}..{}: the members of this study are 1..{}", range.first, range.last, base.members());
-        return Err(InputError::in_file("--members", what));
+        return Err(Diagnostic::in_file("--members", what));
     }
     if !arguments.quiet {
         base.warnings.iter().for_each(|warning| tracing::warn!("{}", base.scene.placed(warning)));
@@ -151,7 +151,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
     if arguments.site.is_some() {
         // Started by `rockfall`: nothing goes on without it, so that the same command again finds the directory free.
         let watched = interrupt::end_with_parent();
-        watched.map_err(|e| InputError::new(format!("the end of rockfall cannot be watched: {e}")))?;
+        watched.map_err(|e| Diagnostic::new(format!("the end of rockfall cannot be watched: {e}")))?;
     }
     if let Some(number) = arguments.scene_of {
         return study.one_scene(number);
@@ -164,36 +164,36 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
 
 impl Study<'_> {
     /// Write the scene of one member, with the barrier where one is named.
-    fn one_scene(&self, number: u64) -> Result<Exit, InputError> {
+    fn one_scene(&self, number: u64) -> Result<Exit, Diagnostic> {
         let base = self.base;
         if number > base.members() {
             let what = format!("{number}: the members of this study are 1..{}", base.members());
-            return Err(InputError::in_file("--scene-of", what));
+            return Err(Diagnostic::in_file("--scene-of", what));
         }
         let text = match self.barrier {
             Some(barrier) => worst::scene_of_one(base, barrier, number)?,
             None => {
                 let member = base.member(number);
                 let body = toml::to_string(&base.scene_of(&member)?);
-                base.head(&member, "") + &body.map_err(|e| InputError::new(e.to_string()))?
+                base.head(&member, "") + &body.map_err(|e| Diagnostic::new(e.to_string()))?
             }
         };
         match &self.arguments.output {
             None => show(&text),
             Some(path) => files::write(path, text.as_bytes()).map_err(|e| {
-                InputError::in_file(path.display().to_string(), format!("cannot be written: {e}"))
+                Diagnostic::in_file(path.display().to_string(), format!("cannot be written: {e}"))
             })?,
         }
         Ok(Exit::Done)
     }
 
     /// Make the directory that of this study.
-    fn begin(&self, file: &Scene) -> Result<(), InputError> {
+    fn begin(&self, file: &Scene) -> Result<(), Diagnostic> {
         self.directory.begin(self.base, file).map_err(|e| self.of_another(e))
     }
 
     /// What to try where the directory holds another study.
-    fn of_another(&self, e: InputError) -> InputError {
+    fn of_another(&self, e: Diagnostic) -> Diagnostic {
         match self.barrier {
             Some(_) => e.try_instead(
                 "a study that was computed without the line of the barrier holds no rock that crosses it: choose another directory \
@@ -216,12 +216,12 @@ impl Study<'_> {
         }
     }
 
-    fn fault(&self, what: impl std::fmt::Display) -> InputError {
-        InputError::in_file(self.directory.place().display().to_string(), what.to_string())
+    fn fault(&self, what: impl std::fmt::Display) -> Diagnostic {
+        Diagnostic::in_file(self.directory.place().display().to_string(), what.to_string())
     }
 
     /// The members from `first` to `last` into a file of their own, which gets its name when it is complete.
-    fn chunk(&self, first: u64, last: u64, file: &Scene) -> Result<Exit, InputError> {
+    fn chunk(&self, first: u64, last: u64, file: &Scene) -> Result<Exit, Diagnostic> {
         self.begin(file)?;
         let [done, part] = self.directory.chunk(first, last);
         let (mut journal, found) = match self.claim(&done, &part)? {
@@ -255,7 +255,7 @@ impl Study<'_> {
 
     /// The journal of a chunk. An engine that has lost sight of a task gives it out again while the first one is still at work:
     /// the second one waits for the first, whose lock ends with its process. How long a task may take is the engine's to say.
-    fn claim(&self, done: &Path, part: &Path) -> Result<Claimed, InputError> {
+    fn claim(&self, done: &Path, part: &Path) -> Result<Claimed, Diagnostic> {
         let mut announced = false;
         while !done.exists() {
             match Journal::open(part, &self.base.fingerprint) {
@@ -271,14 +271,14 @@ impl Study<'_> {
                     }
                     std::thread::sleep(LOOK);
                 }
-                Err(refused) => return Err(InputError::new(refused.words(part))),
+                Err(refused) => return Err(Diagnostic::new(refused.words(part))),
             }
         }
         Ok(Claimed::Done)
     }
 
     /// All members that no file has yet, then the results of all.
-    fn whole(&self, file: &Scene) -> Result<Exit, InputError> {
+    fn whole(&self, file: &Scene) -> Result<Exit, Diagnostic> {
         let EnsembleArguments { force, resume, .. } = *self.arguments;
         if self.directory.has_begun() && !force && !resume {
             return Err(self.fault("this directory holds a study that has begun already").try_instead(
@@ -329,11 +329,11 @@ impl Study<'_> {
     }
 
     /// The journal, and all members that are computed already.
-    fn open(&self, file: &Scene) -> Result<(Journal, Index), InputError> {
+    fn open(&self, file: &Scene) -> Result<(Journal, Index), Diagnostic> {
         self.begin(file)?;
         let main = self.directory.main();
         let (journal, found) = Journal::open(&main, &self.base.fingerprint).map_err(|refused| {
-            InputError::new(refused.words(&main)).try_instead("begin anew with --force")
+            Diagnostic::new(refused.words(&main)).try_instead("begin anew with --force")
         })?;
         Ok((journal, self.directory.index(self.base, &found)?))
     }
@@ -377,7 +377,7 @@ impl Study<'_> {
     }
 
     /// Write what follows from all members, and say how it went.
-    fn finish(&self, index: &Index, owner: &Owner, work: &Work) -> Result<Exit, InputError> {
+    fn finish(&self, index: &Index, owner: &Owner, work: &Work) -> Result<Exit, Diagnostic> {
         let mut numbers = Numbers::default();
         let mut all = |each: &mut dyn FnMut(&Record) -> io::Result<()>| self.each(index, each);
         let mut comings = self.barrier.map(|barrier| Comings::new(self.base, barrier));

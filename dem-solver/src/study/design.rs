@@ -5,7 +5,7 @@
 
 use super::gate;
 use crate::gate::units::short;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -119,7 +119,7 @@ struct Bounds {
 
 impl Bounds {
     /// Refuse `value` at `key` of the design, or say what is to be doubted.
-    fn check(&self, value: f64, key: &str, study: &Scene) -> Result<Option<String>, InputError> {
+    fn check(&self, value: f64, key: &str, study: &Scene) -> Result<Option<String>, Diagnostic> {
         let Self { name, unit, possible, usual, why, units } = self;
         let key = format!("{key}.{name}");
         if value <= 0.0 {
@@ -184,7 +184,7 @@ const FREE_BORDER: Bounds = length("free_border", [0.5, 5.0], 30.0, "free border
 
 impl Design {
     /// Refuse what no one can mean, and say what is to be doubted; `key` is that of the table.
-    pub fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, InputError> {
+    pub fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, Diagnostic> {
         if self.uni_11211_4.is_none() && self.onr_24810.is_none() {
             let what = "no standard says what the barrier must be able to do";
             return Err(study
@@ -222,13 +222,13 @@ impl Design {
 }
 
 /// The numbers that are there, each within its bounds.
-fn check_all(all: &[(&Bounds, Option<f64>)], key: &str, study: &Scene) -> Result<Vec<String>, InputError> {
+fn check_all(all: &[(&Bounds, Option<f64>)], key: &str, study: &Scene) -> Result<Vec<String>, Diagnostic> {
     let each = all.iter().filter_map(|(bounds, value)| bounds.check((*value)?, key, study).transpose());
     each.collect()
 }
 
 impl Uni {
-    fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, InputError> {
+    fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, Diagnostic> {
         if self.free_border < 0.5 {
             let what = format!("free_border = {} m: UNI 11211-4 asks for 0.5 m at least", self.free_border);
             return Err(study.invalid(&format!("{key}.free_border"), what));
@@ -252,7 +252,7 @@ impl Uni {
 }
 
 impl Onr {
-    fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, InputError> {
+    fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, Diagnostic> {
         for (name, value) in
             [("energy_quantile", self.energy_quantile), ("height_quantile", self.height_quantile)]
         {

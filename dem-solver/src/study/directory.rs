@@ -10,7 +10,7 @@ use super::journal::{Found, Records, Refused, complete};
 use super::record::Record;
 use super::results;
 use interface_defs::toolkit::files;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::run_dir::{CLUSTERS, SCENE, SUMMARY};
 use interface_defs::toolkit::scene::Scene;
 use std::io;
@@ -68,8 +68,8 @@ impl Directory {
         [DONE, PART].map(|end| self.dir.join(CHUNKS).join(format!("{first:08}-{last:08}.{end}")))
     }
 
-    fn fault(&self, what: impl std::fmt::Display) -> InputError {
-        InputError::in_file(self.dir.display().to_string(), what.to_string())
+    fn fault(&self, what: impl std::fmt::Display) -> Diagnostic {
+        Diagnostic::in_file(self.dir.display().to_string(), what.to_string())
     }
 
     /// Whether a run over all members has begun here.
@@ -78,7 +78,7 @@ impl Directory {
     }
 
     /// Whether this study has begun here; another one is refused. Nothing is changed.
-    pub fn holds(&self, base: &Base, file: &Scene) -> Result<bool, InputError> {
+    pub fn holds(&self, base: &Base, file: &Scene) -> Result<bool, Diagnostic> {
         let Ok(text) = std::fs::read_to_string(self.path(RECORD)) else { return Ok(false) };
         let known: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
         if known["fingerprint"].as_str() == Some(&base.fingerprint) {
@@ -91,7 +91,7 @@ impl Directory {
     }
 
     /// Make the directory that of this study, or find that it is another's.
-    pub fn begin(&self, base: &Base, file: &Scene) -> Result<(), InputError> {
+    pub fn begin(&self, base: &Base, file: &Scene) -> Result<(), Diagnostic> {
         let unwritable = |e: io::Error| self.fault(format!("no results can be written here: {e}"));
         let known = self.holds(base, file)?;
         std::fs::create_dir_all(self.dir.join(CHUNKS)).map_err(unwritable)?;
@@ -132,7 +132,7 @@ impl Directory {
     }
 
     /// All records of complete chunks and of the journal, whose records are `own`.
-    pub fn index(&self, base: &Base, own: &[Found]) -> Result<Index, InputError> {
+    pub fn index(&self, base: &Base, own: &[Found]) -> Result<Index, Diagnostic> {
         let mut index = Index { files: vec![self.main()], places: vec![None; base.members() as usize] };
         index.take(0, own);
         let entries = std::fs::read_dir(self.dir.join(CHUNKS)).map_err(|e| self.fault(e))?;
@@ -141,7 +141,7 @@ impl Directory {
         chunks.sort();
         for path in chunks {
             let found = complete(&path, &base.fingerprint).map_err(|refused: Refused| {
-                InputError::new(refused.words(&path)).try_instead("remove it, or begin anew with --force")
+                Diagnostic::new(refused.words(&path)).try_instead("remove it, or begin anew with --force")
             })?;
             index.files.push(path);
             index.take(index.files.len() as u32 - 1, &found);

@@ -4,7 +4,7 @@
 //! values lie between median / factor and median * factor), `{ choice = [a, b], weights = [2, 1] }`, or one value. The two
 //! normal ones are cut at three deviations, or `within = [low, high]`. `levels = n`: values of a full factorial.
 
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema, json_schema};
@@ -95,7 +95,7 @@ impl Distribution {
     }
 
     /// From the value at `key` of a study.
-    pub fn of(value: &toml::Value, key: &str, study: &Scene) -> Result<Self, InputError> {
+    pub fn of(value: &toml::Value, key: &str, study: &Scene) -> Result<Self, Diagnostic> {
         if !value.is_table() {
             return Ok(Self { form: Form::Choice(vec![value.clone()], vec![1.0]), levels: 1 });
         }

@@ -11,7 +11,7 @@ use crate::gate::contacts::of_contact;
 use crate::gate::units::{Found, all_of_rock, in_litres, short};
 use crate::geometry::plan;
 use crate::settings::Settings;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
@@ -26,7 +26,7 @@ const QUARTER: f64 = FRAC_PI_2 + 0.01;
 const PIECES: u32 = 1000;
 
 /// What the user should look at twice, with its place; errs where no one can mean it.
-pub fn check(base: &Base, file: &Scene) -> Result<Vec<String>, InputError> {
+pub fn check(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
     let mut said = of_keys(base, file)?;
     said.extend(of_rocks(base, file)?);
     for variable in &base.study.variables {
@@ -48,7 +48,7 @@ pub fn warning(file: &Scene, key: &str, what: String) -> String {
 }
 
 /// Refuse keys of the scene that do not exist, and values at the ends of their distributions that it refuses; say what it doubts.
-fn of_keys(base: &Base, file: &Scene) -> Result<Vec<String>, InputError> {
+fn of_keys(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
     let keys: Vec<&Variable> = base.study.variables.iter().filter(|v| v.quantity == Quantity::Key).collect();
     let mut said = BTreeSet::new();
     for end in [0, 1] {
@@ -120,7 +120,7 @@ impl OfStudy<'_> {
 }
 
 /// Rocks at the ends of their sizes, densities, speeds and spins, by the checks of a scene.
-fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<String>, InputError> {
+fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
     let study = &base.study;
     let (mut said, mut keys) = (Vec::new(), BTreeSet::new());
     let ends = [[true, true], [true, false], [false, true], [false, false]];
@@ -256,7 +256,7 @@ const DEGREES: [u32; 22] = [
 ];
 
 /// The code of the maps: one that is possible, in metres, and that of the terrain.
-fn of_system(base: &Base, file: &Scene) -> Result<Option<String>, InputError> {
+fn of_system(base: &Base, file: &Scene) -> Result<Option<String>, Diagnostic> {
     let Some(code) = base.study.maps.as_ref().and_then(|maps| maps.epsg) else { return Ok(None) };
     let refuse = |what: String, cure: &str| Err(file.invalid("maps.epsg", what).try_instead(cure));
     if !(CODES[0]..=CODES[1]).contains(&code) {

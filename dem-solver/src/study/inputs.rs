@@ -1,14 +1,14 @@
 //! What a study was computed from, and what of it has changed since.
 
 use super::base::Base;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::input_file::{hash, named_files, with_absolute_files};
 use interface_defs::toolkit::scene::Scene;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
 /// What `base` is computed from: program, every `--set`, and the hashes of all files that are read, by path.
-pub fn record(base: &Base, file: &Scene) -> Result<Value, InputError> {
+pub fn record(base: &Base, file: &Scene) -> Result<Value, Diagnostic> {
     let mut inputs = Map::new();
     for scene in [file, &base.scene] {
         let mut table = scene.document()?;
@@ -17,7 +17,7 @@ pub fn record(base: &Base, file: &Scene) -> Result<Value, InputError> {
         for path in named_files(&table).into_iter().chain(barrier.map(absolute)) {
             let name = path.display().to_string();
             let bytes = std::fs::read(&path)
-                .map_err(|e| InputError::in_file(name.as_str(), format!("the file cannot be read: {e}")))?;
+                .map_err(|e| Diagnostic::in_file(name.as_str(), format!("the file cannot be read: {e}")))?;
             inputs.insert(name, hash(&bytes).into());
         }
         // As it was read.

@@ -4,14 +4,14 @@ use super::base::{Base, put_shape, rock_of};
 use super::member::{Member, put};
 use super::settings::Quantity;
 use crate::settings::RockSettings;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::input_file::with_absolute_files;
 use toml::{Table, Value};
 
 impl Base {
     /// The scene of a member from its start, with absolute paths. Errs with what is wrong with the member.
-    pub fn scene_of(&self, member: &Member) -> Result<Table, InputError> {
-        let fault = |what: String| InputError::new(format!("member {}: {what}", member.number));
+    pub fn scene_of(&self, member: &Member) -> Result<Table, Diagnostic> {
+        let fault = |what: String| Diagnostic::new(format!("member {}: {what}", member.number));
         let model = self.model(member, None).map_err(fault)?;
         let mut document = self.document.clone();
         for (variable, value) in self.study.variables.iter().zip(&member.values) {

@@ -5,7 +5,7 @@ use super::vary::variables;
 pub use super::vary::{Quantity, Variable};
 use crate::geometry::plan;
 use interface_defs::toolkit::coordinates::{Coordinates, Form};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::{Kind, Scene};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -83,7 +83,7 @@ impl<'a> Place<'a> {
 
 impl Release {
     /// With the points of its files in their place.
-    fn read(&mut self, key: &str, study: &Scene) -> Result<(), InputError> {
+    fn read(&mut self, key: &str, study: &Scene) -> Result<(), Diagnostic> {
         for (name, form, all) in [
             ("points", Form::Points, &mut self.points),
             ("line", Form::Line, &mut self.line),
@@ -170,7 +170,7 @@ const MOST: u64 = 10_000_000;
 
 impl StudySettings {
     /// Read and check them.
-    pub fn of(study: &Scene) -> Result<Self, InputError> {
+    pub fn of(study: &Scene) -> Result<Self, Diagnostic> {
         let scene: Option<PathBuf> = study.read("scene")?;
         let scene = scene.ok_or_else(|| {
             study
@@ -236,7 +236,7 @@ impl StudySettings {
         self.variables.iter().any(|v| v.quantity == quantity)
     }
 
-    fn check(&self, study: &Scene) -> Result<(), InputError> {
+    fn check(&self, study: &Scene) -> Result<(), Diagnostic> {
         let members = self.members();
         if members > MOST {
             let what = format!("{members} members: up to {MOST} are possible");
@@ -264,7 +264,7 @@ impl StudySettings {
 }
 
 /// The lines, with the points of their files in their place.
-pub fn read_lines(study: &Scene) -> Result<Vec<ScreenLine>, InputError> {
+pub fn read_lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
     let mut lines: Vec<ScreenLine> = study.read("line")?.unwrap_or_default();
     for (at, line) in lines.iter_mut().enumerate() {
         line.points = line.points.read(Form::Line, &format!("line.{at}.points"), study)?;
@@ -273,7 +273,7 @@ pub fn read_lines(study: &Scene) -> Result<Vec<ScreenLine>, InputError> {
 }
 
 /// The lines, each with a name of its own.
-fn lines(study: &Scene) -> Result<Vec<ScreenLine>, InputError> {
+fn lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
     let mut lines = read_lines(study)?;
     for at in 0..lines.len() {
         let line = &mut lines[at];
@@ -298,7 +298,7 @@ fn lines(study: &Scene) -> Result<Vec<ScreenLine>, InputError> {
     Ok(lines)
 }
 
-fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), InputError> {
+fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Diagnostic> {
     let key = |name: &str| format!("release.{at}.{name}");
     let forms = [release.points.is_some(), release.line.is_some(), release.polygon.is_some()];
     if forms.iter().filter(|there| **there).count() != 1 {

@@ -1,7 +1,7 @@
 //! `[vary]`: which quantities of the rock and which keys of the scene differ from member to member.
 
 use super::distribution::{Distribution, Spread};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde_json::{Map, Value};
@@ -114,7 +114,7 @@ const SHARED: [&str; 11] = [
 ];
 
 /// What `[vary]` says, and whether the orientation is any.
-pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), InputError> {
+pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), Diagnostic> {
     let table: toml::Table = study.read("vary")?.unwrap_or_default();
     let (mut found, mut turned) = (Vec::new(), false);
     for (name, value) in &table {
@@ -153,7 +153,7 @@ fn keys_below(
     value: &toml::Value,
     study: &Scene,
     found: &mut Vec<Variable>,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     if let Some(table) = value.as_table().filter(|_| !Distribution::is_one(value)) {
         return table
             .iter()
@@ -183,7 +183,7 @@ fn check_quantity(
     distribution: &Distribution,
     key: &str,
     study: &Scene,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     if quantity == Quantity::Shape {
         let tables = distribution.values().is_some_and(|v| v.iter().all(toml::Value::is_table));
         return if tables {

@@ -9,7 +9,7 @@ use super::system;
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::ground::GroundArguments;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Extra;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::screen::show;
@@ -29,13 +29,13 @@ fn command() -> clap::Command {
     )
 }
 
-fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
-    let arguments = GroundArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
+    let arguments = GroundArguments::from_arg_matches(matches).map_err(|e| Diagnostic::new(e.to_string()))?;
     let scene = arguments.input.load()?;
     let raster = around(&scene, &arguments)?;
     raster.write_asc(&arguments.output).map_err(|e| {
         let file = arguments.output.display().to_string();
-        InputError::in_file(file, format!("the heights cannot be written: {e}"))
+        Diagnostic::in_file(file, format!("the heights cannot be written: {e}"))
     })?;
     let [columns, rows] = raster.counts;
     show(&format!(
@@ -47,14 +47,14 @@ fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
 }
 
 /// Heights of the terrain of `scene` around the line of `arguments`, NaN where there is no terrain.
-pub fn around(scene: &Scene, arguments: &GroundArguments) -> Result<Raster, InputError> {
+pub fn around(scene: &Scene, arguments: &GroundArguments) -> Result<Raster, Diagnostic> {
     let fault = |what: String| match &arguments.key {
         Some(key) => scene.invalid(key, what),
-        None => InputError::in_file("--line", what),
+        None => Diagnostic::in_file("--line", what),
     };
     for (name, value) in [("--margin", arguments.margin), ("--cell", arguments.cell)] {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(InputError::in_file(name, format!("{value} m: it must be a finite number above 0")));
+            return Err(Diagnostic::in_file(name, format!("{value} m: it must be a finite number above 0")));
         }
     }
     let (points, rest) = arguments.line.as_chunks::<2>();

@@ -30,7 +30,7 @@ pub mod zones;
 use crate::geometry::box_tree::{Bounds, BoxTree, morton_order};
 use crate::geometry::shared_nodes::{Unshared, first_fault};
 use forest::Forest;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use settings::TerrainSettings;
@@ -64,14 +64,14 @@ pub struct Terrain {
 
 impl Terrain {
     /// That of a scene: read, cut, joined with its zones.
-    pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Self, Diagnostic> {
         let relief = triangulation::of(scene, settings)?;
         settings.check_layers(scene)?;
         let zones = zones::Zones::of(scene, settings, &relief.origin)?;
         let mut ground = Self::new(relief);
         if ground.triangles.is_empty() {
             let file = scene.resolve(&settings.file).display().to_string();
-            return Err(InputError::in_file(file, "the terrain has no triangle with an area"));
+            return Err(Diagnostic::in_file(file, "the terrain has no triangle with an area"));
         }
         ground.materials = zones.materials().to_vec();
         ground.forests = zones.forests().to_vec();

@@ -4,7 +4,7 @@ use super::forest;
 use super::formats::{self, Holds};
 use super::system;
 use interface_defs::toolkit::coordinates::{Coordinates, Form};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -108,7 +108,7 @@ fn plant(
     place: &str,
     (name, drag, height): (Option<ForestName>, &mut Option<f64>, &mut Option<f64>),
     scene: &Scene,
-) -> Result<Option<String>, InputError> {
+) -> Result<Option<String>, Diagnostic> {
     for (key, value) in [("forest_drag", &*drag), ("forest_height", &*height)] {
         if let Some(v) = value.filter(|v| *v <= 0.0) {
             return Err(scene.invalid(&format!("{place}.{key}"), format!("{key} = {v}: it must lie above 0")));
@@ -173,7 +173,7 @@ impl TerrainSettings {
     }
 
     /// Those of a scene, with the corners of zones that are in files in their place, checked.
-    pub fn of(scene: &Scene) -> Result<Option<Self>, InputError> {
+    pub fn of(scene: &Scene) -> Result<Option<Self>, Diagnostic> {
         let Some(mut settings) = scene.read::<Self>("terrain")? else { return Ok(None) };
         for (i, zone) in settings.zone.iter_mut().enumerate() {
             if let Some(polygon) = &mut zone.polygon {
@@ -185,7 +185,7 @@ impl TerrainSettings {
     }
 
     /// Refuse zones of a layer in another coordinate system than the terrain's file names.
-    pub fn check_layers(&self, scene: &Scene) -> Result<(), InputError> {
+    pub fn check_layers(&self, scene: &Scene) -> Result<(), Diagnostic> {
         let own = system::of_file(&scene.resolve(&self.file)).map(u32::from);
         for (i, zone) in self.zone.iter().enumerate() {
             if let Some(polygon) = &zone.polygon {
@@ -196,7 +196,7 @@ impl TerrainSettings {
     }
 
     /// Fill in what the names of forests stand for; what the user must know of them.
-    pub fn plant(&mut self, scene: &Scene) -> Result<Vec<String>, InputError> {
+    pub fn plant(&mut self, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
         let own = (self.forest, &mut self.forest_drag, &mut self.forest_height);
         let mut notes: Vec<String> = plant("terrain", own, scene)?.into_iter().collect();
         for (i, zone) in self.zone.iter_mut().enumerate() {
@@ -207,7 +207,7 @@ impl TerrainSettings {
     }
 
     /// Refuse keys that the file leaves without use.
-    fn check_use(&self, scene: &Scene) -> Result<(), InputError> {
+    fn check_use(&self, scene: &Scene) -> Result<(), Diagnostic> {
         let holds = formats::kind(&self.file);
         let raster = holds == Some(Holds::Raster);
         let classified = holds == Some(Holds::ClassifiedPoints);
@@ -229,7 +229,7 @@ impl TerrainSettings {
     }
 
     /// Refuse what makes no sense.
-    pub fn check(&self, scene: &Scene) -> Result<(), InputError> {
+    pub fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
         for (key, value) in [
             ("rest_speed", Some(self.rest_speed)),
             ("rest_time", Some(self.rest_time)),

@@ -3,7 +3,7 @@
 use super::formats::{self, Content};
 use super::raster::Raster;
 use super::settings::{NoData, TerrainSettings};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
@@ -22,7 +22,7 @@ pub struct Triangulated {
 }
 
 /// Read the terrain of a scene.
-pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Triangulated, InputError> {
+pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Triangulated, Diagnostic> {
     let path = scene.resolve(&settings.file);
     match formats::terrain(&path, &settings.classes, settings.nodata_value)? {
         Content::Raster(raster) => from_raster(&raster, settings.nodata, &path.display().to_string()),
@@ -53,14 +53,14 @@ fn middle(lowest: Vector3<f64>, highest: Vector3<f64>) -> Vector3<f64> {
 
 /// Two triangles in each cell, cut along the diagonal whose ends are nearer in height: ridges and
 /// gullies stay sharp.
-pub fn from_raster(raster: &Raster, nodata: NoData, file: &str) -> Result<Triangulated, InputError> {
+pub fn from_raster(raster: &Raster, nodata: NoData, file: &str) -> Result<Triangulated, Diagnostic> {
     let [columns, rows] = raster.counts;
     let missing = raster.heights.iter().filter(|z| z.is_nan()).count();
     let mut notices = Vec::new();
     if missing > 0 {
         if nodata == NoData::Refuse {
             let first = raster.heights.iter().position(|z| z.is_nan()).unwrap_or(0);
-            return Err(InputError::in_file(
+            return Err(Diagnostic::in_file(
                 file,
                 format!(
                     "{missing} of {} cells have no height, the first in row {} from the north and column {}",
@@ -138,7 +138,7 @@ pub fn from_points(
     points: &[[f64; 3]],
     longest: Option<f64>,
     file: &str,
-) -> Result<Triangulated, InputError> {
+) -> Result<Triangulated, Diagnostic> {
     let (origin, mut nodes) = localise(points.iter().map(|p| Vector3::from(*p)).collect());
     let before = nodes.len();
     nodes.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(b.z.total_cmp(&a.z)));
@@ -157,7 +157,7 @@ pub fn from_points(
     };
     let spots: Vec<Spot> = nodes.iter().enumerate().map(spot).collect();
     let mesh = DelaunayTriangulation::<Spot>::bulk_load_stable(spots)
-        .map_err(|e| InputError::in_file(file, format!("the points cannot be joined to triangles: {e}")))?;
+        .map_err(|e| Diagnostic::in_file(file, format!("the points cannot be joined to triangles: {e}")))?;
     let mut triangles: Vec<[u32; 3]> =
         mesh.inner_faces().map(|face| face.vertices().map(|v| v.data().number)).collect();
     if let Some(longest) = longest {
@@ -165,7 +165,7 @@ pub fn from_points(
         triangles.retain(|&[a, b, c]| edge(a, b).max(edge(b, c)).max(edge(c, a)) <= longest);
     }
     if triangles.is_empty() {
-        return Err(InputError::in_file(
+        return Err(Diagnostic::in_file(
             file,
             format!("{} points that span no surface: three that are not in line are needed", nodes.len()),
         ));

@@ -5,7 +5,7 @@ use super::formats;
 use super::raster::Raster;
 use super::settings::TerrainSettings;
 use crate::geometry::plan;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -27,7 +27,7 @@ pub fn check_polygons(
     settings: &TerrainSettings,
     low: &Vector3<f64>,
     high: &Vector3<f64>,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     for (number, zone) in settings.zone.iter().enumerate() {
         let Some(corners) = zone.polygon.as_deref() else { continue };
         let key = format!("terrain.zone.{number}.polygon");
@@ -53,7 +53,7 @@ pub fn check_polygons(
 
 impl Zones {
     /// Those of a scene whose terrain has the origin `origin`.
-    pub fn of(scene: &Scene, settings: &TerrainSettings, origin: &Vector3<f64>) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene, settings: &TerrainSettings, origin: &Vector3<f64>) -> Result<Self, Diagnostic> {
         let (materials, forests) = (vec![settings.material.clone()], vec![Forest::of_terrain(settings)]);
         let mut zones = Self { materials, forests, ..Self::default() };
         for (number, zone) in settings.zone.iter().enumerate() {
@@ -86,7 +86,7 @@ impl Zones {
         &self,
         scene: &Scene,
         middles: impl Fn() -> I,
-    ) -> Result<(), InputError> {
+    ) -> Result<(), Diagnostic> {
         for (corners, _, number) in &self.polygons {
             if !middles().any(|middle| contains(corners, middle.x, middle.y)) {
                 let what = "it covers nothing: no triangle of the terrain has its middle in it, by which it belongs to a zone or not";

@@ -1,7 +1,7 @@
 //! `[fem]`: how the structure is advanced in time.
 
 use crate::read::bounds::positive;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -79,7 +79,7 @@ impl LoadSteps {
         self.shortest.unwrap_or(SHORTEST_STEP * self.first)
     }
 
-    fn check(&self, scene: &Scene, fem: &FemConfig) -> Result<(), InputError> {
+    fn check(&self, scene: &Scene, fem: &FemConfig) -> Result<(), Diagnostic> {
         let key = "fem.load_steps";
         if fem.integrator != Integrator::Static {
             let what = format!("load_steps are for static, not for {}", fem.integrator.name());
@@ -166,7 +166,7 @@ impl NewtonConfig {
 
 impl FemConfig {
     /// Refuse numbers out of range, and parameters of an integrator that is not chosen.
-    pub fn check(&self, scene: &Scene) -> Result<(), InputError> {
+    pub fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
         if let Some(step) = self.time_step {
             positive(scene, "fem.time_step", step, "s")?;
         }
@@ -220,7 +220,7 @@ impl FemConfig {
         value: Option<f64>,
         of: Integrator,
         range: std::ops::RangeInclusive<f64>,
-    ) -> Result<(), InputError> {
+    ) -> Result<(), Diagnostic> {
         let Some(value) = value else { return Ok(()) };
         let key = format!("fem.{name}");
         if self.integrator != of {

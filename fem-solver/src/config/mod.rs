@@ -12,7 +12,7 @@ pub use fem::{FemConfig, Integrator, NewtonConfig};
 pub use gauge::{GaugeConfig, Quantity};
 pub use structure::StructureConfig;
 
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Everything that a scene says to this program.
@@ -30,7 +30,7 @@ pub struct Config {
 
 impl Config {
     /// Read and check the tables; the numbers in them that only a model can judge are judged there.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let structure: StructureConfig = scene.read("structure")?.ok_or_else(|| {
             scene
                 .invalid("structure", "the scene has no table [structure]: there is nothing to build")

@@ -8,7 +8,7 @@ use super::{Answer, Element, Energy};
 use crate::element::Slack;
 use crate::element::material::{HISTORY, Law};
 use crate::read::mesh::Kind;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 
 /// A brake, or any two-node device with a force `N(l - L)` along its line.
@@ -172,7 +172,7 @@ part! {
 impl BrakePart {
     /// Force [N] over plastic travel [m]: the curve less the elastic share of its elongations, which is given back on
     /// unloading.
-    fn hardening(&self, key: &Key) -> Result<Vec<(f64, f64)>, InputError> {
+    fn hardening(&self, key: &Key) -> Result<Vec<(f64, f64)>, Diagnostic> {
         let mut hardening: Vec<(f64, f64)> = Vec::new();
         for row in &self.curve {
             let travel = row[0] - row[1] / self.stiffness;
@@ -200,7 +200,7 @@ impl BrakePart {
     }
 
     /// Refuse a curve that the prestress of a rope at the brake exceeds from the start; what its forces may not have meant.
-    fn judge_curve(&self, at: &Surroundings) -> Result<Vec<String>, InputError> {
+    fn judge_curve(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
         let (key, most) = (&at.key.key, self.curve.iter().map(|row| row[1]).fold(0.0, f64::max));
         if let Some((rope, pull)) = (at.pulled)().filter(|(_, pull)| most > 0.0 && most <= *pull) {
             let what = format!(
@@ -242,7 +242,7 @@ impl PartSettings for BrakePart {
         kind == Kind::Line2
     }
 
-    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError> {
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let key = cell.key;
         key.positive("stiffness", self.stiffness, "N/m")?;
         key.not_negative("mass", self.mass, "kg")?;
@@ -274,7 +274,7 @@ impl PartSettings for BrakePart {
         Some(StatedSection { radius: self.radius, ..StatedSection::default() })
     }
 
-    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, InputError> {
+    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
         let travel = self.curve.last().map_or(0.0, |row| row[0]);
         for (name, value) in [("stroke", self.stroke.unwrap_or(0.0)), ("curve", travel)] {
             if value > 10.0 * at.extent {

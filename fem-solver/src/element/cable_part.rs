@@ -6,7 +6,7 @@ use super::{Bar, Cable};
 use crate::element::bar::Rupture;
 use crate::element::material::Law;
 use crate::read::mesh::Kind;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 part! {
     /// Cables or bars, one after the other along each cell, with hardening and rupture where stated. A triangle
@@ -55,7 +55,7 @@ impl CablePart {
     }
 
     /// Properties and rupture of its cables, checked.
-    fn check(&self, key: &Key, common: Option<&CableConfig>) -> Result<(CableConfig, Rupture), InputError> {
+    fn check(&self, key: &Key, common: Option<&CableConfig>) -> Result<(CableConfig, Rupture), Diagnostic> {
         let own = self.own().complete(key.scene, &key.key, common)?;
         if let Some(length) = self.length {
             key.positive("length", length, "m")?;
@@ -89,7 +89,7 @@ impl PartSettings for CablePart {
         Some(self.own())
     }
 
-    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError> {
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let (own, rupture) = self.check(cell.key, cell.common)?;
         for pair in cell.nodes.windows(2) {
             let cable = own.cable(cell.positions, [pair[0], pair[1]], self.length);

@@ -2,7 +2,7 @@
 
 use super::Cable;
 use crate::read::bounds::{not_negative, positive};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -35,7 +35,7 @@ pub struct CableConfig {
 
 impl CableConfig {
     /// Refuse what no cable can be, as `key` of the scene states it.
-    pub fn check(&self, scene: &Scene, key: &str) -> Result<(), InputError> {
+    pub fn check(&self, scene: &Scene, key: &str) -> Result<(), Diagnostic> {
         positive(scene, &format!("{key}.young"), self.young, "Pa")?;
         positive(scene, &format!("{key}.area"), self.area, "m2")?;
         not_negative(scene, &format!("{key}.density"), self.density, "kg/m3")?;
@@ -84,7 +84,7 @@ impl Stated {
         scene: &Scene,
         key: &str,
         common: Option<&CableConfig>,
-    ) -> Result<CableConfig, InputError> {
+    ) -> Result<CableConfig, Diagnostic> {
         let missing = |name: &str| {
             let what =
                 format!("no {name} is stated here, and there is no [structure.cable] that states it for all");

@@ -3,7 +3,7 @@
 use super::cable_properties::CableConfig;
 use super::part::{NewElements, PartCell, PartHead, PartSettings, StatedSection};
 use crate::read::mesh::Kind;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +38,7 @@ impl PartSettings for NoPart {
         true
     }
 
-    fn build(&self, _cell: &PartCell, _made: &mut NewElements) -> Result<(), InputError> {
+    fn build(&self, _cell: &PartCell, _made: &mut NewElements) -> Result<(), Diagnostic> {
         Ok(())
     }
 

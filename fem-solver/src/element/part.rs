@@ -8,7 +8,7 @@ use super::{AnyElement, Cable};
 use crate::element::bar::Rupture;
 use crate::read::bounds::{not_negative, positive};
 use crate::read::mesh::Kind;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::fmt::Debug;
@@ -34,13 +34,13 @@ pub trait PartSettings: PartHead {
     fn takes(&self, kind: Kind) -> bool;
 
     /// Check the settings and make the elements of one cell.
-    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError>;
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic>;
 
     /// Material and section as stated, of which units are judged; `common` is `[structure.cable]`.
     fn section(&self, common: Option<&CableConfig>) -> Option<StatedSection>;
 
     /// Refuse what no one can mean of elements with such surroundings; returns what someone might mean.
-    fn judge(&self, _at: &Surroundings) -> Result<Vec<String>, InputError> {
+    fn judge(&self, _at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
         Ok(Vec::new())
     }
 
@@ -101,7 +101,7 @@ impl PartCell<'_> {
     }
 
     /// The cell itself is at fault.
-    pub fn invalid(&self, what: impl Into<String>) -> InputError {
+    pub fn invalid(&self, what: impl Into<String>) -> Diagnostic {
         self.key.invalid(self.place, what)
     }
 }
@@ -155,7 +155,7 @@ pub struct Surroundings<'a> {
 
 impl Surroundings<'_> {
     /// A length that does not fit: `value` [m] of the key `name`, where `of` has `limit` [m].
-    pub fn too_long(&self, name: &str, value: f64, of: &str, limit: f64) -> InputError {
+    pub fn too_long(&self, name: &str, value: f64, of: &str, limit: f64) -> Diagnostic {
         let what = format!("{name} is {value} m, and {of} {limit:.4} m");
         self.key.invalid(name, what).try_instead("metres: 300 mm is 0.3")
     }
@@ -171,22 +171,22 @@ pub struct Key<'a> {
 
 impl Key<'_> {
     /// `value` of the key `name` must lie above 0.
-    pub fn positive(&self, name: &str, value: f64, unit: &str) -> Result<(), InputError> {
+    pub fn positive(&self, name: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
         positive(self.scene, &format!("{}.{name}", self.key), value, unit)
     }
 
     /// `value` of the key `name` must not lie below 0.
-    pub fn not_negative(&self, name: &str, value: f64, unit: &str) -> Result<(), InputError> {
+    pub fn not_negative(&self, name: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
         not_negative(self.scene, &format!("{}.{name}", self.key), value, unit)
     }
 
     /// The key `name` is at fault.
-    pub fn invalid(&self, name: &str, what: impl Into<String>) -> InputError {
+    pub fn invalid(&self, name: &str, what: impl Into<String>) -> Diagnostic {
         self.scene.invalid(&format!("{}.{name}", self.key), what)
     }
 
     /// When elements break: force [N] and strain as stated, above 0.
-    pub fn rupture(&self, force: Option<f64>, strain: Option<f64>) -> Result<Rupture, InputError> {
+    pub fn rupture(&self, force: Option<f64>, strain: Option<f64>) -> Result<Rupture, Diagnostic> {
         if let Some(force) = force {
             self.positive("rupture_force", force, "N")?;
         }
@@ -197,7 +197,7 @@ impl Key<'_> {
     }
 
     /// Rows of the table `name`: abscissae that increase from 0 or above, ordinates above 0.
-    pub fn check_table(&self, name: &str, rows: &[[f64; 2]]) -> Result<(), InputError> {
+    pub fn check_table(&self, name: &str, rows: &[[f64; 2]]) -> Result<(), Diagnostic> {
         if let Some(row) = rows.iter().find(|row| !(row[1] > 0.0 && row.iter().all(|x| x.is_finite()))) {
             let what = format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1]);
             return Err(self.invalid(name, what).try_instead("forces and stresses in tension count upward"));

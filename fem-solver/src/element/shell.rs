@@ -26,7 +26,7 @@ use super::segment::{add_block, add_vector, vector};
 use super::turn::{self, START};
 use super::{Answer, Element, Energy};
 use crate::read::mesh::Kind;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector2, Vector3, Vector6};
 
 /// Stiffness against turns in the plane, relative to that of the membrane.
@@ -334,7 +334,7 @@ impl PartSettings for ShellPart {
         })
     }
 
-    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError> {
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let (key, young) = (cell.key, self.young);
         key.positive("thickness", self.thickness, "m")?;
         key.not_negative("density", self.density, "kg/m3")?;
@@ -361,7 +361,7 @@ impl PartSettings for ShellPart {
         Some(StatedSection { young, density, ..StatedSection::default() })
     }
 
-    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, InputError> {
+    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
         check_thickness(at, self.thickness)
     }
 }

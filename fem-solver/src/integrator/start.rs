@@ -12,7 +12,7 @@ use crate::model::validation::supports::unseen_rows;
 use crate::state::inherited::Inherited;
 use crate::state::motion::StartMotion;
 use interface_defs::message::Fault;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from::At;
@@ -74,13 +74,13 @@ pub type OnProgress<'a> = &'a mut dyn FnMut(String) -> Result<(), Fault>;
 /// Why a run cannot start.
 pub enum NoStart {
     /// The scene is at fault.
-    Input(InputError),
+    Input(Diagnostic),
     /// Whoever listens has stopped it.
     Stopped(Fault),
 }
 
-impl From<InputError> for NoStart {
-    fn from(error: InputError) -> Self {
+impl From<Diagnostic> for NoStart {
+    fn from(error: Diagnostic) -> Self {
         Self::Input(error)
     }
 }
@@ -283,7 +283,7 @@ fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<
     Ok(format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof)))
 }
 
-fn mechanism(scene: &Scene, model: &Model, dof: usize) -> InputError {
+fn mechanism(scene: &Scene, model: &Model, dof: usize) -> Diagnostic {
     let what = format!(
         "the structure is a mechanism: {} can move without any force, so statics has no answer",
         model.dof_name(dof)
@@ -300,7 +300,7 @@ fn no_form(scene: &Scene, model: &Model, way: FormFinding, failure: Failure) -> 
     }
 }
 
-fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) -> InputError {
+fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) -> Diagnostic {
     let mut what =
         format!("no static equilibrium under the dead load was found: {}", failure.describe(model));
     if let Some((force, element)) = most_pulled(model) {
@@ -353,7 +353,7 @@ fn time_step(
     config: &Config,
     frequency: f64,
     warnings: &mut Vec<String>,
-) -> Result<f64, InputError> {
+) -> Result<f64, Diagnostic> {
     let critical = 2.0 / frequency;
     let explicit = config.fem.integrator == Integrator::CentralDifference;
     if !explicit {

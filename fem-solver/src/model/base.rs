@@ -12,7 +12,7 @@ use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
 use crate::read::read;
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -46,13 +46,13 @@ const NONE: u32 = u32::MAX;
 
 impl Base {
     /// The nodes of the scene, of its mesh file or of its generator, in their place.
-    pub fn new(scene: &Scene, table: &StructureConfig) -> Result<Self, InputError> {
+    pub fn new(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
         let mut base = Self::in_own_axes(scene, table)?;
         place::put(scene, table, &mut base.nodes)?;
         Ok(base)
     }
 
-    fn in_own_axes(scene: &Scene, table: &StructureConfig) -> Result<Self, InputError> {
+    fn in_own_axes(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
         let generated = match (&table.mesh, &table.generator) {
             (Some(_), Some(_)) => {
                 return Err(scene
@@ -88,7 +88,7 @@ impl Base {
         Self::bound(scene, table, generated)
     }
 
-    fn listed(scene: &Scene, table: &StructureConfig) -> Result<Self, InputError> {
+    fn listed(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
         if table.nodes.is_empty() {
             return Err(scene.invalid("structure", "the structure has no nodes").try_instead(
                 "write mesh = \"file\", a generator, or nodes = [[x, y, z], ...] and cables between them",
@@ -99,7 +99,7 @@ impl Base {
     }
 
     /// The cells of a mesh by the parts of the scene, without the nodes that nothing uses.
-    fn bound(scene: &Scene, table: &StructureConfig, generated: Generated) -> Result<Self, InputError> {
+    fn bound(scene: &Scene, table: &StructureConfig, generated: Generated) -> Result<Self, Diagnostic> {
         let Generated { mesh, held, parts } = generated;
         if let Some(common) = &table.cable {
             common.check(scene, "structure.cable")?;
@@ -232,7 +232,7 @@ fn owners(
     table: &StructureConfig,
     mesh: &Mesh,
     made: &[MadeFor],
-) -> Result<Vec<u32>, InputError> {
+) -> Result<Vec<u32>, Diagnostic> {
     let mut owners = vec![NONE; mesh.elements.len()];
     for (i, part) in table.parts.iter().enumerate() {
         let key = format!("structure.parts.{i}.name");
@@ -301,7 +301,7 @@ fn cell(
     element: &MeshElement,
     part: Option<&PartConfig>,
     number: u32,
-) -> Result<Option<Vec<usize>>, InputError> {
+) -> Result<Option<Vec<usize>>, Diagnostic> {
     let key = if part.is_some() { format!("structure.parts.{number}.name") } else { "structure".into() };
     if part.is_some_and(|part| part.makes_nothing()) {
         return Ok(None);

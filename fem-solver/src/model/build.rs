@@ -9,7 +9,7 @@ use crate::element::{PointMass, Spring};
 use crate::read::bounds::{not_negative, positive};
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -18,7 +18,7 @@ const SAME_POINT: f64 = 1e-6;
 
 impl Model {
     /// Build the structure of a scene.
-    pub fn build(scene: &Scene, config: &Config) -> Result<Self, InputError> {
+    pub fn build(scene: &Scene, config: &Config) -> Result<Self, Diagnostic> {
         let table = &config.structure;
         let base = Base::new(scene, table)?;
         let mut model = Self {
@@ -82,7 +82,7 @@ impl Model {
     }
 
     /// What grows along a path of equilibrium, and what a path takes not.
-    fn check_path(&self, scene: &Scene, config: &Config) -> Result<(), InputError> {
+    fn check_path(&self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
         if config.fem.path_speed.is_none() {
             return Ok(());
         }
@@ -100,7 +100,7 @@ impl Model {
         Ok(())
     }
 
-    fn add_groups(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
+    fn add_groups(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
         for (i, group) in table.groups.iter().enumerate() {
             let key = format!("structure.groups.{i}");
             if group.name == "supports" || self.groups.iter().any(|g| g.name == group.name) {
@@ -122,7 +122,7 @@ impl Model {
         table: &StructureConfig,
         lines: &[Cell],
         made: &mut [Made],
-    ) -> Result<(), InputError> {
+    ) -> Result<(), Diagnostic> {
         if let Some(common) = &table.cable {
             common.check(scene, "structure.cable")?;
         }
@@ -157,7 +157,7 @@ impl Model {
         Ok(())
     }
 
-    fn add_elements(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
+    fn add_elements(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
         for (i, entry) in table.springs.iter().enumerate() {
             let key = format!("structure.springs.{i}");
             for stiffness in entry.stiffness {
@@ -212,7 +212,7 @@ impl Model {
 
     /// Every node must be part of an element, except those of a frame (`framed`) that are held; every
     /// one that moves must have a mass, unless only statics is asked for.
-    fn check_held_together(&self, scene: &Scene, config: &Config, framed: bool) -> Result<(), InputError> {
+    fn check_held_together(&self, scene: &Scene, config: &Config, framed: bool) -> Result<(), Diagnostic> {
         let mut used = vec![false; self.nodes.len()];
         let ends = self.cables.iter().flat_map(|c| c.nodes);
         let ends = ends.chain(self.elements.iter().flat_map(|e| e.nodes().to_vec()));
@@ -251,7 +251,7 @@ impl Model {
         }
     }
 
-    fn known(&self, scene: &Scene, key: &str, node: usize) -> Result<(), InputError> {
+    fn known(&self, scene: &Scene, key: &str, node: usize) -> Result<(), Diagnostic> {
         if node < self.nodes.len() {
             return Ok(());
         }
@@ -259,7 +259,7 @@ impl Model {
     }
 
     /// The nodes that an entry names.
-    pub(crate) fn place(&self, scene: &Scene, key: &str, place: Where) -> Result<Vec<usize>, InputError> {
+    pub(crate) fn place(&self, scene: &Scene, key: &str, place: Where) -> Result<Vec<usize>, Diagnostic> {
         match place {
             Where { nodes: Some(nodes), group: None, at: None } => {
                 for node in nodes {

@@ -12,7 +12,7 @@ use crate::ground::Surface;
 use crate::read::bounds::{not_negative, positive};
 use crate::read::heights::Heights;
 use interface_defs::toolkit::ground::Area;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::path::PathBuf;
@@ -34,7 +34,7 @@ const MOST_CELLS: f64 = 2000.0;
 
 impl Model {
     /// Contacts of nodes with the ground, where the scene has any; masses are known.
-    pub(super) fn add_ground(&mut self, scene: &Scene, config: &Config) -> Result<(), InputError> {
+    pub(super) fn add_ground(&mut self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
         let first = self.elements.len();
         self.ground = first..first;
         let table = &config.structure;
@@ -95,7 +95,7 @@ impl Model {
     }
 
     /// Nodes that take part.
-    fn on_ground(&self, scene: &Scene, ground: &GroundConfig) -> Result<Vec<usize>, InputError> {
+    fn on_ground(&self, scene: &Scene, ground: &GroundConfig) -> Result<Vec<usize>, Diagnostic> {
         let mut takes = vec![ground.groups.is_none(); self.node_count()];
         let listed =
             ground.groups.iter().flatten().enumerate().map(|(i, name)| (format!("groups.{i}"), name, true));
@@ -116,7 +116,7 @@ impl Model {
     }
 
     /// The surface around the structure.
-    fn surface(&self, scene: &Scene, table: &StructureConfig) -> Result<Arc<Surface>, InputError> {
+    fn surface(&self, scene: &Scene, table: &StructureConfig) -> Result<Arc<Surface>, Diagnostic> {
         let key = self.ground_key(table);
         let Some(path) = ground_file(table) else {
             let what = "the heights of the ground are not known here";
@@ -157,7 +157,7 @@ impl Model {
     }
 
     /// Refuse nodes that are modelled far below the ground; a word on those that are a little.
-    fn judge_depth(&mut self, scene: &Scene, config: &Config) -> Result<(), InputError> {
+    fn judge_depth(&mut self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
         let below = |least: f64| {
             let deep = self.ground_contacts().filter_map(|c| Some((c.depth()?, c.node[0], c.stiffness)));
             deep.filter(move |(depth, ..)| *depth > least).collect::<Vec<_>>()
@@ -216,7 +216,7 @@ pub(super) fn around(nodes: &[Vector3<f64>]) -> ([f64; 2], [f64; 2]) {
 }
 
 /// Numbers of the table.
-fn check(scene: &Scene, ground: &GroundConfig) -> Result<(), InputError> {
+fn check(scene: &Scene, ground: &GroundConfig) -> Result<(), Diagnostic> {
     let key = |name: &str| format!("structure.ground.{name}");
     if let Some(stiffness) = ground.stiffness {
         positive(scene, &key("stiffness"), stiffness, "N/m")?;
@@ -236,7 +236,7 @@ fn check(scene: &Scene, ground: &GroundConfig) -> Result<(), InputError> {
 }
 
 /// Where heights are needed for the ground of `table` or its place, whose raster is not named.
-pub fn area(scene: &Scene, table: &StructureConfig) -> Result<Option<Area>, InputError> {
+pub fn area(scene: &Scene, table: &StructureConfig) -> Result<Option<Area>, Diagnostic> {
     let stands = place::needs_ground(table);
     if ground_file(table).is_some() || !(stands || table.ground.is_some()) {
         return Ok(None);

@@ -3,7 +3,7 @@
 use super::Model;
 use super::support::Motion;
 use crate::config::structure::{StructureConfig, SupportEntry, TurningConfig};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-12;
 
 impl Model {
     /// All supports of the scene.
-    pub(super) fn add_supports(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), InputError> {
+    pub(super) fn add_supports(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
         let mut until = vec![f64::NEG_INFINITY; self.dof_count()];
         for (i, entry) in table.supports.iter().enumerate() {
             let key = format!("structure.supports.{i}");
@@ -58,7 +58,7 @@ impl Model {
         key: &str,
         node: usize,
         entry: &SupportEntry,
-    ) -> Result<bool, InputError> {
+    ) -> Result<bool, Diagnostic> {
         let supported = self.supported(node, entry);
         let (name, motions) = match &entry.turning {
             Some(turning) => ("turning", self.turns(node, turning)),
@@ -145,7 +145,7 @@ impl Model {
 }
 
 /// Letters, axes and times of an entry.
-fn check(scene: &Scene, key: &str, entry: &SupportEntry) -> Result<(), InputError> {
+fn check(scene: &Scene, key: &str, entry: &SupportEntry) -> Result<(), Diagnostic> {
     let no_axis = |letters: &str| letters.chars().any(|c| !"xyz".contains(c));
     if no_axis(&entry.rotations) {
         let what = format!("`{}` is no set of axes, write letters of xyz", entry.rotations);

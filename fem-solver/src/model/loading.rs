@@ -5,14 +5,14 @@ use super::support::Motion;
 use super::timed::{Face, TimedLoad};
 use crate::config::{Config, Integrator};
 use interface_defs::toolkit::explain::suggestion;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
 impl Model {
     /// Weight and all loads of the scene.
-    pub(super) fn load(&mut self, scene: &Scene, config: &Config) -> Result<(), InputError> {
+    pub(super) fn load(&mut self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
         let gravity = Vector3::from(config.gravity);
         if config.structure.dead_load && gravity.norm() > 0.0 {
             self.down = Some(gravity.normalize());
@@ -53,7 +53,7 @@ impl Model {
         key: (&str, &str),
         node: usize,
         [along, about]: [[f64; 3]; 2],
-    ) -> Result<Vec<(usize, f64)>, InputError> {
+    ) -> Result<Vec<(usize, f64)>, Diagnostic> {
         let mut all: Vec<_> = (0..3).map(|c| (self.dof(node, c), along[c])).collect();
         for (c, value) in about.into_iter().enumerate() {
             match self.rotation(node, c) {
@@ -70,7 +70,7 @@ impl Model {
     }
 
     /// Pressure on faces.
-    fn press(&mut self, scene: &Scene, config: &Config) -> Result<(), InputError> {
+    fn press(&mut self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
         for (i, entry) in config.structure.pressures.iter().enumerate() {
             let key = format!("structure.pressures.{i}");
             let faces = self.faces_of(scene, &format!("{key}.group"), &entry.group)?;
@@ -89,7 +89,7 @@ impl Model {
     }
 
     /// Faces of the part, or the group of elements, of that name.
-    fn faces_of(&self, scene: &Scene, key: &str, name: &str) -> Result<Vec<Face>, InputError> {
+    fn faces_of(&self, scene: &Scene, key: &str, name: &str) -> Result<Vec<Face>, Diagnostic> {
         let faced = |elements: &[usize]| elements.iter().any(|e| !self.elements[*e].faces().is_empty());
         let Some(part) = self.parts.iter().find(|p| p.name == name) else {
             let names = self.parts.iter().filter(|p| faced(&p.elements)).map(|p| p.name.as_str());
@@ -114,7 +114,7 @@ impl Model {
     }
 
     /// Neighbouring faces must show the same side, or the pressure would turn round between them.
-    fn one_side(&self, scene: &Scene, key: &str, name: &str, faces: &[Face]) -> Result<(), InputError> {
+    fn one_side(&self, scene: &Scene, key: &str, name: &str, faces: &[Face]) -> Result<(), Diagnostic> {
         // How often an edge is there, and its faces by the direction in which they run along it.
         let mut edges: HashMap<[usize; 2], [Vec<usize>; 2]> = HashMap::new();
         for (i, face) in faces.iter().enumerate() {
@@ -138,7 +138,7 @@ impl Model {
     }
 
     /// Velocities at t = 0.
-    fn set_in_motion(&mut self, scene: &Scene, config: &Config) -> Result<(), InputError> {
+    fn set_in_motion(&mut self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
         let mut set: Vec<Option<f64>> = Vec::new();
         for (i, entry) in config.structure.velocities.iter().enumerate() {
             let key = format!("structure.velocities.{i}");
@@ -172,7 +172,7 @@ fn history(
     config: &Config,
     key: &str,
     rows: &[[f64; 2]],
-) -> Result<Option<Motion>, InputError> {
+) -> Result<Option<Motion>, Diagnostic> {
     if rows.is_empty() {
         return Ok(None);
     }

@@ -7,7 +7,7 @@ use crate::element::PartConfig;
 use crate::element::part::{Key, NewElements, PartCell};
 use crate::read::mesh::ElementGroup;
 use interface_defs::mesh::Group;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 impl Model {
@@ -19,7 +19,7 @@ impl Model {
         table: &StructureConfig,
         meshed: &[Vec<Cell>],
         made: &mut [Made],
-    ) -> Result<(), InputError> {
+    ) -> Result<(), Diagnostic> {
         for (i, config) in table.parts.iter().enumerate() {
             let key = Key { scene, key: format!("structure.parts.{i}") };
             let (name, own) = (config.name(), config.cells());
@@ -90,7 +90,7 @@ impl Model {
         place: &str,
         config: &PartConfig,
         cell: &[usize],
-    ) -> Result<(), InputError> {
+    ) -> Result<(), Diagnostic> {
         let (fewest, most) = config.nodes();
         if cell.len() < fewest || cell.len() > most {
             let wanted = match most {
@@ -116,7 +116,7 @@ impl Model {
     }
 
     /// Make the elements of a cell.
-    fn add_cell(&mut self, config: &PartConfig, cell: &PartCell) -> Result<(), InputError> {
+    fn add_cell(&mut self, config: &PartConfig, cell: &PartCell) -> Result<(), Diagnostic> {
         self.check_cell(cell.key, cell.place, config, cell.nodes)?;
         let Self { nodes, elements, cables, .. } = self;
         config.build(&PartCell { positions: nodes, ..*cell }, &mut NewElements { elements, cables })

@@ -3,7 +3,7 @@
 use crate::config::place::PlaceConfig;
 use crate::config::structure::StructureConfig;
 use crate::read::heights::Heights;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -12,7 +12,7 @@ pub(super) fn put(
     scene: &Scene,
     table: &StructureConfig,
     nodes: &mut [Vector3<f64>],
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let Some(place) = &table.place else { return Ok(()) };
     check(scene, table, place)?;
     let (sine, cosine) = place.azimuth.to_radians().sin_cos();
@@ -64,7 +64,7 @@ pub(super) fn needs_ground(table: &StructureConfig) -> bool {
     table.place.as_ref().is_some_and(|place| place.origin.len() == 2)
 }
 
-fn check(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<(), InputError> {
+fn check(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<(), Diagnostic> {
     if table.generator.as_ref().is_some_and(|generator| generator.is_placed()) {
         let what = "the line or position of the barrier says where it stands, and place says it again";
         return Err(scene.invalid("structure.place", what).try_instead("leave out [structure.place]"));
@@ -92,7 +92,7 @@ fn check(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<
     }
 }
 
-fn ground(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<Heights, InputError> {
+fn ground(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<Heights, Diagnostic> {
     let of_contact = table.ground.as_ref().and_then(|ground| ground.file.as_ref());
     let Some(path) = place.ground.as_ref().or(of_contact) else {
         let what = "an origin of two numbers is on the ground, and its heights are not known here";

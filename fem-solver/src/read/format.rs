@@ -1,7 +1,7 @@
 //! What a reader of mesh files is.
 
 use super::mesh::Mesh;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// A format of mesh files. Coordinates are in metres; cells and groups go into a [`super::mesh::Builder`].
 pub trait MeshFormat {
@@ -9,10 +9,10 @@ pub trait MeshFormat {
     const PROGRAMS: &str;
 
     /// Refuse what its first lines, which are text in any case, say not to be text.
-    fn refuse_binary(_file: &str, _text: &str) -> Result<(), InputError> {
+    fn refuse_binary(_file: &str, _text: &str) -> Result<(), Diagnostic> {
         Ok(())
     }
 
     /// Read a mesh from its text; `file` is its name in errors.
-    fn parse(file: &str, text: &str) -> Result<Mesh, InputError>;
+    fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic>;
 }

@@ -3,7 +3,7 @@
 //! `ncols`, `nrows`, `xllcenter` or `xllcorner`, `yll..`, `cellsize` (or `dx`, `dy`), `NODATA_value`, then the heights row by
 //! row from the north. A height stands in the middle of its cell; between four of them it is bilinear.
 
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use std::path::Path;
 
 /// Most heights that are read.
@@ -35,19 +35,19 @@ struct Header {
 
 impl Heights {
     /// Read the file at `path`.
-    pub fn read(path: &Path) -> Result<Self, InputError> {
+    pub fn read(path: &Path) -> Result<Self, Diagnostic> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
-            .map_err(|e| InputError::in_file(file.as_str(), format!("the heights cannot be read: {e}")))?;
+            .map_err(|e| Diagnostic::in_file(file.as_str(), format!("the heights cannot be read: {e}")))?;
         Self::parse(&file, &text)
     }
 
     /// From the text of `file`.
-    pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
+    pub fn parse(file: &str, text: &str) -> Result<Self, Diagnostic> {
         let mut header = Header::default();
         let mut heights = Vec::new();
         for (line, number) in text.lines().zip(1..) {
-            let fault = |what: String| InputError::in_file(format!("{file}:{number}"), what);
+            let fault = |what: String| Diagnostic::in_file(format!("{file}:{number}"), what);
             if heights.is_empty() && line.trim_start().starts_with(|c: char| c.is_alphabetic()) {
                 header.line(line).map_err(fault)?;
                 continue;
@@ -62,7 +62,7 @@ impl Heights {
                 )));
             }
         }
-        header.with(heights).map_err(|what| InputError::in_file(file, what))
+        header.with(heights).map_err(|what| Diagnostic::in_file(file, what))
     }
 
     /// Height of the ground [m]; `None` outside, and where one of the four around has none.

@@ -13,7 +13,7 @@
 use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh};
 use super::tokens::{error, real, shown};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// Most keywords that a warning lists.
 const MOST_LISTED: usize = 20;
@@ -26,13 +26,13 @@ pub struct Inp;
 impl MeshFormat for Inp {
     const PROGRAMS: &str = "CalculiX, Abaqus";
 
-    fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+    fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
         parse(file, text)
     }
 }
 
 /// Read a mesh from its text.
-fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     let mut reader = InpReader {
         file,
         builder: Builder::new(file, text.len()),
@@ -131,7 +131,7 @@ struct InpReader<'a> {
 }
 
 impl InpReader<'_> {
-    fn keyword(&mut self, line: usize, text: &str) -> Result<(), InputError> {
+    fn keyword(&mut self, line: usize, text: &str) -> Result<(), Diagnostic> {
         self.complete()?;
         let card = Card::new(line, text);
         self.block = match card.name.as_str() {
@@ -199,16 +199,16 @@ impl InpReader<'_> {
         Ok(())
     }
 
-    fn refused(&self, card: &Card, why: &str) -> InputError {
+    fn refused(&self, card: &Card, why: &str) -> Diagnostic {
         error(self.file, card.line, format!("*{} is refused: {why}", card.name))
             .try_instead("write a flat file with all nodes and elements in it")
     }
 
-    fn no_set(&self, line: usize, kind: &str, name: &str) -> InputError {
+    fn no_set(&self, line: usize, kind: &str, name: &str) -> Diagnostic {
         error(self.file, line, format!("there is no {kind} set {} before this line", shown(name)))
     }
 
-    fn node_group(&mut self, card: &Card, parameter: &str) -> Result<Option<usize>, InputError> {
+    fn node_group(&mut self, card: &Card, parameter: &str) -> Result<Option<usize>, Diagnostic> {
         let Some(name) = card.get(parameter) else { return Ok(None) };
         if name.is_empty() {
             return Err(error(self.file, card.line, format!("{parameter} has no name")));
@@ -216,7 +216,7 @@ impl InpReader<'_> {
         Ok(Some(self.builder.node_group(&name.to_ascii_uppercase(), name)))
     }
 
-    fn element_group(&mut self, card: &Card, parameter: &str) -> Result<Option<usize>, InputError> {
+    fn element_group(&mut self, card: &Card, parameter: &str) -> Result<Option<usize>, Diagnostic> {
         let Some(name) = card.get(parameter) else { return Ok(None) };
         if name.is_empty() {
             return Err(error(self.file, card.line, format!("{parameter} has no name")));
@@ -224,7 +224,7 @@ impl InpReader<'_> {
         Ok(Some(self.builder.element_group(&name.to_ascii_uppercase(), name)))
     }
 
-    fn data(&mut self, line: usize, content: &str) -> Result<(), InputError> {
+    fn data(&mut self, line: usize, content: &str) -> Result<(), Diagnostic> {
         match self.block {
             Block::Skip => Ok(()),
             Block::NoData(keyword) => Err(error(self.file, line, format!("{keyword} takes no data here"))
@@ -277,7 +277,7 @@ impl InpReader<'_> {
         }
     }
 
-    fn node(&mut self, line: usize, content: &str, group: Option<usize>) -> Result<(), InputError> {
+    fn node(&mut self, line: usize, content: &str, group: Option<usize>) -> Result<(), Diagnostic> {
         let mut fields = content.split(',').map(str::trim);
         let number = self.whole(line, "the number of a node", fields.next().unwrap_or_default())?;
         let mut point = [0.0; 3];
@@ -303,7 +303,7 @@ impl InpReader<'_> {
         content: &str,
         kind: Kind,
         group: Option<usize>,
-    ) -> Result<(), InputError> {
+    ) -> Result<(), Diagnostic> {
         let count = kind.node_count().unwrap_or(MOST_NODES);
         if self.row.is_empty() {
             self.row_line = line;
@@ -328,7 +328,7 @@ impl InpReader<'_> {
     }
 
     /// No element may be left half read.
-    fn complete(&mut self) -> Result<(), InputError> {
+    fn complete(&mut self) -> Result<(), Diagnostic> {
         if let (Block::Elements(kind, _), Some(number)) = (&self.block, self.row.first()) {
             let (found, count) = (self.row.len() - 1, kind.node_count().unwrap_or(MOST_NODES));
             let what = format!("element {number} has {found} nodes, its type has {count}");
@@ -337,7 +337,7 @@ impl InpReader<'_> {
         Ok(())
     }
 
-    fn add_element(&mut self, line: usize, group: usize, number: u64) -> Result<(), InputError> {
+    fn add_element(&mut self, line: usize, group: usize, number: u64) -> Result<(), Diagnostic> {
         let element = self.builder.element_at(number).ok_or_else(|| {
             error(self.file, line, format!("the set names element {number}, which is not defined before"))
         })?;
@@ -345,7 +345,7 @@ impl InpReader<'_> {
     }
 
     /// `first, last, step` of a set that is generated.
-    fn range(&self, line: usize, content: &str) -> Result<impl Iterator<Item = u64> + use<>, InputError> {
+    fn range(&self, line: usize, content: &str) -> Result<impl Iterator<Item = u64> + use<>, Diagnostic> {
         let numbers: Vec<&str> = fields(content).collect();
         let (Some(first), Some(last), true) = (numbers.first(), numbers.get(1), numbers.len() <= 3) else {
             return Err(error(self.file, line, "GENERATE needs the first number, the last, and the step"));
@@ -360,7 +360,7 @@ impl InpReader<'_> {
         Ok((first..=last).step_by(wide))
     }
 
-    fn whole(&self, line: usize, what: &str, field: &str) -> Result<u64, InputError> {
+    fn whole(&self, line: usize, what: &str, field: &str) -> Result<u64, Diagnostic> {
         field.parse().map_err(|_| {
             error(self.file, line, format!("{what} should be a whole number, found {}", shown(field)))
         })

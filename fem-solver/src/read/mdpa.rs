@@ -10,7 +10,7 @@
 use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh};
 use super::tokens::{Tokens, shown};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use std::collections::HashMap;
 
 /// How deep sub model parts may stand in each other.
@@ -26,13 +26,13 @@ pub struct Mdpa;
 impl MeshFormat for Mdpa {
     const PROGRAMS: &str = "Kratos";
 
-    fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+    fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
         parse(file, text)
     }
 }
 
 /// Read a mesh from its text.
-fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     let mut reader = MdpaReader {
         t: Tokens::without_comments(file, text),
         builder: Builder::new(file, text.len()),
@@ -76,7 +76,7 @@ struct MdpaReader<'a> {
 
 impl<'a> MdpaReader<'a> {
     /// The next number of a block, or `None` at its end.
-    fn number(&mut self, block: &str) -> Result<Option<u64>, InputError> {
+    fn number(&mut self, block: &str) -> Result<Option<u64>, Diagnostic> {
         let word = self.t.word(&format!("a number, or `End {block}`"))?;
         if word == "End" {
             self.t.expect(block)?;
@@ -87,7 +87,7 @@ impl<'a> MdpaReader<'a> {
         })
     }
 
-    fn nodes(&mut self) -> Result<(), InputError> {
+    fn nodes(&mut self) -> Result<(), Diagnostic> {
         while let Some(number) = self.number("Nodes")? {
             let line = self.t.line();
             let point = self.t.point()?;
@@ -96,7 +96,7 @@ impl<'a> MdpaReader<'a> {
         Ok(())
     }
 
-    fn elements(&mut self) -> Result<(), InputError> {
+    fn elements(&mut self) -> Result<(), Diagnostic> {
         let name = self.t.word("the name of an element")?;
         let kind = shape(name).ok_or_else(|| {
             self.t.error(format!("elements called {} are not read", shown(name))).try_instead(
@@ -118,7 +118,7 @@ impl<'a> MdpaReader<'a> {
         Ok(())
     }
 
-    fn conditions(&mut self) -> Result<(), InputError> {
+    fn conditions(&mut self) -> Result<(), Diagnostic> {
         let name = self.t.word("the name of a condition")?;
         let count = node_count(name).ok_or_else(|| {
             self.t.error(format!("the condition {} does not say how many nodes it has", shown(name)))
@@ -144,7 +144,7 @@ impl<'a> MdpaReader<'a> {
     }
 
     /// A sub model part inside those of `outer`.
-    fn part(&mut self, outer: &mut Vec<&'a str>) -> Result<(), InputError> {
+    fn part(&mut self, outer: &mut Vec<&'a str>) -> Result<(), Diagnostic> {
         outer.push(self.t.word("the name of a sub model part")?);
         if outer.len() > DEEPEST {
             return Err(self.t.error(format!("more than {DEEPEST} sub model parts are nested")));
@@ -205,7 +205,7 @@ impl<'a> MdpaReader<'a> {
     }
 
     /// Pass over a block and those inside it.
-    fn skip(&mut self, block: &str) -> Result<(), InputError> {
+    fn skip(&mut self, block: &str) -> Result<(), Diagnostic> {
         let begin = self.t.clone();
         let mut depth = 1_usize;
         while depth > 0 {

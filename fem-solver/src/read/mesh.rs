@@ -2,7 +2,7 @@
 
 use super::tokens::error;
 use interface_defs::mesh::Group;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
 use std::fmt;
@@ -213,7 +213,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Append the node `number` at `point` [m], stated on `line`.
-    pub fn node(&mut self, line: usize, number: u64, point: [f64; 3]) -> Result<u32, InputError> {
+    pub fn node(&mut self, line: usize, number: u64, point: [f64; 3]) -> Result<u32, Diagnostic> {
         let position = self.mesh.nodes.len() as u32;
         if !self.nodes.push(number, position) {
             return Err(error(self.file, line, format!("there is a node {number} already")));
@@ -224,7 +224,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Position of the node `number`, named on `line` by `what`.
-    pub fn node_at(&self, line: usize, number: u64, what: fmt::Arguments) -> Result<u32, InputError> {
+    pub fn node_at(&self, line: usize, number: u64, what: fmt::Arguments) -> Result<u32, Diagnostic> {
         self.nodes.get(number).ok_or_else(|| {
             error(self.file, line, format!("{what} names node {number}, which is not defined before"))
         })
@@ -237,7 +237,7 @@ impl<'a> Builder<'a> {
         number: u64,
         kind: Kind,
         nodes: &[u32],
-    ) -> Result<u32, InputError> {
+    ) -> Result<u32, Diagnostic> {
         let position = self.mesh.elements.len() as u32;
         if !self.elements.push(number, position) {
             return Err(error(self.file, line, format!("there is an element {number} already")));
@@ -282,21 +282,21 @@ impl<'a> Builder<'a> {
     }
 
     /// Put a node into a group.
-    pub fn add_node(&mut self, line: usize, group: usize, node: u32) -> Result<(), InputError> {
+    pub fn add_node(&mut self, line: usize, group: usize, node: u32) -> Result<(), Diagnostic> {
         self.take(line, 1)?;
         self.node_groups.groups[group].1.push(node);
         Ok(())
     }
 
     /// Put an element into a group.
-    pub fn add_element(&mut self, line: usize, group: usize, element: u32) -> Result<(), InputError> {
+    pub fn add_element(&mut self, line: usize, group: usize, element: u32) -> Result<(), Diagnostic> {
         self.take(line, 1)?;
         self.element_groups.groups[group].1.push(element);
         Ok(())
     }
 
     /// Put all of the node group `from` into the node group `to`.
-    pub fn add_nodes_of_group(&mut self, line: usize, to: usize, from: usize) -> Result<(), InputError> {
+    pub fn add_nodes_of_group(&mut self, line: usize, to: usize, from: usize) -> Result<(), Diagnostic> {
         self.take(line, self.node_groups.groups[from].1.len())?;
         let members = self.node_groups.groups[from].1.clone();
         self.node_groups.groups[to].1.extend(members);
@@ -304,7 +304,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Put all of the element group `from` into the element group `to`.
-    pub fn add_elements_of_group(&mut self, line: usize, to: usize, from: usize) -> Result<(), InputError> {
+    pub fn add_elements_of_group(&mut self, line: usize, to: usize, from: usize) -> Result<(), Diagnostic> {
         self.take(line, self.element_groups.groups[from].1.len())?;
         let members = self.element_groups.groups[from].1.clone();
         self.element_groups.groups[to].1.extend(members);
@@ -312,7 +312,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Put the nodes of all elements of the element group `from` into the node group `to`.
-    pub fn add_nodes_of_elements(&mut self, line: usize, to: usize, from: usize) -> Result<(), InputError> {
+    pub fn add_nodes_of_elements(&mut self, line: usize, to: usize, from: usize) -> Result<(), Diagnostic> {
         for i in 0..self.element_groups.groups[from].1.len() {
             let element = self.mesh.elements[self.element_groups.groups[from].1[i] as usize];
             self.take(line, element.count as usize)?;
@@ -321,7 +321,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    fn take(&mut self, line: usize, members: usize) -> Result<(), InputError> {
+    fn take(&mut self, line: usize, members: usize) -> Result<(), Diagnostic> {
         match self.members_left.checked_sub(members) {
             Some(left) => {
                 self.members_left = left;
@@ -342,10 +342,10 @@ impl<'a> Builder<'a> {
     }
 
     /// The mesh, or an error if there is no node in it.
-    pub fn finish(self) -> Result<Mesh, InputError> {
+    pub fn finish(self) -> Result<Mesh, Diagnostic> {
         let mut mesh = self.mesh;
         if mesh.nodes.is_empty() {
-            return Err(InputError::in_file(self.file, "there is no node in this file"));
+            return Err(Diagnostic::in_file(self.file, "there is no node in this file"));
         }
         mesh.node_groups = self.node_groups.finish().map(|(name, nodes)| Group { name, nodes }).collect();
         mesh.element_groups =

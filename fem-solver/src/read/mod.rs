@@ -24,7 +24,7 @@ pub mod tokens;
 mod twins;
 
 use format::MeshFormat;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use mesh::Mesh;
 use std::borrow::Cow;
 use std::path::Path;
@@ -51,13 +51,13 @@ macro_rules! formats {
                 }
             }
 
-            fn refuse_binary(self, file: &str, text: &str) -> Result<(), InputError> {
+            fn refuse_binary(self, file: &str, text: &str) -> Result<(), Diagnostic> {
                 match self {
                     $(Self::$format => $module::$format::refuse_binary(file, text),)*
                 }
             }
 
-            fn parse(self, file: &str, text: &str) -> Result<Mesh, InputError> {
+            fn parse(self, file: &str, text: &str) -> Result<Mesh, Diagnostic> {
                 match self {
                     $(Self::$format => $module::$format::parse(file, text),)*
                 }
@@ -84,9 +84,9 @@ fn known() -> String {
 }
 
 /// Read the mesh file at `path`; its extension says the format.
-pub fn read(path: &Path) -> Result<Mesh, InputError> {
+pub fn read(path: &Path) -> Result<Mesh, Diagnostic> {
     let file = path.display().to_string();
-    let fault = |what: String| InputError::in_file(file.as_str(), what);
+    let fault = |what: String| Diagnostic::in_file(file.as_str(), what);
     let Some(format) = Format::of(path) else {
         return Err(fault("its name does not say what kind of mesh this is".into())
             .try_instead(format!("known are {}", known())));
@@ -103,9 +103,9 @@ pub fn read(path: &Path) -> Result<Mesh, InputError> {
 }
 
 /// Read a mesh from the bytes of a file; `file` is its name in errors.
-pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, InputError> {
+pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, Diagnostic> {
     if bytes.trim_ascii().is_empty() {
-        return Err(InputError::in_file(file, "the file is empty"));
+        return Err(Diagnostic::in_file(file, "the file is empty"));
     }
     // Text in an older encoding is fine where it is a comment; elsewhere it will not parse.
     let text: Cow<str> = String::from_utf8_lossy(bytes);

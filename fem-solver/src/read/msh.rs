@@ -10,7 +10,7 @@ use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh};
 use super::tokens::{Tokens, error, shown};
 use super::twins::Written;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use std::collections::HashMap;
 
 /// What to do about a version that is not read.
@@ -22,17 +22,17 @@ pub struct Msh;
 impl MeshFormat for Msh {
     const PROGRAMS: &str = "Gmsh";
 
-    fn refuse_binary(file: &str, text: &str) -> Result<(), InputError> {
+    fn refuse_binary(file: &str, text: &str) -> Result<(), Diagnostic> {
         refuse_binary(file, text)
     }
 
-    fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+    fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
         parse(file, text)
     }
 }
 
 /// Refuse a binary file by its header, which is text in any case.
-fn refuse_binary(file: &str, text: &str) -> Result<(), InputError> {
+fn refuse_binary(file: &str, text: &str) -> Result<(), Diagnostic> {
     let mut t = Tokens::new(file, text);
     let words: [Option<&str>; 3] = std::array::from_fn(|_| t.next_word());
     if words[0] == Some("$MeshFormat") && words[2] == Some("1") {
@@ -44,7 +44,7 @@ fn refuse_binary(file: &str, text: &str) -> Result<(), InputError> {
 }
 
 /// Read a mesh from its text.
-fn parse(file: &str, text: &str) -> Result<Mesh, InputError> {
+fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     let mut t = Tokens::new(file, text);
     let version = header(&mut t)?;
     let mut reader = MshReader {
@@ -92,7 +92,7 @@ enum Version {
     V41,
 }
 
-fn header(t: &mut Tokens) -> Result<Version, InputError> {
+fn header(t: &mut Tokens) -> Result<Version, Diagnostic> {
     match t.next_word() {
         Some("$MeshFormat") => {}
         Some("$NOD") => return Err(t.error("this is a mesh of version 1").try_instead(SAVE_AS)),
@@ -119,7 +119,7 @@ fn header(t: &mut Tokens) -> Result<Version, InputError> {
 }
 
 /// Pass over a section up to the line that ends it.
-fn skip(t: &mut Tokens, file: &str, section: &str) -> Result<(), InputError> {
+fn skip(t: &mut Tokens, file: &str, section: &str) -> Result<(), Diagnostic> {
     let begin = t.line();
     let end = format!("$End{}", &section[1..]);
     t.rest_of_line();
@@ -150,7 +150,7 @@ fn shape(number: u64) -> Option<(Kind, u64)> {
     })
 }
 
-fn known_shape(t: &Tokens, number: u64) -> Result<(Kind, u64), InputError> {
+fn known_shape(t: &Tokens, number: u64) -> Result<(Kind, u64), Diagnostic> {
     shape(number).ok_or_else(|| {
         let name = match number {
             4 | 11 => " (tetrahedron)",
@@ -176,7 +176,7 @@ struct MshReader<'a> {
 }
 
 impl MshReader<'_> {
-    fn physical_names(&mut self, t: &mut Tokens) -> Result<(), InputError> {
+    fn physical_names(&mut self, t: &mut Tokens) -> Result<(), Diagnostic> {
         for _ in 0..t.whole("the number of physical names")? {
             let dim = t.whole("the dimension of a physical name")?;
             if dimension(dim).is_none() {
@@ -195,7 +195,7 @@ impl MshReader<'_> {
         t.expect("$EndPhysicalNames")
     }
 
-    fn entities(&mut self, t: &mut Tokens) -> Result<(), InputError> {
+    fn entities(&mut self, t: &mut Tokens) -> Result<(), Diagnostic> {
         let mut counts = [0; 4];
         for count in &mut counts {
             *count = t.whole("a number of entities")?;
@@ -223,7 +223,7 @@ impl MshReader<'_> {
         t.expect("$EndEntities")
     }
 
-    fn nodes_22(&mut self, t: &mut Tokens) -> Result<(), InputError> {
+    fn nodes_22(&mut self, t: &mut Tokens) -> Result<(), Diagnostic> {
         for _ in 0..t.whole("the number of nodes")? {
             let number = t.whole("the number of a node")?;
             let line = t.line();
@@ -233,7 +233,7 @@ impl MshReader<'_> {
         t.expect("$EndNodes")
     }
 
-    fn nodes_41(&mut self, t: &mut Tokens) -> Result<(), InputError> {
+    fn nodes_41(&mut self, t: &mut Tokens) -> Result<(), Diagnostic> {
         let blocks = t.whole("the number of node blocks")?;
         for _ in 0..3 {
             t.whole("a count of nodes")?;
@@ -259,7 +259,7 @@ impl MshReader<'_> {
         t.expect("$EndNodes")
     }
 
-    fn elements_41(&mut self, t: &mut Tokens) -> Result<(), InputError> {
+    fn elements_41(&mut self, t: &mut Tokens) -> Result<(), Diagnostic> {
         let blocks = t.whole("the number of element blocks")?;
         for _ in 0..3 {
             t.whole("a count of elements")?;
@@ -287,7 +287,7 @@ impl MshReader<'_> {
         t.expect("$EndElements")
     }
 
-    fn elements_22(&mut self, t: &mut Tokens) -> Result<(), InputError> {
+    fn elements_22(&mut self, t: &mut Tokens) -> Result<(), Diagnostic> {
         for _ in 0..t.whole("the number of elements")? {
             let number = t.whole("the number of an element")?;
             let line = t.line();
@@ -320,7 +320,7 @@ impl MshReader<'_> {
         t.expect("$EndElements")
     }
 
-    fn nodes_of(&self, t: &mut Tokens, number: u64, kind: Kind) -> Result<([u32; 6], usize), InputError> {
+    fn nodes_of(&self, t: &mut Tokens, number: u64, kind: Kind) -> Result<([u32; 6], usize), Diagnostic> {
         let mut nodes = [u32::MAX; 6];
         let count = kind.node_count().expect("shapes of Gmsh have a fixed number of nodes");
         for node in &mut nodes[..count] {

@@ -1,10 +1,10 @@
 //! Words of a text and the lines on which they stand.
 
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// An error at a line of a file.
-pub fn error(file: &str, line: usize, what: impl Into<String>) -> InputError {
-    InputError::in_file(format!("{file}:{line}"), what)
+pub fn error(file: &str, line: usize, what: impl Into<String>) -> Diagnostic {
+    Diagnostic::in_file(format!("{file}:{line}"), what)
 }
 
 /// A word as an error shows it: not longer than a line can bear.
@@ -98,7 +98,7 @@ impl<'a> Tokens<'a> {
     }
 
     /// The next word; at the end of the file an error that says `what` was expected.
-    pub fn word(&mut self, what: &str) -> Result<&'a str, InputError> {
+    pub fn word(&mut self, what: &str) -> Result<&'a str, Diagnostic> {
         self.next_word().ok_or_else(|| {
             error(self.file, self.here, format!("the file ends where {what} is expected"))
                 .try_instead("it seems to be cut off: save it anew")
@@ -106,31 +106,31 @@ impl<'a> Tokens<'a> {
     }
 
     /// The next word as a whole number, not negative.
-    pub fn whole(&mut self, what: &str) -> Result<u64, InputError> {
+    pub fn whole(&mut self, what: &str) -> Result<u64, Diagnostic> {
         let word = self.word(what)?;
         word.parse().map_err(|_| self.expected(what, "a whole number", word))
     }
 
     /// The next word as a whole number of either sign.
-    pub fn signed(&mut self, what: &str) -> Result<i64, InputError> {
+    pub fn signed(&mut self, what: &str) -> Result<i64, Diagnostic> {
         let word = self.word(what)?;
         word.parse().map_err(|_| self.expected(what, "a whole number", word))
     }
 
     /// The next word as a finite number.
-    pub fn real(&mut self, what: &str) -> Result<f64, InputError> {
+    pub fn real(&mut self, what: &str) -> Result<f64, Diagnostic> {
         let word = self.word(what)?;
         real(word).ok_or_else(|| self.expected(what, "a finite number", word))
     }
 
     /// The next three words as the place of a node [m].
-    pub fn point(&mut self) -> Result<[f64; 3], InputError> {
+    pub fn point(&mut self) -> Result<[f64; 3], Diagnostic> {
         let what = "a coordinate of a node";
         Ok([self.real(what)?, self.real(what)?, self.real(what)?])
     }
 
     /// Read the word `word`, or fail.
-    pub fn expect(&mut self, word: &str) -> Result<(), InputError> {
+    pub fn expect(&mut self, word: &str) -> Result<(), Diagnostic> {
         let found = self.word(&format!("`{word}`"))?;
         if found == word {
             return Ok(());
@@ -138,12 +138,12 @@ impl<'a> Tokens<'a> {
         Err(self.error(format!("`{word}` is expected here, found {}", shown(found))))
     }
 
-    fn expected(&self, what: &str, kind: &str, found: &str) -> InputError {
+    fn expected(&self, what: &str, kind: &str, found: &str) -> Diagnostic {
         self.error(format!("{what} should be {kind}, found {}", shown(found)))
     }
 
     /// An error at the last word.
-    pub fn error(&self, what: impl Into<String>) -> InputError {
+    pub fn error(&self, what: impl Into<String>) -> Diagnostic {
         error(self.file, self.line, what)
     }
 

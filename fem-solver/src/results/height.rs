@@ -9,7 +9,7 @@ use crate::config::GaugeConfig;
 use crate::config::structure::Where;
 use crate::model::Model;
 use crate::state::State;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Matrix3, Vector3};
 use std::cell::RefCell;
@@ -70,7 +70,7 @@ impl Height {
         model: &Model,
         nodes: Vec<usize>,
         gauge: &GaugeConfig,
-    ) -> Result<Self, InputError> {
+    ) -> Result<Self, Diagnostic> {
         let Some(below) = gauge.above.as_deref() else {
             return Err(scene
                 .invalid(
@@ -197,7 +197,7 @@ impl BarrierFields {
         model: &Model,
         normal: &Vector3<f64>,
         names: [&str; 2],
-    ) -> Result<(), InputError> {
+    ) -> Result<(), Diagnostic> {
         let along = |node: &usize| self.along.dot(&model.nodes[*node]);
         for field in 0..self.posts.len() - 1 {
             let (from, to) = self.ends(field, along);
@@ -251,7 +251,7 @@ fn lines(model: &Model, name: Option<&str>, nodes: &[usize]) -> Vec<RopePiece> {
 }
 
 /// The direction in which a height counts.
-fn normal(scene: &Scene, key: &str, model: &Model, gauge: &GaugeConfig) -> Result<Vector3<f64>, InputError> {
+fn normal(scene: &Scene, key: &str, model: &Model, gauge: &GaugeConfig) -> Result<Vector3<f64>, Diagnostic> {
     let Some(normal) = gauge.normal else {
         return model.down.map(|down| -down).ok_or_else(|| {
             scene

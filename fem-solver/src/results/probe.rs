@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::results::height::Height;
 use crate::state::State;
 use interface_defs::message::Gauge;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// What one scene gauge watches.
@@ -27,7 +27,7 @@ pub enum Probe {
 
 impl Probe {
     /// The probe of the gauge with the key `key`.
-    pub fn of(scene: &Scene, key: &str, model: &Model, gauge: &GaugeConfig) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene, key: &str, model: &Model, gauge: &GaugeConfig) -> Result<Self, Diagnostic> {
         let place = Where { nodes: None, group: gauge.group.as_deref(), at: gauge.at };
         let nodes = model.place(scene, key, place)?;
         if nodes.is_empty() {

@@ -8,7 +8,7 @@ use crate::results::moving_mean::{MovingMean, Sample};
 use crate::results::probe::Probe;
 use crate::state::{Extreme, Peaks, Range, State};
 use interface_defs::message::{Gauge, Measure};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Supports whose force is summed: held degrees of freedom, and springs by their feet.
@@ -101,7 +101,7 @@ impl Recorder {
         scene: &Scene,
         model: &Model,
         gauges: &[GaugeConfig],
-    ) -> Result<(Probes, Vec<Gauge>), InputError> {
+    ) -> Result<(Probes, Vec<Gauge>), Diagnostic> {
         let mut declared: Vec<Gauge> =
             ["x", "y", "z"].iter().map(|c| Gauge::new(format!("reaction_{c}"), "N")).collect();
         let mut probes = Probes { probes: Vec::new(), slots: Vec::new(), count: 0 };

@@ -13,7 +13,7 @@ use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::Plan;
 use interface_defs::solver::{Solver, Window};
 use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from::KEY;
@@ -24,13 +24,13 @@ use std::time::Instant;
 const ROUNDS: usize = 5;
 
 /// Build the structure of a scene, find its form, and say what came of it. Starts nothing.
-pub fn check(scene: &Scene) -> Result<CheckReport, InputError> {
+pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let config = Config::of(scene)?;
     let mut solver = FemSolver::new(scene, &Options::default())?;
     let start = Start::new(scene, &config, solver.model(), solver.inherited(), None, &mut |_| Ok(()))
         .map_err(|reason| match reason {
             NoStart::Input(error) => error,
-            NoStart::Stopped(fault) => InputError::new(fault.message),
+            NoStart::Stopped(fault) => Diagnostic::new(fault.message),
         })?;
     let model = solver.model();
     let mut interface = model.interface_mesh(&start.displacement);
@@ -167,7 +167,7 @@ fn counts(model: &Model) -> String {
 }
 
 /// The tables with every default in place.
-fn resolve(config: &Config, start: &Start, inherited: Option<&Inherited>) -> Result<toml::Table, InputError> {
+fn resolve(config: &Config, start: &Start, inherited: Option<&Inherited>) -> Result<toml::Table, Diagnostic> {
     let mut fem = config.fem.resolved();
     if start.time_step.is_finite() {
         fem.time_step = Some(start.time_step);
@@ -175,7 +175,7 @@ fn resolve(config: &Config, start: &Start, inherited: Option<&Inherited>) -> Res
     let mut structure = config.structure.clone();
     structure.generator = structure.generator.as_ref().map(Generator::filled_in);
     let mut table = toml::Table::new();
-    let broken = |e: toml::ser::Error| InputError::new(format!("the resolved scene cannot be written: {e}"));
+    let broken = |e: toml::ser::Error| Diagnostic::new(format!("the resolved scene cannot be written: {e}"));
     table.insert("structure".into(), toml::Value::try_from(&structure).map_err(broken)?);
     table.insert("fem".into(), toml::Value::try_from(fem).map_err(broken)?);
     if let Some(from) = inherited {
@@ -194,7 +194,7 @@ fn seconds_per_step(
     scene: &Scene,
     config: &Config,
     start: Start,
-) -> Result<f64, InputError> {
+) -> Result<f64, Diagnostic> {
     let explicit = config.fem.integrator == Integrator::CentralDifference;
     let step = if start.time_step.is_finite() { start.time_step } else { 0.01 * scene.end_time()? };
     let takes: Vec<_> = solver.hello().takes.into_iter().map(|f| FieldSpec { samples: 1, ..f }).collect();
@@ -202,7 +202,7 @@ fn seconds_per_step(
     let plan = Plan { end_time: step, window: step, takes, ..Plan::default() };
     let nodal = solver.model().mass.iter().flat_map(|m| [0.0, 0.0, -1000.0 * m]);
     let force: Vec<f64> = std::iter::repeat_n(nodal, sources).flatten().collect();
-    let ready = solver.begin(start, &plan).map_err(|fault| InputError::new(fault.message))?;
+    let ready = solver.begin(start, &plan).map_err(|fault| Diagnostic::new(fault.message))?;
     let mut output = ready.initial;
     let window = Window { number: 1, iteration: 1, start: 0.0, length: step };
     let repeats = if explicit { 50 } else { 1 };

@@ -28,7 +28,7 @@ use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
 use interface_defs::selection::Selection;
 use interface_defs::solver::{OnProgress, Solver, Window};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::run_dir;
@@ -93,7 +93,7 @@ impl Prepared {
 impl FemSolver {
     /// The structure of `scene`. Computes nothing yet; what is wrong with the scene's numbers is found
     /// here, what only form finding shows in [`Solver::prepare`] and by `check`.
-    pub fn new(scene: &Scene, options: &Options) -> Result<Self, InputError> {
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, Diagnostic> {
         let config = Config::of(scene)?;
         let mut model = Model::build(scene, &config)?;
         if let Some(step) = config.fem.mass_scaling {

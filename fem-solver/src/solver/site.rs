@@ -7,7 +7,7 @@ use crate::model::ground;
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::ground::{Area, SiteArguments};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Extra;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::screen::show;
@@ -21,15 +21,15 @@ fn command() -> clap::Command {
     )
 }
 
-fn run(matches: &ArgMatches) -> Result<Exit, InputError> {
-    let arguments = SiteArguments::from_arg_matches(matches).map_err(|e| InputError::new(e.to_string()))?;
+fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
+    let arguments = SiteArguments::from_arg_matches(matches).map_err(|e| Diagnostic::new(e.to_string()))?;
     let area = of(&arguments.input.load()?)?;
     show(&serde_json::to_string(&area).expect("numbers and text are valid JSON"));
     Ok(Exit::Done)
 }
 
 /// Where the structure of `scene` needs heights that it does not name.
-pub fn of(scene: &Scene) -> Result<Option<Area>, InputError> {
+pub fn of(scene: &Scene) -> Result<Option<Area>, Diagnostic> {
     let Some(structure) = scene.read::<StructureConfig>("structure")? else { return Ok(None) };
     if let Some(Generator::Barrier(barrier)) = &structure.generator
         && barrier.is_placed()

@@ -9,7 +9,7 @@ use crate::model::Model;
 use crate::state::State;
 use crate::state::motion::StartMotion;
 use interface_defs::ipc::run_id::fnv1a;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from::{At, KEY, Origin};
 use interface_defs::toolkit::state_file;
@@ -204,7 +204,7 @@ pub struct Inherited {
 
 impl Inherited {
     /// What `scene` starts from, if anything; it must be of the same model.
-    pub fn of(scene: &Scene, model: &Model, integrator: Integrator) -> Result<Option<Self>, InputError> {
+    pub fn of(scene: &Scene, model: &Model, integrator: Integrator) -> Result<Option<Self>, Diagnostic> {
         let Some(origin) = Origin::of(scene)? else { return Ok(None) };
         if origin.at == At::Motion && integrator == Integrator::Static {
             let what = "at = \"motion\" goes on with the velocities of that run, and statics has none";
@@ -240,7 +240,7 @@ impl Inherited {
     }
 
     /// Refuse a state that does not fit, and supports that would jump.
-    fn check(&self, scene: &Scene, model: &Model) -> Result<(), InputError> {
+    fn check(&self, scene: &Scene, model: &Model) -> Result<(), Diagnostic> {
         let (n, end) = (model.dof_count(), &self.end);
         let histories = model.start_history().len();
         if end.displacement.len() != n || end.velocity.len() != n || end.history.len() != histories {

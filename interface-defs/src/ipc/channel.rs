@@ -1,6 +1,5 @@
 //! The services of one solver, created by the coupler and opened by the solver.
 
-use super::earlier::Earlier;
 use super::transport;
 use super::wait::Patience;
 use crate::header::{AnswerHeader, RequestHeader};
@@ -58,7 +57,6 @@ macro_rules! lock_step {
     };
 }
 
-pub(crate) use lock_step;
 
 type Ipc = ipc::Service;
 
@@ -97,8 +95,6 @@ pub(crate) struct Channels {
     pub control: ControlService,
     pub field: FieldService,
     pub wake: EventService,
-    /// At the coupler's side.
-    pub earlier: Option<Earlier>,
 }
 
 impl Channels {
@@ -108,7 +104,6 @@ impl Channels {
         Ok(Self {
             control: control_builder(node, name)?.create().map_err(transport(failed()))?,
             field: field_builder(node, name)?.create().map_err(transport(failed()))?,
-            earlier: Some(Earlier::create(node, name)?),
             wake: create_wake(node, name)?,
         })
     }
@@ -123,7 +118,6 @@ impl Channels {
                 field_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/window")))
             })?,
             wake: open_wake(node, name, deadline)?,
-            earlier: None,
         })
     }
 }

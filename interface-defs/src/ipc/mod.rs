@@ -8,13 +8,12 @@
 //! - `NAME/wake` and `coupler/wake`: "look, there is something", and the coupler's sign of life
 //!
 //! Files: [`run_id`] (its name), [`domain`] (one run's own place, liveness, cleaning), `home` (the private directory of a user's runs), [`wait`] (how to wait, and for how
-//! long), [`channel`] (the services), `earlier` (what a solver of another version finds), [`control`] (frames), [`remote`] (the coupler's side),
+//! long), [`channel`] (the services), [`control`] (frames), [`remote`] (the coupler's side),
 //! [`serve`] (the solver's side), [`interrupt`] (Ctrl-C).
 
 pub mod channel;
 pub mod control;
 pub mod domain;
-mod earlier;
 mod home;
 pub mod interrupt;
 pub mod remote;

@@ -212,10 +212,6 @@ impl Remote {
         }
     }
 
-    fn check_version(&self) -> Result<(), Failure> {
-        self.channels.earlier.as_ref().map_or(Ok(()), |earlier| earlier.check(&self.name))
-    }
-
     fn channels_ring(&self) {
         let _ = self.shared.heartbeats[self.index].notify();
     }
@@ -282,13 +278,7 @@ impl Participant for Remote {
         let during = || "at the start of the run: it has not joined".to_string();
         let there = || Ok((self.channels.control.dynamic_config().number_of_servers() > 0).then_some(()));
         self.patience(false, &during).until(&self.shared.listener, there, |_| false, || self.tick())?;
-        self.check_version()?;
-        let answer = self.call(&ToSolver::Connect, "in the handshake", &mut silent);
-        if answer.is_err() {
-            // It may have ended because it does not know the version byte.
-            self.check_version()?;
-        }
-        match answer? {
+        match self.call(&ToSolver::Connect, "in the handshake", &mut silent)? {
             FromSolver::Hello(hello) => {
                 self.shared.joined.borrow_mut().push(self.name.clone());
                 Ok(hello)

@@ -8,7 +8,7 @@ use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
 use crate::exchange::{self, Exchange, Selected};
 use crate::header::{AnswerHeader, RequestHeader, Status};
-use crate::message::{Fault, FaultKind, FromSolver, Statistics, ToSolver};
+use crate::message::{Fault, FromSolver, Statistics, ToSolver};
 use crate::participant::{self, Failure, payload_lengths};
 use crate::solver::Solver;
 use iceoryx2::port::server::Server;
@@ -284,7 +284,7 @@ impl Session<'_> {
         let mut aborted = None;
         let mut report = |progress| {
             if interrupt::requested() {
-                return Err(Fault::new(FaultKind::Interrupted, "interrupted"));
+                return Err(Fault::interrupted());
             }
             let mut control = self.control.borrow_mut();
             let lost = |e: Failure| Fault::broken(e.to_string());

@@ -1,7 +1,7 @@
 //! Options that several programs have on their command lines: each is declared here, once.
 
 use super::check::Format;
-use super::input_error::InputError;
+use crate::diagnostic::Diagnostic;
 use super::log::LogFormat;
 use super::program::Savings;
 use super::progress::Form;
@@ -25,7 +25,7 @@ pub struct Input {
 
 impl Input {
     /// The scene with the values that are set.
-    pub fn load(&self) -> Result<Scene, InputError> {
+    pub fn load(&self) -> Result<Scene, Diagnostic> {
         Scene::load(&self.scene, &self.sets)
     }
 }
@@ -250,12 +250,12 @@ const OF_BARRIER: &str = "barrier.";
 
 impl EnsembleArguments {
     /// Every `--set` of the study, and every one of the barrier's scene, as that takes it.
-    pub fn sets(&self) -> Result<(Vec<String>, Vec<String>), InputError> {
+    pub fn sets(&self) -> Result<(Vec<String>, Vec<String>), Diagnostic> {
         let (of_barrier, of_study): (Vec<String>, Vec<String>) =
             self.sets.iter().cloned().partition(|set| set.starts_with(OF_BARRIER));
         if let Some(set) = of_barrier.first().filter(|_| self.barrier.is_none()) {
             let what = "this is a value of the barrier's scene, and there is no barrier";
-            return Err(InputError::in_file(format!("--set {set}"), what).try_instead("--barrier SCENE"));
+            return Err(Diagnostic::in_file(format!("--set {set}"), what).try_instead("--barrier SCENE"));
         }
         let own = of_barrier.iter().filter_map(|set| set.strip_prefix(OF_BARRIER)).map(String::from);
         Ok((of_study, own.collect()))

@@ -1,6 +1,6 @@
 //! What a program answers to `check`: what it would build, from which numbers, at what cost.
 
-use super::input_error::InputError;
+use crate::diagnostic::Diagnostic;
 use super::screen::show;
 use crate::mesh::InterfaceMesh;
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ pub struct CheckReport {
     #[serde(serialize_with = "finite_only")]
     pub numbers: BTreeMap<String, f64>,
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// Its top-level tables with every default filled in. Travels as TOML text, in which every
     /// number reads back bit for bit.
     #[serde(with = "as_toml")]
@@ -47,8 +47,8 @@ impl CheckReport {
     }
 
     /// From JSON.
-    pub fn from_json(text: &str) -> Result<Self, InputError> {
-        serde_json::from_str(text).map_err(|e| InputError::new(format!("this is no report of a check: {e}")))
+    pub fn from_json(text: &str) -> Result<Self, Diagnostic> {
+        serde_json::from_str(text).map_err(|e| Diagnostic::new(format!("this is no report of a check: {e}")))
     }
 
     /// For people.
@@ -77,12 +77,12 @@ impl CheckReport {
 }
 
 /// The interface mesh in a JSON file, `-` for stdin.
-pub fn read_interface(path: &Path) -> Result<InterfaceMesh, InputError> {
+pub fn read_interface(path: &Path) -> Result<InterfaceMesh, Diagnostic> {
     let text = match path.to_str() {
         Some("-") => std::io::read_to_string(std::io::stdin()),
         _ => std::fs::read_to_string(path),
     };
-    let fault = |what: String| InputError::in_file(path.display().to_string(), what);
+    let fault = |what: String| Diagnostic::in_file(path.display().to_string(), what);
     let text = text.map_err(|e| fault(format!("the interface mesh cannot be read: {e}")))?;
     let mesh: InterfaceMesh =
         serde_json::from_str(&text).map_err(|e| fault(format!("this is no interface mesh: {e}")))?;
@@ -136,7 +136,7 @@ mod tests {
             builds: vec!["one \"rock\"".into()],
             numbers: [("time_step_s".to_owned(), 0.1 + 0.2), ("critical_step_s".to_owned(), f64::INFINITY)]
                 .into(),
-            warnings: vec!["none".into()],
+            warnings: vec![Diagnostic::warning(code::OTHER, "none")],
             resolved: resolved.parse().expect("TOML"),
             interface: Some(InterfaceMesh {
                 coordinates: vec![0.5, 0.0, -1e-3],

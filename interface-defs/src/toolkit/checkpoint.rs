@@ -5,7 +5,7 @@
 //! ([`super::state_file`]): a kill at any moment leaves the one before. Files of results are written on all the time;
 //! a checkpoint says how long they were, and who goes on cuts them back to that.
 
-use super::input_error::InputError;
+use crate::diagnostic::{Diagnostic, Severity, code};
 use super::run_dir::{self, CHECKPOINT};
 use super::scene::Scene;
 use super::state_file::{self, Unreadable};
@@ -50,12 +50,12 @@ impl Checkpoint {
 
 /// What a solver or coupler keeps, as bytes.
 pub fn pack<S: Serialize>(state: &S) -> Vec<u8> {
-    crate::message::encode(state)
+    crate::message::pack(state)
 }
 
 /// What [`pack`] made.
 pub fn unpack<S: DeserializeOwned>(bytes: &[u8]) -> Result<S, Fault> {
-    crate::message::decode(bytes)
+    crate::message::unpack(bytes)
         .map_err(|e| Fault::broken(format!("a state that was kept cannot be read: {e}")))
 }
 
@@ -148,7 +148,7 @@ impl Store {
 }
 
 /// The checkpoint from which the run of `scene` in `out` goes on; `None`: there is none, and it begins anew.
-pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, InputError> {
+pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, Diagnostic> {
     let found = Found::of(out);
     for unusable in &found.unusable {
         tracing::warn!("{unusable}");
@@ -158,7 +158,7 @@ pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, InputEr
         return Ok(None);
     };
     let refuse = |what: String| {
-        InputError::in_file(out.display().to_string(), what)
+        Diagnostic::in_file(out.display().to_string(), what)
             .try_instead("run it anew with --force, or into another directory with --out")
     };
     let own = env!("CARGO_PKG_VERSION");
@@ -177,8 +177,9 @@ pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, InputEr
 }
 
 /// What is said of a run that went on at `time` [s].
-pub fn of_last_part(time: f64) -> String {
-    format!("the run went on at t = {time:.6} s from a checkpoint: its cost is that of the part since then")
+pub fn of_last_part(time: f64) -> Diagnostic {
+    let what = format!("the run went on at t = {time:.6} s from a checkpoint: its cost is that of the part since then");
+    Diagnostic::of(Severity::Note, code::INTERRUPTED, what)
 }
 
 /// A run that has come to its end needs its checkpoints no more.

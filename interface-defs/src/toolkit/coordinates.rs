@@ -5,7 +5,7 @@
 
 mod layer;
 
-use super::input_error::InputError;
+use crate::diagnostic::Diagnostic;
 use super::input_file;
 use super::scene::Scene;
 use schemars::generate::SchemaGenerator;
@@ -79,13 +79,10 @@ impl<P: Clone + From<[f64; 2]>> Coordinates<P> {
     ///
     /// # Errors
     /// A file that is not there or no GeoJSON, in degrees, or without exactly one feature of this form.
-    pub fn read(&self, form: Form, key: &str, scene: &Scene) -> Result<Self, InputError> {
+    pub fn read(&self, form: Form, key: &str, scene: &Scene) -> Result<Self, Diagnostic> {
         let Some(Source { file, name }) = &self.source else { return Ok(self.clone()) };
         let path = scene.resolve(file);
-        input_file::regular(&path).map_err(|e| {
-            let refused = scene.invalid(key, e.headline());
-            if let Some(hint) = e.hint() { refused.try_instead(hint) } else { refused }
-        })?;
+        input_file::regular(&path).map_err(|e| scene.invalid(key, e.headline()).try_if(e.hint))?;
         let own = key.rsplit('.').next().unwrap_or(key);
         let read = layer::Layer::read(&path)
             .and_then(|layer| Ok((layer.points(form, name.as_deref(), (own, file))?, layer.epsg())));
@@ -105,7 +102,7 @@ impl<P> Coordinates<P> {
     ///
     /// # Errors
     /// Two codes that differ.
-    pub fn check_system(&self, terrain: Option<u32>, key: &str, scene: &Scene) -> Result<(), InputError> {
+    pub fn check_system(&self, terrain: Option<u32>, key: &str, scene: &Scene) -> Result<(), Diagnostic> {
         match self.system.zip(terrain) {
             Some((own, terrain)) if own != terrain => {
                 let what = format!("its layer is in EPSG:{own}, and the terrain in EPSG:{terrain}");

@@ -1,6 +1,8 @@
 //! The balance of energy of a whole system, and the energy to which its error relates.
 
-use crate::message::{Gauge, Role};
+use super::limits::ENERGY_ERROR;
+use crate::diagnostic::Diagnostic;
+use crate::message::{Gauge, Measure, Role, Worse};
 use serde::{Deserialize, Serialize};
 
 /// Energies of a system at one time [J].
@@ -153,7 +155,17 @@ pub fn has_roles(gauges: &[Gauge]) -> bool {
 }
 
 /// Why there is no energy error where nothing has moved.
-pub const NOTHING_MOVED: &str = "energy_error is absent: nothing has moved (or the run is one of statics), so there is no energy to relate it to";
+pub const NOTHING_MOVED: &str = "nothing has moved (or the run is one of statics), so there is no energy to relate it to";
+
+/// That there is no energy error, and why.
+pub fn absent(why: &str) -> Diagnostic {
+    Diagnostic::absent(ENERGY_ERROR, why)
+}
+
+/// The largest imbalance relative to the energy at impact, and its time [s].
+pub fn error_measure(value: f64, time: f64) -> Measure {
+    Measure::new(ENERGY_ERROR, value, "1").at(time).ranked(40, Worse::Larger)
+}
 
 #[cfg(test)]
 mod tests {

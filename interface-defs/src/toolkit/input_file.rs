@@ -2,7 +2,7 @@
 //! scene names, and their hashes.
 
 use super::explain::nearest;
-use super::input_error::InputError;
+use crate::diagnostic::Diagnostic;
 use super::scene::Scene;
 use crate::ipc::run_id::fnv1a;
 use std::fs::Metadata;
@@ -14,7 +14,7 @@ use toml::{Table, Value};
 pub const NO_FILES: [&str; 2] = ["title", "processes"];
 
 /// Make every path in `table` absolute that names a file from where `scene` lies: then it can be read from anywhere.
-pub fn with_absolute_files(table: &mut Table, scene: &Scene) -> Result<(), InputError> {
+pub fn with_absolute_files(table: &mut Table, scene: &Scene) -> Result<(), Diagnostic> {
     let mut unnamed = None;
     for (_, value) in table.iter_mut().filter(|(key, _)| !NO_FILES.contains(&key.as_str())) {
         texts(value, &mut |text| {
@@ -35,7 +35,7 @@ pub fn with_absolute_files(table: &mut Table, scene: &Scene) -> Result<(), Input
         None => Ok(()),
         Some(path) => {
             let what = format!("the path {} is not UTF-8 text, and a scene cannot name it", path.display());
-            Err(InputError::new(what).try_instead("rename the directory, or move the scene and its files"))
+            Err(Diagnostic::new(what).try_instead("rename the directory, or move the scene and its files"))
         }
     }
 }
@@ -70,8 +70,8 @@ pub fn texts(value: &mut Value, visit: &mut impl FnMut(&mut String)) {
 }
 
 /// What is known of the regular file at `path`; whoever opened a pipe in its place would wait for ever.
-pub fn regular(path: &Path) -> Result<Metadata, InputError> {
-    let refuse = |what: String| InputError::in_file(path.display().to_string(), what);
+pub fn regular(path: &Path) -> Result<Metadata, Diagnostic> {
+    let refuse = |what: String| Diagnostic::in_file(path.display().to_string(), what);
     let data = std::fs::metadata(path).map_err(|e| match e.kind() {
         ErrorKind::NotFound => refuse("there is no such file".into()).try_if(near(path)),
         _ => refuse(format!("the file cannot be read: {e}")),

@@ -1,8 +1,8 @@
 //! The table `[limits]`: bounds of trust. A run that passes one is `unreliable`, never `done`.
 
-use super::input_error::InputError;
+use crate::diagnostic::{Diagnostic, code};
 use super::scene::Scene;
-use super::summary::{RunStatus, Summary, short, split_member, three};
+use super::summary::{RunStatus, Summary, short, three};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -49,7 +49,7 @@ const NOTICE: f64 = 0.01;
 
 impl Limits {
     /// From the scene; the whole table may be absent.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let limits: Self = scene.read("limits")?.unwrap_or_default();
         for (key, bound) in [
             ("energy_error", limits.energy_error),
@@ -77,7 +77,7 @@ impl Limits {
     }
 
     /// Shares that may have been meant as percentages. A scene that shows a failing scheme on purpose raises `weak_window` too.
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Diagnostic> {
         if self.weak_window > Self::default().weak_window {
             return Vec::new();
         }
@@ -89,11 +89,9 @@ impl Limits {
         let whole = shares.into_iter().filter_map(|(key, share)| Some((key, share.filter(|s| *s >= 1.0)?)));
         whole
             .map(|(key, share)| {
-                format!(
-                    "limits.{key}: {share} is a share, so a bound of {}, and hardly any run passes it; {share} % is {key} = {}",
-                    percent(share),
-                    short(0.01 * share)
-                )
+                let what = format!("{share} is a share, so a bound of {}, and hardly any run passes it", percent(share));
+                let percentage = format!("{share} % is {key} = {}", short(0.01 * share));
+                Diagnostic::warning(code::LIKELY_UNIT, what).about(format!("limits.{key}")).try_instead(percentage)
             })
             .collect()
     }
@@ -111,9 +109,9 @@ impl Limits {
     /// Judge a run that has ended: each bound that it passed becomes a sentence of its message (of its
     /// warnings, where it has not come to its end).
     pub fn judge(&self, summary: &mut Summary, evidence: &Evidence) {
-        let mut passed = Vec::new();
+        let (mut passed, mut by_energy) = (Vec::new(), false);
         for measure in &summary.measures {
-            let (name, _) = split_member(&measure.name);
+            let name = measure.name.as_str();
             let at = measure.time.map_or(String::new(), |t| format!(" at {t:.6} s"));
             let value = measure.value;
             if name == ENERGY_ERROR && value > self.energy_error {
@@ -123,6 +121,7 @@ impl Limits {
                     percent(self.energy_error)
                 );
                 passed.push((what, evidence.energy.as_str()));
+                by_energy = true;
             } else if name == ENERGY_ERROR
                 && evidence.residual.is_some()
                 && 0.5 * value > self.deflection_bound()
@@ -135,8 +134,10 @@ impl Limits {
                     percent(self.deflection_bound())
                 );
                 passed.push((what, evidence.energy.as_str()));
+                by_energy = true;
             } else if name == ENERGY_ERROR && value > NOTICE {
-                summary.warnings.push(format!("energy_error is {}{at}: {}", percent(value), evidence.energy));
+                let what = format!("energy_error is {}{at}", percent(value));
+                summary.warnings.push(Diagnostic::warning(code::LIMIT, what).try_instead(evidence.energy.as_str()));
             }
             if name.contains("max_penetration") && measure.unit == "1" && value > self.penetration {
                 let what = format!(
@@ -153,11 +154,7 @@ impl Limits {
                 percent(self.residual)
             );
             // Where the energy shows it too, its cause stands there already.
-            let cure = if passed.iter().any(|(what, _)| what.starts_with(ENERGY_ERROR)) {
-                ""
-            } else {
-                &evidence.interface
-            };
+            let cure = if by_energy { "" } else { &evidence.interface };
             passed.push((what, cure));
         }
         if let Some(what) = evidence.weak_window.and_then(|windows| self.of_weak_window(windows)) {
@@ -167,15 +164,14 @@ impl Limits {
             return;
         }
         if summary.status == RunStatus::Done {
-            let sentence = |(what, cure): &(String, &str)| {
-                if cure.is_empty() { what.clone() } else { format!("{what}: {cure}") }
+            let reason = |(what, cure): (String, &str)| {
+                Diagnostic::error(code::LIMIT, what).try_if((!cure.is_empty()).then(|| cure.to_owned()))
             };
-            let sentences: Vec<String> = passed.iter().map(sentence).collect();
-            summary.status = RunStatus::Unreliable;
-            summary.message = Some(format!("unreliable: {}", sentences.join("; ")));
+            summary.doubt(passed.into_iter().map(reason).collect());
         } else {
             // Its message has the cause.
-            summary.warnings.extend(passed.into_iter().map(|(what, _)| what));
+            let warnings = passed.into_iter().map(|(what, _)| Diagnostic::warning(code::LIMIT, what));
+            summary.warnings.extend(warnings);
         }
     }
 
@@ -290,7 +286,7 @@ mod tests {
     fn judged(status: RunStatus, energy_error: f64, penetration: f64, residual: f64) -> Summary {
         let mut summary = Summary::new(status);
         let measure =
-            |name: &str, value| Measure { name: name.into(), value, unit: "1".into(), time: Some(0.25) };
+            |name: &str, value| Measure::new(name, value, "1").at(0.25);
         summary.measures =
             vec![measure("energy_error", energy_error), measure("block_max_penetration", penetration)];
         let evidence = Evidence {

@@ -2,7 +2,6 @@
 //!
 //! - [`scene`]: scene text, its tables, and where in the file a value stands
 //! - [`schema`]: what a program reads and writes, for editors and the reference
-//! - [`input_error`]: bad input as one message, with position and excerpt
 //! - [`input_file`]: what stands at the path of an input file; [`coordinates`]: points of lines and areas, as written or of a file
 //! - [`output`], [`processes`]: the tables `[output]` and `[processes]`
 //! - [`arguments`]: options that several programs have on their command lines
@@ -31,7 +30,6 @@ pub mod explain;
 pub mod files;
 pub mod ground;
 pub mod history;
-pub mod input_error;
 pub mod input_file;
 pub mod limits;
 pub mod log;

@@ -1,6 +1,6 @@
 //! The table `[output]`: what is written, and how often.
 
-use super::input_error::InputError;
+use crate::diagnostic::Diagnostic;
 use super::scene::Scene;
 use super::summary::short;
 use schemars::JsonSchema;
@@ -47,7 +47,7 @@ const FILES: f64 = 1e5;
 
 impl Output {
     /// From the scene; the whole table may be absent.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let table: Table = scene.read("output")?.unwrap_or_default();
         for (key, interval) in [("interval", table.interval), ("fields", table.fields)] {
             if let Some(seconds) = interval.filter(|i| *i <= 0.0) {
@@ -82,7 +82,7 @@ impl Output {
         Ok(Self { interval, fields: table.fields, iterations: table.iterations, checkpoint })
     }
     /// Intervals that are longer than the run: nothing is written between its begin and its end.
-    pub fn warnings(scene: &Scene) -> Result<Vec<String>, InputError> {
+    pub fn warnings(scene: &Scene) -> Result<Vec<String>, Diagnostic> {
         let table: Table = scene.read("output")?.unwrap_or_default();
         let end_time = scene.end_time()?;
         let keys = [("interval", table.interval), ("fields", table.fields)];

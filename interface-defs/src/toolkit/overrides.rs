@@ -1,6 +1,6 @@
 //! `--set key=value`: a value that takes the place of one in the scene.
 
-use super::input_error::{InputError, Spot};
+use crate::diagnostic::{Diagnostic, Place};
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
@@ -19,9 +19,9 @@ pub(crate) struct Override {
 
 impl Override {
     /// From `path=value`; its positions begin at `base`.
-    pub fn parse(text: &str, base: usize) -> Result<Self, InputError> {
+    pub fn parse(text: &str, base: usize) -> Result<Self, Diagnostic> {
         let refuse = |what: &str| {
-            InputError::at(Spot::in_argument(text, 0..text.len()), what)
+            Diagnostic::new(what).at(Place::in_argument(text, 0..text.len()))
                 .try_instead("write KEY=VALUE, as in --set coupling.scheme=weak or --set rock.0.mass=180")
         };
         let (key, _) = text.split_once('=').ok_or_else(|| refuse("there is no `=`"))?;
@@ -43,11 +43,11 @@ impl Override {
     }
 
     /// Set the value in `root`; tables that are not there are made.
-    pub fn apply<'a>(&'a self, root: &mut DeTable<'a>) -> Result<(), InputError> {
+    pub fn apply<'a>(&'a self, root: &mut DeTable<'a>) -> Result<(), Diagnostic> {
         self.set_in_table(root, 0)
     }
 
-    fn set_in_table<'a>(&'a self, table: &mut DeTable<'a>, depth: usize) -> Result<(), InputError> {
+    fn set_in_table<'a>(&'a self, table: &mut DeTable<'a>, depth: usize) -> Result<(), Diagnostic> {
         let (name, span) = &self.path[depth];
         let span = span.start + self.base..span.end + self.base;
         let key = || Spanned::new(span.clone(), Cow::Borrowed(name.as_str()));
@@ -62,7 +62,7 @@ impl Override {
         self.descend(table.get_mut(name.as_str()).expect("it is there, or was just made"), depth + 1)
     }
 
-    fn descend<'a>(&'a self, node: &mut Spanned<DeValue<'a>>, depth: usize) -> Result<(), InputError> {
+    fn descend<'a>(&'a self, node: &mut Spanned<DeValue<'a>>, depth: usize) -> Result<(), Diagnostic> {
         match node.get_mut() {
             DeValue::Table(table) => self.set_in_table(table, depth),
             DeValue::Array(items) => {
@@ -96,8 +96,8 @@ impl Override {
         self.path[..depth].iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(".")
     }
 
-    fn refuse(&self, depth: usize, what: String) -> InputError {
-        InputError::at(Spot::in_argument(&self.text, self.path[depth].1.clone()), what)
+    fn refuse(&self, depth: usize, what: String) -> Diagnostic {
+        Diagnostic::new(what).at(Place::in_argument(&self.text, self.path[depth].1.clone()))
     }
 
     /// The value, read as TOML, else as text.

@@ -5,7 +5,7 @@
 //! them, and a solver knows its launcher by its number.
 
 use super::files;
-use super::input_error::InputError;
+use crate::diagnostic::Diagnostic;
 use super::run_dir::{self, RECORD, SUMMARY};
 use super::summary::Summary;
 use crate::ipc::RunId;
@@ -54,13 +54,13 @@ fn identity(metadata: &std::fs::Metadata) -> Identity {
 impl Owner {
     /// Create `dir` if it is not there and own it. One that another run writes to is refused, and so is one that holds
     /// results, unless `claim.force`: then files that a run wrote are removed, and no others.
-    pub fn claim(dir: &Path, claim: &Claim) -> Result<Self, InputError> {
+    pub fn claim(dir: &Path, claim: &Claim) -> Result<Self, Diagnostic> {
         let shown = dir.display().to_string();
         let fault = |e: io::Error| {
-            InputError::in_file(shown.as_str(), format!("no results can be written here: {e}"))
+            Diagnostic::in_file(shown.as_str(), format!("no results can be written here: {e}"))
         };
         if dir.exists() && !dir.is_dir() {
-            return Err(InputError::in_file(shown.as_str(), "this is a file, and results need a directory"));
+            return Err(Diagnostic::in_file(shown.as_str(), "this is a file, and results need a directory"));
         }
         std::fs::create_dir_all(dir).map_err(fault)?;
         let mut lock = open(dir).map_err(fault)?;
@@ -83,7 +83,7 @@ impl Owner {
         }
         let run = claim.run.clone().unwrap_or_default();
         let owner = Self { dir: dir.to_owned(), run, lock, first: true, place };
-        owner.check().map_err(|what| InputError::in_file(shown.as_str(), what))?;
+        owner.check().map_err(|what| Diagnostic::in_file(shown.as_str(), what))?;
         match claim.resume {
             true => run_dir::make_ready_to_go_on(dir)?,
             false => run_dir::make_free(dir, claim.force)?,
@@ -192,10 +192,10 @@ pub fn holder(dir: &Path) -> Option<(Option<RunId>, Option<u32>)> {
     matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)).then(|| read(&mut lock))
 }
 
-fn taken(dir: &str, run: Option<&RunId>, process: Option<u32>) -> InputError {
+fn taken(dir: &str, run: Option<&RunId>, process: Option<u32>) -> Diagnostic {
     let run = run.map_or("another run".into(), |run| format!("run {run}"));
     let process = process.map_or(String::new(), |pid| format!(" (process {pid})"));
-    InputError::in_file(dir, format!("{run}{process} is writing its results here"))
+    Diagnostic::in_file(dir, format!("{run}{process} is writing its results here"))
         .try_instead("choose another directory with --out, or wait until it has ended")
 }
 
@@ -226,7 +226,7 @@ mod tests {
     use super::*;
     use crate::toolkit::summary::RunStatus;
 
-    fn claim(dir: &Path) -> Result<Owner, InputError> {
+    fn claim(dir: &Path) -> Result<Owner, Diagnostic> {
         Owner::claim(dir, &Claim::default())
     }
 

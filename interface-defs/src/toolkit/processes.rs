@@ -1,6 +1,6 @@
 //! The table `[processes]`: programs of others in the place of this project's, and how long one is waited for.
 
-use super::input_error::InputError;
+use crate::diagnostic::Diagnostic;
 use super::scene::Scene;
 use crate::ipc::{TIMEOUT, Wait};
 use schemars::JsonSchema;
@@ -36,7 +36,7 @@ impl Default for Processes {
 
 impl Processes {
     /// From a scene, checked; the whole table may be absent.
-    pub fn of(scene: &Scene) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let processes: Self = scene.read("processes")?.unwrap_or_default();
         let timeout = processes.timeout;
         if timeout > 0.0 && timeout <= LONGEST {

@@ -6,7 +6,7 @@ pub use super::check::CheckReport;
 use super::checkpoint;
 use super::counted::Counted;
 use super::exit::Exit;
-use super::input_error::InputError;
+use crate::diagnostic::{Diagnostic, code};
 use super::limits::Limits;
 use super::log;
 use super::owner::{self, Claim, Owner};
@@ -33,10 +33,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Makes the solver of a scene.
-pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, InputError>;
+pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, Diagnostic>;
 
 /// Says what a solver would build of a scene.
-pub type Check = fn(&Scene, Option<&InterfaceMesh>) -> Result<CheckReport, InputError>;
+pub type Check = fn(&Scene, Option<&InterfaceMesh>) -> Result<CheckReport, Diagnostic>;
 
 /// What a solver's program is made of.
 pub struct Program {
@@ -59,7 +59,7 @@ pub struct Extra {
     /// Its name, arguments and help.
     pub command: fn() -> clap::Command,
     /// Do it.
-    pub run: fn(&clap::ArgMatches) -> Result<Exit, InputError>,
+    pub run: fn(&clap::ArgMatches) -> Result<Exit, Diagnostic>,
 }
 
 /// What the command line says to a solver beside the scene.
@@ -183,7 +183,7 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
 }
 
 /// Do it, print an error once, choose the exit code.
-fn guarded(work: impl FnOnce() -> Result<Exit, InputError>) -> ExitCode {
+fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
     // A broken invariant is on stderr by then; the exit code is that of a failed run.
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(exit)) => exit.into(),
@@ -195,7 +195,7 @@ fn guarded(work: impl FnOnce() -> Result<Exit, InputError>) -> ExitCode {
     }
 }
 
-fn execute(program: &Program, command: &SolverCommand) -> Result<Exit, InputError> {
+fn execute(program: &Program, command: &SolverCommand) -> Result<Exit, Diagnostic> {
     match command {
         SolverCommand::Check { input, answer, interface } => {
             let mesh = interface.as_deref().map(check::read_interface).transpose()?;
@@ -214,7 +214,7 @@ fn execute(program: &Program, command: &SolverCommand) -> Result<Exit, InputErro
 }
 
 /// Run the scene with this solver alone.
-fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, InputError> {
+fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, Diagnostic> {
     let RunArguments { input, leader, supervised: Supervised { supervisor }, savings } = arguments;
     let supervisor = *supervisor;
     let scene = input.load()?;
@@ -227,7 +227,7 @@ fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, InputE
     let force = leader.results.force || (leader.results.resume && resume.is_none());
     let claim = Claim { force, resume: resume.is_some(), run: None, supervisor };
     let owner = Arc::new(Owner::claim(&out, &claim)?);
-    owner.write_record().map_err(|e| InputError::in_file(out.display().to_string(), e.to_string()))?;
+    owner.write_record().map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
     interrupt::install();
     end_in_time(&owner, supervisor);
     let reporter = Reporter::new(leader.progress);
@@ -243,7 +243,7 @@ fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, InputE
 }
 
 /// Take part in a run that a coupler leads.
-fn serve_run(program: &Program, arguments: &ServeArguments) -> Result<Exit, InputError> {
+fn serve_run(program: &Program, arguments: &ServeArguments) -> Result<Exit, Diagnostic> {
     let run = &arguments.membership.run;
     interrupt::install();
     let connection = Connection {
@@ -342,13 +342,14 @@ fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
                 continue;
             }
             let Some(owner) = owner.upgrade() else { return };
-            let (status, message) = if lost {
-                (RunStatus::Failed, "the launcher was lost")
+            let (status, code, message) = if lost {
+                (RunStatus::Failed, code::PROCESS, "the launcher was lost")
             } else {
-                (RunStatus::Interrupted, "interrupted")
+                (RunStatus::Interrupted, code::INTERRUPTED, "interrupted")
             };
-            let mut summary = Summary { message: Some(message.into()), ..Summary::new(status) };
-            summary.warnings.push("no measures: the run ended in the middle of a window".into());
+            let mut summary = Summary::ended(status, Diagnostic::error(code, message));
+            let why = "the run ended in the middle of a window";
+            summary.warnings.push(Diagnostic::absent("every measure", why));
             if !owner.dir().join(run_dir::SUMMARY).exists()
                 && let Err(what) = owner.write_summary(&mut summary)
             {

@@ -1,6 +1,6 @@
 //! The directory of a run: where it lies, and that no older run is lost unasked. See [`super::owner`] for who owns it.
 
-use super::input_error::InputError;
+use crate::diagnostic::Diagnostic;
 use super::scene::Scene;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -37,23 +37,23 @@ pub fn location(out: Option<&Path>, scene: &Scene) -> PathBuf {
 
 /// Make the directory `dir` free for results. One that holds a run is refused, or with `force` freed of it: only
 /// files that a run wrote are removed.
-pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), InputError> {
+pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), Diagnostic> {
     let shown = dir.display().to_string();
     if !force && let Some(old) = [HISTORY, SUMMARY].into_iter().find(|name| dir.join(name).exists()) {
-        return Err(InputError::in_file(
+        return Err(Diagnostic::in_file(
             shown.as_str(),
             format!("this directory holds a run already ({old})"),
         )
         .try_instead("choose another with --out, or overwrite it with --force"));
     }
     remove_results(dir)
-        .map_err(|e| InputError::in_file(shown.as_str(), format!("no results can be written here: {e}")))
+        .map_err(|e| Diagnostic::in_file(shown.as_str(), format!("no results can be written here: {e}")))
 }
 
 /// Make the directory of a run that was killed ready to go on: what says that it has ended is removed.
-pub(crate) fn make_ready_to_go_on(dir: &Path) -> Result<(), InputError> {
+pub(crate) fn make_ready_to_go_on(dir: &Path) -> Result<(), Diagnostic> {
     remove(&dir.join(SUMMARY)).map_err(|e| {
-        InputError::in_file(dir.display().to_string(), format!("no results can be written here: {e}"))
+        Diagnostic::in_file(dir.display().to_string(), format!("no results can be written here: {e}"))
     })
 }
 

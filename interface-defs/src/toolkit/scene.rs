@@ -5,7 +5,7 @@
 
 use super::exact::Exact;
 use super::explain::{as_table, decimal_comma, explain, key_at, pinpoint, suggestion, values};
-use super::input_error::{InputError, Spot};
+use crate::diagnostic::{Diagnostic, Place};
 use super::input_file;
 use super::overrides::Override;
 use super::syntax;
@@ -72,31 +72,31 @@ impl Scene {
     ///
     /// Refuses text that is no TOML, unknown top-level keys, numbers that are not finite (except in
     /// `[custom]`), and a set that cannot be applied.
-    pub fn load(path: &Path, sets: &[String]) -> Result<Self, InputError> {
+    pub fn load(path: &Path, sets: &[String]) -> Result<Self, Diagnostic> {
         Self::load_as(&SCENE, path, sets)
     }
 
     /// The same for a document of another kind, such as a study of many scenes.
-    pub fn load_as(kind: &'static Kind, path: &Path, sets: &[String]) -> Result<Self, InputError> {
+    pub fn load_as(kind: &'static Kind, path: &Path, sets: &[String]) -> Result<Self, Diagnostic> {
         let name = path.display().to_string();
         input_file::regular(path)?;
         let bytes = std::fs::read(path).map_err(|e| {
-            InputError::in_file(name.as_str(), format!("the {} cannot be read: {e}", kind.name))
+            Diagnostic::in_file(name.as_str(), format!("the {} cannot be read: {e}", kind.name))
         })?;
         Self::new(kind, path.to_owned(), syntax::decode(path, bytes)?, sets)
     }
 
     /// A scene from text; `name` stands for its file.
-    pub fn from_text(name: &str, text: &str) -> Result<Self, InputError> {
+    pub fn from_text(name: &str, text: &str) -> Result<Self, Diagnostic> {
         Self::new(&SCENE, name.into(), text.into(), &[])
     }
 
     /// A scene from text, with every `key=value` of `sets` in place.
-    pub fn from_text_with(name: &str, text: &str, sets: &[String]) -> Result<Self, InputError> {
+    pub fn from_text_with(name: &str, text: &str, sets: &[String]) -> Result<Self, Diagnostic> {
         Self::new(&SCENE, name.into(), text.into(), sets)
     }
 
-    fn new(kind: &'static Kind, path: PathBuf, text: String, sets: &[String]) -> Result<Self, InputError> {
+    fn new(kind: &'static Kind, path: PathBuf, text: String, sets: &[String]) -> Result<Self, Diagnostic> {
         let mut base = text.len() + 1;
         let mut overrides = Vec::with_capacity(sets.len());
         for set in sets {
@@ -109,13 +109,13 @@ impl Scene {
     }
 
     /// The same document with `more` behind its text, which follows from the file `of`: what is wrong there is said of that file.
-    pub fn with_more(self, more: &str, of: &Path) -> Result<Self, InputError> {
+    pub fn with_more(self, more: &str, of: &Path) -> Result<Self, Diagnostic> {
         let sets: Vec<String> = self.sets().map(str::to_owned).collect();
         let added = Some((self.text.len(), of.to_owned()));
         Ok(Self { added, ..Self::new(self.kind, self.path, self.text + more, &sets)? })
     }
 
-    fn check(&self) -> Result<(), InputError> {
+    fn check(&self) -> Result<(), Diagnostic> {
         let tree = self.tree()?;
         let mut fault: Option<(Range<usize>, String)> = None;
         for (key, value) in &tree {
@@ -198,7 +198,7 @@ impl Scene {
     /// A top-level key (value, table, array of tables) as `T`; `None` if it is absent.
     ///
     /// An unknown key, an unknown name or a wrong type is an error with line, column and nearest name.
-    pub fn read<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, InputError> {
+    pub fn read<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, Diagnostic> {
         if let Some(patch) = &self.patch {
             let Some(value) = patch.get(key) else { return Ok(None) };
             return T::deserialize(value.clone()).map(Some).map_err(|e| self.misread(key, e.message()));
@@ -218,7 +218,7 @@ impl Scene {
     }
 
     /// The whole scene with every `--set` in place, unchecked.
-    pub fn document(&self) -> Result<toml::Table, InputError> {
+    pub fn document(&self) -> Result<toml::Table, Diagnostic> {
         if let Some(patch) = &self.patch {
             return Ok(toml::Table::clone(patch));
         }
@@ -234,26 +234,26 @@ impl Scene {
 
     /// An error about the value at a dotted key (`rock.0.mass`): located there, or at the nearest
     /// table above it that the scene has.
-    pub fn invalid(&self, key: &str, message: impl Into<String>) -> InputError {
-        match self.tree().ok().and_then(|tree| nearest_span(&tree, key)) {
-            Some(span) => self.error(span, message),
-            None => InputError::in_file(self.path.display().to_string(), message),
-        }
+    pub fn invalid(&self, key: &str, message: impl Into<String>) -> Diagnostic {
+        self.placed(Diagnostic::new(message).about(key))
     }
 
     /// An error about the value at a dotted key that a reader refuses in the words `raw` of serde.
-    pub fn misread(&self, key: &str, raw: &str) -> InputError {
+    pub fn misread(&self, key: &str, raw: &str) -> Diagnostic {
         let (what, hint) = explain(raw);
         self.invalid(key, what).try_if(hint)
     }
 
-    /// A warning that begins with its key (`rock.0.density: ...`) with the place of that key before it; any other as it is.
-    pub fn placed(&self, warning: &str) -> String {
-        let key = warning.split_once(": ").map_or("", |(key, _)| key);
-        let dotted =
-            key.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_' || b == b'.');
-        let known = KEYS.contains(&key.split('.').next().unwrap_or_default());
-        if dotted && known { self.invalid(key, warning).headline() } else { warning.to_owned() }
+    /// A diagnostic with the place of its key; one that has a place, or no key, as it is.
+    pub fn placed(&self, diagnostic: Diagnostic) -> Diagnostic {
+        let Some(key) = diagnostic.key.as_deref().filter(|_| diagnostic.place.is_none()) else {
+            return diagnostic;
+        };
+        let place = match self.tree().ok().and_then(|tree| nearest_span(&tree, key)) {
+            Some(span) => self.place(span),
+            None => Place::file(self.path.display().to_string()),
+        };
+        diagnostic.at(place)
     }
 
     /// `relative` as a path from the directory of the scene file; an absolute path stays as it is.
@@ -262,7 +262,7 @@ impl Scene {
     }
 
     /// `end_time` [s]: required, finite, above 0.
-    pub fn end_time(&self) -> Result<f64, InputError> {
+    pub fn end_time(&self) -> Result<f64, Diagnostic> {
         match self.read::<f64>("end_time")? {
             Some(t) if t > 0.0 => Ok(t),
             Some(t) => Err(self.invalid("end_time", format!("the end time is {t} s, it must lie above 0"))),
@@ -273,13 +273,13 @@ impl Scene {
     }
 
     /// `gravity` [m/s2]; absent means none.
-    pub fn gravity(&self) -> Result<[f64; 3], InputError> {
+    pub fn gravity(&self) -> Result<[f64; 3], Diagnostic> {
         Ok(self.read("gravity")?.unwrap_or_default())
     }
 
     /// The text as a tree with positions. It is parsed anew each time: some microseconds, and
     /// nothing that borrows from itself.
-    fn tree(&self) -> Result<DeTable<'_>, InputError> {
+    fn tree(&self) -> Result<DeTable<'_>, Diagnostic> {
         let mut tree = DeTable::parse(&self.text)
             .map_err(|e| {
                 let span = e.span().unwrap_or(0..0);
@@ -293,21 +293,24 @@ impl Scene {
         Ok(tree)
     }
 
-    fn error(&self, span: Range<usize>, message: impl Into<String>) -> InputError {
+    fn error(&self, span: Range<usize>, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(message).at(self.place(span))
+    }
+
+    fn place(&self, span: Range<usize>) -> Place {
         if let Some((_, file)) =
             self.added.as_ref().filter(|(from, _)| (*from..self.text.len()).contains(&span.start))
         {
-            return InputError::in_file(file.display().to_string(), message);
+            return Place::file(file.display().to_string());
         }
         let set =
             self.overrides.iter().find(|set| (set.base..set.base + set.text.len() + 1).contains(&span.start));
-        let spot = match set {
+        match set {
             Some(set) => {
-                Spot::in_argument(&set.text, span.start - set.base..span.end.max(set.base) - set.base)
+                Place::in_argument(&set.text, span.start - set.base..span.end.max(set.base) - set.base)
             }
-            None => Spot::in_file(&self.path.display().to_string(), &self.text, span),
-        };
-        InputError::at(spot, message)
+            None => Place::in_text(&self.path.display().to_string(), &self.text, span),
+        }
     }
 }
 

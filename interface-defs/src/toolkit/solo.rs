@@ -3,7 +3,7 @@
 use super::checkpoint::{self, Checkpoint, Store};
 use super::energy::{self, Balance, Energies};
 use super::history::{History, gauge_column};
-use super::input_error::InputError;
+use crate::diagnostic::{Diagnostic, code};
 use super::limits::{ENERGY_ERROR, Evidence, Limits, cure, percent};
 use super::output::Output;
 use super::owner::Owner;
@@ -43,7 +43,7 @@ impl Stage<'_> {
     /// Whether the run must end before its time.
     fn look(&self) -> Result<(), Fault> {
         if interrupt::requested() {
-            return Err(Fault::new(FaultKind::Interrupted, "interrupted"));
+            return Err(Fault::interrupted());
         }
         let parent = || rustix::process::getppid().map_or(0, |p| p.as_raw_nonzero().get() as u32);
         match self.supervisor {
@@ -109,7 +109,7 @@ const KEPT: &str = "run";
 ///
 /// The summary has been written when this returns `Ok`, whatever its status. An error is bad input
 /// that only the preparation could find.
-pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> Result<Summary, InputError> {
+pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> Result<Summary, Diagnostic> {
     let owner = stage.owner;
     let out = owner.dir();
     let output = Output::of(scene)?;
@@ -125,8 +125,8 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     };
     let ready = match prepare(solver, stage) {
         Ok(ready) => ready,
-        Err(fault) if fault.kind == FaultKind::Input => return Err(InputError::new(fault.message)),
-        Err(fault) => return Ok(failed_at_start(&fault, owner)),
+        Err(fault) if fault.kind == FaultKind::Input => return Err(*fault.diagnostic),
+        Err(fault) => return Ok(failed_at_start(fault, owner)),
     };
     let prepared = started.elapsed().as_secs_f64();
     let warnings = ready.warnings.clone();
@@ -141,16 +141,19 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
         outcome.and_then(|()| solo.history.sync().map_err(|e| unwritable(out, &e)))
     });
     if let Err(fault) = outcome {
-        (summary.status, summary.message) = ended_by(&fault);
+        let Summary { status, message, reasons, .. } = ended_by(fault);
+        summary = Summary { status, message, reasons, ..summary };
     }
     let gauges = std::mem::take(&mut summary.measures);
     summary.warnings.splice(0..0, warnings);
     summary.warnings.extend(resume.map(|from| checkpoint::of_last_part(from.time)));
     let statistics = solver.finish().unwrap_or_else(|fault| {
-        summary.warnings.push(format!("no statistics: {fault}"));
+        summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, format!("no statistics: {fault}")));
         Statistics::default()
     });
-    summary.take(&statistics);
+    if let Err(taken) = summary.take(&solver.hello().program, &statistics) {
+        summary.fail(taken);
+    }
     summary.measures.extend(gauges);
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     cost(&mut summary, stage.role, &statistics, prepared, started.elapsed().as_secs_f64());
@@ -159,27 +162,23 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     Ok(summary)
 }
 
-fn ended_by(fault: &Fault) -> (RunStatus, Option<String>) {
-    match fault.kind {
-        FaultKind::Interrupted => (RunStatus::Interrupted, Some("interrupted".into())),
-        _ => (RunStatus::Failed, Some(fault.message.clone())),
-    }
+fn ended_by(fault: Fault) -> Summary {
+    let status = match fault.kind {
+        FaultKind::Interrupted => RunStatus::Interrupted,
+        _ => RunStatus::Failed,
+    };
+    Summary::ended(status, *fault.diagnostic)
 }
 
-fn failed_at_start(fault: &Fault, owner: &Owner) -> Summary {
-    let (status, message) = ended_by(fault);
-    let mut summary = Summary { message, ..Summary::new(status) };
+fn failed_at_start(fault: Fault, owner: &Owner) -> Summary {
+    let mut summary = ended_by(fault);
     write(&mut summary, owner);
     summary
 }
 
 fn write(summary: &mut Summary, owner: &Owner) {
     if let Err(what) = owner.write_summary(summary) {
-        summary.status = RunStatus::Failed;
-        summary.message = Some(match summary.message.take() {
-            Some(before) => format!("{before}\n{what}"),
-            None => what,
-        });
+        summary.fail(Diagnostic::error(code::NOT_WRITTEN, what));
     }
 }
 
@@ -255,7 +254,7 @@ impl<'a> Solo<'a> {
             next: self.next,
             history: self.history.length(),
         };
-        let written = self.solver.save().map_err(|fault| fault.message).and_then(|state| {
+        let written = self.solver.save().map_err(|fault| fault.to_string()).and_then(|state| {
             self.history.sync().map_err(|e| e.to_string())?;
             let parts = vec![(role.to_owned(), state), (KEPT.to_owned(), checkpoint::pack(&kept))];
             store.write(time, parts).map_err(|e| e.to_string())
@@ -302,9 +301,10 @@ impl<'a> Solo<'a> {
                 self.solver
                     .solve(&window, &[], &mut self.values)
                     .and_then(|()| self.solver.commit())
-                    .map_err(|fault| Fault {
-                        message: format!("from {start} s to {end} s: {}", fault.message),
-                        ..fault
+                    .map_err(|mut fault| {
+                        let message = &mut fault.diagnostic.message;
+                        *message = format!("from {start} s to {end} s: {message}");
+                        fault
                     })?;
                 self.check_finite(&window)?;
                 self.check_energy(stage, &window)?;
@@ -377,7 +377,7 @@ impl<'a> Solo<'a> {
             for (suffix, extreme) in [("min", smallest), ("max", largest)] {
                 let Extreme { value, time } = *extreme;
                 let name = format!("{}_{suffix}", gauge.name);
-                summary.measures.push(Measure { name, value, unit: gauge.unit.clone(), time: Some(time) });
+                summary.measures.push(Measure::new(name, value, gauge.unit.clone()).at(time));
             }
         }
         self.describe_energy(summary);
@@ -385,19 +385,18 @@ impl<'a> Solo<'a> {
     }
     fn describe_energy(&self, summary: &mut Summary) {
         let Some(balance) = &self.balance else {
-            summary.warnings.push("energy_error is absent: the solver does not report its energies".into());
+            summary.warnings.push(energy::absent("the solver does not report its energies"));
             return;
         };
         summary.energy.insert("imbalance_largest_J".into(), json!(balance.largest.0));
         summary.energy.insert("kinetic_largest_J".into(), json!(balance.kinetic));
         let (Some(reference), Some(value)) = (balance.reference(), balance.error()) else {
-            summary.warnings.push(energy::NOTHING_MOVED.into());
+            summary.warnings.push(energy::absent(energy::NOTHING_MOVED));
             return;
         };
         summary.energy.insert("reference_J".into(), json!(reference));
         summary.energy.insert(ENERGY_ERROR.into(), json!(value));
-        let time = Some(balance.largest.1);
-        summary.measures.push(Measure { name: ENERGY_ERROR.into(), value, unit: "1".into(), time });
+        summary.measures.push(energy::error_measure(value, balance.largest.1));
     }
 }
 

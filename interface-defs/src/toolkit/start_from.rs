@@ -1,6 +1,6 @@
 //! `start_from`: a run whose structure starts where that of another run has ended.
 
-use super::input_error::InputError;
+use crate::diagnostic::Diagnostic;
 use super::run_dir::{STRUCTURE_STATE, SUMMARY};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary};
@@ -86,7 +86,7 @@ impl StartFrom {
 
 impl Origin {
     /// What the scene says, with the path as seen from here; `None` where it says nothing.
-    pub fn of(scene: &Scene) -> Result<Option<Self>, InputError> {
+    pub fn of(scene: &Scene) -> Result<Option<Self>, Diagnostic> {
         let Some(from) = scene.read::<StartFrom>(KEY)?.map(StartFrom::parts) else { return Ok(None) };
         if from.run.as_os_str().is_empty() {
             return Err(scene.invalid(KEY, "start_from names no directory"));
@@ -106,7 +106,7 @@ impl Origin {
     }
 
     /// The file with the state at the end of that run, if the run has come to its end; what should be known of that run.
-    pub fn state(&self, scene: &Scene) -> Result<(PathBuf, Option<String>), InputError> {
+    pub fn state(&self, scene: &Scene) -> Result<(PathBuf, Option<String>), Diagnostic> {
         let shown = self.run.display();
         let refuse = |what: String| scene.invalid(KEY, what);
         if !self.run.is_dir() {
@@ -145,7 +145,7 @@ impl Origin {
 }
 
 /// Refuse to write the results of `scene` to `out` where they would take the place of those that it starts from.
-pub fn refuse_own(scene: &Scene, out: &Path) -> Result<(), InputError> {
+pub fn refuse_own(scene: &Scene, out: &Path) -> Result<(), Diagnostic> {
     let Some(from) = Origin::of(scene)? else { return Ok(()) };
     let place = |path: &Path| std::fs::canonicalize(path).ok();
     if place(out).is_some() && place(out) == place(&from.run) {

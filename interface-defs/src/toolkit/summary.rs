@@ -2,7 +2,9 @@
 
 use super::files;
 use super::run_dir::SUMMARY;
+use crate::diagnostic::{Diagnostic, code};
 use crate::message::{Measure, Statistics};
+use crate::verdict::{NOTHING_TORE, Torn, Verdict};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::io;
@@ -34,31 +36,26 @@ impl RunStatus {
     }
 }
 
-/// What a warning of a solver begins with that is a sentence of the verdict.
-const VERDICT: &str = "verdict: ";
-
-/// What stands between the name of a measure and the member of a group in which it was.
-const MEMBER: &str = " @ ";
-
-/// The name of a measure, and the member of a group in which it was, of `posts_tension_min @ post 3`.
-pub fn split_member(name: &str) -> (&str, Option<&str>) {
-    name.split_once(MEMBER).map_or((name, None), |(name, member)| (name, Some(member)))
-}
-
 /// What a run came to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// What became of each rock, and what tore: one sentence each.
+    /// What became of each rock.
+    #[serde(default, with = "verdicts")]
+    pub verdict: Vec<Verdict>,
+    /// What tore of the structure, a part each; `None`: nothing of it can.
     #[serde(default)]
-    pub verdict: Vec<String>,
+    pub torn: Option<Vec<Torn>>,
     /// How it ended.
     pub status: RunStatus,
     /// Id of the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub run: Option<String>,
-    /// Why, unless it is done.
+    /// Why, unless it is done: for people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
+    /// The same as data.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reasons: Vec<Diagnostic>,
     /// Results, in order.
     #[serde(with = "measures")]
     pub measures: Vec<Measure>,
@@ -69,7 +66,7 @@ pub struct Summary {
     /// Seconds, memory, counts.
     pub cost: Map<String, Value>,
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 impl Summary {
@@ -77,9 +74,11 @@ impl Summary {
     pub fn new(status: RunStatus) -> Self {
         Self {
             verdict: Vec::new(),
+            torn: None,
             status,
             run: None,
             message: None,
+            reasons: Vec::new(),
             measures: Vec::new(),
             energy: Map::new(),
             coupling: Map::new(),
@@ -88,24 +87,73 @@ impl Summary {
         }
     }
 
-    /// Take in what a solver reports at the end. Of its warnings those of the verdict become the verdict.
-    pub fn take(&mut self, statistics: &Statistics) {
-        for measure in &statistics.measures {
-            self.add(measure.clone());
-        }
-        for warning in &statistics.warnings {
-            match warning.strip_prefix(VERDICT) {
-                Some(sentence) => self.verdict.push(sentence.into()),
-                None => self.warnings.push(warning.clone()),
-            }
-        }
+    /// One of a run that ended so, and why.
+    pub fn ended(status: RunStatus, why: Diagnostic) -> Self {
+        Self { message: Some(why.to_string()), reasons: vec![why], ..Self::new(status) }
     }
 
-    /// Add a measure. Of a name that is there already the larger magnitude stays: it is the same
-    /// quantity, seen by two parts of a program.
+    /// The run came to its end, and is not to be trusted for these reasons.
+    pub fn doubt(&mut self, reasons: Vec<Diagnostic>) {
+        let sentence = |reason: &Diagnostic| match &reason.hint {
+            Some(cure) => format!("{}: {cure}", reason.headline()),
+            None => reason.headline(),
+        };
+        let sentences: Vec<String> = reasons.iter().map(sentence).collect();
+        self.status = RunStatus::Unreliable;
+        self.message = Some(format!("unreliable: {}", sentences.join("; ")));
+        self.reasons = reasons;
+    }
+
+    /// The run failed for one more reason.
+    pub fn fail(&mut self, why: Diagnostic) {
+        self.status = RunStatus::Failed;
+        self.message = Some(match self.message.take() {
+            Some(before) => format!("{before}\n{why}"),
+            None => why.to_string(),
+        });
+        self.reasons.push(why);
+    }
+
+    /// Take in what the solver `program` reports at the end.
+    ///
+    /// # Errors
+    /// If it gives a measure that another program has given, or the verdict on a rock that has one; both are left out.
+    pub fn take(&mut self, program: &str, statistics: &Statistics) -> Result<(), Diagnostic> {
+        let mut clashes = Vec::new();
+        for measure in &statistics.measures {
+            let source = if measure.source.is_empty() { program } else { &measure.source };
+            let there = self.measures.iter().position(|m| m.name == measure.name && m.source != source);
+            if let Some(at) = there {
+                let other = self.measures.remove(at).source;
+                clashes.push(format!("the measure {} is given by {other} and by {source}", measure.name));
+            } else {
+                self.add(Measure { source: source.into(), ..measure.clone() });
+            }
+        }
+        for verdict in &statistics.verdicts {
+            if self.verdict.iter().any(|known| known.rock == verdict.rock) {
+                clashes.push(format!("a second verdict on rock `{}`, by {program}", verdict.rock));
+            } else {
+                self.verdict.push(verdict.clone());
+            }
+        }
+        if let Some(torn) = &statistics.torn {
+            self.torn.get_or_insert_default().extend(torn.iter().cloned());
+        }
+        let torn = self.torn.as_deref().unwrap_or_default();
+        self.verdict.iter_mut().for_each(|verdict| verdict.torn = torn.to_vec());
+        self.warnings.extend_from_slice(&statistics.warnings);
+        if clashes.is_empty() {
+            return Ok(());
+        }
+        Err(Diagnostic::error(code::NAME_TAKEN, clashes.join("; "))
+            .try_instead("a name belongs to one program: rename it in the solver that is yours"))
+    }
+
+    /// Add a measure. Of one that the same program has given already the larger magnitude stays: it is the same
+    /// quantity, seen by two parts of it.
     pub fn add(&mut self, measure: Measure) {
-        let (name, _) = split_member(&measure.name);
-        match self.measures.iter_mut().find(|m| split_member(&m.name).0 == name) {
+        match self.measures.iter_mut().find(|m| m.name == measure.name) {
             Some(there) if measure.value.abs() > there.value.abs() => *there = measure,
             Some(_) => {}
             None => self.measures.push(measure),
@@ -114,7 +162,15 @@ impl Summary {
 
     /// The value of a measure; `None` if it is absent.
     pub fn measure(&self, name: &str) -> Option<f64> {
-        self.measures.iter().find(|m| split_member(&m.name).0 == name).map(|m| m.value)
+        self.measures.iter().find(|m| m.name == name).map(|m| m.value)
+    }
+
+    /// What became of each rock and of the structure, a sentence each.
+    pub fn sentences(&self) -> Vec<String> {
+        let rocks = self.verdict.iter().map(Verdict::to_string);
+        let torn = self.torn.iter().flatten().map(Torn::to_string);
+        let nothing = self.torn.as_ref().is_some_and(Vec::is_empty).then(|| NOTHING_TORE.to_owned());
+        rocks.chain(torn).chain(nothing).collect()
     }
 
     /// Write `summary.json` to `dir`: as a whole or not at all.
@@ -140,10 +196,8 @@ impl Summary {
                 m.time = m.time.filter(|t| t.is_finite());
                 return true;
             }
-            lost.push(format!(
-                "measure {}: its value {} is not a finite number; it is left out",
-                m.name, m.value
-            ));
+            let what = format!("measure {}: its value {} is not a finite number; it is left out", m.name, m.value);
+            lost.push(Diagnostic::warning(code::NOT_FINITE, what));
             false
         });
         for (section, map) in
@@ -186,12 +240,13 @@ pub fn totals(cost: &mut Map<String, Value>, solvers: &[&Statistics]) {
 }
 
 /// A float that is not finite has become null: drop it and say so.
-fn drop_null(name: &str, map: &mut Map<String, Value>, lost: &mut Vec<String>) {
+fn drop_null(name: &str, map: &mut Map<String, Value>, lost: &mut Vec<Diagnostic>) {
     map.retain(|key, value| {
         let name = format!("{name}.{key}");
         match value {
             Value::Null => {
-                lost.push(format!("{name} is not a finite number; it is left out"));
+                let what = format!("{name} is not a finite number; it is left out");
+                lost.push(Diagnostic::warning(code::NOT_FINITE, what));
                 false
             }
             Value::Object(inner) => {
@@ -203,9 +258,28 @@ fn drop_null(name: &str, map: &mut Map<String, Value>, lost: &mut Vec<String>) {
     });
 }
 
+mod verdicts {
+    use crate::verdict::Verdict;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize)]
+    struct Written<'a> {
+        #[serde(flatten)]
+        verdict: &'a Verdict,
+        sentence: String,
+    }
+
+    pub fn serialize<S: Serializer>(verdicts: &[Verdict], to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(verdicts.iter().map(|verdict| Written { verdict, sentence: verdict.to_string() }))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Verdict>, D::Error> {
+        Vec::deserialize(from)
+    }
+}
+
 mod measures {
-    use super::{MEMBER, split_member};
-    use crate::message::Measure;
+    use crate::message::{Measure, Worse};
     use serde::de::{MapAccess, Visitor};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
     use std::fmt;
@@ -218,13 +292,15 @@ mod measures {
         member: Option<String>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         time_s: Option<f64>,
+        rank: u16,
+        worse: Worse,
+        source: String,
     }
 
     pub fn serialize<S: Serializer>(measures: &[Measure], to: S) -> Result<S::Ok, S::Error> {
         to.collect_map(measures.iter().map(|m| {
-            let (name, member) = split_member(&m.name);
-            let member = member.map(String::from);
-            (name, Written { value: m.value, unit: m.unit.clone(), member, time_s: m.time })
+            let Measure { name, value, unit, time, member, rank, worse, source } = m.clone();
+            (name, Written { value, unit, member, time_s: time, rank, worse, source })
         }))
     }
 
@@ -239,9 +315,9 @@ mod measures {
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
                 let mut out = Vec::new();
-                while let Some((name, entry)) = map.next_entry::<String, Written>()? {
-                    let name = entry.member.map_or(name.clone(), |member| format!("{name}{MEMBER}{member}"));
-                    out.push(Measure { name, value: entry.value, unit: entry.unit, time: entry.time_s });
+                while let Some((name, written)) = map.next_entry::<String, Written>()? {
+                    let Written { value, unit, member, time_s: time, rank, worse, source } = written;
+                    out.push(Measure { name, value, unit, time, member, rank, worse, source });
                 }
                 Ok(out)
             }
@@ -253,9 +329,10 @@ mod measures {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::verdict::{Ending, Fate};
 
     fn measure(name: &str, value: f64, time: Option<f64>) -> Measure {
-        Measure { name: name.into(), value, unit: "m".into(), time }
+        Measure::new(name, value, "m").at(time)
     }
 
     #[test]
@@ -264,7 +341,7 @@ mod tests {
         let mut summary = Summary::new(RunStatus::Done);
         summary.measures = vec![measure("z", 1.5, Some(0.25)), measure("a", -2e-9, None)];
         summary.cost.insert("windows".into(), 7.into());
-        summary.warnings.push("mind the gap".into());
+        summary.warnings.push(Diagnostic::warning(code::OTHER, "mind the gap"));
         summary.write(dir.path()).expect("written");
         assert_eq!(Summary::read(dir.path()).expect("read"), summary);
         assert_eq!(std::fs::read_dir(dir.path()).expect("a directory").count(), 1);
@@ -280,23 +357,44 @@ mod tests {
         let read = Summary::read(dir.path()).expect("read");
         assert_eq!(read.measures, vec![measure("depth", 1.0, None)]);
         assert!(read.energy.is_empty());
-        assert!(read.warnings[0].contains("peak") && read.warnings[1].contains("energy.error"), "{read:?}");
+        assert!(read.warnings[0].message.contains("peak") && read.warnings[1].message.contains("energy.error"), "{read:?}");
     }
 
     #[test]
-    fn sentences_of_the_verdict_are_lifted_out_of_the_warnings() {
+    fn a_verdict_stands_with_its_fate_its_numbers_and_its_sentence() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let ending = Ending { fate: Fate::AtRest, time: 4.0, position: [0.0; 3], speed: 0.0, on_terrain: true };
+        let torn = Torn {
+            part: "rope".into(),
+            elements: 1,
+            first: 0.3,
+            last: 0.3,
+            force: 3e5,
+            member: "element 7".into(),
+        };
+        let verdicts = vec![Verdict::of("block", ending)];
         let mut summary = Summary::new(RunStatus::Done);
-        let warnings = vec!["verdict: rock: stopped by the net".into(), "mind the gap".into()];
-        summary.take(&Statistics { warnings, ..Statistics::default() });
-        assert_eq!(summary.verdict, ["rock: stopped by the net"]);
-        assert_eq!(summary.warnings, ["mind the gap"]);
+        summary.take("dem-solver", &Statistics { verdicts, ..Statistics::default() }).expect("the first");
+        let of_structure = Statistics { torn: Some(vec![torn.clone()]), ..Statistics::default() };
+        summary.take("fem-solver", &of_structure).expect("another");
+        summary.write(dir.path()).expect("written");
+        let json: Value = serde_json::from_str(&std::fs::read_to_string(dir.path().join(SUMMARY)).expect("a file"))
+            .expect("JSON");
+        let verdict = &json["verdict"][0];
+        assert_eq!((&verdict["fate"], &verdict["time"]), (&"at_rest".into(), &4.0.into()));
+        assert_eq!(verdict["torn"][0]["part"], "rope");
+        assert_eq!(verdict["sentence"], summary.verdict[0].to_string());
+        assert_eq!(Summary::read(dir.path()).expect("read"), summary);
+        assert_eq!(summary.sentences(), [summary.verdict[0].to_string(), torn.to_string()]);
+        let nothing = Summary { torn: Some(Vec::new()), ..Summary::new(RunStatus::Done) };
+        assert_eq!(nothing.sentences(), [NOTHING_TORE]);
     }
 
     #[test]
     fn the_member_of_a_group_stands_beside_the_value_and_reads_back() {
         let dir = tempfile::tempdir().expect("a directory");
         let mut summary = Summary::new(RunStatus::Done);
-        summary.add(measure("posts_tension_min @ post 3", -482e3, Some(0.5)));
+        summary.add(measure("posts_tension_min", -482e3, Some(0.5)).of_member(Some("post 3".into())));
         summary.write(dir.path()).expect("written");
         let text = std::fs::read_to_string(dir.path().join(SUMMARY)).expect("a file");
         let json: Value = serde_json::from_str(&text).expect("JSON");
@@ -304,6 +402,19 @@ mod tests {
         let read = Summary::read(dir.path()).expect("read");
         assert_eq!(read, summary);
         assert_eq!(read.measure("posts_tension_min"), Some(-482e3));
+    }
+
+    #[test]
+    fn a_name_that_two_programs_give_is_refused_and_names_both() {
+        let of = |value| Statistics { measures: vec![measure("max_deflection", value, None)], ..Statistics::default() };
+        let mut summary = Summary::new(RunStatus::Done);
+        summary.take("dem-solver 1", &of(1.0)).expect("the first");
+        summary.take("dem-solver 1", &of(2.0)).expect("the same program");
+        assert_eq!((summary.measure("max_deflection"), summary.measures[0].source.as_str()), (Some(2.0), "dem-solver 1"));
+        let refused = summary.take("theirs", &of(3.0)).expect_err("taken");
+        assert_eq!(refused.code, code::NAME_TAKEN);
+        assert!(refused.message.contains("dem-solver 1") && refused.message.contains("theirs"), "{refused}");
+        assert_eq!(summary.measure("max_deflection"), None);
     }
 
     #[test]

@@ -1,33 +1,31 @@
 //! Text that is no TOML: what a user is likely to have done.
 
-use super::input_error::{InputError, Spot};
+use crate::diagnostic::{Diagnostic, Place, code};
 use std::path::Path;
 
 /// The text of the scene file `path`: UTF-8, with or without a byte order mark.
-pub(crate) fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, InputError> {
+pub(crate) fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, Diagnostic> {
     let name = path.display().to_string();
     let save = "save the scene as plain text in UTF-8";
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(InputError::in_file(name, "this is text in UTF-16, and a scene is in UTF-8")
+        return Err(Diagnostic::in_file(name, "this is text in UTF-16, and a scene is in UTF-8")
             .try_instead(format!("{save}, as in PowerShell: Out-File -Encoding utf8")));
     }
     if bytes.contains(&0) {
-        return Err(InputError::in_file(name, "this is no text: it holds bytes of 0")
+        return Err(Diagnostic::in_file(name, "this is no text: it holds bytes of 0")
             .try_instead("a scene is a text file in TOML, like those in launch/scenes"));
     }
     let text = String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
         let byte = e.as_bytes()[at];
         let text = String::from_utf8_lossy(e.as_bytes());
-        InputError::at(
-            Spot::in_file(&name, &text, at..at + 1),
-            format!("byte {at}, 0x{byte:02x}, is not UTF-8 text"),
-        )
-        .try_instead(format!("{save}; a letter with an accent in another encoding?"))
+        let what = format!("byte {at}, 0x{byte:02x}, is not UTF-8 text");
+        let place = Place::in_text(&name, &text, at..at + 1);
+        Diagnostic::error(code::SYNTAX, what).at(place).try_instead(format!("{save}; a letter with an accent in another encoding?"))
     })?;
     if let Some(at) = lone_return(&text) {
         let line = 1 + text[..at].matches('\r').count();
-        return Err(InputError::in_file(name, format!("line {line} ends with a carriage return alone"))
+        return Err(Diagnostic::in_file(name, format!("line {line} ends with a carriage return alone"))
             .try_instead("save the scene with line ends of Unix (LF) or Windows (CR LF)"));
     }
     Ok(text)

@@ -4,7 +4,7 @@
 //! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.
 
 use interface_defs::toolkit::explain::suggestion;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use toml::{Table, Value};
 
 /// What a knob changes.
@@ -166,11 +166,11 @@ pub fn of(scene: &Base) -> Vec<Knob> {
 }
 
 /// Turn those alone that are named in `only`, all if it is empty. An unknown name is bad input.
-pub fn turn_only(knobs: &mut [Knob], only: &[String]) -> Result<(), InputError> {
+pub fn turn_only(knobs: &mut [Knob], only: &[String]) -> Result<(), Diagnostic> {
     let names: Vec<&str> = knobs.iter().map(|knob| knob.name).collect();
     if let Some(unknown) = only.iter().find(|name| !names.contains(&name.as_str())) {
         let what = format!("--knob {unknown}: this scene has no knob of that name");
-        return Err(InputError::new(what).try_instead(suggestion(unknown, &names).unwrap_or_default()));
+        return Err(Diagnostic::new(what).try_instead(suggestion(unknown, &names).unwrap_or_default()));
     }
     knobs
         .iter_mut()

@@ -3,7 +3,7 @@
 use super::study::Study;
 use crate::stop::Stop;
 use interface_defs::toolkit::explain::suggestion;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// Measures by default: the first of each line that the scene has. A later block counts where an earlier has none.
 const DEFAULTS: &[&[&[&str]]] = &[
@@ -32,7 +32,7 @@ pub fn choose(study: &mut Study, asked: &[String]) -> Result<(), Stop> {
         if !there.contains_key(name) {
             let what = format!("{option} {name}: this scene gives no measure of that name");
             let cure = suggestion(name, &known).unwrap_or_default();
-            return Err(InputError::new(what).try_instead(cure).into());
+            return Err(Diagnostic::new(what).try_instead(cure).into());
         }
     }
     let mut measures: Vec<String> = asked.to_vec();
@@ -50,7 +50,7 @@ pub fn choose(study: &mut Study, asked: &[String]) -> Result<(), Stop> {
         let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
         let what = "none of the usual measures is given by this scene";
         let cure = format!("name some with --measure; known here: {}", list.join(", "));
-        return Err(InputError::new(what).try_instead(cure).into());
+        return Err(Diagnostic::new(what).try_instead(cure).into());
     }
     study.measures = unique;
     Ok(())

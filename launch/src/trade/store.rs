@@ -6,7 +6,7 @@ use super::runner::directory;
 use super::study::Finished;
 use crate::stop::Stop;
 use interface_defs::toolkit::files;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -54,7 +54,7 @@ impl Store {
     /// Open the study of `identity` in `out`. That of another scene is refused, or with `force` removed.
     pub fn open(out: &Path, identity: &Identity, force: bool) -> Result<Self, Stop> {
         let fault = |e: io::Error| {
-            InputError::in_file(out.display().to_string(), format!("no study can be written here: {e}"))
+            Diagnostic::in_file(out.display().to_string(), format!("no study can be written here: {e}"))
         };
         let owner = Owner::claim(out, &Claim { force, ..Claim::default() })?;
         let there = std::fs::read_to_string(out.join(STUDY))
@@ -121,7 +121,7 @@ fn absent(e: io::Error) -> io::Result<()> {
     if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) }
 }
 
-fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> InputError {
+fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> Diagnostic {
     let what = match there {
         Some(there) if there.scene != identity.scene => {
             "of another scene, or of this one with other --set values"
@@ -130,7 +130,7 @@ fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> InputEr
         Some(_) => "made by other versions of the programs",
         None => "that this version cannot read",
     };
-    InputError::in_file(
+    Diagnostic::in_file(
         out.display().to_string(),
         format!("this directory holds a study {what}; its runs cannot be compared"),
     )

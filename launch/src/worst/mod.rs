@@ -23,7 +23,7 @@ use interface_defs::ipc::RunId;
 use interface_defs::toolkit::arguments::{EnsembleArguments, Input};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::ground::Area;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::owner::{Claim, Owner, holder};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
@@ -117,7 +117,7 @@ fn site(scene: &Scene, sets: Vec<String>, events: &Events) -> Result<Area, Stop>
 }
 
 fn program(name: &str) -> Result<PathBuf, Stop> {
-    let missing = |what| InputError::new(what).try_instead("build all programs with cargo build --release");
+    let missing = |what| Diagnostic::new(what).try_instead("build all programs with cargo build --release");
     Ok(beside(name).map_err(missing)?)
 }
 
@@ -234,7 +234,7 @@ impl Work<'_> {
     fn one(&self, dir: &Path, member: u64) -> Result<Exit, Stop> {
         let list = dir.join(CHOSEN);
         let first = "rockfall ensemble STUDY --barrier SCENE --worst N --list-worst computes the study and chooses them";
-        let refuse = |what: String| InputError::in_file(list.display().to_string(), what).try_instead(first);
+        let refuse = |what: String| Diagnostic::in_file(list.display().to_string(), what).try_instead(first);
         if !list.exists() {
             return Err(refuse("there is no such file: no members are chosen yet".into()).into());
         }

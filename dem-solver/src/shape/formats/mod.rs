@@ -9,14 +9,14 @@ use crate::shape::closed::Mend;
 use crate::shape::flaw::{Flaw, MOST_TRIANGLES};
 use crate::shape::surface::Surface;
 pub use format::{Facets, Indexed, SurfaceFormat};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use std::path::Path;
 
 /// All formats. A new one is a file in this folder and two lines here.
 pub const FORMATS: &[&SurfaceFormat] = &[&stl::FORMAT, &obj::FORMAT];
 
 /// The closed surface in a file, lengths times `scale`, mended as asked for; the second part says what was mended.
-pub fn read_surface(path: &Path, scale: f64, mend: &Mend) -> Result<(Surface, Vec<String>), InputError> {
+pub fn read_surface(path: &Path, scale: f64, mend: &Mend) -> Result<(Surface, Vec<String>), Diagnostic> {
     let bytes = read_bytes(path, LARGEST)?;
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let format = FORMATS.iter().find(|format| extension.as_deref() == Some(format.extension));

@@ -7,7 +7,7 @@ use crate::study::runner::Flight;
 use crate::study::settings::{ScreenLine, read_lines};
 use interface_defs::toolkit::arguments::EnsembleArguments;
 use interface_defs::toolkit::ground::Area;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::input_file::with_absolute_files;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from::{self, Origin};
@@ -40,13 +40,13 @@ impl Barrier {
         arguments: &EnsembleArguments,
         sets: &[String],
         study: Scene,
-    ) -> Result<(Option<Self>, Scene), InputError> {
+    ) -> Result<(Option<Self>, Scene), Diagnostic> {
         let Some(file) = &arguments.barrier else { return Ok((None, study)) };
         let site = arguments.site.as_deref().and_then(|text| serde_json::from_str::<Area>(text).ok());
         let Some(area) = site else {
             let what = "where the barrier stands is not known here";
             return Err(
-                InputError::in_file("--barrier", what).try_instead("rockfall ensemble STUDY --barrier SCENE")
+                Diagnostic::in_file("--barrier", what).try_instead("rockfall ensemble STUDY --barrier SCENE")
             );
         };
         let scene = Scene::load(file, sets)?;
@@ -95,7 +95,7 @@ impl Barrier {
         member: &Member,
         flight: Option<&Flight>,
         crossing: f64,
-    ) -> Result<Table, InputError> {
+    ) -> Result<Table, Diagnostic> {
         let mut own = base.scene_of(member)?;
         if let Some((flight, rock)) = flight.zip(rock_of(&mut own)) {
             put_flight(rock, flight);
@@ -127,7 +127,7 @@ impl Barrier {
 
     /// Laws of the ground as the study has them, those of the structure as the barrier has them. That of ground against the net
     /// would be many times too stiff: a barrier without its own is refused.
-    fn contacts(&self, own: &Table) -> Result<Vec<Value>, InputError> {
+    fn contacts(&self, own: &Table) -> Result<Vec<Value>, Diagnostic> {
         let tables =
             |document: &Table| document.get("contact").and_then(Value::as_array).cloned().unwrap_or_default();
         let names = |table: &Value, wanted: &str| {
@@ -171,7 +171,7 @@ impl Barrier {
 }
 
 /// The run that the structure starts from, so that every member finds it wherever its scene lies.
-fn absolute_start(scene: &Scene) -> Result<Option<Value>, InputError> {
+fn absolute_start(scene: &Scene) -> Result<Option<Value>, Diagnostic> {
     let Some(mut origin) = Origin::of(scene)? else { return Ok(None) };
     let refuse = |what: String| scene.invalid(start_from::KEY, what);
     origin.run = std::path::absolute(&origin.run).map_err(|e| refuse(e.to_string()))?;
@@ -190,7 +190,7 @@ fn put_flight(rock: &mut Table, flight: &Flight) {
 }
 
 /// Name of the line of the barrier in the study, and the study with it: its own, where it has one in the same place.
-fn with_line(study: Scene, area: &Area, scene: &Scene) -> Result<(String, Scene), InputError> {
+fn with_line(study: Scene, area: &Area, scene: &Scene) -> Result<(String, Scene), Diagnostic> {
     let lines = read_lines(&study)?;
     let near = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) <= SAME;
     let is_same = |line: &ScreenLine| {

@@ -16,7 +16,7 @@ use crate::geometry::plan::{self, distance_from};
 use barrier::Barrier;
 use choose::{Arrival, Choice, choose};
 use interface_defs::toolkit::files;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::summary::RunStatus;
 use serde_json::{Value, json};
@@ -95,14 +95,14 @@ impl Comings {
     }
 
     /// Write the scenes of the worst members, and which they are.
-    pub fn write(&self, base: &Base, barrier: &Barrier, dir: &Path, count: usize) -> Result<(), InputError> {
+    pub fn write(&self, base: &Base, barrier: &Barrier, dir: &Path, count: usize) -> Result<(), Diagnostic> {
         let arrivals = self.arrivals(base);
         if arrivals.is_empty() {
             let what = format!("no member of the study reaches the line `{}`", barrier.line);
-            return Err(InputError::in_file(barrier.file().display().to_string(), what)
+            return Err(Diagnostic::in_file(barrier.file().display().to_string(), what)
                 .try_instead("move the barrier, or look at maps/share.svg where rocks pass"));
         }
-        let fault = |e: io::Error| InputError::in_file(dir.display().to_string(), e.to_string());
+        let fault = |e: io::Error| Diagnostic::in_file(dir.display().to_string(), e.to_string());
         std::fs::create_dir_all(dir).map_err(fault)?;
         base.keep_clusters(&dir.join(run_dir::CLUSTERS)).map_err(fault)?;
         let mut rows = Vec::new();
@@ -128,8 +128,8 @@ pub fn scene(
     barrier: &Barrier,
     member: &Member,
     crossing: &Crossing,
-) -> Result<(String, Option<Flight>), InputError> {
-    let fault = |what: String| InputError::new(format!("member {}: {what}", member.number));
+) -> Result<(String, Option<Flight>), Diagnostic> {
+    let fault = |what: String| Diagnostic::new(format!("member {}: {what}", member.number));
     let time = crossing.values[place::TIME];
     let line = &base.lines[usize::from(crossing.line)];
     let reach = base.model(member, None).map_err(fault)?.rocks[0].reach;
@@ -139,12 +139,12 @@ pub fn scene(
     let from =
         flight.as_ref().map_or("its release".into(), |flight| format!("its flight at {} s", flight.time));
     let more = format!(" against {}, from {from} on", barrier.name());
-    let body = toml::to_string(&table).map_err(|e| InputError::new(e.to_string()))?;
+    let body = toml::to_string(&table).map_err(|e| Diagnostic::new(e.to_string()))?;
     Ok((base.head(member, &more) + &body, flight))
 }
 
 /// The same of one member that has not been computed yet; one that does not reach the line starts at its release.
-pub fn scene_of_one(base: &Base, barrier: &Barrier, number: u64) -> Result<String, InputError> {
+pub fn scene_of_one(base: &Base, barrier: &Barrier, number: u64) -> Result<String, Diagnostic> {
     let member = base.member(number);
     let line = Comings::new(base, barrier).line;
     let track = Runner::new(base).run(&member).map(|(_, track)| track).unwrap_or_default();
@@ -154,7 +154,7 @@ pub fn scene_of_one(base: &Base, barrier: &Barrier, number: u64) -> Result<Strin
     tracing::warn!("member {number} does not reach the line of the barrier: its scene begins at its release");
     let table = barrier.with(base, &member, None, 0.0)?;
     let more = format!(" against {}, from its release on", barrier.name());
-    let body = toml::to_string(&table).map_err(|e| InputError::new(e.to_string()))?;
+    let body = toml::to_string(&table).map_err(|e| Diagnostic::new(e.to_string()))?;
     Ok(base.head(&member, &more) + &body)
 }
 

@@ -4,7 +4,7 @@
 use super::format::{Content, Format, Holds, MOST_CELLS};
 use super::text::{Words, comma, has_comma, number, shown};
 use crate::terrain::raster::Raster;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// This format.
 pub const FORMAT: Format = Format {
@@ -31,11 +31,11 @@ struct Header {
 }
 
 /// Read the bytes of `file`.
-fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
+fn read(bytes: &[u8], file: &str) -> Result<Raster, Diagnostic> {
     let mut words = Words::new(bytes);
     let header = header(&mut words, file)?;
     let missing =
-        |name: &str| InputError::in_file(file, format!("the header has no `{name}`; is this an ESRI grid?"));
+        |name: &str| Diagnostic::in_file(file, format!("the header has no `{name}`; is this an ESRI grid?"));
     let columns = header.columns.ok_or_else(|| missing("ncols"))?;
     let rows = header.rows.ok_or_else(|| missing("nrows"))?;
     let (west, middle_x) = header.west.ok_or_else(|| missing("xllcorner"))?;
@@ -45,13 +45,13 @@ fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     // A height and its separator are two bytes at least.
     let count = columns.checked_mul(rows).filter(|n| n / 2 <= bytes.len());
     let Some(count) = count else {
-        return Err(InputError::in_file(
+        return Err(Diagnostic::in_file(
             file,
             format!("the header promises {columns} x {rows} heights, and the file has {} bytes", bytes.len()),
         ));
     };
     if count > MOST_CELLS {
-        return Err(InputError::in_file(file, format!("{count} heights: up to {MOST_CELLS} are read")));
+        return Err(Diagnostic::in_file(file, format!("{count} heights: up to {MOST_CELLS} are read")));
     }
     let mut heights = Vec::with_capacity(count);
     // Heights in the first line, and the lines that hold heights: they show whether columns and rows are exchanged.
@@ -60,12 +60,12 @@ fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
         let Some(word) = words.next() else {
             let what =
                 format!("the file ends after {} of {columns} x {rows} = {count} heights", heights.len());
-            return Err(InputError::in_file(format!("{file}:{}", words.line), what));
+            return Err(Diagnostic::in_file(format!("{file}:{}", words.line), what));
         };
         let Some(z) = number(word) else {
             let (row, column) = (heights.len() / columns + 1, heights.len() % columns + 1);
             let what = format!("`{}` is no height (row {row}, column {column})", shown(word));
-            return Err(comma(word, InputError::in_file(format!("{file}:{}", words.line), what)));
+            return Err(comma(word, Diagnostic::in_file(format!("{file}:{}", words.line), what)));
         };
         in_first += usize::from(*first_line.get_or_insert(words.line) == words.line);
         last_line = words.line;
@@ -73,7 +73,7 @@ fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     }
     if let Some(word) = words.next() {
         let what = format!("`{}` follows the last of {count} heights", shown(word));
-        return Err(InputError::in_file(format!("{file}:{}", words.line), what));
+        return Err(Diagnostic::in_file(format!("{file}:{}", words.line), what));
     }
     let lines = last_line + 1 - first_line.unwrap_or(last_line);
     if columns != rows && in_first == rows && lines == columns {
@@ -81,7 +81,7 @@ fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
             "{lines} lines of {in_first} heights each, and the header says {columns} columns in {rows} rows: they are exchanged"
         );
         return Err(
-            InputError::in_file(file, what).try_instead(format!("write ncols {rows} and nrows {columns}"))
+            Diagnostic::in_file(file, what).try_instead(format!("write ncols {rows} and nrows {columns}"))
         );
     }
     let half = |middle: bool, size: f64| if middle { 0.0 } else { 0.5 * size };
@@ -93,13 +93,13 @@ fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     })
 }
 
-fn header(words: &mut Words, file: &str) -> Result<Header, InputError> {
+fn header(words: &mut Words, file: &str) -> Result<Header, Diagnostic> {
     let mut header = Header::default();
     // The header ends where a line begins with a number.
     while let Some(name) = words.peek().filter(|word| number(word).is_none()) {
         words.next();
         let line = words.line;
-        let fault = |what: String| InputError::in_file(format!("{file}:{line}"), what);
+        let fault = |what: String| Diagnostic::in_file(format!("{file}:{line}"), what);
         if has_comma(name) {
             return Err(comma(name, fault(format!("`{}` is no height (row 1, column 1)", shown(name)))));
         }

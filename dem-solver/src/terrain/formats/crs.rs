@@ -2,7 +2,7 @@
 //!
 //! Source: OGC GeoTIFF 1.1 (geo keys; LAS holds the same), OGC 01-009 and ISO 19162 (well-known text).
 
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use std::path::Path;
 
 /// Geo keys and their values.
@@ -115,12 +115,12 @@ pub fn unit_of_heights(text: &str) -> Result<(), Wrong> {
 }
 
 /// The same as an error about `file`.
-pub fn refused(file: &str, judged: Result<(), Wrong>) -> Result<(), InputError> {
-    judged.map_err(|(what, cure)| InputError::in_file(file, what).try_instead(cure))
+pub fn refused(file: &str, judged: Result<(), Wrong>) -> Result<(), Diagnostic> {
+    judged.map_err(|(what, cure)| Diagnostic::in_file(file, what).try_instead(cure))
 }
 
 /// Judge the file with the extension `.prj` beside a terrain, if there is one.
-pub fn beside(path: &Path) -> Result<(), InputError> {
+pub fn beside(path: &Path) -> Result<(), Diagnostic> {
     let prj = path.with_extension("prj");
     match std::fs::metadata(&prj) {
         Ok(data) if data.is_file() && data.len() < 1 << 20 => {}

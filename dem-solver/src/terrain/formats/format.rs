@@ -2,7 +2,7 @@
 
 use crate::input::Head;
 use crate::terrain::raster::Raster;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 
 /// Most cells of a raster: each takes some 90 bytes, with its two triangles and their tree.
@@ -21,7 +21,7 @@ pub struct Format {
     /// Whether a file that begins so is one.
     pub begins: fn(&Head) -> bool,
     /// Read a file.
-    pub read: fn(Source) -> Result<Content, InputError>,
+    pub read: fn(Source) -> Result<Content, Diagnostic>,
 }
 
 impl Format {

@@ -6,7 +6,7 @@
 use super::format::{Content, Format, Holds, MOST_CELLS};
 use super::text::{Words, comma, number, shown};
 use crate::terrain::raster::Raster;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// This format.
 pub const FORMAT: Format = Format {
@@ -21,21 +21,21 @@ pub const FORMAT: Format = Format {
 /// From this on a height marks a node without one.
 const BLANK: f64 = 1.701_41e38;
 
-fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
+fn read(bytes: &[u8], file: &str) -> Result<Raster, Diagnostic> {
     let mut words = Words::new(bytes);
     if words.next() != Some(b"DSAA") {
-        return Err(InputError::in_file(
+        return Err(Diagnostic::in_file(
             file,
             "the file does not begin with `DSAA`; is this a Surfer grid as text?",
         ));
     }
     let [columns, rows] = [count(&mut words, file, "columns")?, count(&mut words, file, "rows")?];
-    let mut limits = |axis: &str| -> Result<[f64; 2], InputError> {
+    let mut limits = |axis: &str| -> Result<[f64; 2], Diagnostic> {
         let both =
             [value(&mut words, file, &format!("{axis}lo"))?, value(&mut words, file, &format!("{axis}hi"))?];
         match both {
             [low, high] if low < high || axis == "z" => Ok(both),
-            [low, high] => Err(InputError::in_file(
+            [low, high] => Err(Diagnostic::in_file(
                 format!("{file}:{}", words.line),
                 format!("{axis} from {low} to {high}: it must rise"),
             )),
@@ -46,10 +46,10 @@ fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     let Some(cells) = columns.checked_mul(rows).filter(|n| n / 2 <= bytes.len()) else {
         let what =
             format!("the header promises {columns} x {rows} heights, and the file has {} bytes", bytes.len());
-        return Err(InputError::in_file(file, what));
+        return Err(Diagnostic::in_file(file, what));
     };
     if cells > MOST_CELLS {
-        return Err(InputError::in_file(file, format!("{cells} heights: up to {MOST_CELLS} are read")));
+        return Err(Diagnostic::in_file(file, format!("{cells} heights: up to {MOST_CELLS} are read")));
     }
     let mut heights = vec![f64::NAN; cells];
     // Rasters hold their rows from the north.
@@ -61,30 +61,30 @@ fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
     }
     if let Some(word) = words.next() {
         let what = format!("`{}` follows the last of {cells} heights", shown(word));
-        return Err(InputError::in_file(format!("{file}:{}", words.line), what));
+        return Err(Diagnostic::in_file(format!("{file}:{}", words.line), what));
     }
     let spacing = [(x1 - x0) / (columns - 1) as f64, (y1 - y0) / (rows - 1) as f64];
     Ok(Raster { corner: [x0, y0], spacing, counts: [columns, rows], heights })
 }
 
 /// The next word as a number of columns or rows: two at least, so that they have a distance.
-fn count(words: &mut Words, file: &str, what: &str) -> Result<usize, InputError> {
+fn count(words: &mut Words, file: &str, what: &str) -> Result<usize, Diagnostic> {
     let count = value(words, file, what)?;
     if count >= 2.0 && count.fract() == 0.0 && count <= 1e9 {
         return Ok(count as usize);
     }
     let what = format!("{count} {what}: it must be a whole number above 1");
-    Err(InputError::in_file(format!("{file}:{}", words.line), what))
+    Err(Diagnostic::in_file(format!("{file}:{}", words.line), what))
 }
 
 /// The next word as a number.
-fn value(words: &mut Words, file: &str, what: &str) -> Result<f64, InputError> {
+fn value(words: &mut Words, file: &str, what: &str) -> Result<f64, Diagnostic> {
     let word = words.next();
     let at = format!("{file}:{}", words.line);
     let Some(word) = word else {
-        return Err(InputError::in_file(at, format!("the file ends where its {what} must stand: cut off?")));
+        return Err(Diagnostic::in_file(at, format!("the file ends where its {what} must stand: cut off?")));
     };
-    let error = || InputError::in_file(at, format!("`{}` is no number for its {what}", shown(word)));
+    let error = || Diagnostic::in_file(at, format!("`{}` is no number for its {what}", shown(word)));
     number(word).ok_or_else(|| comma(word, error()))
 }
 

@@ -1,7 +1,7 @@
 //! Heights that no terrain has: marks of cells without height that the file does not declare, degrees in place of metres.
 
 use crate::terrain::raster::Raster;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// Area seen from the side over that from above, of a terrain that is more likely to lie on its side: slopes of 63 degrees.
 const STEEP: f64 = 2.0;
@@ -17,7 +17,7 @@ const GAP: f64 = 100.0;
 const STEEPEST: f64 = 20.0;
 
 /// Refuse a raster whose cells hold marks for heights, or that lies in degrees.
-pub fn of_raster(raster: &Raster, file: &str) -> Result<(), InputError> {
+pub fn of_raster(raster: &Raster, file: &str) -> Result<(), Diagnostic> {
     let known = || raster.heights.iter().copied().filter(|z| !z.is_nan());
     marks(known, raster.heights.len(), "cells", file)?;
     let [dx, dy] = raster.spacing;
@@ -27,7 +27,7 @@ pub fn of_raster(raster: &Raster, file: &str) -> Result<(), InputError> {
 }
 
 /// The same of points.
-pub fn of_points(points: &[[f64; 3]], file: &str) -> Result<(), InputError> {
+pub fn of_points(points: &[[f64; 3]], file: &str) -> Result<(), Diagnostic> {
     let heights = || points.iter().map(|p| p[2]);
     marks(heights, points.len(), "points", file)?;
     let axis = |a: usize| range(points.iter().map(|p| p[a]));
@@ -45,7 +45,7 @@ fn marks<I: Iterator<Item = f64>>(
     count: usize,
     of: &str,
     file: &str,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let [low, high] = range(heights());
     for mark in [low, high] {
         let [next_low, next_high] = range(heights().filter(|z| *z != mark));
@@ -58,7 +58,7 @@ fn marks<I: Iterator<Item = f64>>(
         let known = MARKS.contains(&mark) || mark.abs() > FURTHEST && others_are_heights;
         if known && gap > GAP && gap > next_high - next_low {
             let cells = heights().filter(|z| *z == mark).count();
-            return Err(InputError::in_file(
+            return Err(Diagnostic::in_file(
                 file,
                 format!(
                     "{cells} of {count} {of} have the height {mark:e} m, and all others {next_low} to {next_high} m: a mark of \
@@ -78,7 +78,7 @@ pub fn of_triangles(
     nodes: &[nalgebra::Vector3<f64>],
     triangles: &[[u32; 3]],
     file: &str,
-) -> Result<Option<String>, InputError> {
+) -> Result<Option<String>, Diagnostic> {
     on_earth(range(nodes.iter().map(|n| n.z)), file)?;
     let mut sums = [0.0; 3];
     for [a, b, c] in triangles.iter().map(|t| t.map(|n| nodes[n as usize])) {
@@ -96,10 +96,10 @@ pub fn of_triangles(
     }))
 }
 
-fn on_earth([low, high]: [f64; 2], file: &str) -> Result<(), InputError> {
+fn on_earth([low, high]: [f64; 2], file: &str) -> Result<(), Diagnostic> {
     if low < -FURTHEST || high > FURTHEST {
         let what = format!("heights from {low:e} to {high:e} m: nothing on Earth is as high or as deep");
-        return Err(InputError::in_file(file, what).try_instead(
+        return Err(Diagnostic::in_file(file, what).try_instead(
             "heights are in metres; a mark of cells without height is named with nodata_value",
         ));
     }
@@ -107,7 +107,7 @@ fn on_earth([low, high]: [f64; 2], file: &str) -> Result<(), InputError> {
 }
 
 /// A map of some degrees whose heights are metres is a mesh.
-fn degrees([[x0, y0], [x1, y1]]: [[f64; 2]; 2], [low, high]: [f64; 2], file: &str) -> Result<(), InputError> {
+fn degrees([[x0, y0], [x1, y1]]: [[f64; 2]; 2], [low, high]: [f64; 2], file: &str) -> Result<(), Diagnostic> {
     let extent = (x1 - x0).max(y1 - y0);
     let may_be = x0 >= -360.0 && x1 <= 360.0 && y0 >= -90.0 && y1 <= 90.0;
     if may_be && extent > 0.0 && high - low > STEEPEST * extent {
@@ -115,7 +115,7 @@ fn degrees([[x0, y0], [x1, y1]]: [[f64; 2]; 2], [low, high]: [f64; 2], file: &st
             "x from {x0} to {x1} and y from {y0} to {y1}, with heights from {low} to {high} m: these are degrees, and a scene is \
              in metres"
         );
-        return Err(InputError::in_file(file, what)
+        return Err(Diagnostic::in_file(file, what)
             .try_instead("project it to metres, as with gdalwarp -t_srs EPSG:CODE IN OUT"));
     }
     if extent > 0.0 && high - low > STEEPEST * extent {
@@ -124,7 +124,7 @@ fn degrees([[x0, y0], [x1, y1]]: [[f64; 2]; 2], [low, high]: [f64; 2], file: &st
             x1 - x0,
             y1 - y0
         );
-        return Err(InputError::in_file(file, what)
+        return Err(Diagnostic::in_file(file, what)
             .try_instead("are its cells or coordinates in kilometres? They are in metres, as the heights"));
     }
     Ok(())

@@ -5,7 +5,7 @@
 
 use super::format::{Content, Format, Holds};
 use super::{crs, laz};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -29,29 +29,29 @@ const MOST: u64 = 2_000_000_000;
 const MOST_TAKEN: usize = 100_000_000;
 
 /// Read the bytes of `file`: points of these classes, all if there is none.
-fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
+fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, Diagnostic> {
     check(&bytes, file)?;
     crs::refused(file, coordinates(&bytes))?;
     // The crate is not proof against every lie in a compressed file.
     let read = catch_unwind(AssertUnwindSafe(|| points(bytes, classes)));
     let (points, seen) = match read {
         Ok(Ok(read)) => read,
-        Ok(Err(e)) => return Err(InputError::in_file(file, format!("cannot be read as LAS: {e}"))),
+        Ok(Err(e)) => return Err(Diagnostic::in_file(file, format!("cannot be read as LAS: {e}"))),
         Err(_) => {
-            return Err(InputError::in_file(
+            return Err(Diagnostic::in_file(
                 file,
                 "cannot be read as LAS: its compressed points are damaged",
             ));
         }
     };
     if points.len() > MOST_TAKEN {
-        return Err(InputError::in_file(file, format!("more than {MOST_TAKEN} points of the terrain"))
+        return Err(Diagnostic::in_file(file, format!("more than {MOST_TAKEN} points of the terrain"))
             .try_instead("thin them out, or cut the area out that is needed"));
     }
     if points.is_empty() {
         let text: Vec<String> = classes.iter().map(u8::to_string).collect();
         let what = format!("none of its {seen} points is of class {}", text.join(", "));
-        return Err(InputError::in_file(file, what)
+        return Err(Diagnostic::in_file(file, what)
             .try_instead("write classes = [] under [terrain] to take all points"));
     }
     Ok(points)
@@ -84,8 +84,8 @@ fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::E
 }
 
 /// Refuse headers that promise more than the file can hold.
-fn check(bytes: &[u8], file: &str) -> Result<(), InputError> {
-    let fault = |what: String| Err(InputError::in_file(file, what));
+fn check(bytes: &[u8], file: &str) -> Result<(), Diagnostic> {
+    let fault = |what: String| Err(Diagnostic::in_file(file, what));
     if !bytes.starts_with(b"LASF") {
         return fault("the file does not begin with `LASF`; is this LAS or LAZ?".into());
     }

@@ -21,7 +21,7 @@ use super::raster::Raster;
 use crate::input::read_bytes;
 use crate::shape;
 pub use format::{Content, Format, Holds, Source};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::input_file;
 use std::path::Path;
 
@@ -33,7 +33,7 @@ const LARGEST: u64 = 16 << 30;
 
 /// Read a terrain file; its extension says what it is. Of classified points those of `classes` are taken (all, if there is none);
 /// heights that are `mark` [m] are those of cells without height.
-pub fn terrain(path: &Path, classes: &[u8], mark: Option<f64>) -> Result<Content, InputError> {
+pub fn terrain(path: &Path, classes: &[u8], mark: Option<f64>) -> Result<Content, Diagnostic> {
     let file = path.display().to_string();
     input_file::regular(path)?;
     let extension = extension(path);
@@ -63,7 +63,7 @@ pub fn terrain(path: &Path, classes: &[u8], mark: Option<f64>) -> Result<Content
 }
 
 /// Read a raster file, of heights or of zone numbers.
-pub fn raster(path: &Path) -> Result<Raster, InputError> {
+pub fn raster(path: &Path) -> Result<Raster, Diagnostic> {
     let file = path.display().to_string();
     let extension = extension(path);
     let mut rasters = FORMATS.iter().filter(|format| format.holds == Holds::Raster);
@@ -74,7 +74,7 @@ pub fn raster(path: &Path) -> Result<Raster, InputError> {
         return Ok(raster);
     }
     let known: Vec<String> = rasters.by_ref().map(|format| format!(".{}", format.extensions[0])).collect();
-    Err(InputError::in_file(file, format!("`.{extension}` is no raster that can be read"))
+    Err(Diagnostic::in_file(file, format!("`.{extension}` is no raster that can be read"))
         .try_instead(format!("known are {}", known.join(", "))))
 }
 
@@ -100,7 +100,7 @@ fn surface(extension: &str) -> Option<&'static shape::formats::SurfaceFormat> {
     shape::formats::FORMATS.iter().find(|format| format.extension == extension).copied()
 }
 
-fn unknown(file: &str, extension: &str) -> InputError {
+fn unknown(file: &str, extension: &str) -> Diagnostic {
     let mesh = matches!(extension, "msh" | "inp" | "mdpa");
     let more = if mesh { "; a mesh of a net is named with [structure] mesh = \"...\"" } else { "" };
     let what = if extension.is_empty() {
@@ -110,7 +110,7 @@ fn unknown(file: &str, extension: &str) -> InputError {
     };
     let own = FORMATS.iter().flat_map(|format| format.extensions.iter().map(|e| format!(".{e}")));
     let known: Vec<String> = own.chain([shape::formats::known(", ")]).collect();
-    InputError::in_file(file, what).try_instead(format!("known are {}{more}", known.join(", ")))
+    Diagnostic::in_file(file, what).try_instead(format!("known are {}{more}", known.join(", ")))
 }
 
 /// Take the heights that are `mark` out of a raster.
@@ -127,10 +127,10 @@ fn extension(path: &Path) -> String {
 }
 
 /// The whole file, which must not be empty.
-fn bytes(path: &Path) -> Result<Vec<u8>, InputError> {
+fn bytes(path: &Path) -> Result<Vec<u8>, Diagnostic> {
     let bytes = read_bytes(path, LARGEST)?;
     if bytes.is_empty() {
-        return Err(InputError::in_file(path.display().to_string(), "the file is empty"));
+        return Err(Diagnostic::in_file(path.display().to_string(), "the file is empty"));
     }
     Ok(bytes)
 }

@@ -3,7 +3,7 @@
 use super::format::Format;
 use crate::input::Head;
 use crate::shape;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use std::io::Read;
 use std::path::Path;
 
@@ -50,7 +50,7 @@ fn of(head: &Head, formats: &[&Format]) -> Option<FileKind> {
 }
 
 /// Refuse a file whose first bytes are of another kind than its `extension` says; `formats` are those of terrain.
-pub fn check(path: &Path, extension: &str, formats: &[&Format]) -> Result<(), InputError> {
+pub fn check(path: &Path, extension: &str, formats: &[&Format]) -> Result<(), Diagnostic> {
     let mut head = Vec::new();
     // What cannot be read is the reader's complaint.
     if std::fs::File::open(path).and_then(|file| file.take(Head::LENGTH).read_to_end(&mut head)).is_err() {
@@ -63,7 +63,7 @@ pub fn check(path: &Path, extension: &str, formats: &[&Format]) -> Result<(), In
         |right| format!("name it {}", path.with_extension(right).file_name().unwrap_or_default().display()),
     );
     let what = format!("its name says .{extension}, and it is {}", kind.name);
-    Err(InputError::in_file(path.display().to_string(), what).try_instead(cure))
+    Err(Diagnostic::in_file(path.display().to_string(), what).try_instead(cure))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Words and numbers of a text, as messages and readers need them.
 
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// Words of a text, and in which line they stand.
 pub struct Words<'a> {
@@ -45,7 +45,7 @@ pub fn number(word: &[u8]) -> Option<f64> {
 }
 
 /// The error with a hint, if `word` is a number with a decimal comma.
-pub fn comma(word: &[u8], error: InputError) -> InputError {
+pub fn comma(word: &[u8], error: Diagnostic) -> Diagnostic {
     if !has_comma(word) {
         return error;
     }

@@ -7,7 +7,7 @@
 use super::crs;
 use super::format::{Content, Format, Holds, MOST_CELLS};
 use crate::terrain::raster::Raster;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tiff::decoder::{Decoder, DecodingResult, Limits};
@@ -36,8 +36,8 @@ const RASTER_TYPE: u16 = 1025;
 const PIXEL_IS_POINT: u16 = 2;
 
 /// Read the bytes of `file`.
-fn read(bytes: &[u8], file: &str) -> Result<Raster, InputError> {
-    let fault = |what: String| InputError::in_file(file, what);
+fn read(bytes: &[u8], file: &str) -> Result<Raster, Diagnostic> {
+    let fault = |what: String| Diagnostic::in_file(file, what);
     let read = catch_unwind(AssertUnwindSafe(|| decode(bytes)));
     let (parts, counts, values) = match read {
         Ok(Ok(read)) => read,

@@ -3,7 +3,7 @@
 
 use super::format::{Content, Format, Holds};
 use super::text::{comma, has_comma, number, shown};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 /// This format.
 pub const FORMAT: Format = Format {
@@ -16,7 +16,7 @@ pub const FORMAT: Format = Format {
 };
 
 /// Read the bytes of `file`.
-fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
+fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, Diagnostic> {
     let mut points: Vec<[f64; 3]> = Vec::new();
     let mut named = false;
     let mut counted = true;
@@ -38,11 +38,11 @@ fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
         if let (3, Some(word)) = (fields.len(), fields.iter().find(|w| has_comma(w))) {
             let what =
                 format!("`{}` is two numbers to this reader, which separates by commas too", shown(word));
-            return Err(comma(word, InputError::in_file(format!("{file}:{line}"), what)));
+            return Err(comma(word, Diagnostic::in_file(format!("{file}:{line}"), what)));
         }
         let mut point = [0.0; 3];
         for (value, name) in point.iter_mut().zip(["x", "y", "z"]) {
-            let fault = |what: String| InputError::in_file(format!("{file}:{line}"), what);
+            let fault = |what: String| Diagnostic::in_file(format!("{file}:{line}"), what);
             let Some(word) = words.next() else { return Err(fault(format!("the line has no {name}"))) };
             *value = number(word).ok_or_else(|| fault(format!("`{}` is no {name}", shown(word))))?;
         }
@@ -53,10 +53,10 @@ fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, InputError> {
     }
     if counted && points.len() > 2 {
         let what = "the first of its columns counts the lines: x, y and z must be the first three";
-        return Err(InputError::in_file(file, what).try_instead("remove that column"));
+        return Err(Diagnostic::in_file(file, what).try_instead("remove that column"));
     }
     if points.is_empty() {
-        return Err(InputError::in_file(file, "the file has no point"));
+        return Err(Diagnostic::in_file(file, "the file has no point"));
     }
     Ok(points)
 }

@@ -4,7 +4,7 @@ use super::Beam;
 use crate::element::cable_properties::CableConfig;
 use crate::element::part::{NewElements, PartCell, PartSettings, StatedSection, part};
 use crate::read::mesh::Kind;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 
 part! {
@@ -48,7 +48,7 @@ impl PartSettings for BeamPart {
         self.density <= 0.0
     }
 
-    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError> {
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let (key, nodes, span) = (cell.key, cell.ends(), cell.spans()[0]);
         key.positive("young", self.young, "Pa")?;
         key.positive("area", self.area, "m2")?;

@@ -7,7 +7,7 @@ use crate::element::part::{
     Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part,
 };
 use crate::read::mesh::Kind;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Vector2, Vector3};
 
 part! {
@@ -39,7 +39,7 @@ part! {
 }
 
 impl MembranePart {
-    fn fabric(&self, key: &Key) -> Result<Fabric, InputError> {
+    fn fabric(&self, key: &Key) -> Result<Fabric, Diagnostic> {
         Ok(match self.young[..] {
             [young] => {
                 if self.shear != 0.0 {
@@ -87,7 +87,7 @@ impl PartSettings for MembranePart {
         matches!(kind, Kind::Tri3 | Kind::Quad4)
     }
 
-    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError> {
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let key = cell.key;
         key.positive("thickness", self.thickness, "m")?;
         key.not_negative("density", self.density, "kg/m3")?;
@@ -128,7 +128,7 @@ impl PartSettings for MembranePart {
         Some(StatedSection { young, density, ..StatedSection::default() })
     }
 
-    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, InputError> {
+    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
         check_thickness(at, self.thickness)
     }
 }
@@ -137,7 +137,7 @@ impl PartSettings for MembranePart {
 pub(in crate::element) fn check_thickness(
     at: &Surroundings,
     thickness: f64,
-) -> Result<Vec<String>, InputError> {
+) -> Result<Vec<String>, Diagnostic> {
     if at.size > 0.0 && thickness > at.size {
         return Err(at.too_long("thickness", thickness, "its triangles have sides of", at.size));
     }
@@ -155,7 +155,7 @@ pub(in crate::element) fn triangle(
     cell: &PartCell,
     nodes: [usize; 3],
     along: Option<[f64; 3]>,
-) -> Result<Geometry, InputError> {
+) -> Result<Geometry, Diagnostic> {
     let corners = nodes.map(|n| cell.positions[n]);
     let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
     Membrane::geometry(&corners, &direction(&normal, along)).ok_or_else(|| {
@@ -164,7 +164,7 @@ pub(in crate::element) fn triangle(
 }
 
 /// Poisson's ratio, 0.3 where it is not stated.
-pub(in crate::element) fn poisson(key: &Key, stated: Option<f64>) -> Result<f64, InputError> {
+pub(in crate::element) fn poisson(key: &Key, stated: Option<f64>) -> Result<f64, Diagnostic> {
     let poisson = stated.unwrap_or(0.3);
     if poisson > -1.0 && poisson < 0.5 + 1e-12 {
         return Ok(poisson);

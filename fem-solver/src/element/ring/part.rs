@@ -4,7 +4,7 @@ use super::{Mechanism, Ring};
 use crate::element::cable_properties::CableConfig;
 use crate::element::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundings, part};
 use crate::read::mesh::Kind;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 
 part! {
     /// Rings of a ring net, by their 3 or 4 points of contact, around.
@@ -43,7 +43,7 @@ impl PartSettings for RingPart {
         matches!(kind, Kind::Tri3 | Kind::Quad4)
     }
 
-    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError> {
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let (key, nodes) = (cell.key, cell.nodes);
         key.positive("diameter", self.diameter, "m")?;
         key.positive("perimeter_stiffness", self.perimeter_stiffness, "N/m")?;
@@ -78,7 +78,7 @@ impl PartSettings for RingPart {
         Some(StatedSection { radius: self.radius, ..StatedSection::default() })
     }
 
-    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, InputError> {
+    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
         let (diameter, size) = (self.diameter, at.size);
         if size > 0.0 && diameter > 20.0 * size {
             return Err(at.too_long("diameter", diameter, "its nodes lie within", size));

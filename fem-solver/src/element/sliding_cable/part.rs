@@ -4,7 +4,7 @@ use super::{Memory, SlidingCable};
 use crate::element::cable_properties::CableConfig;
 use crate::element::part::{NewElements, PartCell, PartSettings, StatedSection, is_zero, part};
 use crate::read::mesh::Kind;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 
 part! {
@@ -48,7 +48,7 @@ impl PartSettings for SlidingCablePart {
         true
     }
 
-    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), InputError> {
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let key = cell.key;
         key.positive("young", self.young, "Pa")?;
         key.positive("area", self.area, "m2")?;

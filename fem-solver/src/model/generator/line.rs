@@ -3,7 +3,7 @@
 use crate::config::generator::Barrier;
 use crate::read::bounds::positive;
 use interface_defs::toolkit::coordinates::{Coordinates, Form};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Vector2, Vector3};
 
@@ -27,7 +27,7 @@ pub struct Line {
 
 impl Line {
     /// That of `table`, which has one.
-    pub fn of(scene: &Scene, table: &Barrier) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene, table: &Barrier) -> Result<Self, Diagnostic> {
         match (&table.line, &table.position) {
             (Some(_), Some(_)) => {
                 let what = "line and position together define one thing twice";
@@ -41,7 +41,7 @@ impl Line {
         }
     }
 
-    fn stated(scene: &Scene, table: &Barrier, line: &Coordinates<Vec<f64>>) -> Result<Self, InputError> {
+    fn stated(scene: &Scene, table: &Barrier, line: &Coordinates<Vec<f64>>) -> Result<Self, Diagnostic> {
         let key = "structure.generator.line";
         let line = line.read(Form::Line, key, scene)?;
         for (name, stated) in [("azimuth", table.azimuth), ("length", table.length)] {
@@ -70,7 +70,7 @@ impl Line {
         Self { points, has_heights: size == 3, system: line.system(), key }.checked(scene, table)
     }
 
-    fn around(scene: &Scene, table: &Barrier, middle: &[f64]) -> Result<Self, InputError> {
+    fn around(scene: &Scene, table: &Barrier, middle: &[f64]) -> Result<Self, Diagnostic> {
         let key = "structure.generator.position";
         let (Some(azimuth), Some(length)) = (table.azimuth, table.length) else {
             let what = "position is the middle of the line: azimuth and length are required with it";
@@ -94,7 +94,7 @@ impl Line {
         Self { points, has_heights: middle.len() == 3, system: None, key }.checked(scene, table)
     }
 
-    fn checked(self, scene: &Scene, table: &Barrier) -> Result<Self, InputError> {
+    fn checked(self, scene: &Scene, table: &Barrier) -> Result<Self, Diagnostic> {
         let fault = |i: usize, what: String| {
             let key = if self.points.len() == 2 { self.key.to_owned() } else { format!("{}.{i}", self.key) };
             scene.invalid(&key, what)

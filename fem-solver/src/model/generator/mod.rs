@@ -13,11 +13,11 @@ use self::site::Site;
 use crate::config::generator::{Barrier, Generator, Held};
 use crate::read::bounds::{not_negative, positive};
 use interface_defs::toolkit::ground::Area;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Make the structure of `[structure.generator]`.
-pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, InputError> {
+pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagnostic> {
     match generator {
         Generator::RectangularNet(net) => {
             check_counts(scene, "cells", net.cells)?;
@@ -47,7 +47,7 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Input
 
 /// Where heights of the ground are needed for the barrier of `table`, whose `ground` is not named: nowhere if its line has its own.
 /// Further around it where its net `touches` the ground: a block takes it along.
-pub fn area(scene: &Scene, table: &Barrier, touches: bool) -> Result<Option<Area>, InputError> {
+pub fn area(scene: &Scene, table: &Barrier, touches: bool) -> Result<Option<Area>, Diagnostic> {
     check_barrier(scene, table)?;
     let line = Line::of(scene, table)?;
     // A cell more, between whose heights the furthest anchor lies.
@@ -71,7 +71,7 @@ const SWEPT: f64 = 4.0;
 /// Most cells or rings of a generated net.
 const MOST_CELLS: usize = 4_000_000;
 
-fn check_counts(scene: &Scene, name: &str, counts: [usize; 2]) -> Result<(), InputError> {
+fn check_counts(scene: &Scene, name: &str, counts: [usize; 2]) -> Result<(), Diagnostic> {
     // Some kilobytes each while it is computed.
     let many = counts[0].saturating_mul(counts[1]) > MOST_CELLS;
     if !counts.contains(&0) && !many {
@@ -82,7 +82,7 @@ fn check_counts(scene: &Scene, name: &str, counts: [usize; 2]) -> Result<(), Inp
     Err(scene.invalid(&format!("structure.generator.{name}"), what).try_instead(format!("{name} = [20, 20]")))
 }
 
-fn check_place(scene: &Scene, origin: Option<[f64; 3]>, center: Option<[f64; 3]>) -> Result<(), InputError> {
+fn check_place(scene: &Scene, origin: Option<[f64; 3]>, center: Option<[f64; 3]>) -> Result<(), Diagnostic> {
     if origin.is_some() && center.is_some() {
         return Err(scene.invalid("structure.generator.center", "state either origin or center"));
     }
@@ -94,7 +94,7 @@ const POSTS: [f64; 2] = [0.1, 40.0];
 const FIELDS: [f64; 2] = [0.1, 200.0];
 
 /// Refuse keys that leave each other without use.
-fn check_use(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
+fn check_use(scene: &Scene, table: &Barrier) -> Result<(), Diagnostic> {
     let placed = table.is_placed();
     let on_line = "there is neither line nor position: nothing will use it";
     let idle = [
@@ -121,7 +121,7 @@ fn check_use(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
     }
 }
 
-fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), InputError> {
+fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), Diagnostic> {
     let key = |name: &str| format!("structure.generator.{name}");
     if table.fields == 0 {
         return Err(scene.invalid(&key("fields"), "a barrier has one field at least"));

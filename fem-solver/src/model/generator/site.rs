@@ -6,7 +6,7 @@
 use super::line::Line;
 use crate::config::generator::{Barrier, Side};
 use crate::read::heights::Heights;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Vector2, Vector3};
 
@@ -40,7 +40,7 @@ pub struct Site {
 
 impl Site {
     /// That of a barrier with a line.
-    pub fn of(scene: &Scene, table: &Barrier) -> Result<Self, InputError> {
+    pub fn of(scene: &Scene, table: &Barrier) -> Result<Self, Diagnostic> {
         let line = Line::of(scene, table)?;
         let ground = ground(scene, table, &line)?;
         let place = Place { scene, table, line: &line, ground: ground.as_ref() };
@@ -57,7 +57,7 @@ impl Site {
 }
 
 /// The raster of the scene; required where the line has no heights.
-fn ground(scene: &Scene, table: &Barrier, line: &Line) -> Result<Option<Heights>, InputError> {
+fn ground(scene: &Scene, table: &Barrier, line: &Line) -> Result<Option<Heights>, Diagnostic> {
     let key = "structure.generator.ground";
     let Some(path) = &table.ground else {
         if line.has_heights {
@@ -94,7 +94,7 @@ struct Place<'a> {
 }
 
 impl Place<'_> {
-    fn site(&self) -> Result<Site, InputError> {
+    fn site(&self) -> Result<Site, Diagnostic> {
         let mut feet = self.line.posts(self.table.fields);
         if let Some(ground) = self.ground {
             for (k, foot) in feet.iter_mut().enumerate() {
@@ -115,7 +115,7 @@ impl Place<'_> {
     }
 
     /// The point of the ground there.
-    fn on(&self, ground: &Heights, at: Vector2<f64>, what: &str) -> Result<Vector3<f64>, InputError> {
+    fn on(&self, ground: &Heights, at: Vector2<f64>, what: &str) -> Result<Vector3<f64>, Diagnostic> {
         let height = ground.at(at.x, at.y).ok_or_else(|| {
             let what = format!(
                 "{what} stands at x = {:.2}, y = {:.2} m, where there is no ground: its heights are known for {}, and may have \
@@ -130,7 +130,7 @@ impl Place<'_> {
     }
 
     /// The side on which the slope rises.
-    fn uphill(&self, feet: &[Vector3<f64>]) -> Result<Side, InputError> {
+    fn uphill(&self, feet: &[Vector3<f64>]) -> Result<Side, Diagnostic> {
         if let Some(side) = self.table.uphill {
             return Ok(side);
         }
@@ -174,7 +174,7 @@ impl Place<'_> {
     }
 
     /// Anchors beyond the first and the last post, at `share` of the distance; without ground on the line, drawn out.
-    fn beside(&self, feet: &[Vector3<f64>], share: f64) -> Result<[Vector3<f64>; 2], InputError> {
+    fn beside(&self, feet: &[Vector3<f64>], share: f64) -> Result<[Vector3<f64>; 2], Diagnostic> {
         let last = feet.len() - 1;
         let anchor = |end: usize, next: usize| {
             let out = feet[end] - feet[next];
@@ -190,7 +190,7 @@ impl Place<'_> {
         feet: &[Vector3<f64>],
         down: &[Vector2<f64>],
         k: usize,
-    ) -> Result<[Vector3<f64>; 2], InputError> {
+    ) -> Result<[Vector3<f64>; 2], Diagnostic> {
         let table = self.table;
         let one = |sign: f64| {
             let beside = match sign < 0.0 {

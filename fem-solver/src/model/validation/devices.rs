@@ -3,7 +3,7 @@
 use crate::config::Config;
 use crate::element::part::{Key, Surroundings};
 use crate::model::{Model, Part};
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Every part against the structure that it is in.
@@ -12,7 +12,7 @@ pub fn judge(
     config: &Config,
     model: &Model,
     warnings: &mut Vec<String>,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let extent = model.extent();
     for (i, (part, built)) in config.structure.parts.iter().zip(&model.parts).enumerate() {
         let key = Key { scene, key: format!("structure.parts.{i}") };

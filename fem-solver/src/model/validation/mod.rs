@@ -8,7 +8,7 @@ use crate::config::Config;
 use crate::element::cable_properties::Stated;
 use crate::element::part::StatedSection;
 use crate::model::Model;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -31,7 +31,7 @@ const METAL: f64 = 2000.0;
 const SOFTEST_METAL: f64 = 1e9;
 
 /// Judge `model`. What someone might mean goes into its warnings.
-pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), InputError> {
+pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Diagnostic> {
     let mut warnings = Vec::new();
     judge_extent(scene, config, model, &mut warnings)?;
     for section in sections(config, model) {
@@ -98,7 +98,7 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    fn error(&self, name: &str, what: String, cure: &str) -> InputError {
+    fn error(&self, name: &str, what: String, cure: &str) -> Diagnostic {
         self.scene.invalid(&format!("{}.{name}", self.section.key), what).try_instead(cure)
     }
 
@@ -107,7 +107,7 @@ impl Judge<'_> {
     }
 
     /// Modulus and density.
-    fn material(&mut self) -> Result<(), InputError> {
+    fn material(&mut self) -> Result<(), Diagnostic> {
         if let Some(young) = self.section.young {
             if young < 1e3 {
                 let what = format!("young is {young} Pa: no solid is that soft");
@@ -174,7 +174,7 @@ impl Judge<'_> {
     }
 
     /// Area, moments of inertia and radius, against each other and the length of the elements.
-    fn shape(&mut self) -> Result<(), InputError> {
+    fn shape(&mut self) -> Result<(), Diagnostic> {
         let longest = self.section.longest;
         if longest == 0.0 {
             return Ok(());
@@ -272,7 +272,7 @@ impl Judge<'_> {
     }
 
     /// Strength, against prestress and what a section of its size carries.
-    fn strength(&mut self) -> Result<(), InputError> {
+    fn strength(&mut self) -> Result<(), Diagnostic> {
         if let Some(strain) = self.section.rupture_strain.filter(|s| *s > 1.0) {
             self.warn(
                 "rupture_strain",
@@ -308,7 +308,7 @@ fn judge_extent(
     config: &Config,
     model: &Model,
     warnings: &mut Vec<String>,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let table = &config.structure;
     if model.nodes.is_empty() {
         let what = "no element of the mesh becomes anything: the structure is empty";

@@ -4,7 +4,7 @@ use crate::config::Config;
 use crate::config::scheme::Scheme;
 use crate::config::structure::SupportEntry;
 use crate::model::Model;
-use interface_defs::toolkit::input_error::InputError;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// Motion of a support over the extent of the structure that no one can mean.
@@ -26,7 +26,7 @@ pub fn judge(
     config: &Config,
     model: &Model,
     warnings: &mut Vec<String>,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let mut used = vec![false; model.node_count()];
     model.cables.iter().flat_map(|c| c.nodes).for_each(|n| used[n] = true);
     model.elements.iter().flat_map(|e| e.nodes()).for_each(|n| used[*n] = true);
@@ -81,7 +81,7 @@ fn judge_motions(
     config: &Config,
     model: &Model,
     warnings: &mut Vec<String>,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     let (extent, Ok(end_time)) = (model.extent(), scene.end_time()) else { return Ok(()) };
     for (i, entry) in config.structure.supports.iter().enumerate() {
         judge_release(entry, i, end_time, warnings);
@@ -131,7 +131,7 @@ fn judge_loads(
     config: &Config,
     model: &Model,
     warnings: &mut Vec<String>,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     for (i, entry) in config.structure.loads.iter().enumerate() {
         let key = format!("structure.loads.{i}");
         let nodes = model.place(scene, &key, entry.place())?;
@@ -252,7 +252,7 @@ fn judge_velocities(
     config: &Config,
     model: &Model,
     warnings: &mut Vec<String>,
-) -> Result<(), InputError> {
+) -> Result<(), Diagnostic> {
     for (i, entry) in config.structure.velocities.iter().enumerate() {
         let key = format!("structure.velocities.{i}");
         let speed = entry.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();

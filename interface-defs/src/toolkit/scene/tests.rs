@@ -37,7 +37,7 @@ struct Coupling {
     scheme: Scheme,
 }
 
-fn scene(text: &str, sets: &[&str]) -> Result<Scene, InputError> {
+fn scene(text: &str, sets: &[&str]) -> Result<Scene, Diagnostic> {
     let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
     Scene::from_text_with("s.toml", text, &sets)
 }
