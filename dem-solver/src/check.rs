@@ -10,8 +10,8 @@ use crate::settings::{
 use crate::solver::DemSolver;
 use crate::terrain::Terrain;
 use interface_defs::InterfaceMesh;
-use interface_defs::toolkit::check::CheckReport;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use serde::Serialize;

@@ -1,22 +1,32 @@
 //! Golden bytes of every control message: what a solver in another language must write and read.
 
+use crate::diagnostic::{Diagnostic, Place as Written, code};
 use crate::field::{FieldSpec, Place, Sampling};
 use crate::header::{AnswerHeader, RequestHeader};
 use crate::ipc::channel::ControlHeader;
 use crate::mesh::{Group, InterfaceMesh};
 use crate::message::*;
-use serde::{Serialize, de::DeserializeOwned};
+use crate::verdict::{Ending, Fate, Gap, Torn, Touch, Verdict};
 
 /// Bytes as they are put together by hand, from the page that describes them.
 #[derive(Default)]
 struct Bytes(Vec<u8>);
 
 impl Bytes {
-    fn message(variant: u32) -> Self {
+    /// To a solver.
+    fn asked(variant: u32) -> Self {
         Self(vec![2]).u32(variant)
+    }
+    /// From a solver.
+    fn message(variant: u32) -> Self {
+        Self(vec![3]).u32(variant)
     }
     fn byte(mut self, x: u8) -> Self {
         self.0.push(x);
+        self
+    }
+    fn u16(mut self, x: u16) -> Self {
+        self.0.extend(x.to_le_bytes());
         self
     }
     fn u32(mut self, x: u32) -> Self {
@@ -38,7 +48,7 @@ impl Bytes {
     }
 }
 
-fn golden<M: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(message: M, bytes: Bytes) {
+fn golden<M: Message + PartialEq + std::fmt::Debug>(message: M, bytes: Bytes) {
     assert_eq!(encode(&message), bytes.0, "{message:?}");
     assert_eq!(decode::<M>(&bytes.0).unwrap(), message);
 }
@@ -84,9 +94,69 @@ fn option_bytes(bytes: Bytes) -> Bytes {
     bytes.u64(1).text("later").text("7")
 }
 
+fn diagnostic() -> Diagnostic {
+    let place = Written { file: "s.toml".into(), position: Some((3, 1)), excerpt: None };
+    Diagnostic::warning(code::LIKELY_UNIT, "2.6 kg/m3").about("rock.0.density").at(place).try_instead("2600")
+}
+
+fn diagnostic_bytes(bytes: Bytes) -> Bytes {
+    let bytes = bytes.u32(1).text("likely-unit").byte(1).text("rock.0.density");
+    let bytes = bytes.byte(1).text("s.toml").byte(1).u32(3).u32(1).byte(0);
+    bytes.text("2.6 kg/m3").byte(1).text("2600")
+}
+
+fn torn() -> Torn {
+    Torn { part: "rope".into(), elements: 2, first: 0.25, last: 0.5, force: 3e5, member: "element 7".into() }
+}
+
+fn torn_bytes(bytes: Bytes) -> Bytes {
+    bytes.text("rope").u64(2).f64(0.25).f64(0.5).f64(3e5).text("element 7")
+}
+
+fn verdict() -> Verdict {
+    let ending = Ending {
+        fate: Fate::LeftTerrain,
+        time: 4.0,
+        position: [1.0, 2.0, 3.0],
+        speed: 7.0,
+        on_terrain: false,
+    };
+    Verdict {
+        travel: Some(4.5),
+        impact: Some(Touch { time: 1.0, speed: 25.0 }),
+        gap: Some(Gap { from: 1.5, until: 1.75, speed: 2.0 }),
+        then: Some(ending),
+        ..Verdict::of("block", ending).at_net(Fate::WentThrough, 2.0, 9.0, None)
+    }
+}
+
+fn verdict_bytes(bytes: Bytes) -> Bytes {
+    let bytes = bytes.text("block").u32(2).f64(2.0).f64(9.0).byte(0).byte(1).f64(4.5).byte(0);
+    let bytes = bytes.byte(1).f64(1.0).f64(25.0).byte(0).byte(1).f64(1.5).f64(1.75).f64(2.0).byte(0).byte(0);
+    let bytes = bytes.byte(1).u32(7).f64(4.0).f64(1.0).f64(2.0).f64(3.0).f64(7.0).byte(0);
+    bytes.u64(0)
+}
+
+#[test]
+fn messages_of_protocol_2_are_read() {
+    let old = |variant: u32| Bytes(vec![2]).u32(variant);
+    let read = |bytes: Bytes| decode::<FromSolver>(&bytes.0).expect("protocol 2");
+    let ready = read(mesh_bytes(old(2)).u64(0).u64(0).u64(1).text("w").u64(0).u64(0));
+    let FromSolver::Ready(ready) = ready else { panic!("{ready:?}") };
+    assert_eq!(ready.warnings, [Diagnostic::warning(code::OTHER, "w")]);
+    let fault = read(old(3).u32(1).text("slack").u64(0));
+    let slack = Diagnostic::error(code::OTHER, "slack");
+    assert_eq!(fault, FromSolver::Fault(Fault::new(FaultKind::Window, slack)));
+    let bytes = old(4).u64(1).text("peak").f64(2.0).text("N").byte(1).f64(0.5).u64(0).u64(1).text("w");
+    let FromSolver::Statistics(statistics) = read(bytes.f64(1.0).f64(2.0).u64(3).u64(0)) else { panic!() };
+    assert_eq!(statistics.measures, [Measure::new("peak", 2.0, "N").at(0.5)]);
+    assert_eq!((statistics.warnings.len(), statistics.peak_memory), (1, 3));
+    assert_eq!(read(old(6)), FromSolver::Resumed);
+}
+
 #[test]
 fn messages_to_a_solver_are_these_bytes() {
-    golden(ToSolver::Connect, Bytes::message(0));
+    golden(ToSolver::Connect, Bytes::asked(0));
     assert_eq!(encode(&ToSolver::Connect), [2, 0, 0, 0, 0]);
     let plan = Plan {
         end_time: 1.5,
@@ -97,13 +167,13 @@ fn messages_to_a_solver_are_these_bytes() {
         more_meshes: vec![mesh()],
         options: option(),
     };
-    let bytes = force_bytes(Bytes::message(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
+    let bytes = force_bytes(Bytes::asked(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
     golden(ToSolver::Prepare(plan), option_bytes(mesh_bytes(mesh_bytes(bytes).u64(1))));
-    golden(ToSolver::Explain, Bytes::message(2));
-    golden(ToSolver::Finish { commit: true }, Bytes::message(3).byte(1));
-    golden(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::message(4).text("fem was lost"));
-    golden(ToSolver::Save { commit: true }, Bytes::message(5).byte(1));
-    golden(ToSolver::Resume { state: vec![7, 9] }, Bytes::message(6).u64(2).byte(7).byte(9));
+    golden(ToSolver::Explain, Bytes::asked(2));
+    golden(ToSolver::Finish { commit: true }, Bytes::asked(3).byte(1));
+    golden(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::asked(4).text("fem was lost"));
+    golden(ToSolver::Save { commit: true }, Bytes::asked(5).byte(1));
+    golden(ToSolver::Resume { state: vec![7, 9] }, Bytes::asked(6).u64(2).byte(7).byte(9));
 }
 
 #[test]
@@ -129,17 +199,21 @@ fn messages_from_a_solver_are_these_bytes() {
         mesh: mesh(),
         gauges: vec![gauge],
         initial: vec![0.5],
-        warnings: vec!["w".into()],
+        warnings: vec![diagnostic()],
         more_meshes: vec![mesh()],
         options: option(),
     };
     let bytes = mesh_bytes(Bytes::message(2)).u64(1).text("sag").text("m").u32(3).byte(1);
-    let bytes = mesh_bytes(bytes.u64(1).f64(0.5).u64(1).text("w").u64(1));
+    let bytes = mesh_bytes(diagnostic_bytes(bytes.u64(1).f64(0.5).u64(1)).u64(1));
     golden(FromSolver::Ready(ready), option_bytes(bytes));
-    golden(FromSolver::Fault(Fault::window("slack")), Bytes::message(3).u32(1).text("slack").u64(0));
-    let measure = |time| Measure { name: "peak".into(), value: 2.0, unit: "N".into(), time };
+    let fault = Fault::new(FaultKind::Window, diagnostic());
+    golden(FromSolver::Fault(fault), diagnostic_bytes(Bytes::message(3).u32(1)).u64(0));
+    let measure = |time: Option<f64>| Measure::new("peak", 2.0, "N").at(time);
+    let of_post = measure(None).of_member(Some("post 3".into())).ranked(60, Worse::Smaller);
     let statistics = Statistics {
-        measures: vec![measure(Some(0.5)), measure(None)],
+        measures: vec![measure(Some(0.5)), of_post],
+        verdicts: vec![verdict()],
+        torn: Some(vec![torn()]),
         counts: vec![("steps".into(), 7)],
         warnings: vec![],
         cpu_seconds: 1.0,
@@ -147,8 +221,11 @@ fn messages_from_a_solver_are_these_bytes() {
         peak_memory: 3,
         options: option(),
     };
-    let bytes = Bytes::message(4).u64(2).text("peak").f64(2.0).text("N").byte(1).f64(0.5);
-    let bytes = bytes.text("peak").f64(2.0).text("N").byte(0).u64(1).text("steps").u64(7).u64(0);
+    let bytes = Bytes::message(4).u64(2).text("peak").f64(2.0).text("N").byte(1).f64(0.5).byte(0);
+    let bytes =
+        bytes.u16(1000).u32(2).text("").text("peak").f64(2.0).text("N").byte(0).byte(1).text("post 3");
+    let bytes = verdict_bytes(bytes.u16(60).u32(1).text("").u64(1));
+    let bytes = torn_bytes(bytes.byte(1).u64(1)).u64(1).text("steps").u64(7).u64(0);
     golden(FromSolver::Statistics(statistics), option_bytes(bytes.f64(1.0).f64(2.0).u64(3)));
     golden(FromSolver::Saved { state: vec![7, 9] }, Bytes::message(5).u64(2).byte(7).byte(9));
     golden(FromSolver::Resumed, Bytes::message(6));
@@ -156,18 +233,18 @@ fn messages_from_a_solver_are_these_bytes() {
 
 #[test]
 fn enums_have_the_numbers_of_the_page() {
-    let number = |bytes: Vec<u8>| bytes[1];
+    let number = |bytes: Vec<u8>| bytes[0];
     use Sampling::*;
-    assert_eq!([AtEnds, FromStart, Means, Once].map(|s| number(encode(&s))), [0, 1, 2, 3]);
+    assert_eq!([AtEnds, FromStart, Means, Once].map(|s| number(pack(&s))), [0, 1, 2, 3]);
     assert_eq!(
-        [Place::Node, Place::Line, Place::Face, Place::Whole, Place::Pair].map(|p| number(encode(&p))),
+        [Place::Node, Place::Line, Place::Face, Place::Whole, Place::Pair].map(|p| number(pack(&p))),
         [0, 1, 2, 3, 4]
     );
     let roles = [Role::None, Role::Kinetic, Role::Potential, Role::Stored, Role::Dissipated, Role::Received];
-    assert_eq!(roles.map(|r| number(encode(&r))), [0, 1, 2, 3, 4, 5]);
+    assert_eq!(roles.map(|r| number(pack(&r))), [0, 1, 2, 3, 4, 5]);
     let kinds =
         [FaultKind::Input, FaultKind::Window, FaultKind::Broken, FaultKind::Interrupted, FaultKind::Beyond];
-    assert_eq!(kinds.map(|k| number(encode(&k))), [0, 1, 2, 3, 4]);
+    assert_eq!(kinds.map(|k| number(pack(&k))), [0, 1, 2, 3, 4]);
 }
 
 #[test]
@@ -190,11 +267,11 @@ fn what_is_no_message_is_refused_with_the_reason() {
     let refused = |bytes: &[u8]| decode::<ToSolver>(bytes).unwrap_err();
     assert_eq!(refused(&[]), DecodeError::Protocol(None));
     assert_eq!(refused(&[0, 0, 0, 0, 0]), DecodeError::Protocol(Some(0)));
-    assert!(refused(&[0]).to_string().contains("speaks protocol 0, this program speaks protocol 2"));
+    assert!(refused(&[0]).to_string().contains("speaks protocol 0, this program speaks protocol 3"));
     for malformed in [&[2, 9, 0, 0, 0][..], &[2, 0, 0], &[2, 0, 0, 0, 0, 7]] {
         assert!(matches!(refused(malformed), DecodeError::Malformed(_)), "{malformed:?}");
     }
     // A length that no memory holds is not asked for.
-    let huge = Bytes::message(4).u64(u64::MAX).0;
+    let huge = Bytes::asked(4).u64(u64::MAX).0;
     assert!(matches!(refused(&huge), DecodeError::Malformed(_)));
 }

@@ -1,5 +1,6 @@
 //! A solver as the coupler sees it, in this process or in another.
 
+use crate::diagnostic::{Diagnostic, code};
 use crate::exchange::{self, Exchange, Selected};
 use crate::field::Layout;
 use crate::header::{RequestHeader, Status};
@@ -63,6 +64,27 @@ impl Failure {
     /// True where the failure is the user's input: exit code 2.
     pub fn is_input(&self) -> bool {
         matches!(self, Self::Fault { fault: Fault { kind: FaultKind::Input, .. }, .. })
+    }
+}
+
+impl From<&Failure> for Diagnostic {
+    /// A solver's own diagnostic, that names the solver where it has no place in a file; else one about `processes.NAME`.
+    fn from(failure: &Failure) -> Self {
+        let of =
+            |code, solver: &str| Self::error(code, failure.to_string()).about(format!("processes.{solver}"));
+        match failure {
+            Failure::Fault { fault, .. } if fault.diagnostic.place.is_some() => (*fault.diagnostic).clone(),
+            Failure::Fault { solver, fault } => {
+                let message = format!("{solver}: {}", fault.diagnostic.message);
+                Self { message, ..(*fault.diagnostic).clone() }
+            }
+            Failure::Lost { solver, .. }
+            | Failure::Silent { solver, .. }
+            | Failure::Absent { who: solver, .. } => of(code::PROCESS, solver),
+            Failure::Contract { solver, .. } => of(code::CONTRACT, solver),
+            Failure::Interrupted => Self::error(code::INTERRUPTED, failure.to_string()),
+            Failure::Aborted(_) | Failure::Transport(_) => Self::error(code::PROCESS, failure.to_string()),
+        }
     }
 }
 

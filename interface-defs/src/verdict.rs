@@ -189,7 +189,9 @@ impl fmt::Display for Ending {
         let at = At(self.position);
         match self.fate {
             Fate::LeftTerrain => write!(f, "left the terrain near {at} at {time:.3} s with {speed:.2} m/s"),
-            Fate::AtRest if self.on_terrain => write!(f, "came to rest on the terrain near {at} at {time:.3} s"),
+            Fate::AtRest if self.on_terrain => {
+                write!(f, "came to rest on the terrain near {at} at {time:.3} s")
+            }
             Fate::AtRest => write!(f, "was at rest near {at} at the end, at {time:.4} s"),
             _ => write!(f, "still moved with {speed:.2} m/s near {at} at the end, at {time:.4} s"),
         }
@@ -207,7 +209,10 @@ impl fmt::Display for Verdict {
         match (self.fate, self.impact) {
             (Fate::Stopped, Some(impact)) => {
                 let Touch { time, speed } = impact;
-                write!(f, "was stopped by the net in {braking:.4} s over {travel:.3} m, from {speed:.2} m/s at {time:.4} s")?;
+                write!(
+                    f,
+                    "was stopped by the net in {braking:.4} s over {travel:.3} m, from {speed:.2} m/s at {time:.4} s"
+                )?;
                 self.stop(f)?;
             }
             (Fate::Rebounded, _) => {
@@ -216,7 +221,10 @@ impl fmt::Display for Verdict {
                 self.stop(f)?;
             }
             (Fate::Undecided, _) => {
-                write!(f, "was still being stopped by the net at {time:.4} s: {speed:.2} m/s along its impact direction")?;
+                write!(
+                    f,
+                    "was still being stopped by the net at {time:.4} s: {speed:.2} m/s along its impact direction"
+                )?;
                 let touch = self.impact.map_or(f64::NAN, |impact| impact.time);
                 write!(f, ", {travel:.3} m after its first touch at {touch:.4} s")?;
             }
@@ -230,10 +238,14 @@ impl fmt::Display for Verdict {
                 write!(f, "and lost contact at {time:.4} s{near} with {speed:.2} m/s")?;
             }
             (Fate::WentThrough, None) => {
-                write!(f, "went through {net} without touching it,{near} at {time:.4} s with {speed:.2} m/s")?;
+                write!(
+                    f,
+                    "went through {net} without touching it,{near} at {time:.4} s with {speed:.2} m/s"
+                )?;
             }
             (passed, None) => {
-                let clear = self.clearance.map_or(String::new(), |free| format!(" with a clearance of {free:.2} m,"));
+                let clear =
+                    self.clearance.map_or(String::new(), |free| format!(" with a clearance of {free:.2} m,"));
                 write!(f, "{} {net}{clear}{near} at {time:.4} s with {speed:.2} m/s", passed.words())?;
             }
         }
@@ -248,7 +260,10 @@ impl Verdict {
             write!(f, ", where it still moved with {speed:.2} m/s across its impact direction")?;
         }
         if let Some(Gap { from, until, speed }) = self.gap {
-            write!(f, ", which counts from its first touch: from {from:.4} s to {until:.4} s nothing of the structure touched it")?;
+            write!(
+                f,
+                ", which counts from its first touch: from {from:.4} s to {until:.4} s nothing of the structure touched it"
+            )?;
             write!(f, ", and it came back to it with {speed:.2} m/s")?;
         }
         Ok(())
@@ -279,7 +294,10 @@ impl fmt::Display for Torn {
         let force = format!("{:.1} kN{kind}", self.force.abs() / 1e3);
         match self.elements {
             1 => write!(f, "`{part}` tore at {first:.4} s under {force}: {member}"),
-            n => write!(f, "{n} elements of `{part}` tore from {first:.4} s to {last:.4} s, the first under {force}: {member}"),
+            n => write!(
+                f,
+                "{n} elements of `{part}` tore from {first:.4} s to {last:.4} s, the first under {force}: {member}"
+            ),
         }
     }
 }
@@ -305,7 +323,10 @@ mod tests {
             ..free.clone()
         };
         for (verdict, sentence) in [
-            (free.clone(), "rock `block` still moved with 7.25 m/s near (1.00, 2.00, 3.50) at the end, at 4.0000 s"),
+            (
+                free.clone(),
+                "rock `block` still moved with 7.25 m/s near (1.00, 2.00, 3.50) at the end, at 4.0000 s",
+            ),
             (
                 Verdict::of("block", ending(Fate::AtRest)),
                 "rock `block` came to rest on the terrain near (1.00, 2.00, 3.50) at 4.000 s",
@@ -315,8 +336,12 @@ mod tests {
                 "rock `block` was stopped by the net in 0.2500 s over 4.500 m, from 25.00 m/s at 1.0000 s",
             ),
             (
-                Verdict { net_torn: true, then: Some(ending(Fate::LeftTerrain)), ..touched.clone() }
-                    .at_net(Fate::WentThrough, 2.0, 9.0, Some([0.0; 3])),
+                Verdict { net_torn: true, then: Some(ending(Fate::LeftTerrain)), ..touched.clone() }.at_net(
+                    Fate::WentThrough,
+                    2.0,
+                    9.0,
+                    Some([0.0; 3]),
+                ),
                 "rock `block` went through the torn structure: it touched at 1.0000 s with 25.00 m/s and lost contact at \
                  2.0000 s near (0.00, 0.00, 0.00) with 9.00 m/s; it left the terrain near (1.00, 2.00, 3.50) at 4.000 s with 7.25 m/s",
             ),
@@ -359,6 +384,10 @@ mod tests {
         };
         assert_eq!(one.to_string(), "`rope` tore at 0.3000 s under 300.0 kN: element 7");
         let many = Torn { elements: 3, last: 0.4, force: -1e3, ..one };
-        assert!(many.to_string().starts_with("3 elements of `rope` tore from 0.3000 s to 0.4000 s, the first under 1.0 kN of"));
+        assert!(
+            many.to_string().starts_with(
+                "3 elements of `rope` tore from 0.3000 s to 0.4000 s, the first under 1.0 kN of"
+            )
+        );
     }
 }

@@ -7,8 +7,8 @@
 use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
 use crate::preset::Preset;
-use interface_defs::toolkit::check::CheckReport;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
 use toml::{Table, Value};

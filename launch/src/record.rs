@@ -1,10 +1,10 @@
 //! What will run, on disk before it runs: `scene.toml` with every default, `run.json`.
 
 use crate::plan::{Part, Plan};
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::RunId;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::files;
-use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::input_file::{self, named_files, with_absolute_files};
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;

@@ -3,8 +3,8 @@
 use crate::ground::Ground;
 use crate::record;
 use crate::stop::Stop;
-use interface_defs::toolkit::checkpoint::Found;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::checkpoint::Found;
 use interface_defs::toolkit::owner::holder;
 use interface_defs::toolkit::run_dir::{HISTORY, RECORD, SCENE};
 use interface_defs::toolkit::scene::Scene;

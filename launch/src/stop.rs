@@ -1,7 +1,7 @@
 //! Why a command ends without having done its work.
 
-use interface_defs::toolkit::exit::Exit;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::exit::Exit;
 
 /// The exit code, and the one message for the user.
 #[derive(Debug, Clone, PartialEq, Eq)]

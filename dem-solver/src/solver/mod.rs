@@ -23,10 +23,10 @@ use crate::results::{self, map, measures, verdict};
 use crate::rock::Rock;
 use crate::settings::{ContactSelection, STRUCTURE, Settings, limits};
 use crate::terrain::Terrain;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::message::capability;
 use interface_defs::message::{Hello, Measure};
 use interface_defs::solver::OnProgress;
-use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{

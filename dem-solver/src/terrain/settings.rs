@@ -3,8 +3,8 @@
 use super::forest;
 use super::formats::{self, Holds};
 use super::system;
-use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -10,9 +10,9 @@ use crate::config::structure::StructureConfig;
 use crate::element::PartConfig;
 use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
 use crate::read::read;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
-use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 

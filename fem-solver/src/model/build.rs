@@ -7,9 +7,9 @@ use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
 use crate::element::{PointMass, Spring};
 use crate::read::bounds::{not_negative, positive};
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
-use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 

@@ -6,8 +6,8 @@ use crate::config::structure::StructureConfig;
 use crate::element::PartConfig;
 use crate::element::part::{Key, NewElements, PartCell};
 use crate::read::mesh::ElementGroup;
-use interface_defs::mesh::Group;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::mesh::Group;
 use interface_defs::toolkit::scene::Scene;
 
 impl Model {

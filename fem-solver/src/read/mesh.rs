@@ -1,8 +1,8 @@
 //! What a mesh file or a generator gives: nodes, elements, named groups of both; no properties.
 
 use super::tokens::error;
-use interface_defs::mesh::Group;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::mesh::Group;
 use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
 use std::fmt;

@@ -6,8 +6,8 @@ use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
 use crate::results::height::Height;
 use crate::state::State;
-use interface_defs::message::Gauge;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::message::Gauge;
 use interface_defs::toolkit::scene::Scene;
 
 /// What one scene gauge watches.

@@ -7,8 +7,8 @@ use crate::results::height::Height;
 use crate::results::moving_mean::{MovingMean, Sample};
 use crate::results::probe::Probe;
 use crate::state::{Extreme, Peaks, Range, State};
-use interface_defs::message::{Gauge, Measure};
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::message::{Gauge, Measure};
 use interface_defs::toolkit::scene::Scene;
 
 /// Supports whose force is summed: held degrees of freedom, and springs by their feet.

@@ -57,7 +57,6 @@ macro_rules! lock_step {
     };
 }
 
-
 type Ipc = ipc::Service;
 
 pub(crate) fn service_name(participant: &str, what: &str) -> Result<ServiceName, Failure> {

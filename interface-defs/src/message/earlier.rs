@@ -65,7 +65,9 @@ impl From<FromSolver> for super::FromSolver {
                 peak_memory,
                 options,
             } => {
-                let measure = |(name, value, unit, time): (String, f64, String, Option<f64>)| Measure::new(name, value, unit).at(time);
+                let measure = |(name, value, unit, time): (String, f64, String, Option<f64>)| {
+                    Measure::new(name, value, unit).at(time)
+                };
                 Self::Statistics(Statistics {
                     measures: measures.into_iter().map(measure).collect(),
                     verdicts: Vec::new(),

@@ -1,12 +1,12 @@
 //! Options that several programs have on their command lines: each is declared here, once.
 
 use super::check::Format;
-use crate::diagnostic::Diagnostic;
 use super::log::LogFormat;
 use super::program::Savings;
 use super::progress::Form;
 use super::run_dir;
 use super::scene::Scene;
+use crate::diagnostic::Diagnostic;
 use crate::ipc::RunId;
 use clap::Args;
 use std::fmt::{self, Display, Formatter};

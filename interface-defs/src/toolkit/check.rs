@@ -1,7 +1,7 @@
 //! What a program answers to `check`: what it would build, from which numbers, at what cost.
 
-use crate::diagnostic::Diagnostic;
 use super::screen::show;
+use crate::diagnostic::Diagnostic;
 use crate::mesh::InterfaceMesh;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -127,6 +127,7 @@ mod as_toml {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostic::code;
 
     #[test]
     fn a_report_reads_back_from_json_with_every_bit_and_without_infinity() {

@@ -5,11 +5,11 @@
 //! ([`super::state_file`]): a kill at any moment leaves the one before. Files of results are written on all the time;
 //! a checkpoint says how long they were, and who goes on cuts them back to that.
 
-use crate::diagnostic::{Diagnostic, Severity, code};
 use super::run_dir::{self, CHECKPOINT};
 use super::scene::Scene;
 use super::state_file::{self, Unreadable};
 use super::summary::{RunStatus, Summary};
+use crate::diagnostic::{Diagnostic, Severity, code};
 use crate::message::Fault;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -178,7 +178,9 @@ pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, Diagnos
 
 /// What is said of a run that went on at `time` [s].
 pub fn of_last_part(time: f64) -> Diagnostic {
-    let what = format!("the run went on at t = {time:.6} s from a checkpoint: its cost is that of the part since then");
+    let what = format!(
+        "the run went on at t = {time:.6} s from a checkpoint: its cost is that of the part since then"
+    );
     Diagnostic::of(Severity::Note, code::INTERRUPTED, what)
 }
 

@@ -5,9 +5,9 @@
 
 mod layer;
 
-use crate::diagnostic::Diagnostic;
 use super::input_file;
 use super::scene::Scene;
+use crate::diagnostic::Diagnostic;
 use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};

@@ -155,7 +155,8 @@ pub fn has_roles(gauges: &[Gauge]) -> bool {
 }
 
 /// Why there is no energy error where nothing has moved.
-pub const NOTHING_MOVED: &str = "nothing has moved (or the run is one of statics), so there is no energy to relate it to";
+pub const NOTHING_MOVED: &str =
+    "nothing has moved (or the run is one of statics), so there is no energy to relate it to";
 
 /// That there is no energy error, and why.
 pub fn absent(why: &str) -> Diagnostic {

@@ -2,8 +2,8 @@
 //! scene names, and their hashes.
 
 use super::explain::nearest;
-use crate::diagnostic::Diagnostic;
 use super::scene::Scene;
+use crate::diagnostic::Diagnostic;
 use crate::ipc::run_id::fnv1a;
 use std::fs::Metadata;
 use std::io::ErrorKind;

@@ -1,8 +1,8 @@
 //! The table `[limits]`: bounds of trust. A run that passes one is `unreliable`, never `done`.
 
-use crate::diagnostic::{Diagnostic, code};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary, short, three};
+use crate::diagnostic::{Diagnostic, code};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -89,9 +89,14 @@ impl Limits {
         let whole = shares.into_iter().filter_map(|(key, share)| Some((key, share.filter(|s| *s >= 1.0)?)));
         whole
             .map(|(key, share)| {
-                let what = format!("{share} is a share, so a bound of {}, and hardly any run passes it", percent(share));
+                let what = format!(
+                    "{share} is a share, so a bound of {}, and hardly any run passes it",
+                    percent(share)
+                );
                 let percentage = format!("{share} % is {key} = {}", short(0.01 * share));
-                Diagnostic::warning(code::LIKELY_UNIT, what).about(format!("limits.{key}")).try_instead(percentage)
+                Diagnostic::warning(code::LIKELY_UNIT, what)
+                    .about(format!("limits.{key}"))
+                    .try_instead(percentage)
             })
             .collect()
     }
@@ -137,7 +142,9 @@ impl Limits {
                 by_energy = true;
             } else if name == ENERGY_ERROR && value > NOTICE {
                 let what = format!("energy_error is {}{at}", percent(value));
-                summary.warnings.push(Diagnostic::warning(code::LIMIT, what).try_instead(evidence.energy.as_str()));
+                summary
+                    .warnings
+                    .push(Diagnostic::warning(code::LIMIT, what).try_instead(evidence.energy.as_str()));
             }
             if name.contains("max_penetration") && measure.unit == "1" && value > self.penetration {
                 let what = format!(
@@ -271,22 +278,23 @@ mod tests {
     #[test]
     fn shares_that_look_like_percentages_are_named_unless_a_scene_fails_on_purpose() {
         let said = |text: &str| limits(&format!("[limits]\n{text}")).expect("valid").warnings();
-        assert_eq!(said("energy_error = 0.5\ndeflection_error = 0.2\n"), Vec::<String>::new());
+        assert_eq!(said("energy_error = 0.5\ndeflection_error = 0.2\n"), Vec::<Diagnostic>::new());
         let ten = said("energy_error = 10\n");
         assert!(
-            ten.len() == 1 && ten[0].contains("1000 %") && ten[0].ends_with("energy_error = 0.1"),
+            ten.len() == 1
+                && ten[0].message.contains("1000 %")
+                && ten[0].to_string().ends_with("energy_error = 0.1"),
             "{ten:?}"
         );
         assert_eq!(said("deflection_error = 1\nresidual = 50\n").len(), 2);
-        assert_eq!(said("energy_error = 20\nresidual = 100\nweak_window = 3\n"), Vec::<String>::new());
+        assert_eq!(said("energy_error = 20\nresidual = 100\nweak_window = 3\n"), Vec::<Diagnostic>::new());
         let deep = limits("[limits]\npenetration = 50\n").expect_err("percent");
         assert!(deep.starts_with("s.toml:2:15: ") && deep.contains("perhaps 0.5"), "{deep}");
     }
 
     fn judged(status: RunStatus, energy_error: f64, penetration: f64, residual: f64) -> Summary {
         let mut summary = Summary::new(status);
-        let measure =
-            |name: &str, value| Measure::new(name, value, "1").at(0.25);
+        let measure = |name: &str, value| Measure::new(name, value, "1").at(0.25);
         summary.measures =
             vec![measure("energy_error", energy_error), measure("block_max_penetration", penetration)];
         let evidence = Evidence {
@@ -327,7 +335,7 @@ mod tests {
         }
         let failed = judged(RunStatus::Failed, 5.0, 0.0, 0.0);
         assert_eq!((failed.status, failed.message), (RunStatus::Failed, None));
-        assert!(failed.warnings[0].contains("energy_error is 500 %"), "{:?}", failed.warnings);
+        assert!(failed.warnings[0].message.contains("energy_error is 500 %"), "{:?}", failed.warnings);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! The table `[output]`: what is written, and how often.
 
-use crate::diagnostic::Diagnostic;
 use super::scene::Scene;
 use super::summary::short;
+use crate::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

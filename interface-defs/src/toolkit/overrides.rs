@@ -21,7 +21,8 @@ impl Override {
     /// From `path=value`; its positions begin at `base`.
     pub fn parse(text: &str, base: usize) -> Result<Self, Diagnostic> {
         let refuse = |what: &str| {
-            Diagnostic::new(what).at(Place::in_argument(text, 0..text.len()))
+            Diagnostic::new(what)
+                .at(Place::in_argument(text, 0..text.len()))
                 .try_instead("write KEY=VALUE, as in --set coupling.scheme=weak or --set rock.0.mass=180")
         };
         let (key, _) = text.split_once('=').ok_or_else(|| refuse("there is no `=`"))?;

@@ -5,9 +5,9 @@
 //! them, and a solver knows its launcher by its number.
 
 use super::files;
-use crate::diagnostic::Diagnostic;
 use super::run_dir::{self, RECORD, SUMMARY};
 use super::summary::Summary;
+use crate::diagnostic::Diagnostic;
 use crate::ipc::RunId;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::{Errno, FdFlags};

@@ -1,7 +1,7 @@
 //! The table `[processes]`: programs of others in the place of this project's, and how long one is waited for.
 
-use crate::diagnostic::Diagnostic;
 use super::scene::Scene;
+use crate::diagnostic::Diagnostic;
 use crate::ipc::{TIMEOUT, Wait};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

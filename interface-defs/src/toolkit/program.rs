@@ -6,7 +6,6 @@ pub use super::check::CheckReport;
 use super::checkpoint;
 use super::counted::Counted;
 use super::exit::Exit;
-use crate::diagnostic::{Diagnostic, code};
 use super::limits::Limits;
 use super::log;
 use super::owner::{self, Claim, Owner};
@@ -18,6 +17,7 @@ use super::screen::{complain, show};
 use super::solo::{self, Stage};
 use super::start_from;
 use super::summary::{RunStatus, Summary};
+use crate::diagnostic::{Diagnostic, code};
 use crate::ipc::serve::{self, Connection};
 use crate::ipc::wait::is_orphan;
 use crate::ipc::{RunId, TIMEOUT, Wait, interrupt};
@@ -188,7 +188,7 @@ fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(exit)) => exit.into(),
         Ok(Err(error)) => {
-            complain(&error.to_string());
+            complain(&error);
             Exit::BadInput.into()
         }
         Err(_) => Exit::Failed.into(),
@@ -237,7 +237,7 @@ fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, Diagno
         summary.print_table(&out);
     }
     if summary.status != RunStatus::Done {
-        complain(summary.message.as_deref().unwrap_or("the run failed"));
+        summary.complain();
     }
     Ok(Exit::of(summary.status))
 }
@@ -262,7 +262,7 @@ fn serve_run(program: &Program, arguments: &ServeArguments) -> Result<Exit, Diag
     match built {
         Ok(mut solver) => Ok(ended(serve::serve(&mut solver, &connection))),
         Err(error) => {
-            complain(&error.to_string());
+            complain(&error);
             // The coupler would wait for a solver that never comes: it is given the reason.
             let _ = serve::refuse(&error.into(), &connection);
             Ok(Exit::BadInput)
@@ -353,10 +353,10 @@ fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
             if !owner.dir().join(run_dir::SUMMARY).exists()
                 && let Err(what) = owner.write_summary(&mut summary)
             {
-                complain(&what);
+                complain(&Diagnostic::error(code::NOT_WRITTEN, what));
             }
             owner.release();
-            complain(message);
+            summary.complain();
             std::process::exit(Exit::Failed as i32);
         }
     });
@@ -367,7 +367,7 @@ fn ended(outcome: Result<(), Failure>) -> Exit {
     match outcome {
         Ok(()) => Exit::Done,
         Err(failure) => {
-            complain(&failure.to_string());
+            complain(&Diagnostic::from(&failure));
             if failure.is_input() { Exit::BadInput } else { Exit::Failed }
         }
     }

@@ -1,7 +1,7 @@
 //! The directory of a run: where it lies, and that no older run is lost unasked. See [`super::owner`] for who owns it.
 
-use crate::diagnostic::Diagnostic;
 use super::scene::Scene;
+use crate::diagnostic::Diagnostic;
 use std::io;
 use std::path::{Path, PathBuf};
 

@@ -5,10 +5,10 @@
 
 use super::exact::Exact;
 use super::explain::{as_table, decimal_comma, explain, key_at, pinpoint, suggestion, values};
-use crate::diagnostic::{Diagnostic, Place};
 use super::input_file;
 use super::overrides::Override;
 use super::syntax;
+use crate::diagnostic::{Diagnostic, Place};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;

@@ -3,7 +3,6 @@
 use super::checkpoint::{self, Checkpoint, Store};
 use super::energy::{self, Balance, Energies};
 use super::history::{History, gauge_column};
-use crate::diagnostic::{Diagnostic, code};
 use super::limits::{ENERGY_ERROR, Evidence, Limits, cure, percent};
 use super::output::Output;
 use super::owner::Owner;
@@ -11,6 +10,7 @@ use super::progress::{Line, Reporter};
 use super::run_dir::HISTORY;
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary, totals};
+use crate::diagnostic::{Diagnostic, code};
 use crate::ipc::interrupt;
 use crate::ipc::serve::{cpu_seconds, peak_memory};
 use crate::message::{Fault, FaultKind, Gauge, Measure, Plan, Progress, Ready, Statistics, capability};

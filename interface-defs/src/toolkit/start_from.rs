@@ -1,9 +1,9 @@
 //! `start_from`: a run whose structure starts where that of another run has ended.
 
-use crate::diagnostic::Diagnostic;
 use super::run_dir::{STRUCTURE_STATE, SUMMARY};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary};
+use crate::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};

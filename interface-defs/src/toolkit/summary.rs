@@ -196,7 +196,8 @@ impl Summary {
                 m.time = m.time.filter(|t| t.is_finite());
                 return true;
             }
-            let what = format!("measure {}: its value {} is not a finite number; it is left out", m.name, m.value);
+            let what =
+                format!("measure {}: its value {} is not a finite number; it is left out", m.name, m.value);
             lost.push(Diagnostic::warning(code::NOT_FINITE, what));
             false
         });
@@ -357,13 +358,17 @@ mod tests {
         let read = Summary::read(dir.path()).expect("read");
         assert_eq!(read.measures, vec![measure("depth", 1.0, None)]);
         assert!(read.energy.is_empty());
-        assert!(read.warnings[0].message.contains("peak") && read.warnings[1].message.contains("energy.error"), "{read:?}");
+        assert!(
+            read.warnings[0].message.contains("peak") && read.warnings[1].message.contains("energy.error"),
+            "{read:?}"
+        );
     }
 
     #[test]
     fn a_verdict_stands_with_its_fate_its_numbers_and_its_sentence() {
         let dir = tempfile::tempdir().expect("a directory");
-        let ending = Ending { fate: Fate::AtRest, time: 4.0, position: [0.0; 3], speed: 0.0, on_terrain: true };
+        let ending =
+            Ending { fate: Fate::AtRest, time: 4.0, position: [0.0; 3], speed: 0.0, on_terrain: true };
         let torn = Torn {
             part: "rope".into(),
             elements: 1,
@@ -378,8 +383,9 @@ mod tests {
         let of_structure = Statistics { torn: Some(vec![torn.clone()]), ..Statistics::default() };
         summary.take("fem-solver", &of_structure).expect("another");
         summary.write(dir.path()).expect("written");
-        let json: Value = serde_json::from_str(&std::fs::read_to_string(dir.path().join(SUMMARY)).expect("a file"))
-            .expect("JSON");
+        let json: Value =
+            serde_json::from_str(&std::fs::read_to_string(dir.path().join(SUMMARY)).expect("a file"))
+                .expect("JSON");
         let verdict = &json["verdict"][0];
         assert_eq!((&verdict["fate"], &verdict["time"]), (&"at_rest".into(), &4.0.into()));
         assert_eq!(verdict["torn"][0]["part"], "rope");
@@ -406,11 +412,17 @@ mod tests {
 
     #[test]
     fn a_name_that_two_programs_give_is_refused_and_names_both() {
-        let of = |value| Statistics { measures: vec![measure("max_deflection", value, None)], ..Statistics::default() };
+        let of = |value| Statistics {
+            measures: vec![measure("max_deflection", value, None)],
+            ..Statistics::default()
+        };
         let mut summary = Summary::new(RunStatus::Done);
         summary.take("dem-solver 1", &of(1.0)).expect("the first");
         summary.take("dem-solver 1", &of(2.0)).expect("the same program");
-        assert_eq!((summary.measure("max_deflection"), summary.measures[0].source.as_str()), (Some(2.0), "dem-solver 1"));
+        assert_eq!(
+            (summary.measure("max_deflection"), summary.measures[0].source.as_str()),
+            (Some(2.0), "dem-solver 1")
+        );
         let refused = summary.take("theirs", &of(3.0)).expect_err("taken");
         assert_eq!(refused.code, code::NAME_TAKEN);
         assert!(refused.message.contains("dem-solver 1") && refused.message.contains("theirs"), "{refused}");

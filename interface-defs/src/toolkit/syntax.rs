@@ -21,7 +21,9 @@ pub(crate) fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, Diagnostic> 
         let text = String::from_utf8_lossy(e.as_bytes());
         let what = format!("byte {at}, 0x{byte:02x}, is not UTF-8 text");
         let place = Place::in_text(&name, &text, at..at + 1);
-        Diagnostic::error(code::SYNTAX, what).at(place).try_instead(format!("{save}; a letter with an accent in another encoding?"))
+        Diagnostic::error(code::SYNTAX, what)
+            .at(place)
+            .try_instead(format!("{save}; a letter with an accent in another encoding?"))
     })?;
     if let Some(at) = lone_return(&text) {
         let line = 1 + text[..at].matches('\r').count();

@@ -1,8 +1,8 @@
 //! The end of a run on the screen: verdict, the numbers that matter, warnings, where the files are.
 
 use super::run_dir::SUMMARY;
-use super::screen::show;
-use super::summary::{Summary, short};
+use super::screen::{complain, show};
+use super::summary::{RunStatus, Summary, short};
 use crate::diagnostic::Diagnostic;
 use crate::message::Measure;
 use std::fmt::Write as _;
@@ -53,6 +53,16 @@ impl Summary {
         text
     }
 
+    /// Print why the run is not done on stderr.
+    pub fn complain(&self) {
+        if self.status == RunStatus::Unreliable {
+            let all = self.message.clone().unwrap_or_default();
+            complain(&Diagnostic { message: all, hint: None, ..self.reasons[0].clone() });
+        } else {
+            self.reasons.iter().for_each(complain);
+        }
+    }
+
     /// Print it on stdout.
     pub fn print_table(&self, out: &Path) {
         show(&self.table(out));
@@ -91,7 +101,6 @@ fn short_in(unit: &str, value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::summary::RunStatus;
     use super::*;
     use crate::diagnostic::code;
     use crate::message::Worse;
@@ -152,7 +161,10 @@ mod tests {
         summary.warnings = (0..4).map(|i| of(&format!("contact.{i}.preset"))).collect();
         summary.warnings.push(of("terrain.zone.1.forest"));
         let shown = shown_warnings(&summary);
-        assert_eq!(shown[3..], ["terrain.zone.1.forest: it is uncalibrated", "1 more of `preset`, in summary.json"]);
+        assert_eq!(
+            shown[3..],
+            ["terrain.zone.1.forest: it is uncalibrated", "1 more of `preset`, in summary.json"]
+        );
         for (key, due) in [("line.0.points", "points"), ("vary.contact.0", "contact")] {
             assert_eq!(kind(&of(key)), due);
         }

@@ -3,8 +3,8 @@
 //! A knob belongs to a scene by presence: its key stands in the resolved scene, or a program reports its value. A *rung* is the
 //! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.
 
-use interface_defs::toolkit::explain::suggestion;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::explain::suggestion;
 use toml::{Table, Value};
 
 /// What a knob changes.

@@ -2,8 +2,8 @@
 
 use crate::config::generator::Barrier;
 use crate::read::bounds::positive;
-use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Vector2, Vector3};
 

@@ -129,7 +129,7 @@ fn energy_that_comes_from_nowhere_is_a_warning() {
     assert!((error - 1.0 / 49.0).abs() < 1e-9, "{error}");
     assert_eq!(summary.status, RunStatus::Done);
     assert!(
-        summary.warnings[0].starts_with("energy_error is 2.04 % at 1.000000 s"),
+        summary.warnings[0].message.starts_with("energy_error is 2.04 % at 1.000000 s"),
         "{:?}",
         summary.warnings
     );
