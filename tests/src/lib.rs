@@ -3,6 +3,8 @@
 
 pub mod in_process;
 
+use interface_defs::Fate;
+use interface_defs::toolkit::summary::Summary;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -128,13 +130,28 @@ impl Ended {
         serde_json::from_str(&text).expect("JSON")
     }
 
+    /// Warnings of the summary, each as the screen shows it.
+    pub fn warnings(&self) -> Vec<String> {
+        let summary = Summary::read(&self.out).expect("a summary");
+        summary.warnings.iter().map(ToString::to_string).collect()
+    }
+
+    /// Codes of the warnings of the summary.
+    pub fn codes(&self) -> Vec<String> {
+        let summary = Summary::read(&self.out).expect("a summary");
+        summary.warnings.iter().map(|warning| warning.code.to_string()).collect()
+    }
+
+    /// What became of each rock.
+    pub fn fates(&self) -> Vec<Fate> {
+        let summary = Summary::read(&self.out).expect("a summary");
+        summary.verdict.iter().map(|verdict| verdict.fate).collect()
+    }
+
     /// A measure of the summary.
     pub fn measure(&self, name: &str) -> f64 {
         let summary = self.summary();
-        let measures = summary["measures"].as_object().expect("a table");
-        // A measure of a member of a group may have its name behind it.
-        let named = |key: &str| key.split(" @ ").next() == Some(name);
-        let value = measures.iter().find(|(key, _)| named(key)).and_then(|(_, m)| m["value"].as_f64());
+        let value = summary["measures"][name]["value"].as_f64();
         value.unwrap_or_else(|| panic!("no measure {name} in {}", summary["measures"]))
     }
 

@@ -3,6 +3,7 @@
 use coupler::coupling::{Committed, Coupling, Observer};
 use coupler::handshake::Side;
 use coupler::records::Records;
+use interface_defs::Diagnostic;
 use interface_defs::message::{Fault, Hello, Plan, Ready, Role, Statistics};
 use interface_defs::solver::{OnProgress, Solver, Window};
 use interface_defs::toolkit::alloc::{CountingAllocator, allocations};
@@ -181,7 +182,7 @@ struct Counted {
 }
 
 impl Observer for Counted {
-    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[String]) -> Result<(), String> {
+    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[Diagnostic]) -> Result<(), String> {
         self.records.prepared(dem, fem, warnings)
     }
     fn committed(&mut self, c: &Committed) -> Result<(), String> {

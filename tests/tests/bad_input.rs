@@ -161,9 +161,8 @@ fn what_check_warns_of_stands_once_in_the_summary_of_the_run() {
     let arguments: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
     let ended = bench.done(&scene("free-fall"), "out", &arguments);
     assert!(ended.stderr.contains(warning), "before the start: {}", ended.stderr);
-    let summary = ended.summary();
-    let all = summary["warnings"].as_array().expect("a list");
-    assert_eq!(all.iter().filter(|w| w.as_str() == Some(warning)).count(), 1, "{all:?}");
+    let all = ended.warnings();
+    assert_eq!(all.iter().filter(|w| *w == warning).count(), 1, "{all:?}");
 }
 
 /// What the gate says of the scenes of the project.

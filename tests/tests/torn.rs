@@ -59,13 +59,14 @@ fn run(bench: &Bench, out: &str, text: &str) -> Ended {
     bench.done(&bench.scene(text), out, &[])
 }
 
-/// When the wire broke [s], from the warning; none if it has not.
+/// When the wire broke [s]; none if it has not.
 fn broke(ended: &Ended) -> Option<f64> {
-    let summary = ended.summary();
-    let said = summary["warnings"].as_array().expect("a list").iter();
-    let said =
-        said.filter_map(|w| w.as_str()?.strip_prefix("rupture at t = ")?.split(' ').next()?.parse().ok());
-    said.reduce(f64::min)
+    ended.summary()["torn"]
+        .as_array()
+        .expect("it can")
+        .iter()
+        .filter_map(|t| t["first"].as_f64())
+        .reduce(f64::min)
 }
 
 #[test]

@@ -15,11 +15,6 @@ fn text(value: &serde_json::Value) -> &str {
     value.as_str().expect("text")
 }
 
-fn warnings(ended: &Ended) -> Vec<String> {
-    let summary = ended.summary();
-    summary["warnings"].as_array().expect("a list").iter().map(|w| text(w).to_owned()).collect()
-}
-
 /// Largest change of the sum of all energies of both solvers, from the rows [J].
 fn imbalance(ended: &Ended) -> f64 {
     let sums = ["kinetic", "potential", "stored", "dissipated"]
@@ -155,7 +150,7 @@ fn a_block_at_rest_has_a_small_energy_error_or_none_with_its_reason() {
         match summary["measures"]["energy_error"]["value"].as_f64() {
             Some(error) => assert!(error < 0.01, "{overlap}: {error}"),
             None => {
-                let said = warnings(&ended);
+                let said = ended.warnings();
                 assert!(
                     said.iter().any(|w| w.contains("energy_error is absent: nothing has moved")),
                     "{said:?}"

@@ -162,7 +162,7 @@ fn the_worst_members_are_run_against_the_barrier_once_each_and_put_together() {
     }
     assert!(compared > 0, "{table:?}");
     // Cells of 0.8 m let a block of 0.7 m through.
-    assert!(table.iter().any(|row| row["verdict"] == "went through"), "{table:?}");
+    assert!(table.iter().any(|row| row["fate"] == "went_through"), "{table:?}");
     let summary = std::fs::read_to_string(dir.join("summary.json")).expect("a summary");
     let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
     let measures = &summary["measures"];
@@ -175,7 +175,7 @@ fn the_worst_members_are_run_against_the_barrier_once_each_and_put_together() {
     let largest = &measures["max_elongation_largest"];
     assert_eq!(largest["value"].as_f64(), Some(number(most, "max_elongation_m")));
     assert_eq!(largest["member"].as_str(), Some(format!("member {}", most["member"]).as_str()));
-    let through = table.iter().filter(|row| row["verdict"] == "went through").count();
+    let through = table.iter().filter(|row| row["fate"] == "went_through").count();
     assert_eq!(measures["members_went_through"]["value"].as_f64(), Some(through as f64));
 
     // Once more, and one more: what is there is not computed again.
