@@ -1,6 +1,7 @@
 //! What a run has cost, for `summary.json`: wall time by stage, exchanges, and of each process its time, memory and counts.
 
 use crate::records::Records;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::Remote;
 use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
 use interface_defs::toolkit::summary::{Summary, totals};
@@ -58,8 +59,8 @@ fn describe_exchange(summary: &mut Summary, exchanges: u64, waited: f64, of_solv
         let each = (waited - inside) / exchanges as f64;
         summary.cost.insert("exchange_microseconds".into(), json!(1e6 * each));
     } else {
-        let what = "exchange_microseconds is absent: a solver does not report its seconds inside solve";
-        summary.warnings.push(what.into());
+        let why = "a solver does not report its seconds inside solve";
+        summary.warnings.push(Diagnostic::absent("exchange_microseconds", why));
     }
 }
 

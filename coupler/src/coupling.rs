@@ -128,7 +128,7 @@ impl<'a> Coupling<'a> {
         self.balance = Balance::new(Both { dem: accounts.0.start(), fem: accounts.1.start() });
         observer
             .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
-            .map_err(CouplingError::Output)?;
+            .map_err(CouplingError::output)?;
         let outcome = self.windows(&mut agreement, observer);
         // Whatever has come: what is committed is reported.
         let reported = self.report(observer);
@@ -195,7 +195,7 @@ impl<'a> Coupling<'a> {
     /// An energy error far beyond its bound ends the run at once.
     fn check_energy(&mut self, time: f64) -> Result<(), CouplingError> {
         if self.has_balance && self.balance.system.has_left(self.limits.fatal_energy_error()) {
-            return Err(CouplingError::Diverged(self.causes().diverged(time, &self.limits)));
+            return Err(CouplingError::Diverged(self.causes().diverged(time, &self.limits).into()));
         }
         Ok(())
     }
@@ -219,7 +219,7 @@ impl<'a> Coupling<'a> {
         let Gauges { dem, fem, touches, .. } = &self.gauges;
         let (touches, balance) = (*touches, &self.balance);
         let committed = Committed { span, iterations, residual, converged, touches, dem, fem, balance };
-        observer.committed(&committed).map_err(CouplingError::Output)
+        observer.committed(&committed).map_err(CouplingError::output)
     }
 
     /// Whether no solver is at work on a request.
@@ -279,7 +279,7 @@ impl<'a> Coupling<'a> {
             let factor = if yields { 1.0 } else { self.settings.acceleration.factor() };
             observer
                 .iteration(&Iteration { span, iteration, residual, factor })
-                .map_err(CouplingError::Output)?;
+                .map_err(CouplingError::output)?;
             if self.settings.scheme == Scheme::Weak || self.passes(&residual, interface, span.length) {
                 let judged = yields && may_halve && self.settings.scheme == Scheme::Strong;
                 if judged && let Some(reason) = self.loses_energy(interface) {

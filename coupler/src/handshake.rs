@@ -1,6 +1,5 @@
 //! The start of a run: who is there, what crosses the interface, where the interface mesh comes from.
 
-use crate::energy::Account;
 use crate::guard::{self, breach, clause};
 use crate::interface::Interface;
 use crate::mapping::map;
@@ -8,41 +7,14 @@ use crate::observer::KeptRun;
 use crate::passing::{self, Common, Passing};
 use crate::patch::Patch;
 use crate::places::Places;
+use crate::rows::OWN_COLUMNS;
 use crate::settings::{CouplingSettings, Scheme};
-use interface_defs::message::capability;
+use crate::side::Side;
+use interface_defs::diagnostic::{Code, Diagnostic, code};
+use interface_defs::message::{FaultKind, capability};
 use interface_defs::solver::OnProgress;
-use interface_defs::{
-    Failure, Fault, FieldSpec, Gauge, Hello, Layout, Participant, Plan, Ready, Sampling, name,
-};
-
-/// What is agreed with one solver.
-pub struct Side {
-    /// Its part in the run and its program, for messages: `fem (fem-solver 0.1)`.
-    pub program: String,
-    /// Its gauges.
-    pub gauges: Vec<Gauge>,
-    /// Layout of the requests to it.
-    pub request: Layout,
-    /// Layout of its answers.
-    pub layout: Layout,
-    /// Its part in the balance of energy.
-    pub account: Account,
-    /// Its answer at t = 0.
-    pub initial: Vec<f64>,
-    /// Whether it solves a window again from the committed state.
-    pub repeatable: bool,
-}
-
-impl Side {
-    fn new(name: &str, hello: &Hello, plan: &Plan, ready: Ready) -> Self {
-        let program = format!("{name} ({})", hello.program);
-        let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
-        let request = Layout::new(&plan.takes, &ready.mesh, 0);
-        let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        let repeatable = hello.repeats.is_some();
-        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial, repeatable }
-    }
-}
+use interface_defs::{Failure, Fault, FieldSpec, Hello, Participant, Plan, Ready, Sampling, name};
+use std::collections::HashMap;
 
 /// What is agreed with both.
 pub struct Agreement {
@@ -59,7 +31,7 @@ pub struct Agreement {
     /// Longest window that both solve [s].
     pub largest_window: f64,
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// The solver that cannot write its state down, if there is one.
     pub forgetful: Option<String>,
 }
@@ -108,9 +80,12 @@ pub fn agree(
         let what = "it takes the field \"broken\", and its mesh has other lines than the structure's";
         return Err(breach(dem.name(), clause::MESH, what));
     }
-    fields.common.check(&structure_mesh, &dem_ready.mesh).map_err(refuse)?;
+    fields
+        .common
+        .check(&structure_mesh, &dem_ready.mesh)
+        .map_err(|what| refuse(Diagnostic::error(code::CONTRADICTION, what)))?;
     let (mapping, quality) = map(settings.mapping.as_ref(), &structure_mesh, &dem_ready.mesh)
-        .map_err(|what| refuse(format!("coupling.mapping: {what}")))?;
+        .map_err(|why| refuse(why.about("coupling.mapping")))?;
     let mut warnings = std::mem::take(&mut fem_ready.warnings);
     warnings.append(&mut dem_ready.warnings);
     if let Some(quality) = quality {
@@ -122,6 +97,7 @@ pub fn agree(
         Side::new(dem.name(), &dem_hello, &dem_plan, dem_ready),
         Side::new(fem.name(), &fem_hello, &fem_plan, fem_ready),
     );
+    check_names(&dem_side, &fem_side)?;
     if resume.is_none() {
         guard::probe(fem, &fem_hello, &fem_side, &structure_mesh, settings.time_window)?;
     }
@@ -137,9 +113,9 @@ pub fn agree(
     let mut interface = Interface::new(mapping, places, u, v);
     interface.passing = Passing::new(&fields.common, &dem_side, &fem_side);
     if settings.measures_force() {
-        interface
-            .follow_force()
-            .map_err(|what| refuse(format!("coupling.measure: {}: {what}", dem_side.program)))?;
+        interface.follow_force().map_err(|what| {
+            refuse(of_key("measure", code::CONTRADICTION, format!("{}: {what}", dem_side.program)))
+        })?;
     }
     interface.pass_on(&fields.local, &dem_side, &fem_side);
     let largest_window = dem_hello.largest_window.min(fem_hello.largest_window);
@@ -155,23 +131,43 @@ pub fn agree(
     })
 }
 
+/// A column of the results belongs to one gauge of one program.
+fn check_names(dem: &Side, fem: &Side) -> Result<(), Failure> {
+    let own = OWN_COLUMNS.iter().map(|column| ((*column).to_owned(), "coupler"));
+    let gauges = |side| Side::columns(side).map(|column| (column, side.program.as_str()));
+    let mut owners = HashMap::new();
+    for (column, program) in own.chain(gauges(dem)).chain(gauges(fem)) {
+        let Some(first) = owners.insert(column.clone(), program) else { continue };
+        let what = match first == program {
+            true => format!("{program} has two gauges with the column {column}"),
+            false => format!("{first} and {program} both have a gauge with the column {column}"),
+        };
+        return Err(refuse(
+            Diagnostic::error(code::NAME_TAKEN, what).try_instead("rename a rock or a gauge"),
+        ));
+    }
+    Ok(())
+}
+
 fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
+    let program = &hello.program;
     if settings.scheme == Scheme::Strong && hello.repeats.is_none() {
-        return Err(refuse(format!(
-            "strong coupling repeats windows, and {solver} ({}) says that it cannot repeat one; \
-             use coupling.scheme = \"weak\" or another solver",
-            hello.program
-        )));
+        let what = format!(
+            "strong coupling repeats windows, and {solver} ({program}) says that it cannot repeat one"
+        );
+        let why = of_key("scheme", code::CONTRADICTION, what);
+        return Err(refuse(why.try_instead("use coupling.scheme = \"weak\" or another solver")));
     }
     if let Some(repeats) = hello.repeats {
         check_repeats(settings, solver, hello, repeats)?;
     }
-    // NaN is no limit anyone meant.
+    // A limit that is not a number is none.
     if hello.largest_window < settings.time_window || hello.largest_window.is_nan() {
-        return Err(refuse(format!(
-            "coupling.time_window is {} s, {solver} ({}) takes windows up to {} s",
-            settings.time_window, hello.program, hello.largest_window
-        )));
+        let what = format!(
+            "coupling.time_window is {} s, {solver} ({program}) takes windows up to {} s",
+            settings.time_window, hello.largest_window
+        );
+        return Err(refuse(of_key("time_window", code::TIME_STEP, what)));
     }
     Ok(())
 }
@@ -186,15 +182,16 @@ fn check_repeats(
     let program = &hello.program;
     if !(0.0..1.0).contains(&repeats) {
         let what =
-            format!("{program} says that it repeats a window to {repeats}; 0 to 1 can be meant, 0 is exact");
+            format!("{program} says that it repeats a window to {repeats}; 0 to 1 has a meaning, 0 is exact");
         return Err(breach(solver, clause::REPEATS, what));
     }
     if settings.scheme == Scheme::Strong && repeats > settings.tolerance {
-        return Err(refuse(format!(
-            "coupling.tolerance is {:e}, {solver} ({program}) repeats a window to {repeats:e} only: iterations would end by \
-             chance; raise coupling.tolerance above that, or use coupling.scheme = \"weak\"",
+        let what = format!(
+            "coupling.tolerance is {:e}, {solver} ({program}) repeats a window to {repeats:e} only: iterations would end by chance",
             settings.tolerance
-        )));
+        );
+        let hint = "raise coupling.tolerance above that, or use coupling.scheme = \"weak\"";
+        return Err(refuse(of_key("tolerance", code::CONTRADICTION, what).try_instead(hint)));
     }
     Ok(())
 }
@@ -215,12 +212,16 @@ fn check_ready(solver: &str, plan: &Plan, ready: &Ready) -> Result<(), Failure> 
 fn check_scene(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
     let theirs = &hello.scene;
     match &settings.scene {
-        Some(ours) if !theirs.is_empty() && ours != theirs => Err(refuse(format!(
-            "{solver} ({}) and the coupler have read different scenes ({theirs}, {ours}); start all programs of a run \
-             with one scene file and the same --set (PROTOCOL.md, clause {})",
-            hello.program,
-            clause::SCENE
-        ))),
+        Some(ours) if !theirs.is_empty() && ours != theirs => {
+            let program = &hello.program;
+            let what =
+                format!("{solver} ({program}) and the coupler have read different scenes ({theirs}, {ours})");
+            let hint = format!(
+                "start all programs of a run with one scene file and the same --set (PROTOCOL.md, clause {})",
+                clause::SCENE
+            );
+            Err(refuse(Diagnostic::error(code::PROVENANCE, what).try_instead(hint)))
+        }
         _ => Ok(()),
     }
 }
@@ -246,10 +247,11 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     };
     let need = |who: &str, program: &str, verb: &str, list: &[FieldSpec], name: &str, sampling: Sampling| {
         find(list, name, sampling).ok_or_else(|| {
-            refuse(format!(
-                "{who} ({program}) does not {verb} the field \"{name}\" ({sampling:?}, {samples} per window), \
-                 which this coupling needs"
-            ))
+            let what = format!(
+                "{who} ({program}) does not {verb} the field \"{name}\" ({sampling:?}, {samples} per window), which \
+                 this coupling needs"
+            );
+            refuse(Diagnostic::error(code::CONTRACT, what))
         })
     };
     use Sampling::{AtEnds, FromStart, Means, Once};
@@ -279,10 +281,11 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
         }
     }
     if to_fem.is_empty() {
-        return Err(refuse(format!(
+        let what = format!(
             "fem ({fem_name}) takes no \"{}\" as mean over {samples} parts of a window or at their ends",
             name::FORCE
-        )));
+        );
+        return Err(refuse(Diagnostic::error(code::CONTRACT, what)));
     }
     // The work is booked with the mean force, whatever the structure takes.
     if !from_dem.iter().any(|f| f.sampling == Means) {
@@ -372,6 +375,11 @@ fn local_fields(
 }
 
 /// The user's input is refused: exit code 2.
-pub fn refuse(message: String) -> Failure {
-    Failure::Fault { solver: "coupler".into(), fault: Fault::input(message) }
+pub fn refuse(why: Diagnostic) -> Failure {
+    Failure::Fault { solver: "coupler".into(), fault: Fault::new(FaultKind::Input, why) }
+}
+
+/// An error of this kind about a key of `[coupling]`.
+fn of_key(key: &str, code: Code, what: String) -> Diagnostic {
+    Diagnostic::error(code, what).about(format!("coupling.{key}"))
 }

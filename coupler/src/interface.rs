@@ -7,11 +7,11 @@ use crate::acceleration::Acceleration;
 use crate::convergence::{Field, Judged, Measure, Residual, largest_distance};
 use crate::energy::Work;
 use crate::guard::Answered;
-use crate::handshake::Side;
 use crate::mapping::Matrix;
 use crate::passing::Passing;
 use crate::places::Places;
 use crate::predictor::predict;
+use crate::side::Side;
 use interface_defs::{FieldSpec, Sampling, name};
 use std::ops::Range;
 

@@ -40,4 +40,5 @@ mod rows;
 pub mod schedule;
 mod seat;
 pub mod settings;
+pub mod side;
 pub mod trust;

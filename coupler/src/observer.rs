@@ -2,9 +2,10 @@
 
 use crate::convergence::Residual;
 use crate::energy::Balance;
-use crate::handshake::Side;
 use crate::schedule::Span;
+use crate::side::Side;
 use interface_defs::Failure;
+use interface_defs::diagnostic::{Diagnostic, code};
 use std::fmt;
 
 /// Why the run ended before its time.
@@ -26,24 +27,38 @@ pub enum CouplingError {
         advice: String,
     },
     /// The energy error has left its bound for good.
-    Diverged(String),
+    Diverged(Box<Diagnostic>),
     /// The records could not be written.
-    Output(String),
+    Output(Box<Diagnostic>),
+}
+
+impl CouplingError {
+    /// The records could not be written.
+    pub fn output(why: Diagnostic) -> Self {
+        Self::Output(Box::new(why))
+    }
 }
 
 impl fmt::Display for CouplingError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Failed(failure) => write!(f, "{failure}"),
-            Self::NotConverged { window, start, length, reason, advice } => {
-                write!(f, "window {window} at t = {start} s of {length:.3e} s: {reason}; {advice}")
-            }
-            Self::Diverged(what) | Self::Output(what) => f.write_str(what),
-        }
+        Diagnostic::from(self).fmt(f)
     }
 }
 
 impl std::error::Error for CouplingError {}
+
+impl From<&CouplingError> for Diagnostic {
+    fn from(error: &CouplingError) -> Self {
+        match error {
+            CouplingError::Failed(failure) => failure.into(),
+            CouplingError::NotConverged { window, start, length, reason, advice } => {
+                let what = format!("window {window} at t = {start} s of {length:.3e} s: {reason}");
+                Self::error(code::NOT_CONVERGED, what).try_instead(advice)
+            }
+            CouplingError::Diverged(why) | CouplingError::Output(why) => (**why).clone(),
+        }
+    }
+}
 
 impl From<Failure> for CouplingError {
     fn from(failure: Failure) -> Self {
@@ -97,9 +112,9 @@ pub struct KeptRun {
 /// Sees what happens; writes files, draws progress. The loop does neither.
 pub trait Observer {
     /// Both solvers are prepared.
-    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[String]) -> Result<(), String>;
+    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[Diagnostic]) -> Result<(), Diagnostic>;
     /// One iteration is done.
-    fn iteration(&mut self, _iteration: &Iteration) -> Result<(), String> {
+    fn iteration(&mut self, _iteration: &Iteration) -> Result<(), Diagnostic> {
         Ok(())
     }
     /// Whether the state of the run is to be kept now, between two windows; `interrupted`: the user ends it here.
@@ -111,5 +126,5 @@ pub trait Observer {
     /// The state was asked for, and this solver cannot write its own down.
     fn cannot_keep(&mut self, _solver: &str) {}
     /// One window is committed. Called while the contact solver is at work on the next.
-    fn committed(&mut self, committed: &Committed) -> Result<(), String>;
+    fn committed(&mut self, committed: &Committed) -> Result<(), Diagnostic>;
 }

@@ -1,6 +1,6 @@
 //! Fields that both solvers know and the coupler does not: they are passed on as they are.
 
-use crate::handshake::Side;
+use crate::side::Side;
 use interface_defs::{FieldSpec, InterfaceMesh, Layout, Place, Sampling, name};
 use std::ops::Range;
 

@@ -1,6 +1,6 @@
 //! Where the fields that the coupler knows lie in the four payloads.
 
-use crate::handshake::Side;
+use crate::side::Side;
 use interface_defs::{Layout, Sampling, name};
 use std::ops::Range;
 

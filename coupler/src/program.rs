@@ -6,7 +6,7 @@ use crate::records::{Records, describe};
 use crate::schedule::Schedule;
 use crate::settings::{CouplingSettings, Scheme};
 use clap::{Parser, Subcommand};
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::remote::{Host, HostOptions, Remote};
 use interface_defs::ipc::{self, Wait, interrupt};
 use interface_defs::toolkit::arguments::{AnswerForm, Input, Leader, Logging, Membership, Results};
@@ -85,7 +85,7 @@ pub fn main() -> Exit {
         }),
     };
     outcome.unwrap_or_else(|error| {
-        complain(&error.to_string());
+        complain(&error);
         Exit::BadInput
     })
 }
@@ -145,7 +145,7 @@ fn run(arguments: &RunArguments) -> Result<Exit, Diagnostic> {
     let (host, mut remotes) = match created {
         Ok(created) => created,
         Err(failure) => {
-            complain(&failure.to_string());
+            complain(&Diagnostic::from(&failure));
             return Ok(Exit::Failed);
         }
     };
@@ -155,16 +155,16 @@ fn run(arguments: &RunArguments) -> Result<Exit, Diagnostic> {
     host.close();
     let owner = &prepared.owner;
     if let Err(what) = owner.write_summary(&mut summary) {
-        let before = summary.message.map_or(String::new(), |message| format!("{message}\n"));
-        complain(&format!("{before}{what}"));
+        summary.fail(Diagnostic::error(code::NOT_WRITTEN, what));
+        summary.complain();
         return Ok(Exit::Failed);
     }
     checkpoint::remove_if_over(&summary, owner.dir());
     if !arguments.leader.quiet {
         summary.print_table(owner.dir());
     }
-    if let Some(message) = &summary.message {
-        complain(message);
+    if summary.status != RunStatus::Done {
+        summary.complain();
     }
     Ok(match outcome {
         Err(CouplingError::Failed(failure)) if failure.is_input() => Exit::BadInput,
@@ -201,7 +201,7 @@ fn couple(
         }
         Err(fault) => Err(Failure::Fault { solver: "coupler".into(), fault }.into()),
     };
-    let synced = records.sync().map_err(CouplingError::Output);
+    let synced = records.sync().map_err(CouplingError::output);
     outcome = outcome.and(synced);
     let clock = Clock { started, loop_ended: Instant::now() };
     let mut statistics = None;
@@ -216,8 +216,13 @@ fn couple(
         Err(CouplingError::Failed(Failure::Interrupted)) => RunStatus::Interrupted,
         Err(_) => RunStatus::Failed,
     };
-    let mut summary = Summary::new(status);
-    summary.message = outcome.as_ref().err().map(|error| explained(error, &coupling));
+    let mut summary = match &outcome {
+        Ok(()) => Summary::new(status),
+        Err(error) => Summary::ended(status, error.into()),
+    };
+    if let Some(cause) = outcome.as_ref().err().and_then(|error| cause(error, &coupling)) {
+        summary.fail(cause);
+    }
     describe(&mut summary, &coupling, &records, statistics.as_ref());
     summary.warnings.extend(from.map(|from| checkpoint::of_last_part(from.time)));
     drop(coupling);
@@ -240,16 +245,15 @@ fn ends_in_order(outcome: &Result<(), CouplingError>, coupling: &Coupling) -> bo
     }
 }
 
-/// An error, with what the balance of energy says of its cause.
-fn explained(error: &CouplingError, coupling: &Coupling) -> String {
-    let cause = match error {
-        CouplingError::NotConverged { .. } => coupling.causes().beyond(&coupling.limits),
-        CouplingError::Failed(Failure::Fault { .. } | Failure::Contract { .. }) => {
+/// What the balance of energy says of the cause of an error.
+fn cause(error: &CouplingError, coupling: &Coupling) -> Option<Diagnostic> {
+    match error {
+        CouplingError::NotConverged { .. }
+        | CouplingError::Failed(Failure::Fault { .. } | Failure::Contract { .. }) => {
             coupling.causes().beyond(&coupling.limits)
         }
         _ => None,
-    };
-    cause.map_or_else(|| error.to_string(), |cause| format!("{error}\n{cause}"))
+    }
 }
 
 /// What the coupler would do with a scene.

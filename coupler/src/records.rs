@@ -1,17 +1,18 @@
 //! Result files of a coupled run: `history.csv`, `iterations.csv`, and the measures for `summary.json`.
 
 use crate::coupling::{Committed, Coupling, Iteration, KeptRun, Observer};
-use crate::handshake::Side;
-use crate::rows::Rows;
+use crate::rows::{OWN_COLUMNS, Rows};
+use crate::side::Side;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::alloc::allocations;
 use interface_defs::toolkit::checkpoint::{Checkpoint, Store, pack, unpack};
-use interface_defs::toolkit::energy::NOTHING_MOVED;
-use interface_defs::toolkit::history::{History, gauge_column};
+use interface_defs::toolkit::energy::{self, NOTHING_MOVED};
+use interface_defs::toolkit::history::History;
 use interface_defs::toolkit::limits::ENERGY_ERROR;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::run_dir;
-use interface_defs::toolkit::summary::{Summary, split_member};
+use interface_defs::toolkit::summary::Summary;
 use interface_defs::{Fault, Gauge, Measure, Statistics};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -31,7 +32,7 @@ pub struct Records {
     rows: Rows,
     gauges: Vec<Tracked>,
     dem_gauges: usize,
-    warnings: Vec<String>,
+    warnings: Vec<Diagnostic>,
     /// Who the two solvers are.
     programs: [String; 2],
     counts: (u64, u64),
@@ -137,26 +138,23 @@ impl Records {
     }
 
     /// All committed windows are in the rows, and those on the disk itself, when this returns.
-    pub fn sync(&mut self) -> Result<(), String> {
+    pub fn sync(&mut self) -> Result<(), Diagnostic> {
         let Some(history) = &mut self.history else { return Ok(()) };
         self.rows
             .flush(&mut |row| history.row(row))
             .and_then(|()| history.sync())
-            .map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY))
+            .map_err(|e| unwritable(run_dir::HISTORY, &e))
     }
 
     /// What both solvers reported while preparing.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings
     }
 
     /// Extremes of the gauges that are results of their own.
     pub fn extremes(&self) -> Vec<Measure> {
-        let measure = |g: &Gauge, which: &str, (value, time): (f64, f64)| Measure {
-            name: format!("{}_{which}", g.name),
-            value,
-            unit: g.unit.clone(),
-            time: Some(time),
+        let measure = |g: &Gauge, which: &str, (value, time): (f64, f64)| {
+            Measure::new(format!("{}_{which}", g.name), value, g.unit.clone()).at(time)
         };
         let seen = self.gauges.iter().filter(|t| t.gauge.extremes && t.smallest.0.is_finite());
         seen.flat_map(|t| [measure(&t.gauge, "min", t.smallest), measure(&t.gauge, "max", t.largest)])
@@ -164,18 +162,22 @@ impl Records {
     }
 
     /// A file of rows: a new one, or as it was when it had `length` bytes.
-    fn open(&self, name: &str, columns: &[String], length: Option<u64>) -> Result<History, String> {
+    fn open(&self, name: &str, columns: &[String], length: Option<u64>) -> Result<History, Diagnostic> {
         let path = self.dir.join(name);
         let opened = match length {
             None => History::create(&path, columns),
             Some(length) => History::go_on(&path, columns, length),
         };
-        opened.map_err(|e| format!("cannot write {}: {e}", path.display()))
+        opened.map_err(|e| unwritable(&path.display().to_string(), &e))
     }
 }
 
+fn unwritable(file: &str, e: &std::io::Error) -> Diagnostic {
+    Diagnostic::error(code::NOT_WRITTEN, format!("cannot write {file}: {e}"))
+}
+
 impl Observer for Records {
-    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[String]) -> Result<(), String> {
+    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[Diagnostic]) -> Result<(), Diagnostic> {
         self.prepared_at = Some(Instant::now());
         self.window_started = Instant::now();
         self.warnings.extend_from_slice(warnings);
@@ -189,13 +191,8 @@ impl Observer for Records {
             .map(|gauge| Tracked { gauge: gauge.clone(), smallest: none.0, largest: none.1 })
             .collect();
         let mut columns = vec!["time_s".to_string()];
-        columns.extend(self.gauges.iter().map(|t| gauge_column(&t.gauge)));
-        columns.extend(
-            ["energy_imbalance_J", "energy_interface_defect_J", "iterations", "residual"].map(String::from),
-        );
-        if let Some(twice) = columns.iter().enumerate().find(|(i, c)| columns[..*i].contains(c)) {
-            return Err(format!("two gauges are named \"{}\"; rename a rock or a gauge", twice.1));
-        }
+        columns.extend(dem.columns().chain(fem.columns()));
+        columns.extend(OWN_COLUMNS.map(String::from));
         self.row = Vec::with_capacity(columns.len());
         let means = (0..self.gauges.len()).filter(|i| self.gauges[*i].gauge.is_mean()).map(|i| i + 1);
         self.rows = Rows::new(columns.len(), means.collect(), self.interval);
@@ -226,7 +223,7 @@ impl Observer for Records {
         Ok(())
     }
 
-    fn iteration(&mut self, iteration: &Iteration) -> Result<(), String> {
+    fn iteration(&mut self, iteration: &Iteration) -> Result<(), Diagnostic> {
         self.counts.1 += 1;
         let Some(file) = &mut self.iterations else { return Ok(()) };
         let r = &iteration.residual;
@@ -243,7 +240,7 @@ impl Observer for Records {
             iteration.factor,
             seconds,
         ])
-        .map_err(|e| format!("cannot write {}: {e}", run_dir::ITERATIONS))
+        .map_err(|e| unwritable(run_dir::ITERATIONS, &e))
     }
 
     fn is_due(&mut self, interrupted: bool) -> bool {
@@ -262,7 +259,7 @@ impl Observer for Records {
         self.store = None;
     }
 
-    fn committed(&mut self, c: &Committed) -> Result<(), String> {
+    fn committed(&mut self, c: &Committed) -> Result<(), Diagnostic> {
         self.counts.0 += 1;
         let time = c.span.end();
         self.row.clear();
@@ -282,7 +279,7 @@ impl Observer for Records {
         let history = self.history.as_mut().expect("created when both were prepared");
         self.rows
             .take(c.span.start, &self.row, c.touches, |row| history.row(row))
-            .map_err(|e| format!("cannot write {}: {e}", run_dir::HISTORY))?;
+            .map_err(|e| unwritable(run_dir::HISTORY, &e))?;
         if c.touches && self.touched_at.is_none() {
             self.touched_at = Some(Instant::now());
         }
@@ -323,13 +320,17 @@ pub fn describe(
     summary.warnings.extend_from_slice(records.warnings());
     match statistics {
         Some((dem, fem)) => {
-            summary.take(dem);
-            summary.take(fem);
-            name_absent(summary, &records.programs);
+            for (program, statistics) in records.programs.iter().zip([dem, fem]) {
+                if let Err(taken) = summary.take(program, statistics) {
+                    summary.fail(taken);
+                }
+            }
+            name_absent(summary, &records.programs, [dem, fem]);
         }
-        None => summary
-            .warnings
-            .push("the solvers' measures are absent: the run ended before they could report them".into()),
+        None => {
+            let what = "the solvers' measures are absent: the run ended before they could report them";
+            summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
+        }
     }
     records.extremes().into_iter().for_each(|measure| summary.add(measure));
     drop_unresolved(summary, coupling.sample_length());
@@ -350,26 +351,29 @@ fn drop_unresolved(summary: &mut Summary, sample: f64) {
     let name = "max_reaction_1ms";
     if sample > MEAN / PARTS * (1.0 + 1e-9) && summary.measure(name).is_some() {
         summary.measures.retain(|m| m.name != name);
-        summary.warnings.push(format!(
-            "{name} is absent: the contact force is known as means over {sample:e} s, longer than a quarter of 1 ms; shorten \
-             coupling.time_window, or raise coupling.samples"
-        ));
+        let why =
+            format!("the contact force is known as means over {sample:e} s, longer than a quarter of 1 ms");
+        let hint = "shorten coupling.time_window, or raise coupling.samples";
+        summary.warnings.push(Diagnostic::absent(name, &why).try_instead(hint));
     }
 }
 
-/// A warning for each expected measure that is absent and of which nobody has said so.
-fn name_absent(summary: &mut Summary, programs: &[String; 2]) {
+/// A warning for the expected measures that are absent and of which their solver has not said so. One that names no measure as its
+/// key speaks of all that are absent.
+fn name_absent(summary: &mut Summary, programs: &[String; 2], statistics: [&Statistics; 2]) {
     for (side, names) in EXPECTED {
-        let has = |name: &str| summary.measures.iter().any(|m| split_member(&m.name).0.ends_with(name));
-        let said = |name: &str| summary.warnings.iter().any(|w| w.contains(name) && w.contains("absent"));
+        // Those of a rock begin with its name.
+        let has = |name: &str| summary.measures.iter().any(|m| m.name.ends_with(name));
+        let explains = |w: &Diagnostic, name: &str| {
+            w.code == code::ABSENT_MEASURE && w.key.as_ref().is_none_or(|key| key.ends_with(name))
+        };
+        let said = |name: &str| statistics[side].warnings.iter().any(|w| explains(w, name));
         let absent: Vec<&str> = names.iter().copied().filter(|name| !has(name) && !said(name)).collect();
         if !absent.is_empty() {
-            let verb = if absent.len() == 1 { "is" } else { "are" };
+            let (is, them) = if absent.len() == 1 { ("is", "it") } else { ("are", "them") };
             let (names, who) = (absent.join(", "), &programs[side]);
-            summary.warnings.push(format!(
-                "{names} {verb} absent: {who} does not report {}",
-                if absent.len() == 1 { "it" } else { "them" }
-            ));
+            let what = format!("{names} {is} absent: {who} does not report {them}");
+            summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
         }
     }
 }
@@ -398,11 +402,12 @@ fn describe_coupling(summary: &mut Summary, coupling: &Coupling) {
         summary.coupling.insert("residual_energy_share".into(), json!(share));
     }
     if counts.unconverged > 0 {
-        summary.warnings.push(format!(
+        let what = format!(
             "{} of {windows} windows were accepted although they had not converged (coupling.on_no_convergence = \
              \"accept\"); largest residual {:.2e} m",
             counts.unconverged, counts.largest_residual
-        ));
+        );
+        summary.warnings.push(Diagnostic::warning(code::NOT_CONVERGED, what));
     }
 }
 
@@ -413,8 +418,6 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
     for (name, joules) in [
         ("interface_work_structure_J", balance.structure_work),
         ("interface_work_mesh_J", balance.mesh_work),
-        // Its old name, for one version.
-        ("interface_work_wall_J", balance.mesh_work),
         ("interface_defect_J", balance.defect),
         ("imbalance_contact_solver_J", dem),
         ("imbalance_structure_J", fem),
@@ -422,7 +425,7 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
         ("imbalance_largest_J", balance.system.largest.0),
     ]
     .into_iter()
-    .take(if coupling.has_balance { 8 } else { 4 })
+    .take(if coupling.has_balance { 7 } else { 3 })
     {
         energy.insert(name.into(), json!(joules));
     }
@@ -430,21 +433,18 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
         return;
     }
     if !coupling.has_balance {
-        summary.warnings.push(
-            "energy_error is absent: a solver does not report its kinetic, potential, stored, dissipated energy and \
-             received work"
-                .into(),
-        );
+        let why =
+            "a solver does not report its kinetic, potential, stored, dissipated energy and received work";
+        summary.warnings.push(energy::absent(why));
         return;
     }
     let (Some(reference), Some(value)) = (balance.system.reference(), balance.system.error()) else {
-        summary.warnings.push(NOTHING_MOVED.into());
+        summary.warnings.push(energy::absent(NOTHING_MOVED));
         return;
     };
     energy.insert("reference_J".into(), json!(reference));
     energy.insert(ENERGY_ERROR.into(), json!(value));
-    let time = Some(balance.system.largest.1);
-    summary.measures.push(Measure { name: ENERGY_ERROR.into(), value, unit: "1".into(), time });
+    summary.measures.push(energy::error_measure(value, balance.system.largest.1));
 }
 
 #[cfg(test)]
@@ -454,10 +454,10 @@ mod tests {
 
     #[test]
     fn a_mean_over_a_millisecond_is_left_out_where_less_than_four_parts_lie_in_it() {
-        let measure = |name: &str| Measure { name: name.into(), value: 1.0, unit: "N".into(), time: None };
         for (sample, kept) in [(2.5e-4, 2), (2.6e-4, 1)] {
             let mut summary = Summary::new(RunStatus::Done);
-            summary.measures = vec![measure("max_reaction"), measure("max_reaction_1ms")];
+            summary.measures =
+                ["max_reaction", "max_reaction_1ms"].map(|name| Measure::new(name, 1.0, "N")).to_vec();
             drop_unresolved(&mut summary, sample);
             assert_eq!((summary.measures.len(), summary.warnings.len()), (kept, 2 - kept));
         }
@@ -465,19 +465,23 @@ mod tests {
 
     #[test]
     fn an_expected_measure_that_nobody_reports_is_named_with_its_solver() {
-        let mut summary = Summary::new(RunStatus::Done);
-        summary.warnings.push("sag is absent: no weight acts on the structure".into());
         let names = ["rock_impact_speed", "rock_max_penetration", "max_reaction", "max_reaction_1ms"];
-        summary.measures = names
-            .map(|name| Measure { name: name.into(), value: 1.0, unit: "1".into(), time: None })
-            .to_vec();
-        name_absent(&mut summary, &["dem (a)".into(), "fem (b)".into()]);
+        let programs = ["dem (a)".into(), "fem (b)".into()];
+        let said = |warning: Diagnostic| {
+            let mut summary = Summary::new(RunStatus::Done);
+            summary.measures = names.map(|name| Measure::new(name, 1.0, "1")).to_vec();
+            let of_structure = Statistics { warnings: vec![warning], ..Statistics::default() };
+            name_absent(&mut summary, &programs, [&Statistics::default(), &of_structure]);
+            summary.warnings.iter().map(Diagnostic::to_string).collect::<Vec<_>>()
+        };
+        let sag = Diagnostic::absent("sag", "no weight acts on the structure");
+        let of_contact = "time_of_impact, max_deflection, braking_time, rebound_speed are absent: dem (a) does not report them";
         assert_eq!(
-            summary.warnings[1..],
-            [
-                "time_of_impact, max_deflection, braking_time, rebound_speed are absent: dem (a) does not report them",
-                "max_cable_force is absent: fem (b) does not report it"
-            ]
+            said(sag.clone().about("sag")),
+            [of_contact, "max_cable_force is absent: fem (b) does not report it"]
         );
+        // Who explains what is absent without a key explains all of it.
+        assert_eq!(said(sag), [of_contact]);
+        assert_eq!(said(Diagnostic::warning(code::OTHER, "sag, max_cable_force")).len(), 2);
     }
 }

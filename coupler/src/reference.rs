@@ -82,7 +82,6 @@ const RESULTS: &[Entry] = &[
         "J",
         "work of the contact forces on the interface mesh as the contact solver moved it",
     ),
-    energy("interface_work_wall_J", "J", "old name of `interface_work_mesh_J`, for one version"),
     energy("interface_defect_J", "J", "sum over the windows of the magnitude of that difference"),
     coupling("windows", "1", "committed windows"),
     coupling("iterations", "1", "coupling iterations of all windows"),

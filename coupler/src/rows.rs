@@ -3,6 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Columns of the coupler itself, behind those of the solvers' gauges.
+pub const OWN_COLUMNS: [&str; 4] =
+    ["energy_imbalance_J", "energy_interface_defect_J", "iterations", "residual"];
+
 /// The rows of a run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {

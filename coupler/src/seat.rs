@@ -1,7 +1,7 @@
 //! One participant in the loop: it is asked for a window, and its answer is checked.
 
-use crate::handshake::Side;
 use crate::schedule::Span;
+use crate::side::Side;
 use interface_defs::message::FaultKind;
 use interface_defs::{Command, Failure, Participant, Request, RequestHeader, Statistics, Status};
 

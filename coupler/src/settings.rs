@@ -3,7 +3,7 @@
 use crate::acceleration::AnyAcceleration;
 use crate::convergence::{Field, Measure, Tolerance};
 use crate::mapping::AnyMapper;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Code, Diagnostic, code};
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
@@ -146,11 +146,37 @@ const PART_OF_YIELDING: f64 = 1e-4;
 /// Absolute tolerance from which on something is said [m].
 const COARSE: f64 = 1e-3;
 
+/// Most parts of a window for which motion and force are exchanged.
+const MOST_SAMPLES: u32 = 64;
+
 /// Most rings of nodes around those in reach.
 const MOST_RINGS: u32 = 20;
 
 /// Keys that repeated windows alone use. Tolerances are no such keys: a scene keeps them for either scheme.
 const OF_STRONG: [&str; 5] = ["acceleration", "max_iterations", "on_no_convergence", "min_window", "measure"];
+
+/// A key of `[coupling]` that has no meaning as it is.
+fn wrong(key: &str, message: impl Into<String>) -> Diagnostic {
+    Diagnostic::new(message).about(format!("coupling.{key}"))
+}
+
+/// A warning about a key of `[coupling]`.
+fn warn(code: Code, key: &str, message: impl Into<String>) -> Diagnostic {
+    Diagnostic::warning(code, message).about(format!("coupling.{key}"))
+}
+
+fn check_tolerance(key: &str, name: &str, value: f64) -> Result<(), Diagnostic> {
+    match value >= 0.0 {
+        true => Ok(()),
+        false => Err(wrong(key, format!("{name} must not be negative, it is {value}"))),
+    }
+}
+
+/// A tolerance of 1 or more, and what is usual.
+fn too_coarse(key: &str, name: &str, value: &str, usual: f64) -> Diagnostic {
+    let what = format!("{name} must lie below 1: {value} accepts whatever the first iteration gives");
+    wrong(key, what).try_instead(format!("{usual:e} is usual"))
+}
 
 impl CouplingSettings {
     /// Settings for `scheme` and `time_window` [s], all else by default.
@@ -165,6 +191,7 @@ impl CouplingSettings {
             if document.get("coupling").and_then(|table| table.get(key)).is_none() {
                 return Err(scene
                     .invalid("coupling", format!("coupling.{key} is not named: the coupler alone cannot choose it"))
+                    .coded(code::MISSING_KEY)
                     .try_instead(
                         "start the scene with `rockfall run`, which chooses it; or let `rockfall check SCENE --resolved \
                          FILE` write it out, and give FILE to all programs",
@@ -181,7 +208,7 @@ impl CouplingSettings {
     /// The same, where scheme and window may be left to `rockfall`: the window is not a number then.
     pub fn open(scene: &Scene) -> Result<Self, Diagnostic> {
         let mut coupling = scene.read::<Self>("coupling")?.unwrap_or_default();
-        coupling.check().map_err(|(key, message)| scene.invalid(&format!("coupling.{key}"), message))?;
+        coupling.check().map_err(|wrong| scene.placed(wrong))?;
         coupling.check_against_run(scene)?;
         coupling.scene = Some(scene.fingerprint());
         coupling.flight_window = Output::of(scene)?.interval;
@@ -190,7 +217,8 @@ impl CouplingSettings {
             document.is_some_and(|d| d.get("coupling").is_some_and(|table| table.get(key).is_some()))
         };
         if coupling.yielding_net && !named("samples") && !is_open(&coupling.time_window) {
-            coupling.samples = (coupling.time_window / PART_OF_YIELDING).ceil().clamp(1.0, 64.0) as u32;
+            coupling.samples =
+                (coupling.time_window / PART_OF_YIELDING).ceil().clamp(1.0, MOST_SAMPLES.into()) as u32;
         }
         Ok(coupling)
     }
@@ -210,15 +238,16 @@ impl CouplingSettings {
     }
 
     /// What the user should know: windows that resolve no reaction, and keys that weak coupling does not use.
-    pub fn warnings(&self, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
+    pub fn warnings(&self, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         let mut warnings = Vec::new();
         let part = self.time_window / f64::from(self.samples);
         if self.scheme == Scheme::Strong && part > RESOLVED {
-            warnings.push(format!(
-                "coupling.time_window: forces are exchanged every {} s, and the reaction is a mean over 1 ms, so that an impact \
-                 is not resolved; 0.2 ms is time_window = 2e-4",
+            let what = format!(
+                "forces are exchanged every {} s, and the reaction is a mean over 1 ms, so that an impact is not resolved",
                 short(part)
-            ));
+            );
+            let warning = warn(code::UNUSUAL_VALUE, "time_window", what);
+            warnings.push(warning.try_instead("0.2 ms is time_window = 2e-4"));
         }
         if self.scheme == Scheme::Strong {
             warnings.extend(self.never_or_always_converged());
@@ -226,11 +255,10 @@ impl CouplingSettings {
         let table: toml::Table = scene.read("coupling")?.unwrap_or_default();
         if self.scheme == Scheme::Weak && table.contains_key("scheme") {
             let unused = OF_STRONG.into_iter().filter(|key| table.contains_key(*key));
+            let what = "weak coupling passes every window once, so nothing uses it";
             warnings.extend(unused.map(|key| {
-                format!(
-                    "coupling.{key}: weak coupling passes every window once, so nothing uses it; leave it out, or write \
-                     scheme = \"strong\""
-                )
+                let warning = warn(code::UNUSED_KEY, key, what);
+                warning.try_instead("leave it out, or write scheme = \"strong\"")
             }));
         }
         if !self.yielding_net {
@@ -242,129 +270,107 @@ impl CouplingSettings {
                 ("rings", self.rings != usual.rings),
             ];
             warnings.extend(named.into_iter().filter(|(_, named)| *named).map(|(key, _)| {
-                format!(
-                    "coupling.{key}: nothing uses it without yielding_net = true; write that, or leave it out"
-                )
+                let warning = warn(code::UNUSED_KEY, key, "nothing uses it without yielding_net = true");
+                warning.try_instead("write that, or leave it out")
             }));
         }
         Ok(warnings)
     }
 
     /// What is said of settings with which hardly any window converges, or every one.
-    fn never_or_always_converged(&self) -> Vec<String> {
+    fn never_or_always_converged(&self) -> Vec<Diagnostic> {
         let (mut warnings, usual) = (Vec::new(), Self::default());
         if self.tolerance == 0.0 && self.absolute_tolerance == 0.0 {
-            warnings.push(format!(
-                "coupling.tolerance: both tolerances are 0, so that no window converges in which anything moves; {:e} is usual, and {:e} m \
-                 for absolute_tolerance",
-                usual.tolerance,
-                usual.absolute_tolerance
-            ));
+            let what = "both tolerances are 0, so that no window converges in which anything moves";
+            let hint = format!(
+                "{:e} is usual, and {:e} m for absolute_tolerance",
+                usual.tolerance, usual.absolute_tolerance
+            );
+            warnings.push(warn(code::UNUSUAL_VALUE, "tolerance", what).try_instead(hint));
         }
         if self.absolute_tolerance >= COARSE {
-            warnings.push(format!(
-                "coupling.absolute_tolerance: a window is accepted where the two sides are {} m apart; {:e} m is usual",
-                short(self.absolute_tolerance),
-                usual.absolute_tolerance
-            ));
+            let what = format!(
+                "a window is accepted where the two sides are {} m apart",
+                short(self.absolute_tolerance)
+            );
+            let hint = format!("{:e} m is usual", usual.absolute_tolerance);
+            warnings.push(warn(code::UNUSUAL_VALUE, "absolute_tolerance", what).try_instead(hint));
         }
         if self.max_iterations == 1 {
-            warnings.push(
-                "coupling.max_iterations: with one iteration a window converges only where nothing touches; write more, or scheme = \
-                 \"weak\""
-                    .into(),
-            );
+            let what = "with one iteration a window converges only where nothing touches";
+            let warning = warn(code::UNUSUAL_VALUE, "max_iterations", what);
+            warnings.push(warning.try_instead("write more, or scheme = \"weak\""));
         }
         warnings
     }
 
-    fn check(&self) -> Result<(), (String, String)> {
-        let positive = |key: &str, value: f64, unit: &str| {
-            if value > 0.0 {
-                Ok(())
-            } else {
-                Err((key.to_string(), format!("{key} must be positive, it is {value}{unit}")))
-            }
+    fn check(&self) -> Result<(), Diagnostic> {
+        let positive = |key: &str, value: f64, unit: &str| match value > 0.0 {
+            true => Ok(()),
+            false => Err(wrong(key, format!("{key} must be positive, it is {value}{unit}"))),
         };
         if !is_open(&self.time_window) {
             positive("time_window", self.time_window, " s")?;
         }
         positive("max_iterations", self.max_iterations.into(), "")?;
         positive("samples", self.samples.into(), "")?;
-        for (key, value) in [("tolerance", self.tolerance), ("absolute_tolerance", self.absolute_tolerance)] {
-            if value.is_nan() || value < 0.0 {
-                return Err((key.into(), format!("{key} must not be negative, it is {value}")));
-            }
+        let usual = Self::default();
+        for (key, value, usual, of) in [
+            ("tolerance", self.tolerance, usual.tolerance, "times the window's increment"),
+            ("absolute_tolerance", self.absolute_tolerance, usual.absolute_tolerance, "m"),
+        ] {
+            check_tolerance(key, key, value)?;
             if value >= 1.0 {
-                let of = if key == "tolerance" { "times the window's increment" } else { "m" };
-                let usual = Self::default();
-                let usual = if key == "tolerance" { usual.tolerance } else { usual.absolute_tolerance };
-                let what = format!(
-                    "{key} must lie below 1: {value} {of} accepts whatever the first iteration gives; {usual:e} is usual"
-                );
-                return Err((key.into(), what));
+                return Err(too_coarse(key, key, &format!("{value} {of}"), usual));
             }
         }
         self.check_measures()?;
-        if self.samples > 64 {
-            return Err(("samples".into(), format!("samples must be 64 at most, it is {}", self.samples)));
+        if self.samples > MOST_SAMPLES {
+            let what = format!("samples must be {MOST_SAMPLES} at most, it is {}", self.samples);
+            return Err(wrong("samples", what));
         }
         if self.predictor > 1 {
-            return Err((
-                "predictor".into(),
-                format!(
-                    "predictor {} does not exist; 0 keeps the net where it is, 1 lets it go on",
-                    self.predictor
-                ),
-            ));
+            let what = format!("predictor {} does not exist", self.predictor);
+            return Err(wrong("predictor", what).try_instead("0 keeps the net where it is, 1 lets it go on"));
         }
         if let Some(min) = self.min_window {
             positive("min_window", min, " s")?;
             if min > self.time_window {
-                return Err((
-                    "min_window".into(),
-                    format!(
-                        "min_window {min} s is longer than time_window {} s, which halving starts from; a 64th of it is \
-                         the default",
-                        self.time_window
-                    ),
-                ));
+                let window = self.time_window;
+                let what = format!(
+                    "min_window {min} s is longer than time_window {window} s, which halving starts from"
+                );
+                return Err(wrong("min_window", what).try_instead("a 64th of it is the default"));
             }
         }
         if let Some(mapping) = &self.mapping {
-            mapping.check().map_err(|(key, what)| (format!("mapping.{key}"), what))?;
+            mapping.check().map_err(|(key, what)| wrong(&format!("mapping.{key}"), what))?;
         }
         self.check_yielding()?;
-        self.acceleration.check().map_err(|(key, what)| (format!("acceleration.{key}"), what))
+        self.acceleration.check().map_err(|(key, what)| wrong(&format!("acceleration.{key}"), what))
     }
 
-    fn check_measures(&self) -> Result<(), (String, String)> {
+    fn check_measures(&self) -> Result<(), Diagnostic> {
         for (number, measure) in self.measure.iter().enumerate() {
             let Measure { field, norm, .. } = measure;
             let key = |key: &str| format!("measure.{number}.{key}");
             if self.measure[..number].iter().any(|m| (m.field, m.norm) == (*field, *norm)) {
-                return Err((
-                    key("field"),
-                    format!("the {field} is measured twice by the same norm; one of them is enough"),
-                ));
+                let what = format!("the {field} is measured twice by the same norm");
+                return Err(wrong(&key("field"), what).try_instead("one of them is enough"));
             }
             for (name, value) in [("tolerance", measure.tolerance), ("absolute", measure.absolute)] {
-                if let Some(value) = value.filter(|value| value.is_nan() || *value < 0.0) {
-                    return Err((key(name), format!("{name} must not be negative, it is {value}")));
-                }
+                value.map_or(Ok(()), |value| check_tolerance(&key(name), name, value))?;
             }
             if let Some(value) = measure.tolerance.filter(|value| *value >= 1.0) {
-                let what = format!(
-                    "tolerance must lie below 1: {value} accepts whatever the first iteration gives; 1e-4 is usual"
-                );
-                return Err((key("tolerance"), what));
+                let usual = Self::default().tolerance;
+                return Err(too_coarse(&key("tolerance"), "tolerance", &value.to_string(), usual));
             }
             let Tolerance { relative, absolute } = measure.tolerance(&self.tolerances());
             if relative == 0.0 && absolute == 0.0 {
                 let what = format!(
                     "both tolerances of the {field} are 0, so that no window converges in which it changes"
                 );
-                return Err((key("field"), what));
+                return Err(wrong(&key("field"), what));
             }
         }
         Ok(())
@@ -375,8 +381,8 @@ impl CouplingSettings {
         self.scheme == Scheme::Strong && self.measure.iter().any(|m| m.field == Field::Force)
     }
 
-    /// What cannot be meant of a yielding net.
-    fn check_yielding(&self) -> Result<(), (String, String)> {
+    /// What is certainly wrong of a yielding net.
+    fn check_yielding(&self) -> Result<(), Diagnostic> {
         let usual = Self::default();
         let shares = [
             ("yielding_tolerance", self.yielding_tolerance, usual.yielding_tolerance, " m"),
@@ -384,17 +390,14 @@ impl CouplingSettings {
         ];
         for (key, value, usual, unit) in shares {
             if !(0.0..1.0).contains(&value) {
-                let what =
-                    format!("{key} must be at least 0 and below 1{unit}, it is {value}; {usual:e} is usual");
-                return Err((key.into(), what));
+                let what = format!("{key} must be at least 0 and below 1{unit}, it is {value}");
+                return Err(wrong(key, what).try_instead(format!("{usual:e} is usual")));
             }
         }
         if self.rings > MOST_RINGS {
-            let what = format!(
-                "rings must be {MOST_RINGS} at most, it is {}: {} are usual, and more of them cost time in every step",
-                self.rings, usual.rings
-            );
-            return Err(("rings".into(), what));
+            let what = format!("rings must be {MOST_RINGS} at most, it is {}", self.rings);
+            let hint = format!("{} are usual, and more of them cost time in every step", usual.rings);
+            return Err(wrong("rings", what).try_instead(hint));
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 use crate::counts::Counts;
 use crate::energy::Balance;
 use crate::settings::{CouplingSettings, Scheme};
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::limits::{Evidence, Limits, percent};
 
 /// What the cause of an error is read from.
@@ -76,24 +77,24 @@ impl Causes<'_> {
     }
 
     /// The energy error by now, if it is beyond its bound: said with a failure that it may explain.
-    pub fn beyond(&self, limits: &Limits) -> Option<String> {
+    pub fn beyond(&self, limits: &Limits) -> Option<Diagnostic> {
         let error = self.has_balance.then(|| self.balance.system.error()).flatten()?;
-        (error > limits.energy_error)
-            .then(|| format!("by then the energy error was {}, and {}", percent(error), self.of_energy()))
+        let what = || format!("by then the energy error was {}, and {}", percent(error), self.of_energy());
+        (error > limits.energy_error).then(|| Diagnostic::error(code::LIMIT, what()))
     }
 
-    /// The message of a run that is ended because its energy has exploded by `time` [s].
-    pub fn diverged(&self, time: f64, limits: &Limits) -> String {
+    /// What is said of a run that is ended because its energy has exploded by `time` [s].
+    pub fn diverged(&self, time: f64, limits: &Limits) -> Diagnostic {
         let imbalance = self.balance.imbalance;
         let reference = self.balance.system.reference().unwrap_or(0.0);
         let what = if imbalance < 0.0 { "are lost" } else { "have come from nowhere" };
-        format!(
+        let what = format!(
             "the computation has diverged: at t = {time:.6} s {:.3e} J {what}, {} of the {reference:.3e} J at impact \
-             (limits.energy_error = {}, and ten times that ends a run); {}",
+             (limits.energy_error = {}, and ten times that ends a run)",
             imbalance.abs(),
             percent(imbalance.abs() / reference),
-            percent(limits.energy_error),
-            self.of_energy()
-        )
+            percent(limits.energy_error)
+        );
+        Diagnostic::error(code::LIMIT, what).about("limits.energy_error").try_instead(self.of_energy())
     }
 }

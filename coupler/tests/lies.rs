@@ -1,10 +1,16 @@
 //! Twelve structures that do other things than they say: each is named with its clause of `PROTOCOL.md`, or harms nothing.
 
-use coupler::coupling::{Committed, Coupling, Observer};
+use coupler::coupling::{Committed, Coupling, CouplingError, Observer};
 use coupler::guard::clause;
-use coupler::handshake::Side;
+use coupler::records::{Records, describe};
 use coupler::settings::{CouplingSettings, Scheme};
+use coupler::side::Side;
+use interface_defs::diagnostic::code;
 use interface_defs::solver::OnProgress;
+use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::summary::{RunStatus, Summary};
+use interface_defs::verdict::{Ending, Fate, Verdict};
 use interface_defs::*;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +28,10 @@ enum Lie {
     WrongSamples,
     WrongScene,
     RepeatsRoughly,
+    /// A gauge with the name of one of the other solver.
+    TakenGauge,
+    /// A measure with the name of one of the other solver, and a verdict on its rock.
+    TakenMeasure,
 }
 
 /// Two masses on springs and a held node between them, along x. Position Verlet under the mean force of each part.
@@ -108,7 +118,8 @@ impl Solver for Net {
             coordinates.truncate(6);
             masses.truncate(2);
         }
-        let gauges = vec![Gauge { role: Role::Received, ..Gauge::new("energy_received_net", "J") }];
+        let gauge = if self.lie == Lie::TakenGauge { "energy_received_pull" } else { "energy_received_net" };
+        let gauges = vec![Gauge { role: Role::Received, ..Gauge::new(gauge, "J") }];
         let mut initial = vec![0.0; 6 * NODES * self.samples + 3];
         self.committed.v = [self.thrown, 0.0, 0.0];
         (0..self.samples).for_each(|sample| self.fields(&self.committed, sample, &mut initial));
@@ -152,12 +163,26 @@ impl Solver for Net {
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
+        if self.lie == Lie::TakenMeasure {
+            return Ok(report());
+        }
         Ok(Statistics::default())
     }
 }
 
 /// Relative noise of who repeats only roughly.
 const NOISE: f64 = 1e-7;
+
+/// A measure and a verdict.
+fn report() -> Statistics {
+    let ending =
+        Ending { fate: Fate::StillMoving, time: 1.0, position: [0.0; 3], speed: 1.0, on_terrain: false };
+    Statistics {
+        measures: vec![Measure::new("max_travel", 1.0, "m")],
+        verdicts: vec![Verdict::of("point", ending)],
+        ..Statistics::default()
+    }
+}
 
 /// Pulls every node towards a point that swings.
 #[derive(Default)]
@@ -208,17 +233,17 @@ impl Solver for Pull {
         Ok(())
     }
     fn finish(&mut self) -> Result<Statistics, Fault> {
-        Ok(Statistics::default())
+        Ok(report())
     }
 }
 
 struct Silent;
 
 impl Observer for Silent {
-    fn prepared(&mut self, _: &Side, _: &Side, _: &[String]) -> Result<(), String> {
+    fn prepared(&mut self, _: &Side, _: &Side, _: &[Diagnostic]) -> Result<(), Diagnostic> {
         Ok(())
     }
-    fn committed(&mut self, _: &Committed) -> Result<(), String> {
+    fn committed(&mut self, _: &Committed) -> Result<(), Diagnostic> {
         Ok(())
     }
 }
@@ -323,5 +348,51 @@ fn who_does_not_lie_is_believed_and_left_as_it_was() {
             let rough = Net { lie: Lie::RepeatsRoughly, ..net(Some(1e-5)) };
             run(rough, Scheme::Strong, samples).expect("as good as it says");
         }
+    }
+}
+
+#[test]
+fn a_gauge_with_the_name_of_one_of_the_other_solver_is_refused_before_the_start_and_both_are_named() {
+    let net = Net::new(Lie::TakenGauge, Some(0.0));
+    let (mut dem, mut fem) = (InProcess::new("dem", Pull::default()), InProcess::new("fem", net));
+    let mut coupling =
+        Coupling::new(CouplingSettings::new(Scheme::Weak, WINDOW), 5.0 * WINDOW, &mut dem, &mut fem);
+    let error = coupling.run(&mut Silent, &mut |_| Ok(())).expect_err("the name is taken");
+    let CouplingError::Failed(failure) = &error else { panic!("{error}") };
+    assert!(failure.is_input(), "exit code 2");
+    let why = Diagnostic::from(&error);
+    assert_eq!(why.code, code::NAME_TAKEN);
+    for part in ["dem (pull)", "fem (net (TakenGauge))", "energy_received_pull_J"] {
+        assert!(why.message.contains(part), "{why}");
+    }
+    assert_eq!(fem.solver.solves, 0);
+}
+
+#[test]
+fn a_measure_and_a_verdict_that_both_solvers_give_fail_the_run_and_name_both() {
+    let ended = |lie| {
+        let dir = tempfile::tempdir().expect("a directory");
+        let net = Net::new(lie, Some(0.0));
+        let (mut dem, mut fem) = (InProcess::new("dem", Pull::default()), InProcess::new("fem", net));
+        let settings = CouplingSettings::new(Scheme::Weak, WINDOW);
+        let mut coupling = Coupling::new(settings, 5.0 * WINDOW, &mut dem, &mut fem);
+        let scene = Scene::from_text("s.toml", "end_time = 0.005").expect("TOML");
+        let output = Output::of(&scene).expect("valid");
+        let mut records = Records::new(dir.path(), 5.0 * WINDOW, &output, None);
+        coupling.run(&mut records, &mut |_| Ok(())).expect("nothing is wrong in a window");
+        let statistics = coupling.finish().expect("reported");
+        let mut summary = Summary::new(RunStatus::Done);
+        describe(&mut summary, &coupling, &records, Some(&statistics));
+        summary
+    };
+    let summary = ended(Lie::None);
+    assert_eq!((summary.status, summary.verdict.len()), (RunStatus::Done, 1));
+    assert_eq!(summary.measure("max_travel"), Some(1.0));
+    let summary = ended(Lie::TakenMeasure);
+    assert_eq!((summary.status, summary.reasons.len()), (RunStatus::Failed, 1));
+    let why = &summary.reasons[0];
+    assert_eq!(why.code, code::NAME_TAKEN);
+    for part in ["max_travel", "`point`", "dem (pull)", "fem (net (TakenMeasure))"] {
+        assert!(why.message.contains(part), "{why}");
     }
 }

@@ -5,8 +5,8 @@ mod common;
 
 use common::{Load, Node, Sphere};
 use coupler::coupling::{Committed, Coupling, Observer};
-use coupler::handshake::Side;
 use coupler::settings::{CouplingSettings, Scheme};
+use coupler::side::Side;
 use interface_defs::solver::OnProgress;
 use interface_defs::*;
 
@@ -70,10 +70,10 @@ impl<S: Solver> Solver for Talker<S> {
 struct Silent;
 
 impl Observer for Silent {
-    fn prepared(&mut self, _: &Side, _: &Side, _: &[String]) -> Result<(), String> {
+    fn prepared(&mut self, _: &Side, _: &Side, _: &[Diagnostic]) -> Result<(), Diagnostic> {
         Ok(())
     }
-    fn committed(&mut self, _: &Committed) -> Result<(), String> {
+    fn committed(&mut self, _: &Committed) -> Result<(), Diagnostic> {
         Ok(())
     }
 }

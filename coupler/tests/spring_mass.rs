@@ -5,9 +5,9 @@ mod common;
 use common::{Load, Node, Sphere};
 use coupler::acceleration::{Aitken, AnyAcceleration, Constant, NoRelaxation};
 use coupler::coupling::{Committed, Coupling, CouplingError, Iteration, Observer};
-use coupler::handshake::Side;
 use coupler::settings::{CouplingSettings, OnNoConvergence, Scheme};
-use interface_defs::InProcess;
+use coupler::side::Side;
+use interface_defs::{Diagnostic, InProcess};
 
 /// Keeps what a test looks at.
 #[derive(Default)]
@@ -18,21 +18,21 @@ struct Record {
     iterations: Vec<u32>,
     residuals: Vec<f64>,
     defects: Vec<(f64, f64)>,
-    warnings: Vec<String>,
+    warnings: Vec<Diagnostic>,
 }
 
 impl Observer for Record {
-    fn prepared(&mut self, _: &Side, _: &Side, warnings: &[String]) -> Result<(), String> {
+    fn prepared(&mut self, _: &Side, _: &Side, warnings: &[Diagnostic]) -> Result<(), Diagnostic> {
         self.warnings.extend_from_slice(warnings);
         Ok(())
     }
 
-    fn iteration(&mut self, iteration: &Iteration) -> Result<(), String> {
+    fn iteration(&mut self, iteration: &Iteration) -> Result<(), Diagnostic> {
         self.residuals.push(iteration.residual.displacement);
         Ok(())
     }
 
-    fn committed(&mut self, c: &Committed) -> Result<(), String> {
+    fn committed(&mut self, c: &Committed) -> Result<(), Diagnostic> {
         self.rows.push((c.fem[15], c.balance.imbalance));
         self.spans.push((c.span.start, c.span.length));
         self.iterations.push(c.iterations);
@@ -358,6 +358,6 @@ fn meshes_that_differ_need_a_mapping_that_is_named_and_a_bad_one_is_reported() {
         run.outcome.unwrap();
         let [warning] = &run.record.warnings[..] else { panic!("{name}: {:?}", run.record.warnings) };
         let distance = format!("by {:.3e} m", 0.2 * f64::sqrt(3.0));
-        assert!(warning.contains("1 of 1 nodes") && warning.contains(&distance), "{warning}");
+        assert!(warning.message.contains("1 of 1 nodes") && warning.message.contains(&distance), "{warning}");
     }
 }

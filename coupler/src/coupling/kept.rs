@@ -9,8 +9,9 @@ use crate::interface::KeptInterface;
 use crate::observer::{CouplingError, KeptRun, Observer};
 use crate::patch::KeptPatch;
 use crate::schedule::Schedule;
-use interface_defs::Failure;
+use interface_defs::diagnostic::code;
 use interface_defs::toolkit::checkpoint::{pack, unpack};
+use interface_defs::{Failure, Fault};
 use serde::{Deserialize, Serialize};
 
 /// What the loop takes from one window to the next.
@@ -25,6 +26,11 @@ struct KeptLoop {
     patch: Option<KeptPatch>,
     /// What the acceleration takes along.
     acceleration: Vec<u8>,
+}
+
+/// A checkpoint that cannot be gone on from.
+fn of_checkpoint(fault: Fault) -> Failure {
+    refuse(fault.diagnostic.coded(code::PROVENANCE))
 }
 
 impl Coupling<'_> {
@@ -63,10 +69,10 @@ impl Coupling<'_> {
 
     /// Go on from `kept`; both solvers have been prepared and stand where they stood then.
     pub(super) fn go_on(&mut self, kept: &[u8], agreement: &mut Agreement) -> Result<Schedule, Failure> {
-        let kept: KeptLoop = unpack(kept).map_err(|fault| refuse(fault.message))?;
+        let kept: KeptLoop = unpack(kept).map_err(of_checkpoint)?;
         let Agreement { interface, dem, fem, patch, motion, .. } = agreement;
         if let (Some(patch), Some(of_patch)) = (patch, kept.patch) {
-            patch.go_on(of_patch).map_err(refuse)?;
+            patch.go_on(of_patch).map_err(|what| of_checkpoint(Fault::broken(what)))?;
             if !patch.is_open() {
                 let items = patch.items();
                 for side in [&mut *dem, &mut *fem] {
@@ -80,7 +86,7 @@ impl Coupling<'_> {
         *motion = kept.motion;
         (self.counts, self.balance, self.gauges) = (kept.counts, kept.balance, kept.gauges);
         if let Some(memory) = self.settings.acceleration.memory() {
-            *memory = unpack(&kept.acceleration).map_err(|fault| refuse(fault.message))?;
+            *memory = unpack(&kept.acceleration).map_err(of_checkpoint)?;
         }
         Ok(kept.schedule)
     }

@@ -7,7 +7,7 @@ pub use motion::{Answered, Motion};
 pub use probe::probe;
 
 use crate::energy::Balance;
-use crate::handshake::Side;
+use crate::side::Side;
 use interface_defs::{Failure, FieldSpec, Layout, Ready, Sampling, name};
 
 /// Clauses of `PROTOCOL.md` by number.

@@ -3,7 +3,7 @@
 //! its masses and its held nodes. A solver that keeps the contract is left as it was.
 
 use super::{breach, clause};
-use crate::handshake::Side;
+use crate::side::Side;
 use interface_defs::{
     Command, Failure, Hello, InterfaceMesh, Participant, Request, RequestHeader, Sampling, Status, name,
 };

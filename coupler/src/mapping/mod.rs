@@ -19,6 +19,7 @@ pub use quality::Quality;
 
 use crate::registry::registry;
 use interface_defs::InterfaceMesh;
+use interface_defs::diagnostic::{Diagnostic, code};
 
 /// Builds the matrix that takes motion from the structure's nodes to those of contact.
 pub trait Mapper {
@@ -35,20 +36,24 @@ pub fn map(
     mapper: Option<&AnyMapper>,
     structure: &InterfaceMesh,
     contact: &InterfaceMesh,
-) -> Result<(Matrix, Option<Quality>), String> {
+) -> Result<(Matrix, Option<Quality>), Diagnostic> {
     if structure.same_nodes(contact) {
         return Ok((Matrix::identity(structure.node_count()), None));
     }
     let mapper = mapper.ok_or_else(|| {
-        format!(
-            "the structure offers {} nodes, the contact solver works on {}, or on the same number at other places, and the scene does not \
-             say how one follows the other; name coupling.mapping.type = \"nearest_projection\" (onto lines and faces), \"rbf\" (smooth) \
-             or \"nearest_neighbor\" (node to node)",
+        let what = format!(
+            "coupling.mapping: the structure offers {} nodes, the contact solver works on {}, or on the same number at other places, \
+             and the scene does not say how one follows the other",
             structure.node_count(),
             contact.node_count()
+        );
+        Diagnostic::error(code::MISSING_KEY, what).try_instead(
+            "name coupling.mapping.type = \"nearest_projection\" (onto lines and faces), \"rbf\" (smooth) or \
+             \"nearest_neighbor\" (node to node)",
         )
     })?;
-    let matrix = mapper.matrix(structure, contact)?;
+    let cannot = |what| Diagnostic::error(code::GEOMETRY, format!("coupling.mapping: {what}"));
+    let matrix = mapper.matrix(structure, contact).map_err(cannot)?;
     let quality = Quality::of(&matrix, structure, contact);
     Ok((matrix, Some(quality)))
 }
@@ -163,7 +168,7 @@ mod tests {
             } else {
                 assert!(error < 1e-12, "{name}: {error:e}");
                 let warnings = quality.map_or(Vec::new(), |quality| quality.warnings());
-                assert_eq!(warnings, [""; 0], "{name}");
+                assert_eq!(warnings, [], "{name}");
             }
         }
     }
@@ -210,7 +215,7 @@ mod tests {
             let warnings = quality.expect("the meshes differ").warnings();
             let [warning] = &warnings[..] else { panic!("{warnings:?}") };
             for part in ["1 of 2 nodes", "node 1 at (1.1000, 0.8000, 0.4000) m", "by 4.000e-1 m"] {
-                assert!(warning.contains(part), "{part}: {warning}");
+                assert!(warning.message.contains(part), "{part}: {warning}");
             }
         }
     }
@@ -218,7 +223,8 @@ mod tests {
     #[test]
     fn meshes_that_differ_are_refused_without_a_mapping_that_is_named() {
         let structure = net(false);
-        let message = map(None, &structure, &contact(&structure)).expect_err("no mapping is named");
+        let message =
+            map(None, &structure, &contact(&structure)).expect_err("no mapping is named").to_string();
         for part in ["30 nodes", "49", "coupling.mapping.type", "nearest_projection", "rbf"] {
             assert!(message.contains(part), "{part}: {message}");
         }

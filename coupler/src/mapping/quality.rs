@@ -3,6 +3,7 @@
 use super::Matrix;
 use super::elements::Elements;
 use interface_defs::InterfaceMesh;
+use interface_defs::diagnostic::{Diagnostic, code};
 use std::fmt;
 
 /// A node that is farther off than this share of the structure's mesh size around it is said.
@@ -74,24 +75,27 @@ impl Quality {
     }
 
     /// What the user should know.
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Diagnostic> {
+        let warn = |what: String| Diagnostic::warning(code::TRUST, what).about("coupling.mapping");
         let mut warnings = Vec::new();
         let Worst { node, place: [x, y, z], distance, size } = self.worst;
         if self.far > 0 {
-            warnings.push(format!(
-                "coupling.mapping: {} of {} nodes of the contact solver's mesh are off the point of the structure that they follow by more \
-                 than half of its mesh size; the farthest is node {node} at ({x:.4}, {y:.4}, {z:.4}) m, by {distance:.3e} m at a mesh size of \
-                 {size:.3e} m: a force there keeps its sum and not its moment, which errs by up to {distance:.3e} N m a newton; use meshes \
-                 of the same surface, or another mapping",
+            let what = format!(
+                "{} of {} nodes of the contact solver's mesh are off the point of the structure that they follow by more than half of its \
+                 mesh size; the farthest is node {node} at ({x:.4}, {y:.4}, {z:.4}) m, by {distance:.3e} m at a mesh size of {size:.3e} m: \
+                 a force there keeps its sum and not its moment, which errs by up to {distance:.3e} N m a newton",
                 self.far, self.nodes
-            ));
+            );
+            warnings.push(warn(what).try_instead("use meshes of the same surface, or another mapping"));
         }
         let (total, node) = self.enlarged;
         if total > ENLARGED {
-            warnings.push(format!(
-                "coupling.mapping: node {node} of the contact solver's mesh follows the structure with weights of {total:.1} in total, where 1 \
-                 is best: it extrapolates, and enlarges what it maps; use type = \"nearest_projection\", or meshes that cover each other"
-            ));
+            let what = format!(
+                "node {node} of the contact solver's mesh follows the structure with weights of {total:.1} in total, where 1 is best: it \
+                 extrapolates, and enlarges what it maps"
+            );
+            let hint = "use type = \"nearest_projection\", or meshes that cover each other";
+            warnings.push(warn(what).try_instead(hint));
         }
         warnings
     }
@@ -137,7 +141,10 @@ mod tests {
         assert_eq!((quality.enlarged.1, quality.warnings().len()), (0, 1));
         assert!((quality.enlarged.0 - 2.6).abs() < 1e-15);
         let wild = of(vec![(0, 2.8), (1, -3.8), (2, 2.0)]).warnings();
-        assert!(wild.iter().any(|w| w.contains("node 0") && w.contains("weights of 8.6")), "{wild:?}");
+        assert!(
+            wild.iter().any(|w| w.message.contains("node 0") && w.message.contains("weights of 8.6")),
+            "{wild:?}"
+        );
         let text = quality.to_string();
         assert!(
             text.contains("3 contact nodes follow 3 nodes") && text.contains("node 1, by 5.000e-1 m"),

@@ -1,0 +1,40 @@
+//! One solver as it was agreed with: its gauges, the layout of what goes to it and of what comes back.
+
+use crate::energy::Account;
+use interface_defs::toolkit::history::gauge_column;
+use interface_defs::{Gauge, Hello, Layout, Plan, Ready};
+
+/// What is agreed with one solver.
+pub struct Side {
+    /// Its part in the run and its program, for messages: `fem (fem-solver 0.1)`.
+    pub program: String,
+    /// Its gauges.
+    pub gauges: Vec<Gauge>,
+    /// Layout of the requests to it.
+    pub request: Layout,
+    /// Layout of its answers.
+    pub layout: Layout,
+    /// Its part in the balance of energy.
+    pub account: Account,
+    /// Its answer at t = 0.
+    pub initial: Vec<f64>,
+    /// Whether it solves a window again from the committed state.
+    pub repeatable: bool,
+}
+
+impl Side {
+    /// The solver `name`, which was given `plan` and has answered `ready`.
+    pub fn new(name: &str, hello: &Hello, plan: &Plan, ready: Ready) -> Self {
+        let program = format!("{name} ({})", hello.program);
+        let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
+        let request = Layout::new(&plan.takes, &ready.mesh, 0);
+        let account = Account::new(&ready.gauges, &layout, &ready.initial);
+        let repeatable = hello.repeats.is_some();
+        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial, repeatable }
+    }
+
+    /// Names of the columns of its gauges.
+    pub fn columns(&self) -> impl Iterator<Item = String> {
+        self.gauges.iter().map(gauge_column)
+    }
+}
