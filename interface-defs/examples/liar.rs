@@ -5,11 +5,10 @@
 //! `garbage`, `silent`, `status`, `mute` (never joins), `unrepeatable`, `rough` (repeats
 //! to 1 %), `rougher` (to 200 %), `small-window` or `two-meshes`.
 //! As a structure it is one node that does not move.
-use iceoryx2::config::Config;
-use iceoryx2::prelude::{EventId, FileName, NodeBuilder, NodeName, Path, SemanticString, ServiceName, ipc};
+use iceoryx2::prelude::{EventId, ServiceName};
+use interface_defs::ipc::RunId;
 use interface_defs::ipc::channel::ControlHeader;
 use interface_defs::ipc::domain::Domain;
-use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::message::{FromSolver, ToSolver, decode, encode};
 use interface_defs::{
     AnswerHeader, Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Ready, RequestHeader, Sampling, Statistics,
@@ -87,15 +86,14 @@ fn main() -> Result<(), Failure> {
         std::thread::sleep(Duration::from_secs(60));
         return Ok(());
     }
-    let domain = Domain::new(&id.parse()?)?;
-    while !domain.is_owned() {
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    let mut config = Config::default();
-    config.global.prefix = FileName::new(format!("rf_{id}_").as_bytes())?;
-    let uid = std::os::unix::fs::MetadataExt::uid(&std::fs::metadata("/proc/self")?);
-    config.global.set_root_path(&Path::new(format!("/tmp/rockfall-{uid}/{id}").as_bytes())?);
-    let node = NodeBuilder::new().name(&NodeName::new(&part)?).config(&config).create::<ipc::Service>()?;
+    let id: RunId = id.parse()?;
+    let domain = loop {
+        match Domain::find(&id)? {
+            Some(domain) => break domain,
+            None => std::thread::sleep(Duration::from_millis(2)),
+        }
+    };
+    let node = domain.node(&part)?;
     let control_name = ServiceName::new(&format!("{part}/control"))?;
     let field_name = ServiceName::new(&format!("{part}/window"))?;
     // The coupler creates the wake-up of `fem` last of all: from then on everything is there.
@@ -134,7 +132,7 @@ fn main() -> Result<(), Failure> {
             }
             let mut response = request.loan_slice_uninit(bytes.len())?;
             *response.user_header_mut() =
-                ControlHeader { run: fnv1a(id.as_bytes()), part: 1, parts: 1, more: 0, reserved: 0 };
+                ControlHeader { run: id.number(), part: 1, parts: 1, more: 0, reserved: 0 };
             response.write_from_slice(&bytes).send()?;
             bell.notify()?;
             if over {

@@ -1,10 +1,11 @@
-//! One run's own place in shared memory: names, liveness, cleaning, free space.
+//! One run's own place: names, liveness, cleaning.
 //!
-//! Everything of a run lies under `/tmp/rockfall-<uid>/<run id>` and `/dev/shm/rf_<run id>_*`. The
-//! coupler holds an exclusive lock on `/tmp/rockfall-<uid>/<run id>.lock` for as long as it lives;
+//! Everything of a run lies in the directory `<run id>` of its user's private directory ([`home`]) and under its prefix in
+//! shared memory ([`memory`]). The coupler holds an exclusive lock on `<run id>.lock` for as long as it lives;
 //! the kernel gives it up whatever ends the process, so a lock that can be had marks a dead run.
 
-use super::home::{self, Home, SHARED_MEMORY};
+use super::home::{self, Home};
+use super::memory::{self, Register};
 use super::run_id::RunId;
 use super::transport;
 use crate::participant::Failure;
@@ -14,91 +15,122 @@ use iceoryx2::prelude::{
     CallbackProgression, FileName, NodeBuilder, NodeName, Path as IoxPath, SemanticString,
 };
 use iceoryx2::prelude::{SignalHandlingMode, ipc};
-use std::fs::{File, TryLockError};
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The place of one run.
+/// The place of one run that has an owner.
 #[derive(Debug, Clone)]
 pub struct Domain {
     /// The run.
     pub run: RunId,
     home: PathBuf,
+    prefix: String,
     config: Config,
 }
 
-impl Domain {
-    /// The place of `run`. Nothing is created yet.
-    pub fn new(run: &RunId) -> Result<Self, Failure> {
-        Self::within(home::location(), run)
-    }
+/// What the owner of a run holds: let go of, the run is dead.
+#[derive(Debug)]
+pub(crate) struct Ownership {
+    lock: File,
+    register: Register,
+}
 
-    fn within(home: PathBuf, run: &RunId) -> Result<Self, Failure> {
+impl Domain {
+    fn new(home: &Path, prefix: String, run: &RunId) -> Result<Self, Failure> {
         let mut config = Config::default();
-        let prefix = home::prefix(run);
         config.global.prefix =
             FileName::new(prefix.as_bytes()).map_err(transport("prefix of the run in shared memory"))?;
         let root = home.join(run.as_str());
         let root =
             IoxPath::new(root.as_os_str().as_encoded_bytes()).map_err(transport("place of the run"))?;
         config.global.set_root_path(&root);
-        Ok(Self { run: run.clone(), home, config })
+        Ok(Self { run: run.clone(), home: home.to_owned(), prefix, config })
     }
 
-    /// Become the run's owner; the lock lasts as long as the returned file. What a dead run of the
-    /// same id left behind is removed first.
-    pub fn own(&self) -> Result<File, Failure> {
-        let home = Home::create(&self.home)?;
-        // A cleaner or a waiting solver may look at the lock for an instant: try for a while.
+    /// The place of `run`, if a coupler owns it now. An error: no directory of this user's runs can be used.
+    pub fn find(run: &RunId) -> Result<Option<Self>, Failure> {
+        Self::find_in(&home::places(), run)
+    }
+
+    fn find_in(places: &[PathBuf], run: &RunId) -> Result<Option<Self>, Failure> {
+        home::first(places, |place| {
+            let Some(home) = Home::open(place)? else { return Ok(None) };
+            let Some(text) = home.owner(run)? else { return Ok(None) };
+            let prefix = if text.is_empty() { memory::usual_prefix(run) } else { text };
+            Self::new(place, prefix, run).map(Some)
+        })
+    }
+
+    /// Become the owner of `run`. What a dead run of the same id left behind is removed first.
+    pub(crate) fn own(run: &RunId) -> Result<(Self, Ownership), Failure> {
+        Self::own_in(&home::places(), run)
+    }
+
+    fn own_in(places: &[PathBuf], run: &RunId) -> Result<(Self, Ownership), Failure> {
+        let usable = home::first(places, |place| Home::create(place).map(|_| Some(place.to_owned())))?;
+        let place = usable.expect("one is created, or refused");
+        // Another coupler or a cleaner may be at work, or a waiting solver look at the lock for an instant: try for a while.
         for _ in 0..100 {
-            if let Some(lock) = home.lock(&self.run, true)?
+            // Anew each time: what is reserved is given back with it.
+            let home = Home::create(&place)?;
+            if home.reserve()
+                && let Some(mut lock) = home.lock(run, true)?
                 && lock.try_lock_shared().is_ok()
-                && home.is_lock(&self.run, &lock)
+                && home.is_lock(run, &lock)
             {
                 // Shared: nobody else owns the run, and no solver sees an owner yet, whose first files would be taken for
                 // those of a dead run.
-                home.remove_remains(&self.run);
-                if home.has_remains(&self.run) {
-                    let place = self.home.join(self.run.as_str());
+                home.remove_remains(run);
+                if home.has_remains(run) {
+                    let place = place.join(run.as_str());
                     return Err(Failure::Transport(format!(
                         "{} exists already and cannot be removed",
                         place.display()
                     )));
                 }
-                if lock.try_lock().is_ok() && home.is_lock(&self.run, &lock) {
-                    return Ok(lock);
+                let register = Register::create(run)?;
+                lock.set_len(0)
+                    .and_then(|()| lock.write_all(register.prefix.as_bytes()))
+                    .map_err(transport("cannot write the lock of the run"))?;
+                if lock.try_lock().is_ok() && home.is_lock(run, &lock) {
+                    let domain = Self::new(&place, register.prefix.clone(), run)?;
+                    return Ok((domain, Ownership { lock, register }));
                 }
             }
             std::thread::sleep(Duration::from_millis(5));
         }
-        Err(Failure::Transport(format!("run id {} belongs to a run that is alive; choose another", self.run)))
+        Err(Failure::Transport(format!("run id {run} belongs to a run that is alive; choose another")))
     }
 
-    /// Refuse to go on if someone else's directory lies in the place of this user's. One that is not there yet is none.
-    pub fn check(&self) -> Result<(), Failure> {
-        Home::open(&self.home).map(|_| ())
-    }
-
-    /// Whether a coupler owns the run now.
+    /// Whether a coupler still owns the run.
     pub fn is_owned(&self) -> bool {
-        match Home::open(&self.home)
-            .and_then(|home| home.map_or(Ok(None), |home| home.lock(&self.run, false)))
-        {
-            Ok(Some(lock)) => matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)),
-            _ => false,
-        }
+        let owner =
+            Home::open(&self.home).and_then(|home| home.map_or(Ok(None), |home| home.owner(&self.run)));
+        matches!(owner, Ok(Some(_)))
     }
 
-    /// Remove all that the run has in shared memory and on disk. Only its owner may.
-    pub fn remove(&self) {
+    /// Remove all that the run has in shared memory and on disk.
+    pub(crate) fn remove(&self, ownership: Ownership) {
+        ownership.register.remove();
         if let Ok(Some(home)) = Home::open(&self.home) {
             home.remove_remains(&self.run);
             home.remove_lock(&self.run);
         }
+        // The last of all, so that nobody takes what is removed here for the files of another run.
+        drop(ownership.lock);
+    }
+
+    /// Have every page of the run's files in shared memory from now on.
+    pub(crate) fn allocate(&self) -> Result<(), Failure> {
+        memory::allocate(&self.prefix)
     }
 
     /// A node of this run, under the participant's name.
-    pub(crate) fn node(&self, name: &str) -> Result<Node<ipc::Service>, Failure> {
+    pub fn node(&self, name: &str) -> Result<Node<ipc::Service>, Failure> {
+        memory::end_with_a_word();
         let node_name = NodeName::new(name).map_err(transport("name of the participant"))?;
         NodeBuilder::new()
             .name(&node_name)
@@ -127,27 +159,20 @@ impl Domain {
 /// Remove what dead runs left behind; returns the ids of the runs removed. An error: what lies in the place of this
 /// user's directory is not this user's.
 pub fn clean() -> Result<Vec<String>, Failure> {
-    Ok(Home::open(&home::location())?.map_or_else(Vec::new, |home| home.clean()))
+    clean_in(&home::places())
 }
 
-/// Refuse a run whose payloads do not fit: a full `/dev/shm` is a SIGBUS at first touch, never an error.
-pub fn check_space(needed: u64) -> Result<(), Failure> {
-    let stat =
-        rustix::fs::statvfs(SHARED_MEMORY).map_err(transport("cannot read the list of shared memory"))?;
-    fits(needed, stat.f_bavail * stat.f_frsize)
-}
-
-fn fits(needed: u64, free: u64) -> Result<(), Failure> {
-    if needed <= free {
-        return Ok(());
-    }
-    let mb = |bytes: u64| bytes as f64 / 1e6;
-    Err(Failure::Transport(format!(
-        "the interface needs {:.1} MB of shared memory, {SHARED_MEMORY} has {:.1} MB free; \
-         run `rockfall clean`, or enlarge it (docker: --shm-size)",
-        mb(needed),
-        mb(free)
-    )))
+fn clean_in(places: &[PathBuf]) -> Result<Vec<String>, Failure> {
+    let mut homes = Vec::new();
+    home::first(places, |place| {
+        homes.extend(Home::open(place)?);
+        Ok(None::<()>)
+    })?;
+    // One that is reserved is left for the next time.
+    homes.retain(Home::reserve);
+    let mut ids: BTreeSet<String> = homes.iter().flat_map(Home::clean).collect();
+    ids.extend(memory::clean(|id| homes.iter().any(|home| !matches!(home.owner(id), Ok(None)))));
+    Ok(ids.into_iter().collect())
 }
 
 #[cfg(test)]
@@ -164,49 +189,41 @@ mod tests {
     }
 
     #[test]
-    fn a_payload_that_does_not_fit_is_refused_with_both_numbers() {
-        assert!(fits(10, 10).is_ok());
-        let message = fits(3_000_000, 2_000_000).unwrap_err().to_string();
-        assert!(message.contains("3.0 MB") && message.contains("2.0 MB free"), "{message}");
-    }
-
-    #[test]
     fn an_owned_run_is_not_cleaned_and_a_dead_one_is() {
-        let domain = Domain::new(&RunId::new()).unwrap();
-        let lock = domain.own().unwrap();
-        assert!(domain.is_owned());
-        assert!(!clean().unwrap().contains(&domain.run.to_string()));
-        assert!(domain.own().is_err(), "two couplers must not share a run");
-        drop(lock);
-        assert!(!domain.is_owned());
-        // Another test's cleaning may have been faster.
-        clean().unwrap();
-        let home = Home::open(&home::location()).unwrap().unwrap();
-        assert!(home.lock(&domain.run, false).unwrap().is_none());
+        let temp = tempfile::tempdir().unwrap();
+        let places = [temp.path().join("h")];
+        let run = RunId::new();
+        let (domain, ownership) = Domain::own_in(&places, &run).unwrap();
+        assert!(domain.is_owned() && Domain::find_in(&places, &run).unwrap().is_some());
+        assert!(!clean_in(&places).unwrap().contains(&run.to_string()));
+        assert!(Domain::own_in(&places, &run).is_err(), "two couplers must not share a run");
+        drop(ownership);
+        assert!(!domain.is_owned() && Domain::find_in(&places, &run).unwrap().is_none());
+        assert!(clean_in(&places).unwrap().contains(&run.to_string()));
+        assert_eq!(std::fs::read_dir(&places[0]).unwrap().count(), 0);
     }
 
     /// A solver that waits for its coupler makes its first files the moment it sees an owner: they are no remains.
     #[test]
     fn a_solver_that_joins_at_once_is_not_taken_for_a_dead_run() {
         let temp = tempfile::tempdir().unwrap();
+        let places = [temp.path().join("h")];
         for turn in 0..100 {
-            let id: RunId = format!("r{turn}").parse().unwrap();
-            let domain = Domain::within(temp.path().join("home"), &id).unwrap();
-            let solver = domain.clone();
-            let files = temp.path().join("home").join(id.as_str());
+            let run: RunId = format!("r{turn}").parse().unwrap();
+            let files = places[0].join(run.as_str());
             let joined = std::thread::spawn({
-                let files = files.clone();
+                let (files, places, run) = (files.clone(), places.clone(), run.clone());
                 move || {
-                    while !solver.is_owned() {
+                    while Domain::find_in(&places, &run).unwrap().is_none() {
                         std::thread::yield_now();
                     }
                     std::fs::create_dir(files)
                 }
             });
-            let lock = domain.own().unwrap();
+            let (domain, ownership) = Domain::own_in(&places, &run).unwrap();
             joined.join().unwrap().unwrap();
             assert!(files.exists(), "turn {turn}");
-            drop(lock);
+            domain.remove(ownership);
         }
     }
 
@@ -214,18 +231,37 @@ mod tests {
     #[test]
     fn a_run_whose_places_are_taken_is_refused_by_name() {
         let temp = tempfile::tempdir().unwrap();
-        let domain = |home: &str| Domain::within(temp.path().join(home), &"r".parse().unwrap()).unwrap();
+        let run: RunId = "r".parse().unwrap();
+        let place = |home: &str| [temp.path().join(home)];
         std::os::unix::fs::symlink(temp.path(), temp.path().join("link")).unwrap();
-        let refused = domain("link").own().unwrap_err().to_string();
+        let refused = Domain::own_in(&place("link"), &run).unwrap_err().to_string();
         assert!(refused.contains("link must be a private place of your own"), "{refused}");
-        assert!(domain("link").check().is_err() && !domain("link").is_owned());
-        domain("link").remove();
-        assert!(domain("none").check().is_ok() && !domain("none").is_owned());
+        assert!(Domain::find_in(&place("link"), &run).is_err() && clean_in(&place("link")).is_err());
+        assert!(Domain::find_in(&place("none"), &run).unwrap().is_none());
         // A file where the directory of the run belongs.
-        drop(domain("home").own().unwrap());
+        std::fs::create_dir(temp.path().join("home")).unwrap();
         std::fs::write(temp.path().join("home/r"), "kept").unwrap();
-        let refused = domain("home").own().unwrap_err().to_string();
+        let refused = Domain::own_in(&place("home"), &run).unwrap_err().to_string();
         assert!(refused.contains("home/r exists already"), "{refused}");
         assert_eq!(std::fs::read(temp.path().join("home/r")).unwrap(), b"kept");
+        // Another place of ours serves.
+        let places = [temp.path().join("link"), temp.path().join("own")];
+        let (domain, ownership) = Domain::own_in(&places, &RunId::new()).unwrap();
+        assert!(Domain::find_in(&places, &domain.run).unwrap().is_some());
+        domain.remove(ownership);
+    }
+
+    /// The address of a socket has 107 bytes, and the longest directory that is used leaves room for its name.
+    #[test]
+    fn the_longest_place_leaves_room_for_the_names_of_a_run() {
+        let temp = tempfile::Builder::new().prefix("x").rand_bytes(15).tempdir_in("/tmp").unwrap();
+        let places = [temp.path().join("rockfall")];
+        assert_eq!(places[0].as_os_str().len(), 30);
+        let (domain, ownership) = Domain::own_in(&places, &RunId::new()).unwrap();
+        let node = domain.node("coupler").unwrap();
+        let wake = super::super::channel::create_wake(&node, "coupler").unwrap();
+        drop(wake.listener_builder().create().unwrap());
+        drop((wake, node));
+        domain.remove(ownership);
     }
 }

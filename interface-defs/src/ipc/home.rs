@@ -1,29 +1,31 @@
-//! The private directory of this user's runs, `/tmp/rockfall-<uid>`: locks, and what iceoryx2 keeps on disk.
+//! The private directory of this user's runs: locks, and what iceoryx2 keeps on disk.
 //!
-//! `/tmp` is everyone's, and the name can be guessed: another user may have put a directory, a link or a pipe there
-//! first. So the directory is looked at anew at every use (a real directory, ours, closed to others), and so is every
-//! entry. Nothing is removed whose name is not the id of a run, and no link is followed.
+//! It is `$XDG_RUNTIME_DIR/rockfall` where that directory is there and ours alone, else `/tmp/rockfall-<uid>`. `/tmp` is
+//! everyone's, and the name can be guessed: another user may have put a directory, a link or a pipe there first. So the
+//! directory is looked at anew at every use (a real directory, ours, closed to others), and so is every entry. Nothing is
+//! removed whose name is not the id of a run, and no link is followed.
 
 use super::run_id::RunId;
 use crate::participant::Failure;
-use rustix::fs::{AtFlags, FileType, Mode, OFlags, Stat};
+use rustix::fs::{AtFlags, FileType, FlockOperation, Mode, OFlags, Stat};
 use rustix::io::Errno;
 use std::collections::BTreeSet;
+use std::ffi::OsString;
 use std::fmt::Display;
-use std::fs::File;
+use std::fs::{File, TryLockError};
+use std::io::Read;
 use std::os::fd::OwnedFd;
-use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-
-/// Where iceoryx2 keeps payloads.
-pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Closed to everyone else.
 const PRIVATE: Mode = Mode::RWXU;
 
 /// Flags of every entry that is opened: a link is refused, a pipe does not block, no child inherits it.
-const ENTRY: OFlags = OFlags::NOFOLLOW.union(OFlags::NONBLOCK).union(OFlags::CLOEXEC);
+pub(crate) const ENTRY: OFlags = OFlags::NOFOLLOW.union(OFlags::NONBLOCK).union(OFlags::CLOEXEC);
+
+/// Longest path of the directory [bytes]: with the names of a run behind it, a socket's address (107) is full.
+const LONGEST: usize = 30;
 
 /// The directory, open and checked.
 #[derive(Debug)]
@@ -32,15 +34,40 @@ pub(crate) struct Home {
     directory: OwnedFd,
 }
 
-/// Where the directory of this user lies.
-pub(crate) fn location() -> PathBuf {
-    // Not the temporary directory of the environment: iceoryx2 takes no more than some 60 characters.
-    PathBuf::from(format!("/tmp/rockfall-{}", user()))
+/// Where the directory of this user may lie, the best place first.
+pub(crate) fn places() -> Vec<PathBuf> {
+    // Not the temporary directory of the environment: its path may be too long.
+    let shared = PathBuf::from(format!("/tmp/rockfall-{}", user()));
+    runtime(std::env::var_os("XDG_RUNTIME_DIR")).into_iter().chain([shared]).collect()
 }
 
-/// Prefix of everything that a run has in shared memory.
-pub(crate) fn prefix(id: &RunId) -> String {
-    format!("rf_{id}_")
+/// The place in the runtime directory, if that is a directory of ours that lets nobody else in.
+fn runtime(directory: Option<OsString>) -> Option<PathBuf> {
+    let directory = PathBuf::from(directory?);
+    let stat = rustix::fs::lstat(&directory).ok()?;
+    let ours = stat.st_uid == user() && FileType::from_raw_mode(stat.st_mode).is_dir();
+    let closed = Mode::from_raw_mode(stat.st_mode).intersection(Mode::RWXG | Mode::RWXO).is_empty();
+    let place = directory.join("rockfall");
+    let fits = place.is_absolute() && place.as_os_str().len() <= LONGEST;
+    (ours && closed && fits).then_some(place)
+}
+
+/// The first of `places` where `work` finds what it looks for. An error: there is none that could be used.
+pub(crate) fn first<T>(
+    places: &[PathBuf],
+    mut work: impl FnMut(&Path) -> Result<Option<T>, Failure>,
+) -> Result<Option<T>, Failure> {
+    let mut outcome = Ok(None);
+    let mut usable = false;
+    for place in places {
+        match work(place) {
+            Ok(Some(found)) => return Ok(Some(found)),
+            Ok(None) => usable = true,
+            Err(e) if outcome.is_ok() => outcome = Err(e),
+            Err(_) => {}
+        }
+    }
+    if usable { Ok(None) } else { outcome }
 }
 
 impl Home {
@@ -73,6 +100,11 @@ impl Home {
         Self::open(path)?.ok_or_else(|| refused(path, "it was removed this moment"))
     }
 
+    /// Whether nobody else begins or removes a run here, for as long as this lives.
+    pub fn reserve(&self) -> bool {
+        rustix::fs::flock(&self.directory, FlockOperation::NonBlockingLockExclusive).is_ok()
+    }
+
     /// The lock of run `id`, created if asked for; `None` if there is none.
     pub fn lock(&self, id: &RunId, create: bool) -> Result<Option<File>, Failure> {
         let access = if create { OFlags::RDWR | OFlags::CREATE } else { OFlags::RDONLY };
@@ -92,6 +124,18 @@ impl Home {
         Ok(Some(file.into()))
     }
 
+    /// What the owner of run `id` has written into its lock; `None` if nobody owns it.
+    pub fn owner(&self, id: &RunId) -> Result<Option<String>, Failure> {
+        let Some(lock) = self.lock(id, false)? else { return Ok(None) };
+        if !matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)) {
+            return Ok(None);
+        }
+        let mut text = String::new();
+        // Nothing longer was written: a name in shared memory.
+        lock.take(64).read_to_string(&mut text).map_err(|e| refused(&self.path.join(lock_name(id)), e))?;
+        Ok(Some(text))
+    }
+
     /// Whether `file` is still the lock of run `id`: a cleaner may have removed it between opening and locking.
     pub fn is_lock(&self, id: &RunId, file: &File) -> bool {
         let named = rustix::fs::statat(&self.directory, lock_name(id), AtFlags::SYMLINK_NOFOLLOW);
@@ -100,21 +144,12 @@ impl Home {
         named.is_ok_and(same)
     }
 
-    /// Remove what run `id` has on disk and in shared memory, as far as it is ours; its lock stays. Only who holds
-    /// the lock may.
+    /// Remove the directory of run `id`, if it is ours; its lock stays. Only who holds the lock may.
     pub fn remove_remains(&self, id: &RunId) {
         let stat = rustix::fs::statat(&self.directory, id.to_string(), AtFlags::SYMLINK_NOFOLLOW);
         if stat.is_ok_and(|s| s.st_uid == user() && FileType::from_raw_mode(s.st_mode).is_dir()) {
             // Follows no link below it either.
             let _ = std::fs::remove_dir_all(self.path.join(id.to_string()));
-        }
-        let prefix = prefix(id);
-        for entry in std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-            // Of the entry itself, not of what a link points at.
-            let ours = || entry.metadata().is_ok_and(|m| m.is_file() && m.uid() == user());
-            if entry.file_name().as_bytes().starts_with(prefix.as_bytes()) && ours() {
-                let _ = std::fs::remove_file(entry.path());
-            }
         }
     }
 
@@ -128,8 +163,8 @@ impl Home {
         let _ = rustix::fs::unlinkat(&self.directory, lock_name(id), AtFlags::empty());
     }
 
-    /// Remove what dead runs left behind; returns their ids, sorted.
-    pub fn clean(&self) -> Vec<String> {
+    /// Remove what dead runs left behind here; returns their ids.
+    pub fn clean(&self) -> BTreeSet<String> {
         let mut ids = BTreeSet::new();
         for entry in std::fs::read_dir(&self.path).into_iter().flatten().flatten() {
             let name = entry.file_name();
@@ -145,7 +180,7 @@ impl Home {
             }
         }
         ids.retain(|id| id.parse().is_ok_and(|id| self.remove_if_dead(&id)));
-        ids.into_iter().collect()
+        ids
     }
 
     /// The lock is held meanwhile, so that no coupler takes the id over.
@@ -164,7 +199,7 @@ fn lock_name(id: &RunId) -> String {
     format!("{id}.lock")
 }
 
-fn user() -> u32 {
+pub(crate) fn user() -> u32 {
     rustix::process::getuid().as_raw()
 }
 
@@ -178,7 +213,8 @@ fn owned(path: &Path, stat: &Stat) -> Result<(), Failure> {
 /// Something that is not ours lies where ours must be: the run ends with this message, and nothing is removed.
 fn refused(path: &Path, why: impl Display) -> Failure {
     Failure::Transport(format!(
-        "{} must be a private place of your own: {why}; remove it, or have its owner remove it",
+        "{} must be a private place of your own: {why}; remove it, or have its owner remove it, or set $XDG_RUNTIME_DIR \
+         to a short path of a directory of yours with mode 700",
         path.display()
     ))
 }
@@ -228,7 +264,7 @@ mod tests {
             std::fs::write(place.path().join(name), "").expect("written");
         }
         std::fs::create_dir(place.path().join("not.an.id")).expect("created");
-        assert_eq!(home.clean(), Vec::<String>::new());
+        assert!(home.clean().is_empty());
         place.nothing_lost();
         assert!(place.path().join("not.an.id").exists() && place.path().join("...lock").exists());
     }
@@ -244,7 +280,7 @@ mod tests {
         // A directory and a lock that are links to what is precious.
         symlink(place.0.path(), place.path().join("linked")).expect("linked");
         symlink(place.0.path().join("beside"), place.path().join("link.lock")).expect("linked");
-        assert_eq!(home.clean(), ["dead", "orphan"]);
+        assert_eq!(home.clean().into_iter().collect::<Vec<_>>(), ["dead", "orphan"]);
         assert!(!place.path().join("dead").exists() && !place.path().join("dead.lock").exists());
         place.nothing_lost();
         let id = "link".parse().expect("an id");
@@ -263,7 +299,7 @@ mod tests {
             let text = message(home.lock(&id, create).expect_err("a pipe"));
             assert!(text.contains("pipe.lock") && text.contains("no regular file"), "{text}");
         }
-        assert_eq!(home.clean(), Vec::<String>::new());
+        assert!(home.clean().is_empty());
     }
 
     #[test]
@@ -324,24 +360,58 @@ mod tests {
     }
 
     #[test]
-    fn shared_memory_of_others_and_links_in_it_are_left_alone() {
+    fn the_runtime_directory_is_used_where_it_is_ours_alone() {
         let place = Bench::new();
-        let id = RunId::new();
-        let ours = PathBuf::from(format!("{SHARED_MEMORY}/rf_{id}_ours"));
-        let link = PathBuf::from(format!("{SHARED_MEMORY}/rf_{id}_link"));
-        let theirs = PathBuf::from(format!("{SHARED_MEMORY}/rf_{id}_theirs"));
-        std::fs::write(&ours, "").expect("written");
-        symlink(place.0.path().join("beside"), &link).expect("linked");
-        std::fs::write(&theirs, "").expect("written");
+        let short =
+            tempfile::Builder::new().prefix("x").rand_bytes(4).tempdir_in("/tmp").expect("a directory");
+        let used = || runtime(Some(short.path().into()));
+        let mode = |mode| {
+            std::fs::set_permissions(short.path(), std::fs::Permissions::from_mode(mode)).expect("changed");
+        };
+        mode(0o700);
+        assert_eq!(used(), Some(short.path().join("rockfall")));
+        for open in [0o755, 0o770, 0o702] {
+            mode(open);
+            assert_eq!(used(), None, "{open:o}");
+        }
+        mode(0o700);
+        let link = place.0.path().join("l");
+        symlink(short.path(), &link).expect("linked");
+        let long = short.path().join("a-directory-of-a-long-name");
+        std::fs::create_dir(&long).expect("created");
+        std::fs::set_permissions(&long, std::fs::Permissions::from_mode(0o700)).expect("changed");
+        for refused in [link, long, "no-such".into(), "".into(), place.0.path().join("beside")] {
+            assert_eq!(runtime(Some(refused.clone().into())), None, "{}", refused.display());
+        }
+        assert_eq!(runtime(None), None);
         if user() == 0 {
-            rustix::fs::chown(&theirs, Some(rustix::fs::Uid::from_raw(65534)), None).expect("given away");
+            rustix::fs::chown(short.path(), Some(rustix::fs::Uid::from_raw(65534)), None)
+                .expect("given away");
+            assert_eq!(used(), None);
+            rustix::fs::chown(short.path(), Some(rustix::fs::Uid::from_raw(0)), None).expect("taken back");
         }
-        place.home().remove_remains(&id);
-        let left = [&ours, &link, &theirs].map(|path| std::fs::symlink_metadata(path).is_ok());
-        for path in [&ours, &link, &theirs] {
-            let _ = std::fs::remove_file(path);
-        }
-        assert_eq!(left, [false, true, user() == 0]);
-        place.nothing_lost();
+    }
+
+    #[test]
+    fn a_place_that_is_not_ours_is_passed_over_for_one_that_is() {
+        let place = Bench::new();
+        let places = [place.0.path().join("beside"), place.path()];
+        let created = |path: &Path| Home::create(path).map(|_| Some(path.to_owned()));
+        assert_eq!(first(&places, created).expect("the second"), Some(place.path()));
+        let text = message(first(&places[..1], created).expect_err("refused"));
+        assert!(
+            text.contains("beside must be a private place") && text.contains("$XDG_RUNTIME_DIR"),
+            "{text}"
+        );
+        assert_eq!(first(&places, |path| Home::open(path).map(|_| None::<()>)).expect("one is usable"), None);
+    }
+
+    #[test]
+    fn one_begins_or_cleans_at_a_time() {
+        let place = Bench::new();
+        let (one, other) = (place.home(), place.home());
+        assert!(one.reserve() && !other.reserve());
+        drop(one);
+        assert!(other.reserve());
     }
 }

@@ -7,15 +7,16 @@
 //! - `NAME/field`: the payloads of windows as `[f64]` behind the [`header`](crate::header)s
 //! - `NAME/wake` and `coupler/wake`: "look, there is something", and the coupler's sign of life
 //!
-//! Files: [`run_id`] (its name), [`domain`] (one run's own place, liveness, cleaning), `home` (the private directory of a user's runs), [`wait`] (how to wait, and for how
-//! long), [`channel`] (the services), [`control`] (frames), [`remote`] (the coupler's side),
-//! [`serve`] (the solver's side), [`interrupt`] (Ctrl-C).
+//! Files: [`run_id`] (its name), [`domain`] (one run's own place, liveness, cleaning), `home` (the private directory of a
+//! user's runs), `memory` (what a run has in shared memory), [`wait`] (how to wait, and for how long), [`channel`] (the
+//! services), [`control`] (frames), [`remote`] (the coupler's side), [`serve`] (the solver's side), [`interrupt`] (Ctrl-C).
 
 pub mod channel;
 pub mod control;
 pub mod domain;
 mod home;
 pub mod interrupt;
+mod memory;
 pub mod remote;
 pub mod run_id;
 pub mod serve;

@@ -2,7 +2,8 @@
 
 use super::channel::{self, Channels, HEARTBEAT};
 use super::control::{Caller, FRAME};
-use super::domain::{Domain, check_space};
+use super::domain::{Domain, Ownership};
+use super::memory::check_space;
 use super::run_id::RunId;
 use super::wait::{self, Patience, Wait};
 use super::{interrupt, transport};
@@ -19,7 +20,6 @@ use iceoryx2::prelude::{AllocationStrategy, EventId, ipc};
 use iceoryx2::response::Response;
 use iceoryx2::service::port_factory::PortFactory;
 use std::cell::RefCell;
-use std::fs::File;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -60,14 +60,13 @@ struct Shared {
     domain: Domain,
     // Dropped last: ports, then node, then the run's lock.
     _node: Node<ipc::Service>,
-    _lock: File,
+    ownership: Ownership,
 }
 
 impl Host {
     /// Own the run and create the channels of the solvers `names`; returns them in that order.
     pub fn create(options: HostOptions, names: &[&str]) -> Result<(Self, Vec<Remote>), Failure> {
-        let domain = Domain::new(&options.run)?;
-        let lock = domain.own()?;
+        let (domain, ownership) = Domain::own(&options.run)?;
         check_space(names.len() as u64 * 4 * (FRAME as u64 + 4096))?;
         let node = domain.node("coupler")?;
         let own_wake = channel::create_wake(&node, "coupler")?;
@@ -84,7 +83,7 @@ impl Host {
             joined: RefCell::default(),
             domain,
             _node: node,
-            _lock: lock,
+            ownership,
         });
         let remotes = names
             .iter()
@@ -92,6 +91,7 @@ impl Host {
             .enumerate()
             .map(|(index, (name, channels))| Remote::new(name, index, channels, &shared))
             .collect::<Result<_, _>>()?;
+        shared.domain.allocate()?;
         Ok((Self { shared }, remotes))
     }
 
@@ -99,11 +99,10 @@ impl Host {
     ///
     /// Panics if a [`Remote`] of the run is still in use.
     pub fn close(self) {
-        // Taken apart as a temporary: ports and node go with it, before their files do, the lock last.
-        let Shared { domain, _lock: lock, .. } =
+        // Taken apart as a temporary: ports and node go with it, before their files do.
+        let Shared { domain, ownership, .. } =
             Rc::into_inner(self.shared).expect("every remote is dropped before the run is closed");
-        domain.remove();
-        drop(lock);
+        domain.remove(ownership);
     }
 }
 
@@ -306,6 +305,7 @@ impl Participant for Remote {
             .create()
             .map_err(transport(format!("cannot create the field channel of {}", self.name)))?;
         self.client = Some(client);
+        self.shared.domain.allocate()?;
         Ok(ready)
     }
 

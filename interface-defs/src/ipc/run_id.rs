@@ -1,19 +1,18 @@
 //! The name of a run, and the number that stands for it.
 
+use std::collections::hash_map::RandomState;
 use std::fmt;
+use std::hash::BuildHasher;
 use std::str::FromStr;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Name of a run: 1 to 16 characters of `a-z A-Z 0-9 -`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunId(String);
 
 impl RunId {
-    /// A new one: time and process make it unique on this machine.
+    /// A new one, from the system's random numbers: nobody can take the names that follow from it beforehand.
     pub fn new() -> Self {
-        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let seed = (since.as_nanos() as u64) ^ (u64::from(std::process::id()) << 40);
-        Self(format!("{:016x}", fnv1a(&seed.to_le_bytes())))
+        Self(format!("{:016x}", RandomState::new().hash_one(std::process::id())))
     }
 
     /// As it is written.

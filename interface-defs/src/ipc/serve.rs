@@ -2,7 +2,8 @@
 
 use super::channel::{self, Bell, Channels};
 use super::control::{FRAME, Listener};
-use super::domain::{Domain, check_space};
+use super::domain::Domain;
+use super::memory::check_space;
 use super::run_id::RunId;
 use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
@@ -91,8 +92,7 @@ fn join(
     connection: &Connection,
     work: impl FnOnce(&mut Session) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let domain = Domain::new(&connection.run)?;
-    wait_for_coupler(&domain, connection)?;
+    let domain = wait_for_coupler(connection)?;
     watch(&domain, connection);
     let node = domain.node(&connection.name)?;
     let channels = Channels::open(&node, &connection.name, connection.timeout)?;
@@ -105,6 +105,7 @@ fn join(
         .max_loaned_responses_per_request(1)
         .create()
         .map_err(transport("cannot create the control channel"))?;
+    domain.allocate()?;
     bell.ring();
     let mut session = Session {
         connection,
@@ -155,11 +156,13 @@ const LOOK: Duration = Duration::from_millis(100);
 /// What it is given to end by itself.
 const LAST_WORDS: Duration = Duration::from_millis(400);
 
-fn wait_for_coupler(domain: &Domain, connection: &Connection) -> Result<(), Failure> {
+fn wait_for_coupler(connection: &Connection) -> Result<Domain, Failure> {
     let started = Instant::now();
     let mut said = 0;
-    domain.check()?;
-    while !domain.is_owned() {
+    loop {
+        if let Some(domain) = Domain::find(&connection.run)? {
+            return Ok(domain);
+        }
         let waited = started.elapsed();
         if interrupt::requested() {
             return Err(Failure::Interrupted);
@@ -177,7 +180,6 @@ fn wait_for_coupler(domain: &Domain, connection: &Connection) -> Result<(), Fail
         }
         std::thread::sleep(Duration::from_millis(2));
     }
-    Ok(())
 }
 
 type WindowRequest =
@@ -325,6 +327,7 @@ impl Session<'_> {
                     .create()
                     .map_err(transport("cannot create the field channel"))?;
                 self.field = Some(server);
+                self.domain.allocate()?;
                 FromSolver::Ready(ready)
             }
             Err(fault) => FromSolver::Fault(fault),

@@ -47,14 +47,12 @@ pub const TIMEOUT: f64 = 60.0;
 #[cfg_attr(feature = "toolkit", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Wait {
-    /// As fast as the better of the others: look again for half a millisecond, yielding the processor in between, then sleep
-    /// until woken; as soon as the processor turns out to have other work, sleep at once, and try again later.
+    /// Look again for half a millisecond, yielding the processor in between, then sleep until woken; as soon as the processor
+    /// turns out to have other work, sleep at once, and try again later.
     #[default]
     Auto,
-    /// Sleep until woken, always. Kept for one version.
+    /// Sleep until woken, always: takes no processor time from other work, and each exchange longer.
     Event,
-    /// Look again first, always, however busy the machine. Kept for one version.
-    Yield,
 }
 
 impl FromStr for Wait {
@@ -64,8 +62,7 @@ impl FromStr for Wait {
         match text {
             "auto" => Ok(Self::Auto),
             "event" => Ok(Self::Event),
-            "yield" => Ok(Self::Yield),
-            _ => Err(format!("unknown wait \"{text}\", expected `auto`, `event` or `yield`")),
+            _ => Err(format!("unknown wait \"{text}\", expected `auto` or `event`")),
         }
     }
 }
@@ -75,7 +72,6 @@ impl fmt::Display for Wait {
         f.write_str(match self {
             Self::Auto => "auto",
             Self::Event => "event",
-            Self::Yield => "yield",
         })
     }
 }
@@ -183,9 +179,7 @@ impl Patience<'_> {
         poll: &mut impl FnMut() -> Result<Option<T>, Failure>,
     ) -> Result<Option<T>, Failure> {
         let since_origin = |at: Instant| at.saturating_duration_since(*ORIGIN).as_nanos() as u64;
-        let auto = self.wait == Wait::Auto;
-        let busy = auto && since_origin(started) < BUSY_UNTIL.load(Ordering::Relaxed);
-        if busy || self.wait == Wait::Event {
+        if self.wait == Wait::Event || since_origin(started) < BUSY_UNTIL.load(Ordering::Relaxed) {
             return Ok(None);
         }
         let mut looked_at = started;
@@ -196,7 +190,7 @@ impl Patience<'_> {
             std::thread::yield_now();
             let now = Instant::now();
             let took = now - looked_at;
-            if auto && took > LONG {
+            if took > LONG {
                 BUSY_UNTIL.store(since_origin(now + took * REST), Ordering::Relaxed);
                 break;
             }

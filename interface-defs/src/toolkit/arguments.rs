@@ -9,17 +9,25 @@ use super::scene::Scene;
 use crate::diagnostic::Diagnostic;
 use crate::ipc::RunId;
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::fmt::{self, Display, Formatter};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
+
+/// A path that goes on to other programs: one that begins with a dash would be taken for an option there.
+pub fn path() -> impl TypedValueParser<Value = PathBuf> {
+    let is_option = |path: &PathBuf| path.as_os_str().as_encoded_bytes().starts_with(b"-");
+    PathBufValueParser::new().map(move |path| if is_option(&path) { Path::new(".").join(path) } else { path })
+}
 
 /// Which scene.
 #[derive(Debug, Clone, Args)]
 pub struct Input {
     /// Scene file (TOML, SI units)
+    #[arg(value_parser = path())]
     pub scene: PathBuf,
     /// Set a value of the scene, as in --set coupling.scheme=weak --set rock.0.cluster.spheres=512
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true)]
     pub sets: Vec<String>,
 }
 
@@ -34,7 +42,7 @@ impl Input {
 #[derive(Debug, Clone, Args)]
 pub struct ResultDir {
     /// Directory of the results [default: out/NAME for the scene NAME.toml]
-    #[arg(long, value_name = "DIR", help_heading = "Results")]
+    #[arg(long, value_name = "DIR", value_parser = path(), help_heading = "Results")]
     pub out: Option<PathBuf>,
 }
 
@@ -188,11 +196,11 @@ impl FromStr for MemberRange {
 #[derive(Debug, Clone, Args)]
 pub struct EnsembleArguments {
     /// Study file (TOML): a scene, where rocks start, what varies
-    #[arg(value_name = "STUDY")]
+    #[arg(value_name = "STUDY", value_parser = path())]
     pub study: PathBuf,
     /// Set a value of the study, as in --set seed=2 --set release.0.count=1000, or with `barrier.` before it one of the barrier's
     /// scene, as in --set barrier.coupling.time_window=1e-4
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true)]
     pub sets: Vec<String>,
     /// Compute these members alone, both included, as one task of many; a call without --members collects the results
     #[arg(long, value_name = "A..B", help_heading = "Computation")]
@@ -208,7 +216,7 @@ pub struct EnsembleArguments {
     pub output: Option<PathBuf>,
     /// Run the worst members again, coupled, against the barrier of this scene, which stands on a line; `rock` and `terrain` are
     /// the study's, `end_time` is how long is computed after a member has reached the line
-    #[arg(long, value_name = "SCENE", conflicts_with = "chunks", help_heading = "Barrier")]
+    #[arg(long, value_name = "SCENE", value_parser = path(), conflicts_with = "chunks", help_heading = "Barrier")]
     pub barrier: Option<PathBuf>,
     /// How many: in turn those with the most energy, the highest, the nearest to an end of the line
     #[arg(long, value_name = "N", requires = "barrier", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Barrier")]
@@ -259,5 +267,32 @@ impl EnsembleArguments {
         }
         let own = of_barrier.iter().filter_map(|set| set.strip_prefix(OF_BARRIER)).map(String::from);
         Ok((of_study, own.collect()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        input: Input,
+        #[command(flatten)]
+        dir: ResultDir,
+    }
+
+    #[test]
+    fn a_name_that_begins_with_a_dash_is_no_option_of_a_program_started_with_it() {
+        let line = ["p", "--out=-x", "--set", "-k=1", "--set=a=-2", "--", "-s.toml"];
+        let cli = Cli::try_parse_from(line).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(cli.dir.out.as_deref(), Some(Path::new("./-x")));
+        assert_eq!(cli.input.scene, Path::new("./-s.toml"));
+        assert_eq!(cli.input.sets, ["-k=1", "a=-2"]);
+        // What was meant as an option is not taken for a directory.
+        assert!(Cli::try_parse_from(["p", "s.toml", "--out", "-x"]).is_err());
+        let cli = Cli::try_parse_from(["p", "s.toml", "--out", "a/-x"]).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(cli.dir.out.as_deref(), Some(Path::new("a/-x")));
     }
 }

@@ -128,7 +128,7 @@ struct ServeArguments {
     /// Longest time without a sign of life from the coupler [s]
     #[arg(long, value_name = "S", default_value_t = TIMEOUT, value_parser = seconds, help_heading = "Connection")]
     timeout: f64,
-    /// How to wait for a request; `yield` and `event` are kept for one version: `auto` is as fast as the better of them
+    /// How to wait for a request: `auto` looks again before it sleeps, `event` sleeps at once
     #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
     wait: Wait,
 }
