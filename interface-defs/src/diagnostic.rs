@@ -125,6 +125,12 @@ pub mod code {
         /// A diagnostic of a program that gives no codes.
         OTHER = "other";
     }
+
+    /// Codes and what they stand for, as a table of the reference.
+    pub fn reference() -> String {
+        let rows = ALL.iter().map(|(code, about)| format!("| `{code}` | {} |\n", about.trim()));
+        "| code | what it stands for |\n|---|---|\n".to_owned() + &rows.collect::<String>()
+    }
 }
 
 /// One position in a text.
@@ -349,5 +355,11 @@ mod tests {
         names.dedup();
         assert_eq!(names.len(), code::ALL.len());
         assert!(code::ALL.iter().all(|(_, about)| about.trim_end().ends_with('.')));
+        let table = code::reference();
+        assert!(
+            table.starts_with("| code | what it stands for |\n|---|---|\n| `syntax` | The text is not TOML"),
+            "{table}"
+        );
+        assert_eq!(table.lines().count(), 2 + code::ALL.len());
     }
 }

@@ -1,20 +1,132 @@
 //! Reads a value of a scene into a type, and takes every number that it holds or none.
 //!
 //! The reader of the crate `toml` fills an array of three from a list of four and drops the last: `[0, 0, -9,81]` became
-//! a gravity of 9. Here a list must be as long as what is read from it.
+//! a gravity of 9. Here a list must be as long as what is read from it. What is wrong is a [`Mismatch`]: which key it is, what
+//! stands there and what was asked for are data.
 
+use super::tagged;
 use serde::de::value::StringDeserializer;
-use serde::de::{DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{
+    DeserializeSeed, Deserializer, Error, Expected as Expectation, IntoDeserializer, MapAccess, SeqAccess,
+    Unexpected, Visitor,
+};
 use serde::forward_to_deserialize_any;
+use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeString, DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeInteger, DeString, DeTable, DeValue, ValueDeserializer};
 
-/// What is wrong, and where in the text.
+/// What stands where something else is expected.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Got {
+    Bool(bool),
+    Integer(i128),
+    Float(f64),
+    Text(String),
+    Array,
+    Table,
+    Other(String),
+}
+
+impl From<Unexpected<'_>> for Got {
+    fn from(value: Unexpected) -> Self {
+        match value {
+            Unexpected::Bool(value) => Self::Bool(value),
+            Unexpected::Signed(value) => Self::Integer(value.into()),
+            Unexpected::Unsigned(value) => Self::Integer(value.into()),
+            Unexpected::Float(value) => Self::Float(value),
+            Unexpected::Str(text) => Self::Text(text.to_owned()),
+            Unexpected::Seq => Self::Array,
+            Unexpected::Map => Self::Table,
+            other => Self::Other(other.to_string()),
+        }
+    }
+}
+
+impl From<&DeValue<'_>> for Got {
+    fn from(value: &DeValue) -> Self {
+        match value {
+            DeValue::String(text) => Self::Text(text.to_string()),
+            DeValue::Integer(number) => {
+                whole(number).map_or_else(|| Self::Other(format!("integer `{number}`")), Self::Integer)
+            }
+            DeValue::Float(number) => Self::Float(float(number.as_str())),
+            DeValue::Boolean(value) => Self::Bool(*value),
+            DeValue::Datetime(_) => Self::Other("date".into()),
+            DeValue::Array(_) => Self::Array,
+            DeValue::Table(_) => Self::Table,
+        }
+    }
+}
+
+/// What is expected: by the method that a type calls on its deserialiser, or in the words of a visitor that takes several types.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Expected {
+    Number,
+    Whole,
+    WholeNotNegative,
+    Bool,
+    Text,
+    Name,
+    Array,
+    ArrayOf(usize),
+    Table,
+    Prose(String),
+}
+
+/// What is wrong with a value.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum What {
+    UnknownField {
+        name: String,
+        known: &'static [&'static str],
+    },
+    UnknownVariant {
+        name: String,
+        known: &'static [&'static str],
+    },
+    MissingField(&'static str),
+    DuplicateField(&'static str),
+    WrongType {
+        got: Got,
+        expected: Expected,
+    },
+    WrongValue {
+        got: Got,
+        expected: Expected,
+    },
+    /// `number` is what two of the values may be: one number that a decimal comma has cut.
+    WrongLength {
+        found: usize,
+        expected: Expected,
+        number: Option<String>,
+    },
+    Other(String),
+}
+
+/// One step from a table or list to what it holds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Step {
+    Key(String),
+    Item(usize),
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Key(name) => f.write_str(name),
+            Self::Item(number) => number.fmt(f),
+        }
+    }
+}
+
+/// What is wrong, with which key, and where in the text.
 #[derive(Debug)]
 pub(crate) struct Mismatch {
-    pub message: String,
+    pub what: What,
+    /// From the value that was read down to the fault, the last step first.
+    pub path: Vec<Step>,
     pub span: Option<Range<usize>>,
 }
 
@@ -23,11 +135,22 @@ impl Mismatch {
         self.span.get_or_insert(span);
         self
     }
+
+    fn below(mut self, step: Step) -> Self {
+        self.path.push(step);
+        self
+    }
+}
+
+impl From<What> for Mismatch {
+    fn from(what: What) -> Self {
+        Self { what, path: Vec::new(), span: None }
+    }
 }
 
 impl fmt::Display for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.message)
+        self.what.fmt(f)
     }
 }
 
@@ -35,33 +158,124 @@ impl std::error::Error for Mismatch {}
 
 impl Error for Mismatch {
     fn custom<T: fmt::Display>(message: T) -> Self {
-        Self { message: message.to_string(), span: None }
+        What::Other(message.to_string()).into()
+    }
+
+    fn invalid_type(got: Unexpected, expected: &dyn Expectation) -> Self {
+        What::WrongType { got: got.into(), expected: Expected::Prose(expected.to_string()) }.into()
+    }
+
+    fn invalid_value(got: Unexpected, expected: &dyn Expectation) -> Self {
+        What::WrongValue { got: got.into(), expected: Expected::Prose(expected.to_string()) }.into()
+    }
+
+    fn invalid_length(found: usize, expected: &dyn Expectation) -> Self {
+        What::WrongLength { found, expected: Expected::Prose(expected.to_string()), number: None }.into()
+    }
+
+    fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
+        What::UnknownVariant { name: name.to_owned(), known }.into()
+    }
+
+    fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
+        What::UnknownField { name: name.to_owned(), known }.into()
+    }
+
+    fn missing_field(name: &'static str) -> Self {
+        What::MissingField(name).into()
+    }
+
+    fn duplicate_field(name: &'static str) -> Self {
+        What::DuplicateField(name).into()
     }
 }
 
-impl From<toml::de::Error> for Mismatch {
-    fn from(error: toml::de::Error) -> Self {
-        Self { message: error.message().to_owned(), span: error.span() }
-    }
+fn whole(number: &DeInteger) -> Option<i128> {
+    i128::from_str_radix(number.as_str(), number.radix()).ok()
+}
+
+fn float(text: &str) -> f64 {
+    text.parse().expect("a float of TOML is one of the language")
 }
 
 /// One value of a scene.
 pub(crate) struct Exact<'de>(pub Spanned<DeValue<'de>>);
 
 impl<'de> Exact<'de> {
+    /// Visit a value that `fits`, and refuse any other.
+    fn expect<V: Visitor<'de>>(
+        self,
+        expected: Expected,
+        fits: fn(&DeValue<'de>) -> bool,
+        visitor: V,
+    ) -> Result<V::Value, Mismatch> {
+        let value = self.0.get_ref();
+        if fits(value) {
+            return self.deserialize_any(visitor);
+        }
+        Err(Mismatch::from(What::WrongType { got: value.into(), expected }).at(self.0.span()))
+    }
+
+    fn integer<V: Visitor<'de>>(self, least: i128, most: i128, visitor: V) -> Result<V::Value, Mismatch> {
+        let expected = if least < 0 { Expected::Whole } else { Expected::WholeNotNegative };
+        if let DeValue::Integer(number) = self.0.get_ref()
+            && !whole(number).is_some_and(|value| (least..=most).contains(&value))
+        {
+            return Err(
+                Mismatch::from(What::WrongValue { got: self.0.get_ref().into(), expected }).at(self.0.span())
+            );
+        }
+        self.expect(expected, DeValue::is_integer, visitor)
+    }
+
     fn tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Mismatch> {
         if let DeValue::Array(items) = self.0.get_ref()
             && items.len() != length
         {
-            return Err(wrong_length(items.len(), length).at(self.0.span()));
+            let number = decimal_comma(items).filter(|_| items.len() > length);
+            return Err(wrong_length(items.len(), length, number).at(self.0.span()));
         }
-        self.deserialize_any(visitor)
+        self.expect(Expected::ArrayOf(length), DeValue::is_array, visitor)
     }
 }
 
-/// The words that `explain` knows.
-fn wrong_length(found: usize, needed: usize) -> Mismatch {
-    Mismatch::custom(format!("invalid length {found}, expected an array of length {needed}"))
+fn wrong_length(found: usize, needed: usize, number: Option<String>) -> Mismatch {
+    What::WrongLength { found, expected: Expected::ArrayOf(needed), number }.into()
+}
+
+/// The number that a decimal comma may have cut in a list that is too long.
+fn decimal_comma(items: &[Spanned<DeValue>]) -> Option<String> {
+    let whole = |item: &Spanned<DeValue>| match item.get_ref() {
+        DeValue::Integer(number) if number.radix() == 10 => Some(number.as_str().to_owned()),
+        _ => None,
+    };
+    let numbers: Vec<_> = items.iter().map(whole).collect();
+    // Only whole numbers are cut; what stands behind the comma has no sign. Of several the last is shown.
+    let cut = |pair: &[Option<String>]| match pair {
+        [Some(before), Some(after)] if after.starts_with(|c: char| c.is_ascii_digit()) => {
+            Some(format!("{before}.{after}"))
+        }
+        _ => None,
+    };
+    numbers.windows(2).rev().find_map(cut)
+}
+
+/// Methods that take values of one type.
+macro_rules! of_one_type {
+    ($($method:ident: $expected:ident, $fits:expr;)*) => {$(
+        fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mismatch> {
+            self.expect(Expected::$expected, $fits, visitor)
+        }
+    )*};
+}
+
+/// The same for whole numbers.
+macro_rules! of_integers {
+    ($($method:ident: $integer:ty;)*) => {$(
+        fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mismatch> {
+            self.integer(<$integer>::MIN.into(), <$integer>::MAX.into(), visitor)
+        }
+    )*};
 }
 
 impl<'de> Deserializer<'de> for Exact<'de> {
@@ -70,15 +284,30 @@ impl<'de> Deserializer<'de> for Exact<'de> {
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mismatch> {
         let span = self.0.span();
         match self.0.into_inner() {
+            DeValue::String(Cow::Borrowed(text)) => visitor.visit_borrowed_str(text),
+            DeValue::String(Cow::Owned(text)) => visitor.visit_string(text),
+            DeValue::Boolean(value) => visitor.visit_bool(value),
+            DeValue::Float(number) => visitor.visit_f64(float(number.as_str())),
+            DeValue::Integer(number) => match whole(&number) {
+                Some(value) => match (value.try_into(), value.try_into()) {
+                    (Ok(signed), _) => visitor.visit_i64(signed),
+                    (_, Ok(unsigned)) => visitor.visit_u64(unsigned),
+                    _ => visitor.visit_i128(value),
+                },
+                None => Err(Mismatch::custom(format!("the integer {number} is too large"))),
+            },
             DeValue::Array(items) => {
                 let mut items = Items(items.into_iter().collect::<Vec<_>>().into_iter(), 0);
                 visitor.visit_seq(&mut items).and_then(|value| match items.0.len() {
                     0 => Ok(value),
-                    rest => Err(wrong_length(items.1 + rest, items.1)),
+                    rest => Err(wrong_length(items.1 + rest, items.1, None)),
                 })
             }
-            DeValue::Table(table) => visitor.visit_map(Entries::of(table)),
-            leaf => Ok(ValueDeserializer::from(Spanned::new(span.clone(), leaf)).deserialize_any(visitor)?),
+            DeValue::Table(table) => Entries::of(table, None).visited_by(visitor),
+            date @ DeValue::Datetime(_) => {
+                let date = ValueDeserializer::from(Spanned::new(span.clone(), date));
+                date.deserialize_any(visitor).map_err(|e| Mismatch::custom(e.message()))
+            }
         }
         .map_err(|e| e.at(span))
     }
@@ -98,14 +327,19 @@ impl<'de> Deserializer<'de> for Exact<'de> {
     /// The reader of the crate takes a list for the fields in their order: `processes = ["a"]` named a program.
     fn deserialize_struct<V: Visitor<'de>>(
         self,
-        _name: &'static str,
-        _fields: &'static [&'static str],
+        name: &'static str,
+        fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Mismatch> {
-        if let DeValue::Array(_) = self.0.get_ref() {
-            return Err(Mismatch::custom("invalid type: sequence, expected a map").at(self.0.span()));
+        let span = self.0.span();
+        match (name, fields, self.0.into_inner()) {
+            (tagged::NAME, [tag], DeValue::Table(table)) => {
+                Entries::of(table, Some(tag)).visited_by(visitor).map_err(|e| e.at(span))
+            }
+            (_, _, value) => {
+                Self(Spanned::new(span, value)).expect(Expected::Table, DeValue::is_table, visitor)
+            }
         }
-        self.deserialize_any(visitor)
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Mismatch> {
@@ -123,18 +357,42 @@ impl<'de> Deserializer<'de> for Exact<'de> {
 
     fn deserialize_enum<V: Visitor<'de>>(
         self,
-        name: &'static str,
-        variants: &'static [&'static str],
+        _name: &'static str,
+        _variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Mismatch> {
-        let span = self.0.span();
-        let read = ValueDeserializer::from(self.0).deserialize_enum(name, variants, visitor);
-        read.map_err(|e| Mismatch::from(e).at(span))
+        let DeValue::String(text) = self.0.get_ref() else {
+            return self.expect(Expected::Name, DeValue::is_str, visitor);
+        };
+        visitor
+            .visit_enum(StringDeserializer::new(text.to_string()))
+            .map_err(|e: Mismatch| e.at(self.0.span()))
+    }
+
+    of_one_type! {
+        deserialize_bool: Bool, DeValue::is_bool;
+        deserialize_f32: Number, |value| value.is_float() || value.is_integer();
+        deserialize_f64: Number, |value| value.is_float() || value.is_integer();
+        deserialize_str: Text, DeValue::is_str;
+        deserialize_string: Text, DeValue::is_str;
+        deserialize_identifier: Name, DeValue::is_str;
+        deserialize_seq: Array, DeValue::is_array;
+        deserialize_map: Table, DeValue::is_table;
+    }
+
+    of_integers! {
+        deserialize_i8: i8;
+        deserialize_i16: i16;
+        deserialize_i32: i32;
+        deserialize_i64: i64;
+        deserialize_u8: u8;
+        deserialize_u16: u16;
+        deserialize_u32: u32;
+        deserialize_u64: u64;
     }
 
     forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf unit unit_struct seq map
-        identifier ignored_any
+        char bytes byte_buf unit unit_struct ignored_any
     }
 }
 
@@ -148,7 +406,7 @@ impl<'de> SeqAccess<'de> for &mut Items<'de> {
         let Some(item) = self.0.next() else { return Ok(None) };
         self.1 += 1;
         let span = item.span();
-        seed.deserialize(Exact(item)).map(Some).map_err(|e| e.at(span))
+        seed.deserialize(Exact(item)).map(Some).map_err(|e| e.at(span).below(Step::Item(self.1 - 1)))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -161,42 +419,80 @@ type Entry<'de> = (Spanned<DeString<'de>>, Spanned<DeValue<'de>>);
 /// The entries of a table that are left.
 struct Entries<'de> {
     rest: std::vec::IntoIter<Entry<'de>>,
+    /// The key that was read last.
+    key: Option<Spanned<String>>,
     value: Option<Spanned<DeValue<'de>>>,
 }
 
 impl<'de> Entries<'de> {
-    fn of(table: DeTable<'de>) -> Self {
-        Self { rest: table.into_iter().collect::<Vec<_>>().into_iter(), value: None }
+    /// Those of a table, `first` before all others.
+    fn of(table: DeTable<'de>, first: Option<&str>) -> Self {
+        let mut entries: Vec<_> = table.into_iter().collect();
+        entries.sort_by_key(|(key, _)| first.is_some_and(|first| key.get_ref() != first));
+        Self { rest: entries.into_iter(), key: None, value: None }
+    }
+
+    fn visited_by<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Mismatch> {
+        visitor.visit_map(&mut self).map_err(|e| match (&e.what, self.key) {
+            _ if e.span.is_some() => e,
+            (What::UnknownField { name, .. }, Some(key)) if name == key.get_ref() => {
+                let span = key.span();
+                e.at(span).below(Step::Key(key.into_inner()))
+            }
+            (What::MissingField(name), _) => {
+                let step = Step::Key((*name).to_owned());
+                e.below(step)
+            }
+            _ => e,
+        })
     }
 }
 
-impl<'de> MapAccess<'de> for Entries<'de> {
+impl<'de> MapAccess<'de> for &mut Entries<'de> {
     type Error = Mismatch;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Mismatch> {
         let Some((key, value)) = self.rest.next() else { return Ok(None) };
-        self.value = Some(value);
-        let span = key.span();
-        let name: StringDeserializer<Mismatch> = key.into_inner().into_owned().into_deserializer();
-        seed.deserialize(name).map(Some).map_err(|e| e.at(span))
+        let name = key.get_ref().to_string();
+        (self.key, self.value) = (Some(Spanned::new(key.span(), name.clone())), Some(value));
+        let name: StringDeserializer<Mismatch> = name.into_deserializer();
+        seed.deserialize(name).map(Some)
     }
 
     fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, Mismatch> {
-        let value = self.value.take().ok_or_else(|| Mismatch::custom("a key without its value"))?;
+        let (Some(value), Some(key)) = (self.value.take(), &self.key) else {
+            return Err(Mismatch::custom("a key without its value"));
+        };
         let span = value.span();
-        seed.deserialize(Exact(value)).map_err(|e| e.at(span))
+        let step = || Step::Key(key.get_ref().clone());
+        seed.deserialize(Exact(value)).map_err(|e| e.at(span).below(step()))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde::Deserialize;
+    use crate::tagged;
+    use serde::{Deserialize, Serialize};
 
-    #[derive(Debug, PartialEq, Deserialize)]
-    #[serde(tag = "type", rename_all = "snake_case")]
-    enum Outline {
-        Box { size: [f64; 3] },
+    tagged! {
+        #[derive(Debug, PartialEq, Serialize)]
+        enum Outline by "type" as "Outline" (rename_all = "snake_case", deny_unknown_fields) {
+            Box { size: [f64; 3] },
+        }
+    }
+
+    tagged! {
+        #[derive(Debug, PartialEq, Serialize)]
+        enum Mark by "type" as "Mark" (rename_all = "snake_case") {
+            Spot(Spot),
+        }
+    }
+
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Spot {
+        x: f64,
     }
 
     #[derive(Debug, PartialEq, Deserialize)]
@@ -206,39 +502,84 @@ mod tests {
         #[serde(default)]
         polygon: Vec<[f64; 2]>,
         shape: Option<Outline>,
+        spot: Option<Mark>,
         pair: Option<(String, u8)>,
     }
 
     fn read(text: &str) -> Result<Region, (String, String)> {
         let table = DeTable::parse(text).expect("TOML");
         let value = Spanned::new(0..text.len(), DeValue::Table(table.into_inner()));
-        let at = |e: Mismatch| (e.message, text[e.span.expect("a place")].to_owned());
+        let at = |e: Mismatch| (e.what.to_string(), text[e.span.expect("a place")].to_owned());
         Region::deserialize(Exact(value)).map_err(at)
     }
 
     #[test]
     fn a_list_is_as_long_as_what_is_read_from_it() {
         let all = read(
-            "at = [1, 2.5, 3]\npolygon = [[0, 1], [2, 3]]\nshape = { type = \"box\", size = [1, 2, 3] }\npair = [\"a\", 7]",
+            "at = [1, 2.5, 3]\npolygon = [[0, 1], [2, 3]]\nshape = { type = \"box\", size = [1, 2, 3] }\nspot = { x = 4, type = \"spot\" }\npair = [\"a\", 7]",
         );
         let body = Region {
             at: Some([1.0, 2.5, 3.0]),
             polygon: vec![[0.0, 1.0], [2.0, 3.0]],
             shape: Some(Outline::Box { size: [1.0, 2.0, 3.0] }),
+            spot: Some(Mark::Spot(Spot { x: 4.0 })),
             pair: Some(("a".into(), 7)),
         };
         assert_eq!(all, Ok(body));
-        let refused = |text: &str, length: &str, place: &str| {
+        let refused = |text: &str, found: usize, needed: usize, place: &str| {
             let (message, at) = read(text).expect_err(text);
-            assert!(message.contains(length), "{message}");
+            assert_eq!(message, format!("{found} values where {needed} are needed"));
             assert_eq!(at, place);
         };
-        refused("at = [0, 0, -9,81]", "invalid length 4, expected an array of length 3", "[0, 0, -9,81]");
-        refused("at = [0, 0]", "invalid length 2, expected an array of length 3", "[0, 0]");
-        refused("polygon = [[0, 1], [2, 3, 4]]", "invalid length 3", "[2, 3, 4]");
-        refused("pair = [\"a\", 7, 8]", "invalid length 3", "[\"a\", 7, 8]");
-        // A tagged table is read from a copy without places.
-        let (message, _) = read("shape = { type = \"box\", size = [1, 2, 3, 4] }").expect_err("four");
-        assert!(message.contains("invalid length 4"), "{message}");
+        refused("at = [0, 0, -9,81]", 4, 3, "[0, 0, -9,81]");
+        refused("at = [0, 0]", 2, 3, "[0, 0]");
+        refused("polygon = [[0, 1], [2, 3, 4]]", 3, 2, "[2, 3, 4]");
+        refused("pair = [\"a\", 7, 8]", 3, 2, "[\"a\", 7, 8]");
+        refused("shape = { type = \"box\", size = [1, 2, 3, 4] }", 4, 3, "[1, 2, 3, 4]");
+    }
+
+    #[test]
+    fn what_is_wrong_is_known_by_type_and_key() {
+        let refused = |text: &str, key: &str, what: What| {
+            let table = DeTable::parse(text).expect("TOML");
+            let value = Spanned::new(0..text.len(), DeValue::Table(table.into_inner()));
+            let error = Region::deserialize(Exact(value)).expect_err(text);
+            let path: Vec<_> = error.path.iter().rev().map(Step::to_string).collect();
+            assert_eq!((path.join(".").as_str(), error.what), (key, what), "{text}");
+        };
+        let wrong = |got, expected| What::WrongType { got, expected };
+        refused("at = [0, true, 0]", "at.1", wrong(Got::Bool(true), Expected::Number));
+        refused("polygon = [[0, 1], 7]", "polygon.1", wrong(Got::Integer(7), Expected::ArrayOf(2)));
+        refused("polygon = 1979-05-27", "polygon", wrong(Got::Other("date".into()), Expected::Array));
+        refused("pair = [1.5, 2]", "pair.0", wrong(Got::Float(1.5), Expected::Text));
+        let value =
+            |number| What::WrongValue { got: Got::Integer(number), expected: Expected::WholeNotNegative };
+        refused("pair = [\"a\", 256]", "pair.1", value(256));
+        refused("pair = [\"a\", -1]", "pair.1", value(-1));
+        refused("shape = 3", "shape", wrong(Got::Integer(3), Expected::Table));
+        refused("shape = { type = 3 }", "shape.type", wrong(Got::Integer(3), Expected::Name));
+        refused("shape = { size = [1, 2, 3] }", "shape.type", What::MissingField("type"));
+        refused("shape = { type = \"box\" }", "shape.size", What::MissingField("size"));
+        let unknown = |name: &str, known| What::UnknownField { name: name.into(), known };
+        let inside = "shape = { size = [1, 2, 3], type = \"box\", colour = 1 }";
+        refused(inside, "shape.colour", unknown("colour", &["size"]));
+        refused("spot = { z = 1, type = \"spot\", x = 2 }", "spot.z", unknown("z", &["x"]));
+        refused("polygons = 1", "polygons", unknown("polygons", &["at", "polygon", "shape", "spot", "pair"]));
+        let known = &["box"];
+        refused("shape.type = \"bax\"", "shape.type", What::UnknownVariant { name: "bax".into(), known });
+    }
+
+    #[test]
+    fn a_tagged_table_is_read_from_any_source_and_written_with_its_name_first() {
+        let outline = Outline::Box { size: [1.0, 2.0, 3.0] };
+        let value = toml::Value::try_from(&outline).expect("a table");
+        assert_eq!(value.to_string(), "{ size = [1.0, 2.0, 3.0], type = \"box\" }");
+        assert_eq!(value.try_into(), Ok(outline));
+        let spot: Mark = serde_json::from_str("{\"x\": 2.0, \"type\": \"spot\"}").expect("a mark");
+        assert_eq!(spot, Mark::Spot(Spot { x: 2.0 }));
+        assert_eq!(serde_json::to_string(&spot).expect("JSON"), "{\"type\":\"spot\",\"x\":2.0}");
+        assert!(
+            serde_json::from_str::<Mark>("{\"x\": 2.0}").is_err_and(|e| e.to_string().contains("`type`"))
+        );
     }
 }

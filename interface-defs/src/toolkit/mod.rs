@@ -2,6 +2,7 @@
 //!
 //! - [`scene`]: scene text, its tables, and where in the file a value stands
 //! - [`schema`]: what a program reads and writes, for editors and the reference
+//! - [`tagged`]: enums that a table names under one of its keys
 //! - [`input_file`]: what stands at the path of an input file; [`coordinates`]: points of lines and areas, as written or of a file
 //! - [`output`], [`processes`]: the tables `[output]` and `[processes]`
 //! - [`arguments`]: options that several programs have on their command lines
@@ -51,5 +52,6 @@ pub mod state_file;
 pub mod summary;
 mod syntax;
 mod table;
+pub mod tagged;
 pub mod vtu;
 pub mod wide;

@@ -1,6 +1,6 @@
 //! `--set key=value`: a value that takes the place of one in the scene.
 
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{Diagnostic, Place, code};
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
@@ -21,7 +21,7 @@ impl Override {
     /// From `path=value`; its positions begin at `base`.
     pub fn parse(text: &str, base: usize) -> Result<Self, Diagnostic> {
         let refuse = |what: &str| {
-            Diagnostic::new(what)
+            Diagnostic::error(code::ARGUMENT, what)
                 .at(Place::in_argument(text, 0..text.len()))
                 .try_instead("write KEY=VALUE, as in --set coupling.scheme=weak or --set rock.0.mass=180")
         };
@@ -98,7 +98,7 @@ impl Override {
     }
 
     fn refuse(&self, depth: usize, what: String) -> Diagnostic {
-        Diagnostic::new(what).at(Place::in_argument(&self.text, self.path[depth].1.clone()))
+        Diagnostic::error(code::ARGUMENT, what).at(Place::in_argument(&self.text, self.path[depth].1.clone()))
     }
 
     /// The value, read as TOML, else as text.

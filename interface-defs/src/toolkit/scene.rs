@@ -3,19 +3,19 @@
 //! A scene is one TOML file. A program reads the top-level tables that are its own into structs
 //! with `deny_unknown_fields`; an error, wherever it arises, names line and column of the file.
 
-use super::exact::Exact;
-use super::explain::{as_table, decimal_comma, explain, key_at, pinpoint, suggestion, values};
+use super::exact::{Exact, Mismatch};
+use super::explain::{suggestion, values};
 use super::input_file;
 use super::overrides::Override;
 use super::syntax;
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{Code, Diagnostic, Place, code};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeTable, DeValue};
 
 /// Every key that may stand at the top of a scene.
 pub const KEYS: [&str; 18] = [
@@ -61,8 +61,8 @@ pub struct Scene {
     text: String,
     overrides: Vec<Override>,
     kind: &'static Kind,
-    /// What is read in place of the text, where a program has changed values of it.
-    patch: Option<Arc<toml::Table>>,
+    /// What is read in place of the text and of every `--set`, where a program has changed values.
+    patch: Option<Arc<str>>,
     /// From which byte on the text follows from another file, and which.
     added: Option<(usize, PathBuf)>,
 }
@@ -82,6 +82,7 @@ impl Scene {
         input_file::regular(path)?;
         let bytes = std::fs::read(path).map_err(|e| {
             Diagnostic::in_file(name.as_str(), format!("the {} cannot be read: {e}", kind.name))
+                .coded(code::FILE)
         })?;
         Self::new(kind, path.to_owned(), syntax::decode(path, bytes)?, sets)
     }
@@ -122,7 +123,8 @@ impl Scene {
             let name: &str = key.get_ref();
             if !self.kind.keys.contains(&name) {
                 let what = format!("unknown key `{name}` at the top of the {}", self.kind.name);
-                return Err(self.error(key.span(), what).try_if(suggestion(name, self.kind.keys)));
+                let error = self.error(code::UNKNOWN_KEY, key.span(), what).about(name);
+                return Err(error.try_if(suggestion(name, self.kind.keys)));
             }
             if name != UNCHECKED {
                 values(value, &mut |v| {
@@ -136,16 +138,18 @@ impl Scene {
             }
         }
         match fault {
-            Some((span, number)) => Err(self.error(span, format!("`{number}` is not a finite number"))),
+            Some((span, number)) => {
+                Err(self.error(code::NOT_FINITE, span, format!("`{number}` is not a finite number")))
+            }
             None => Ok(()),
         }
     }
 
-    /// The same scene with the values of `document`, which a program has made of its own. It is read without the text;
+    /// The same scene with the values of `document`, which a program has made of its own. It is read in place of the text;
     /// errors still point to where the text has the key.
     #[must_use]
     pub fn patched(&self, document: toml::Table) -> Self {
-        Self { patch: Some(Arc::new(document)), ..self.clone() }
+        Self { patch: Some(document.to_string().into()), ..self.clone() }
     }
 
     /// Path of its file.
@@ -189,45 +193,37 @@ impl Scene {
 
     /// Whether it has this top-level key.
     pub fn has(&self, key: &str) -> bool {
-        if let Some(patch) = &self.patch {
-            return patch.contains_key(key);
-        }
-        self.tree().is_ok_and(|tree| tree.contains_key(key))
+        self.values().is_ok_and(|tree| tree.contains_key(key))
     }
 
     /// A top-level key (value, table, array of tables) as `T`; `None` if it is absent.
     ///
     /// An unknown key, an unknown name or a wrong type is an error with line, column and nearest name.
     pub fn read<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, Diagnostic> {
-        if let Some(patch) = &self.patch {
-            let Some(value) = patch.get(key) else { return Ok(None) };
-            return T::deserialize(value.clone()).map(Some).map_err(|e| self.misread(key, e.message()));
-        }
-        let Some(value) = self.tree()?.remove(key) else { return Ok(None) };
-        match T::deserialize(Exact(value.clone())) {
-            Ok(read) => Ok(Some(read)),
-            Err(e) => {
-                let span = pinpoint(&value, e.span.unwrap_or(value.span()), &e.message);
-                let (what, hint) = explain(&e.message);
-                let comma = decimal_comma(&value, &span, &e.message);
-                let form = misplaced(&what, header(&self.text, &span).unwrap_or(key));
-                let table = key_at(&value, &span).and_then(|name| as_table(&name, &e.message));
-                Err(self.error(span, what).try_if(hint).try_if(table).try_if(comma).try_if(form))
-            }
+        let Some(value) = self.values()?.remove(key) else { return Ok(None) };
+        T::deserialize(Exact(value)).map(Some).map_err(|e| self.refused(key, &e))
+    }
+
+    /// What another document has at the dotted key `key` of this one as `T`; errors are located as those of [`Scene::read`].
+    pub fn read_value<T: DeserializeOwned>(&self, key: &str, value: &toml::Value) -> Result<T, Diagnostic> {
+        read_value(key, value).map_err(|e| self.placed(e))
+    }
+
+    fn refused(&self, key: &str, error: &Mismatch) -> Diagnostic {
+        let diagnostic = error.diagnostic(key, &KEYS);
+        match &error.span {
+            Some(span) if self.patch.is_none() => diagnostic.at(self.place(span.clone())),
+            _ => self.placed(diagnostic),
         }
     }
 
     /// The whole scene with every `--set` in place, unchecked.
     pub fn document(&self) -> Result<toml::Table, Diagnostic> {
-        if let Some(patch) = &self.patch {
-            return Ok(toml::Table::clone(patch));
-        }
         let mut table = toml::Table::new();
-        for (key, value) in self.tree()? {
-            let span = value.span();
-            // By the reader of the crate, which knows dates.
-            let value = toml::Value::deserialize(ValueDeserializer::from(value));
-            table.insert(key.get_ref().to_string(), value.map_err(|e| self.error(span, e.message()))?);
+        for (key, value) in self.values()? {
+            let key = key.into_inner().into_owned();
+            let value = toml::Value::deserialize(Exact(value)).map_err(|e| self.refused(&key, &e))?;
+            table.insert(key, value);
         }
         Ok(table)
     }
@@ -236,12 +232,6 @@ impl Scene {
     /// table above it that the scene has.
     pub fn invalid(&self, key: &str, message: impl Into<String>) -> Diagnostic {
         self.placed(Diagnostic::new(message).about(key))
-    }
-
-    /// An error about the value at a dotted key that a reader refuses in the words `raw` of serde.
-    pub fn misread(&self, key: &str, raw: &str) -> Diagnostic {
-        let (what, hint) = explain(raw);
-        self.invalid(key, what).try_if(hint)
     }
 
     /// A diagnostic with the place of its key; one that has a place, or no key, as it is.
@@ -266,9 +256,12 @@ impl Scene {
         match self.read::<f64>("end_time")? {
             Some(t) if t > 0.0 => Ok(t),
             Some(t) => Err(self.invalid("end_time", format!("the end time is {t} s, it must lie above 0"))),
-            None => Err(self.invalid("end_time", "the key `end_time` is missing").try_instead(
-                "write the simulated time in seconds at the top of the scene, as in end_time = 1.5",
-            )),
+            None => Err(self
+                .invalid("end_time", "the key `end_time` is missing")
+                .coded(code::MISSING_KEY)
+                .try_instead(
+                    "write the simulated time in seconds at the top of the scene, as in end_time = 1.5",
+                )),
         }
     }
 
@@ -284,7 +277,7 @@ impl Scene {
             .map_err(|e| {
                 let span = e.span().unwrap_or(0..0);
                 let hint = syntax::hint(&self.path, &self.text, span.start);
-                self.error(span, e.message()).try_if(hint)
+                self.error(code::SYNTAX, span, e.message()).try_if(hint)
             })?
             .into_inner();
         for set in &self.overrides {
@@ -293,8 +286,16 @@ impl Scene {
         Ok(tree)
     }
 
-    fn error(&self, span: Range<usize>, message: impl Into<String>) -> Diagnostic {
-        Diagnostic::new(message).at(self.place(span))
+    /// What is read: the text, or what a program has put in its place.
+    fn values(&self) -> Result<DeTable<'_>, Diagnostic> {
+        match &self.patch {
+            Some(patch) => Ok(printed(patch)),
+            None => self.tree(),
+        }
+    }
+
+    fn error(&self, code: Code, span: Range<usize>, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::error(code, message).at(self.place(span))
     }
 
     fn place(&self, span: Range<usize>) -> Place {
@@ -314,21 +315,19 @@ impl Scene {
     }
 }
 
-/// The name in single brackets that stands at `span`.
-fn header<'a>(text: &'a str, span: &Range<usize>) -> Option<&'a str> {
-    let (name, _) = text.get(span.clone())?.strip_prefix('[')?.split_once(']')?;
-    Some(name.trim())
+/// What a program has printed as TOML.
+fn printed(text: &str) -> DeTable<'_> {
+    DeTable::parse(text).expect("a printed table is TOML").into_inner()
 }
 
-/// What to try where `what` is wrong in the table `key` as its brackets or the place of a key are.
-fn misplaced(what: &str, key: &str) -> Option<String> {
-    if what == "wrong type: map, expected an array" {
-        return Some(format!("there may be several of them, so brackets are double: [[{key}]]"));
-    }
-    let name = what.strip_prefix("unknown key `")?.strip_suffix('`')?;
-    KEYS.contains(&name).then(|| {
-        format!("`{name}` belongs to the scene, not to `{key}`: it must come before the first [table]; or are these two scenes?")
-    })
+/// A value that stands in no text as `T`.
+///
+/// # Errors
+/// With the key at fault, which begins with `key`, and without a place.
+pub fn read_value<T: DeserializeOwned>(key: &str, value: &toml::Value) -> Result<T, Diagnostic> {
+    let text = toml::Table::from_iter([("value".to_owned(), value.clone())]).to_string();
+    let value = printed(&text).remove("value").expect("it was printed");
+    T::deserialize(Exact(value)).map_err(|e| e.diagnostic(key, &KEYS))
 }
 
 /// Position of the value at a dotted key, or of the nearest table above it.

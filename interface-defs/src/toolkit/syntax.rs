@@ -6,13 +6,14 @@ use std::path::Path;
 /// The text of the scene file `path`: UTF-8, with or without a byte order mark.
 pub(crate) fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, Diagnostic> {
     let name = path.display().to_string();
+    let refuse = |what: &str| Diagnostic::in_file(name.as_str(), what).coded(code::SYNTAX);
     let save = "save the scene as plain text in UTF-8";
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(Diagnostic::in_file(name, "this is text in UTF-16, and a scene is in UTF-8")
+        return Err(refuse("this is text in UTF-16, and a scene is in UTF-8")
             .try_instead(format!("{save}, as in PowerShell: Out-File -Encoding utf8")));
     }
     if bytes.contains(&0) {
-        return Err(Diagnostic::in_file(name, "this is no text: it holds bytes of 0")
+        return Err(refuse("this is no text: it holds bytes of 0")
             .try_instead("a scene is a text file in TOML, like those in launch/scenes"));
     }
     let text = String::from_utf8(bytes).map_err(|e| {
@@ -27,7 +28,7 @@ pub(crate) fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, Diagnostic> 
     })?;
     if let Some(at) = lone_return(&text) {
         let line = 1 + text[..at].matches('\r').count();
-        return Err(Diagnostic::in_file(name, format!("line {line} ends with a carriage return alone"))
+        return Err(refuse(&format!("line {line} ends with a carriage return alone"))
             .try_instead("save the scene with line ends of Unix (LF) or Windows (CR LF)"));
     }
     Ok(text)

@@ -1,5 +1,6 @@
 use super::*;
-use serde::Deserialize;
+use crate::tagged;
+use serde::{Deserialize, Serialize};
 
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -16,12 +17,12 @@ struct Cluster {
     spheres: usize,
 }
 
-/// Tagged: serde reads it from a copy without positions.
-#[derive(Debug, PartialEq, Deserialize)]
-#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
-enum Law {
-    Hertz { restitution: f64 },
-    Linear { stiffness: f64 },
+tagged! {
+    #[derive(Debug, PartialEq, Serialize)]
+    enum Law by "type" as "Law" (rename_all = "snake_case", deny_unknown_fields) {
+        Hertz { restitution: f64 },
+        Linear { stiffness: f64 },
+    }
 }
 
 #[derive(Debug, PartialEq, Deserialize)]
@@ -132,7 +133,7 @@ fn a_decimal_comma_makes_one_number_too_many_and_is_named() {
     let error =
         refused("[[rock]]\nvelocity = [0, 5]\nmass = 1", &[], "s.toml:2:12: 2 values where 3 are needed");
     assert!(!error.contains("comma"), "{error}");
-    // In a tagged table, which is read from a copy without positions.
+    // In a tagged table.
     let scene =
         scene("gravity = [0, 0, -9,81]\n[coupling]\nlaw = { type = \"box\", size = [0,4, 0,5, 1] }\n", &[])
             .expect("TOML");
@@ -143,13 +144,11 @@ fn a_decimal_comma_makes_one_number_too_many_and_is_named() {
         #[allow(dead_code)]
         law: Shape,
     }
-    #[derive(Debug, Deserialize)]
-    #[serde(tag = "type", rename_all = "snake_case")]
-    enum Shape {
-        Box {
-            #[allow(dead_code)]
-            size: [f64; 3],
-        },
+    tagged! {
+        #[derive(Debug, Serialize)]
+        enum Shape by "type" as "Shape" (rename_all = "snake_case") {
+            Box { size: [f64; 3] },
+        }
     }
     let error = scene.read::<Coupling>("coupling").expect_err("five numbers").to_string();
     assert!(error.starts_with("s.toml:3:30: 5 values where 3 are needed"), "{error}");
@@ -275,4 +274,51 @@ fn what_is_wrong_in_added_text_is_said_of_the_file_that_it_follows_from() {
     assert_eq!(scene.invalid("contact.0.law", "no").headline(), "b.toml: no");
     assert_eq!(scene.invalid("end_time", "no").headline(), "s.toml:1:12: no");
     assert!(scene.invalid("gravity", "no").headline().starts_with("--set gravity=[0, 0, -1]"));
+}
+
+/// Keys and codes are what programs decide by.
+#[test]
+fn an_error_has_its_key_and_code() {
+    let of = |text: &str| {
+        let read = scene(text, &[]).and_then(|scene| scene.read::<Vec<Rock>>("rock"));
+        let error = read.expect_err(text);
+        (error.key.unwrap_or_default(), error.code)
+    };
+    let at = |key: &str, code| (key.to_owned(), code);
+    assert_eq!(
+        of("[[rock]]\nmass = 1\ncluster.spheres = \"9\""),
+        at("rock.0.cluster.spheres", code::WRONG_TYPE)
+    );
+    assert_eq!(of("[[rock]]\nmass = 1\n[[rock]]"), at("rock.1.mass", code::MISSING_KEY));
+    assert_eq!(of("[[rock]]\nmas = 1"), at("rock.0.mas", code::UNKNOWN_KEY));
+    assert_eq!(of("[[rock]]\nvelocity = [1]"), at("rock.0.velocity", code::WRONG_LENGTH));
+    assert_eq!(of("[[rock]]\nlaw.type = \"herz\""), at("rock.0.law.type", code::UNKNOWN_NAME));
+    assert_eq!(of("[[rock]]\nmass = inf").1, code::NOT_FINITE);
+    assert_eq!(of("[[rock]]\nmass = ").1, code::SYNTAX);
+    assert_eq!(of("rok = 1"), at("rok", code::UNKNOWN_KEY));
+}
+
+#[test]
+fn a_document_in_place_of_the_text_is_read_as_exactly_and_errors_point_to_the_text() {
+    let scene = scene("title = 2020-01-02\n[[rock]]\nmass = 1\n", &["rock.0.mass=3.5"]).expect("TOML");
+    let document = scene.document().expect("a table");
+    assert!(document["title"].is_datetime());
+    assert_eq!(scene.patched(document.clone()).document(), Ok(document.clone()));
+    let with = |mass: toml::Value| {
+        let mut document = document.clone();
+        document["rock"][0]["mass"] = mass;
+        let patched = scene.patched(document);
+        patched.read::<Vec<Rock>>("rock").map(|rocks| rocks.map(|rocks| rocks[0].mass))
+    };
+    let odd = 0.1 + 0.2;
+    assert_eq!(with(odd.into()), Ok(Some(odd)));
+    let error = with("heavy".into()).expect_err("a text");
+    assert_eq!((error.key.as_deref(), error.code.clone()), (Some("rock.0.mass"), code::WRONG_TYPE));
+    let line = error.headline();
+    assert_eq!(line, "--set rock.0.mass=3.5: wrong type: string \"heavy\", expected a number");
+    let error = scene.read_value::<[f64; 2]>("rock.0", &vec![1.0].into()).expect_err("one number");
+    assert_eq!(
+        (error.headline().as_str(), error.code),
+        ("s.toml:2:1: 1 values where 2 are needed", code::WRONG_LENGTH)
+    );
 }
