@@ -11,7 +11,7 @@ use interface_defs::ipc::remote::{Host, HostOptions, Remote};
 use interface_defs::ipc::{self, Wait, interrupt};
 use interface_defs::toolkit::arguments::{AnswerForm, Input, Leader, Logging, Membership, Results};
 use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::checkpoint::{self, Checkpoint, Store};
+use interface_defs::toolkit::checkpoint::{self, Checkpoint, Store, Subject};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::log;
@@ -98,7 +98,7 @@ struct Prepared {
     limits: Limits,
     end_time: f64,
     owner: Owner,
-    scene: String,
+    subject: Subject,
     resume: Option<Checkpoint>,
 }
 
@@ -126,8 +126,8 @@ impl Prepared {
         };
         let owner = Owner::claim(&out, &claim)?;
         owner.write_record().map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
-        let scene = scene.fingerprint();
-        Ok(Self { settings, processes, output, limits, end_time, owner, scene, resume })
+        let subject = Subject::of(&scene)?;
+        Ok(Self { settings, processes, output, limits, end_time, owner, subject, resume })
     }
 }
 
@@ -183,7 +183,7 @@ fn couple(
     let (end_time, form) = (prepared.end_time, arguments.leader.progress);
     let mut records = Records::new(prepared.owner.dir(), end_time, &prepared.output, form);
     let from = prepared.resume.as_ref();
-    let store = Store::new(prepared.owner.dir(), prepared.scene.clone(), prepared.output.checkpoint, from);
+    let store = Store::new(prepared.owner.dir(), prepared.subject.clone(), prepared.output.checkpoint, from);
     let kept = records.keep_in(store, from);
     let [dem, fem] = &mut *remotes else { unreachable!("as many as names") };
     let mut coupling = Coupling::new(prepared.settings.clone(), end_time, dem, fem);
@@ -298,7 +298,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
 /// What one exchange costs on a free machine [s], as measured by the benchmark `exchange`.
 fn typical_exchange(wait: Wait) -> f64 {
     match wait {
-        Wait::Auto | Wait::Yield => 6e-6,
+        Wait::Auto => 6e-6,
         Wait::Event => 30e-6,
     }
 }

@@ -7,7 +7,7 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::alloc::allocations;
 use interface_defs::toolkit::checkpoint::{Checkpoint, Store, pack, unpack};
 use interface_defs::toolkit::energy::{self, NOTHING_MOVED};
-use interface_defs::toolkit::history::History;
+use interface_defs::toolkit::history::{History, Mark};
 use interface_defs::toolkit::limits::ENERGY_ERROR;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::progress::{Form, Line, Reporter};
@@ -56,8 +56,8 @@ struct KeptRecords {
     /// Windows and iterations.
     counts: (u64, u64),
     /// Bytes of `history.csv` and of `iterations.csv`.
-    history: u64,
-    iterations: Option<u64>,
+    history: Mark,
+    iterations: Option<Mark>,
 }
 
 /// Names of the parts of a checkpoint: both solvers, the loop, the records.
@@ -113,8 +113,8 @@ impl Records {
             rows: self.rows.clone(),
             extremes: self.gauges.iter().map(|g| [g.smallest, g.largest]).collect(),
             counts: self.counts,
-            history: history.length(),
-            iterations: self.iterations.as_ref().map(History::length),
+            history: history.mark(),
+            iterations: self.iterations.as_ref().map(History::mark),
         };
         let states = [run.dem, run.fem, run.coupling, pack(&kept)];
         let parts = KEPT.iter().map(|name| (*name).to_owned()).zip(states).collect();
@@ -161,12 +161,12 @@ impl Records {
             .collect()
     }
 
-    /// A file of rows: a new one, or as it was when it had `length` bytes.
-    fn open(&self, name: &str, columns: &[String], length: Option<u64>) -> Result<History, Diagnostic> {
+    /// A file of rows: a new one, or as it was at `mark`.
+    fn open(&self, name: &str, columns: &[String], mark: Option<&Mark>) -> Result<History, Diagnostic> {
         let path = self.dir.join(name);
-        let opened = match length {
+        let opened = match mark {
             None => History::create(&path, columns),
-            Some(length) => History::go_on(&path, columns, length),
+            Some(mark) => History::go_on(&path, columns, mark),
         };
         opened.map_err(|e| unwritable(&path.display().to_string(), &e))
     }
@@ -197,7 +197,7 @@ impl Observer for Records {
         let means = (0..self.gauges.len()).filter(|i| self.gauges[*i].gauge.is_mean()).map(|i| i + 1);
         self.rows = Rows::new(columns.len(), means.collect(), self.interval);
         let kept = self.kept.take();
-        let length = kept.as_ref().map(|kept| kept.history);
+        let length = kept.as_ref().map(|kept| &kept.history);
         self.history = Some(self.open(run_dir::HISTORY, &columns, length)?);
         if self.iterations_wanted {
             let columns = [
@@ -211,7 +211,7 @@ impl Observer for Records {
                 "factor",
                 "seconds_s",
             ];
-            let length = kept.as_ref().and_then(|kept| kept.iterations);
+            let length = kept.as_ref().and_then(|kept| kept.iterations.as_ref());
             self.iterations = Some(self.open(run_dir::ITERATIONS, &columns.map(String::from), length)?);
         }
         if let Some(kept) = kept {
