@@ -10,7 +10,7 @@ use crate::settings::{
 use crate::solver::DemSolver;
 use crate::terrain::Terrain;
 use interface_defs::InterfaceMesh;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
@@ -54,11 +54,12 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
             .try_instead("add a table [[contact]]"));
     }
     if let Some(what) = solver.idle_selection().filter(|_| !fem && !scene.has("structure")) {
-        return Err(scene.invalid("dem.contact_selection", what).try_instead("leave it out"));
+        let refused = scene.invalid("dem.contact_selection", what);
+        return Err(refused.coded(code::UNUSED_KEY).try_instead("leave it out"));
     }
     let mut near = Vec::new();
     if let Some(net) = net {
-        near = solver.check_net(net).map_err(|fault| Diagnostic::new(fault.message))?;
+        near = solver.check_net(net).map_err(|fault| *fault.diagnostic)?;
     }
     let model = solver.model();
     let mut report = CheckReport {
@@ -175,10 +176,11 @@ fn add_steps(model: &Model, report: &mut CheckReport) {
         None => report.builds.push(format!("no contact; step {:.4e} s", steps.step)),
     }
     if steps.step > steps.critical {
-        report.warnings.push(format!(
-            "dem.time_step = {:.3e} s lies above the critical step of {:.3e} s (allow_unstable)",
+        let what = format!(
+            "{:.3e} s lies above the critical step of {:.3e} s (allow_unstable)",
             steps.step, steps.critical
-        ));
+        );
+        report.warnings.push(Diagnostic::warning(code::TIME_STEP, what).about("dem.time_step"));
     }
     let numbers = [
         ("critical_step_s", steps.critical),

@@ -65,8 +65,7 @@ const fn measure(name: &'static str, unit: &'static str, meaning: &'static str) 
 
 const MEASURES: &[Entry] = &[
     measure("impact_speed", "m/s", "speed of the rock's centre of mass at first contact with the net"),
-    measure("impact_time", "s", "time of the impact; `time_of_impact` is its old name"),
-    measure("time_of_impact", "s", "old name of `impact_time`, for one version"),
+    measure("time_of_impact", "s", "time of the impact"),
     measure("impact_velocity_{x,y,z}", "m/s", "velocity of the centre of mass at the impact"),
     measure("impact_direction_{x,y,z}", "1", "unit vector of that velocity: the impact direction"),
     measure("impact_energy", "J", "kinetic energy of the rock at the impact"),
@@ -102,10 +101,10 @@ const MEASURES: &[Entry] = &[
         "1",
         "the same of two rocks in contact, over the radius of the smaller sphere",
     ),
-    measure("{runout_distance,run_out}", "m", "terrain: horizontal distance from start to rest"),
+    measure("runout_distance", "m", "terrain: horizontal distance from start to rest"),
     measure("rest_{x,y,z}", "m", "terrain: where the rock's centre came to rest"),
     measure(
-        "{exit_distance,way_out}",
+        "exit_distance",
         "m",
         "terrain: horizontal distance from the start to where the rock left the terrain",
     ),
@@ -118,14 +117,9 @@ const MEASURES: &[Entry] = &[
     measure("max_kinetic_energy", "J", "terrain: largest kinetic energy, rotation included"),
     measure("impacts", "1", "terrain: number of impacts, each a contact after a flight"),
     measure(
-        "{contact_time_fraction,contact_share}",
+        "contact_time_fraction",
         "1",
         "terrain: time in contact over the time to the end of the trajectory",
-    ),
-    measure(
-        "deepest_overlap_over_radius",
-        "1",
-        "`[[spheres]]`: old name of `max_penetration`, over the radius of the smaller sphere, for one version",
     ),
 ];
 
@@ -143,7 +137,6 @@ const COUNTS: &[Entry] = &[
     count("contact_evaluations", "contact pairs evaluated, one for each step"),
     count("candidate_refreshes", "searches of the broad phase"),
     count("neighbour_list_refreshes", "updates of the list of elements near a rock"),
-    count("near_refreshes", "old name of `neighbour_list_refreshes`, for one version"),
 ];
 
 const fn trajectory(name: &'static str, unit: &'static str, meaning: &'static str) -> Entry {

@@ -6,7 +6,7 @@ use crate::geometry::sphere::extent;
 use crate::rock::Rock;
 use crate::settings::RockSettings;
 use crate::shape::Surface;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -20,7 +20,12 @@ const VOLUME: [f64; 2] = [0.4, 1.5];
 const COLUMNS: usize = 64;
 
 /// Compare the spheres of rock number `at` with its shape, if they come from a file.
-pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
+pub fn check(
+    at: usize,
+    rock: &Rock,
+    table: &RockSettings,
+    scene: &Scene,
+) -> Result<Vec<Diagnostic>, Diagnostic> {
     let Some(file) = table.cluster.as_ref().and_then(|c| c.file.as_ref()) else { return Ok(Vec::new()) };
     let (points, triangles) = rock.solid.surface();
     let spheres = || rock.spheres.iter().map(|s| (s.centre, s.radius));
@@ -35,9 +40,11 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Res
     let worst = ratios.iter().map(|r| r.max(1.0 / r)).fold(1.0, f64::max);
     let shift = (0..3).map(|a| off[a].abs() / ours[a]).fold(0.0, f64::max);
     let described = format!("rock `{}`: {sizes}", rock.name);
+    let key = format!("rock.{at}.cluster.file");
     let refuse = |what: String, cure: &str| {
-        Err(scene.invalid(&format!("rock.{at}.cluster.file"), what).try_instead(cure.to_owned()))
+        Err(scene.invalid(&key, what).coded(code::GEOMETRY).try_instead(cure.to_owned()))
     };
+    let doubt = |what: String| Diagnostic::warning(code::GEOMETRY, what).about(key.clone());
     if worst > EDGES[1] {
         let thousand = ratios.iter().all(|r| (500.0..2_000.0).contains(r) || (5e-4..2e-3).contains(r));
         let cure = if thousand {
@@ -60,22 +67,21 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Res
     }
     let mut warnings = Vec::new();
     if worst > EDGES[0] {
-        warnings.push(format!(
-            "rock.{at}.cluster.file: {described}; are its radii diameters, or is it of another rock?"
-        ));
+        let cure = "are its radii diameters, or is it of another rock?";
+        warnings.push(doubt(described).try_instead(cure));
     }
     if shift > MIDDLES[0] {
-        warnings.push(format!("rock.{at}.cluster.file: {shifted}"));
+        warnings.push(doubt(shifted));
     }
     let volume = 1.0 + excess(&Surface { points, triangles }, &rock.spheres, COLUMNS);
     if !(VOLUME[0]..=VOLUME[1]).contains(&volume) {
-        warnings.push(format!(
-            "rock.{at}.cluster.file: rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3; radii are \
-             in the fourth column, in metres",
+        let what = format!(
+            "rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3",
             rock.name,
             short(volume),
             short(rock.solid.volume())
-        ));
+        );
+        warnings.push(doubt(what).try_instead("radii are in the fourth column, in metres"));
     }
     Ok(warnings)
 }

@@ -2,7 +2,7 @@
 
 use super::units::{of_no_solid, short};
 use crate::settings::ContactSettings;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 
 /// Least modulus [Pa]: a rubber has 1e6, a gel 1e3. There is no largest one: who wants no overlap writes what no solid has.
@@ -60,11 +60,14 @@ pub fn of_contact(
     number: usize,
     contact: &ContactSettings,
     scene: &Scene,
-) -> Result<Vec<String>, Diagnostic> {
+) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let doubt =
+        |own: &str, what: String| Diagnostic::warning(code::UNUSUAL_VALUE, what).about(key(number, own));
     for (key, value) in [("young", contact.young), ("partner_young", contact.partner_young)] {
         if let Some(e) = value.filter(|e| *e < SOFTEST) {
             return Err(scene
-                .invalid(&format!("contact.{number}.{key}"), format!("a Young's modulus of {e:e} Pa"))
+                .invalid(&self::key(number, key), format!("a Young's modulus of {e:e} Pa"))
+                .coded(code::LIKELY_UNIT)
                 .try_instead(format!("30 GPa are {key} = 30e9: here perhaps {key} = {:e}", e * 1e9)));
         }
     }
@@ -78,49 +81,54 @@ pub fn of_contact(
     ];
     for (key, value) in coefficients {
         if let Some(value) = value.filter(|value| *value > ANGLE && *value < 90.0) {
-            warnings.push(format!(
-                "contact.{number}.{key}: a friction of {}, at which slopes of {:.0} degrees hold; were it an angle in degrees, \
-                 its coefficient would be {:.3}",
-                short(value),
-                value.atan().to_degrees(),
-                value.to_radians().tan()
-            ));
+            let slope = value.atan().to_degrees();
+            let what = format!("a friction of {}, at which slopes of {slope:.0} degrees hold", short(value));
+            let angle = value.to_radians().tan();
+            let cure = format!("were it an angle in degrees, its coefficient would be {angle:.3}");
+            warnings.push(doubt(key, what).coded(code::LIKELY_UNIT).try_instead(cure));
         }
     }
     if let Some(fast) = contact.friction_dynamic.filter(|fast| *fast > friction) {
-        warnings.push(format!(
-            "contact.{number}.friction_dynamic: {} in fast slip is more than friction = {} at rest, and what slips resists less; \
-             are the two exchanged?",
+        let what = format!(
+            "{} in fast slip is more than friction = {} at rest, and what slips resists less",
             short(fast),
             short(friction)
-        ));
+        );
+        warnings.push(doubt("friction_dynamic", what).try_instead("are the two exchanged?"));
     }
     if let Some(ratio) = contact.damping_ratio.filter(|ratio| *ratio > CRITICAL) {
         let what = format!("a damping ratio of {}, and a contact at 1 does not rebound", short(ratio));
         let percent = format!("{} % is damping_ratio = {}", short(ratio), short(0.01 * ratio));
         if ratio > OVERDAMPED {
-            return Err(scene.invalid(&format!("contact.{number}.damping_ratio"), what).try_instead(percent));
+            let refused = scene.invalid(&key(number, "damping_ratio"), what);
+            return Err(refused.coded(code::LIKELY_UNIT).try_instead(percent));
         }
-        warnings.push(format!("contact.{number}.damping_ratio: {what}; {percent}"));
+        warnings.push(doubt("damping_ratio", what).coded(code::LIKELY_UNIT).try_instead(percent));
     }
     if contact.rolling_friction > STEEP {
-        warnings.push(format!(
-            "contact.{number}.rolling_friction: a rolling friction of {}, at which nothing rolls down a slope of {:.0} degrees; it \
-             is a length over the radius, without unit: 0.1 is much",
+        let what = format!(
+            "a rolling friction of {}, at which nothing rolls down a slope of {:.0} degrees",
             short(contact.rolling_friction),
             contact.rolling_friction.atan().to_degrees()
-        ));
+        );
+        let cure = "it is a length over the radius, without unit: 0.1 is much";
+        warnings.push(doubt("rolling_friction", what).try_instead(cure));
     }
     Ok(warnings)
 }
 
+/// `key` of `[[contact]]` number `number`.
+fn key(number: usize, key: &str) -> String {
+    format!("contact.{number}.{key}")
+}
+
 /// Properties of yielding ground, with its density.
-fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
-    let place = |key: &str| format!("contact.{number}.{key}");
+fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     if let Some((what, cure)) =
         contact.ground_density.and_then(|density| of_no_solid("ground_density", density))
     {
-        return Err(scene.invalid(&place("ground_density"), what).try_instead(cure));
+        let refused = scene.invalid(&key(number, "ground_density"), what);
+        return Err(refused.coded(code::LIKELY_UNIT).try_instead(cure));
     }
     let mut warnings = Vec::new();
     for it in &OF_GROUND {
@@ -132,10 +140,12 @@ fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<
         let (unit, factor) = it.units[usize::from(value >= it.least)];
         if value < it.least {
             let cure = format!("were it in {unit}, it would be {} = {:e}", it.key, factor * value);
-            return Err(scene.invalid(&place(it.key), what).try_instead(cure));
+            let refused = scene.invalid(&key(number, it.key), what);
+            return Err(refused.coded(code::LIKELY_UNIT).try_instead(cure));
         }
         let in_unit = format!("were it in {unit}, it would be {:e} {}", factor * value, it.unit);
-        warnings.push(format!("{}: {what}; {in_unit}", place(it.key)));
+        let doubted = Diagnostic::warning(code::LIKELY_UNIT, what).about(key(number, it.key));
+        warnings.push(doubted.try_instead(in_unit));
     }
     Ok(warnings)
 }
@@ -144,7 +154,7 @@ fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<
 mod tests {
     use super::*;
 
-    fn of(keys: &str) -> Result<Vec<String>, String> {
+    fn of(keys: &str) -> Result<Vec<Diagnostic>, String> {
         let contact: ContactSettings = toml::from_str(keys).expect("a table");
         let scene = Scene::from_text("s.toml", &format!("[[contact]]\n{keys}\n")).expect("a scene");
         of_contact(0, &contact, &scene).map_err(|e| e.to_string())
@@ -174,7 +184,7 @@ mod tests {
         ] {
             let law = if keys.starts_with("preset") { "" } else { law };
             let warned = of(&format!("{law}{keys}")).expect(keys);
-            assert!(warned.len() == 1 && warned[0].contains(words), "{warned:?}");
+            assert!(warned.len() == 1 && warned[0].to_string().contains(words), "{warned:?}");
         }
         for preset in crate::law::presets::ALL {
             assert_eq!(of(&format!("preset = \"{}\"", preset.name)), Ok(Vec::new()));

@@ -4,7 +4,7 @@ use crate::law::normal::LawName;
 use crate::law::table::Laws;
 use crate::model::between::{Between, rows};
 use crate::settings::{STRUCTURE, Settings};
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 
 /// Refuse `law = "ground"` where it would be the law with a net, with the sides of a box, or between rocks.
@@ -21,13 +21,15 @@ pub fn check(
         let named = keys.into_iter().find(|(_, value)| value.is_some() && settings.terrain.is_none());
         if let Some((key, _)) = named {
             let what = format!("`{key}` is of contacts with terrain, and the scene has none");
-            return Err(scene.invalid(&format!("contact.{number}.{key}"), what).try_instead("leave it out"));
+            let refused = scene.invalid(&format!("contact.{number}.{key}"), what);
+            return Err(refused.coded(code::UNUSED_KEY).try_instead("leave it out"));
         }
     }
     let gives_way = |n: &u16| settings.contacts[*n as usize].law == LawName::Ground;
     let refuse = |number: usize, what: String, cure: &str| {
         let what = format!("`ground` is a contact of rocks with terrain, {what}");
-        Err(scene.invalid(&format!("contact.{number}.law"), what).try_instead(cure))
+        let refused = scene.invalid(&format!("contact.{number}.law"), what);
+        Err(refused.coded(code::CONTRADICTION).try_instead(cure))
     };
     let Some(first) = (0..settings.contacts.len() as u16).find(gives_way) else { return Ok(()) };
     if settings.terrain.is_none() {

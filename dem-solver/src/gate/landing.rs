@@ -12,6 +12,7 @@ use crate::law::normal::{LawName, Normal};
 use crate::model::Model;
 use crate::rock::Rock;
 use crate::terrain::Terrain;
+use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 
 /// Modulus of steel [Pa]: no rock is stiffer.
@@ -22,7 +23,7 @@ const TURNS: usize = 60;
 const HALVINGS: usize = 40;
 
 /// What the user should know of the first landing of each rock.
-pub fn check(model: &Model, ground: &Terrain) -> Vec<String> {
+pub fn check(model: &Model, ground: &Terrain) -> Vec<Diagnostic> {
     let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
     let mut warnings = Vec::new();
     let settings = &model.settings;
@@ -63,21 +64,22 @@ pub fn check(model: &Model, ground: &Terrain) -> Vec<String> {
             none if none.is_empty() => "larger spheres keep".into(),
             cures => format!("{cures} keeps"),
         };
-        warnings.push(format!(
-            "{}: rock `{}` lands on the terrain with up to {} m/s: its spheres (smallest radius {} m) are expected to overlap by up \
-             to {} of their radius, above {LIMIT}; {cure} it below",
-            settings.table(at),
+        let what = format!(
+            "rock `{}` lands on the terrain with up to {} m/s: its spheres (smallest radius {} m) are expected to overlap by up \
+             to {} of their radius, above {LIMIT}",
             rock.name,
             short(speed),
             short(rock.smallest_radius),
             if deepest.is_finite() { short(deepest) } else { "more than twice".into() },
-        ));
+        );
+        let doubted = Diagnostic::warning(code::TRUST, what).about(settings.table(at));
+        warnings.push(doubted.try_instead(format!("{cure} it below")));
     }
     warnings
 }
 
 /// The same of a rock that touches as a whole.
-fn of_whole(model: &Model, at: usize, whole: &Whole, normal: &Normal, energy: f64) -> Option<String> {
+fn of_whole(model: &Model, at: usize, whole: &Whole, normal: &Normal, energy: f64) -> Option<Diagnostic> {
     let rock = &model.rocks[at];
     let deepest = worst_whole(rock, whole, normal, energy);
     (deepest > LIMIT).then(|| {
@@ -86,16 +88,15 @@ fn of_whole(model: &Model, at: usize, whole: &Whole, normal: &Normal, energy: f6
         let law = model.ground_rows[at][0] as usize;
         let (key, value) = model.settings.contacts[law].strength().expect("checked: the law needs it");
         let unit = if key == "ground_stiffness" { "N/m" } else { "Pa" };
-        format!(
-            "{}: rock `{}` lands on the terrain with up to {} J and is expected to go in by up to {} of its radius of {} m, \
-             above {LIMIT}; {key} = {} {unit} keeps it below",
-            model.settings.table(at),
+        let what = format!(
+            "rock `{}` lands on the terrain with up to {} J and is expected to go in by up to {} of its radius of {} m, above {LIMIT}",
             rock.name,
             short(energy),
             short(deepest),
-            short(whole.radius),
-            short(value * times)
-        )
+            short(whole.radius)
+        );
+        let cure = format!("{key} = {} {unit} keeps it below", short(value * times));
+        Diagnostic::warning(code::TRUST, what).about(model.settings.table(at)).try_instead(cure)
     })
 }
 

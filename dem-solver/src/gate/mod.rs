@@ -1,4 +1,5 @@
-//! What can be known of a scene before it starts: an error where no one can mean it, a warning where someone might.
+//! What can be known of a scene before it starts: an error where it is certainly wrong, a warning where it is
+//! possible, but unusual.
 //!
 //! - [`gravity`]: none, not downward, in another unit
 //! - [`ground`]: ground that gives way as contact of something else than terrain
@@ -30,7 +31,7 @@ use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// What is wrong with gravity and with the units and the spheres of the rocks; else what the user should know of them.
-pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Vec<String>, Diagnostic> {
+pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let mut warnings = gravity::check(settings.gravity, settings.terrain.is_some(), scene)?;
     for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate().take(settings.named()) {
         warnings.extend(units::of_rock(at, rock, table, scene)?);
@@ -46,7 +47,7 @@ pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Ve
 }
 
 /// The same for many spheres.
-pub fn of_spheres(settings: &GranularSettings, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
+pub fn of_spheres(settings: &GranularSettings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let mut warnings = gravity::check(settings.gravity, false, scene)?;
     warnings.extend(units::of_region(settings));
     for (at, group) in settings.spheres.iter().enumerate() {
@@ -59,7 +60,7 @@ pub fn of_spheres(settings: &GranularSettings, scene: &Scene) -> Result<Vec<Stri
 }
 
 /// The same for rocks that start in the terrain, and for how they come down on it.
-pub fn of_model(model: &Model, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
+pub fn of_model(model: &Model, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let mut warnings = duration::check(model);
     start::in_box(model, scene)?;
     if let Some(ground) = &model.ground {

@@ -4,6 +4,7 @@ use super::lengths::height as height_at_start;
 use super::units::short;
 use crate::model::Model;
 use crate::terrain::Terrain;
+use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 
 /// Height above the terrain from which on something is said [m].
@@ -77,30 +78,27 @@ pub fn other_heights(ground: f64, z: f64) -> Option<&'static str> {
 }
 
 /// What is said of a terrain that lies deeper than any land.
-pub fn below_all_land(ground: &Terrain) -> Option<String> {
+pub fn below_all_land(ground: &Terrain) -> Option<Diagnostic> {
     let [low, high] = [ground.lowest, ground.highest].map(|corner| corner.z + ground.origin.z);
     (high < DEEPEST_LAND).then(|| {
-        format!(
-            "terrain.file: its heights reach from {} to {} m, and no land lies below {DEEPEST_LAND} m (the Dead Sea): do they \
+        let what = format!(
+            "its heights reach from {} to {} m, and no land lies below {DEEPEST_LAND} m (the Dead Sea): do they \
              count downwards? z must be upward: turn their sign round",
             short(low),
             short(high)
-        )
+        );
+        Diagnostic::warning(code::LIKELY_UNIT, what).about("terrain.file")
     })
 }
 
 /// What is said of a rock that starts very high above the terrain.
-pub fn above(model: &Model, ground: &Terrain, at: usize) -> Option<String> {
+pub fn above(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
     let height = height_at_start(ground, &model.settings, at).filter(|height| *height > HIGH)?;
     let z = model.settings.rocks[at].position[2];
     let cure = other_heights(z - height, z)
         .unwrap_or("is its height right, and are the heights of the terrain in metres?");
-    Some(format!(
-        "{}: rock `{}` starts {} m above the terrain; {cure}",
-        model.settings.place_key(at),
-        model.rocks[at].name,
-        short(height)
-    ))
+    let what = format!("rock `{}` starts {} m above the terrain", model.rocks[at].name, short(height));
+    Some(Diagnostic::warning(code::PLACE, what).about(model.settings.place_key(at)).try_instead(cure))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use super::units::short;
 use crate::interface_mesh::ContactMesh;
 use crate::model::Model;
 use crate::terrain::Terrain;
+use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 
 /// Times at which the flight of a rock is evaluated.
@@ -55,7 +56,7 @@ impl Net {
 }
 
 /// What the user should know of rocks that never reach the net.
-pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<String> {
+pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<Diagnostic> {
     if contact_mesh.nodes.is_empty() {
         return Vec::new();
     }
@@ -78,7 +79,7 @@ fn throw(model: &Model, at: usize) -> Throw {
 }
 
 /// Without terrain nothing but another rock can turn a rock.
-fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) -> Option<String> {
+fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) -> Option<Diagnostic> {
     let (rock, end) = (&model.rocks[at], model.settings.end_time);
     let throw = throw(model, at);
     if touches_another(model, &throw, at)
@@ -111,11 +112,7 @@ fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) ->
         (false, _) => "it starts beside it and moves away from the first moment on".into(),
     };
     let [low, high] = [net.low, net.high].map(|corner| point(&(corner + model.origin)));
-    Some(format!(
-        "rock.{at}.position: rock `{}` does not reach the net, which lies from {low} to {high}: {how}; {}",
-        rock.name,
-        cure(model, net, &throw, at)
-    ))
+    Some(missed(model, at, &format!("which lies from {low} to {high}: {how}"), cure(model, net, &throw, at)))
 }
 
 /// Whether it never comes nearer to any element than it is at the start.
@@ -187,7 +184,7 @@ fn cure(model: &Model, net: &Net, throw: &Throw, at: usize) -> String {
 }
 
 /// On a terrain a rock goes where the ground leads it, but never higher than its energy, and not far beside the map.
-fn on_terrain(model: &Model, ground: &Terrain, net: &Net, at: usize) -> Option<String> {
+fn on_terrain(model: &Model, ground: &Terrain, net: &Net, at: usize) -> Option<Diagnostic> {
     let rock = &model.rocks[at];
     let throw = throw(model, at);
     let g = throw.gravity.norm();
@@ -205,11 +202,14 @@ fn on_terrain(model: &Model, ground: &Terrain, net: &Net, at: usize) -> Option<S
     };
     let [low, high, from, to] =
         [net.low, net.high, ground.lowest, ground.highest].map(|corner| point(&(corner + model.origin)));
-    Some(format!(
-        "rock.{at}.position: rock `{}` does not reach the net, which lies from {low} to {high}: {why}, which lies from {from} to \
-         {to}; write the structure in the terrain's coordinates",
-        rock.name
-    ))
+    let places = format!("which lies from {low} to {high}: {why}, which lies from {from} to {to}");
+    Some(missed(model, at, &places, "write the structure in the terrain's coordinates".into()))
+}
+
+/// That rock number `at` does not reach the net, whose `places` say why.
+fn missed(model: &Model, at: usize, places: &str, cure: String) -> Diagnostic {
+    let what = format!("rock `{}` does not reach the net, {places}", model.rocks[at].name);
+    Diagnostic::warning(code::PLACE, what).about(format!("rock.{at}.position")).try_instead(cure)
 }
 
 fn point(at: &Vector3<f64>) -> String {

@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::rock::{Motion, Rock};
 use crate::settings::{STRUCTURE, Settings};
 use crate::terrain::Terrain;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 
@@ -112,8 +112,9 @@ pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> 
     let table = &settings.rocks[at];
     let down = settings.down();
     let name = &start.rock.name;
-    let refuse =
-        |what: String, cure: String| Err(scene.invalid(&settings.place_key(at), what).try_instead(cure));
+    let refuse = |what: String, cure: String| {
+        Err(scene.invalid(&settings.place_key(at), what).coded(code::PLACE).try_instead(cure))
+    };
     let free = || {
         let by = start.until_free(&-down, |motion| in_terrain(&start, ground, motion, &down));
         freed(settings, at, &-down, by)
@@ -186,12 +187,8 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
                 deepest.sphere,
                 short(start.rock.spheres[deepest.sphere as usize].radius)
             );
-            return Err(scene.invalid(&model.settings.place_key(at), what).try_instead(freed(
-                &model.settings,
-                at,
-                &direction,
-                by,
-            )));
+            let refused = scene.invalid(&model.settings.place_key(at), what).coded(code::PLACE);
+            return Err(refused.try_instead(freed(&model.settings, at, &direction, by)));
         }
     }
     Ok(())
@@ -239,7 +236,11 @@ fn in_terrain(start: &StartPose, ground: &Terrain, motion: &Motion, down: &Vecto
 }
 
 /// Refuse rocks that start with their surface in the net, which is `contact_mesh`; what the user should know of others.
-pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
+pub fn in_net(
+    model: &Model,
+    contact_mesh: &ContactMesh,
+    scene: &Scene,
+) -> Result<Vec<Diagnostic>, Diagnostic> {
     let settings = &model.settings;
     let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
     for at in 0..model.rocks.len() {
@@ -273,6 +274,7 @@ pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Resul
                     short(deepest.overlap)
                 ),
             )
+            .coded(code::PLACE)
             .try_instead(freed(settings, at, &direction, by)));
     }
     let mut warnings = reach::check(model, contact_mesh);
@@ -282,7 +284,7 @@ pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Resul
 
 /// What is said of a rock that a net would hold only deep inside its spheres: its weight alone, on those that touch a plane
 /// together, presses them in that far.
-fn too_soft(model: &Model, at: usize) -> Option<String> {
+fn too_soft(model: &Model, at: usize) -> Option<Diagnostic> {
     let (settings, rock) = (&model.settings, &model.rocks[at]);
     let laws = model.laws.as_ref()?;
     let number = laws.number(&settings.rocks[at].material, STRUCTURE)?;
@@ -291,13 +293,16 @@ fn too_soft(model: &Model, at: usize) -> Option<String> {
     let contact = settings.contacts.get(number)?;
     let key = contact.strength().map_or("young", |(key, _)| key);
     (share > LIMIT).then(|| {
-        format!(
-            "contact.{number}.{key}: rock `{}` at rest on the net overlaps it by more than {} of the radius of its spheres \
-             (smallest {} m, above {LIMIT} the law does not hold); 1000 kN/m is stiffness = 1e6, 1 GPa is young = 1e9",
+        let what = format!(
+            "rock `{}` at rest on the net overlaps it by more than {} of the radius of its spheres \
+             (smallest {} m, above {LIMIT} the law does not hold)",
             rock.name,
             short(LIMIT),
             short(radius)
-        )
+        );
+        Diagnostic::warning(code::LIKELY_UNIT, what)
+            .about(format!("contact.{number}.{key}"))
+            .try_instead("1000 kN/m is stiffness = 1e6, 1 GPa is young = 1e9")
     })
 }
 

@@ -3,7 +3,7 @@
 use crate::geometry::sphere::extent;
 use crate::rock::Rock;
 use crate::settings::{GranularSettings, RockSettings, Shape, SpheresSettings};
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Code, Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 
 /// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
@@ -30,30 +30,39 @@ const FASTEST: f64 = 1_000.0;
 /// Spin of which something is said [rad/s]: no rock was seen to turn as fast.
 const SPIN: f64 = 60.0;
 
-/// What is found of a rock that no one can mean, or that someone might.
+/// What is found of a rock: certainly wrong, or possible but unusual.
 pub struct Found {
     /// The key of its table.
     pub key: &'static str,
+    code: Code,
     /// What.
     what: String,
     /// What it may have been, or what to try.
     pub hint: String,
-    /// Whether no one can mean it.
+    /// Whether it is certainly wrong.
     pub refused: bool,
 }
 
 impl Found {
     fn refused(key: &'static str, what: String, hint: String) -> Self {
-        Self { key, what, hint, refused: true }
+        Self { key, code: code::LIKELY_UNIT, what, hint, refused: true }
     }
 
     fn doubted(key: &'static str, what: String, hint: String) -> Self {
-        Self { key, what, hint, refused: false }
+        Self { key, code: code::UNUSUAL_VALUE, what, hint, refused: false }
     }
 
     /// What is found of the rock of that name.
     pub fn what(&self, name: &str) -> String {
         format!("rock `{name}`{} {}", if self.refused { ":" } else { "" }, self.what)
+    }
+
+    /// The same as a diagnostic about `key` of `scene`: an error if it is certainly wrong.
+    pub fn diagnostic(self, key: &str, what: String, scene: &Scene) -> Result<Diagnostic, Diagnostic> {
+        match self.refused {
+            true => Err(scene.invalid(key, what).coded(self.code).try_instead(self.hint)),
+            false => Ok(Diagnostic::warning(self.code, what).about(key).try_instead(self.hint)),
+        }
     }
 }
 
@@ -67,22 +76,18 @@ struct Measured<'a> {
     longest: f64,
 }
 
-/// Of rock number `at`: refuse what no one can mean; else what the user should know.
+/// Of rock number `at`: refuse what is certainly wrong; else what the user should know.
 pub fn of_rock(
     at: usize,
     rock: &Rock,
     table: &RockSettings,
     scene: &Scene,
-) -> Result<Vec<String>, Diagnostic> {
-    let mut warnings = Vec::new();
-    for found in all_of_rock(rock, table) {
+) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let of = |found: Found| {
         let (key, what) = (format!("rock.{at}.{}", found.key), found.what(&rock.name));
-        if found.refused {
-            return Err(scene.invalid(&key, what).try_instead(found.hint));
-        }
-        warnings.push(format!("{key}: {what}; {}", found.hint));
-    }
-    Ok(warnings)
+        found.diagnostic(&key, what, scene)
+    };
+    all_of_rock(rock, table).into_iter().map(of).collect()
 }
 
 /// All that is found of a rock, wherever its numbers are written.
@@ -183,10 +188,15 @@ impl Measured<'_> {
 }
 
 /// Of `[[spheres]]` number `at`: refuse a density that no solid has; else what the user should know.
-pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<Option<String>, Diagnostic> {
+pub fn of_spheres(
+    at: usize,
+    group: &SpheresSettings,
+    scene: &Scene,
+) -> Result<Option<Diagnostic>, Diagnostic> {
     if let Some((what, cure)) = of_no_solid("density", group.density) {
         let what = format!("spheres `{}`: {what}", group.name);
-        return Err(scene.invalid(&format!("spheres.{at}.density"), what).try_instead(cure));
+        let refused = scene.invalid(&format!("spheres.{at}.density"), what);
+        return Err(refused.coded(code::LIKELY_UNIT).try_instead(cure));
     }
     let speed = norm(&group.velocity).max(group.velocity_scatter);
     if speed > FASTEST {
@@ -196,20 +206,19 @@ pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<O
                 &format!("spheres.{at}.{key}"),
                 format!("spheres `{}`: a speed of {} m/s", group.name, short(speed)),
             )
+            .coded(code::LIKELY_UNIT)
             .try_instead("it is written in m/s; 25 m/s are 90 km/h"));
     }
     let usual = (DENSITY[0]..=DENSITY[1]).contains(&group.density);
     Ok((!usual).then(|| {
-        format!(
-            "spheres.{at}.density: spheres `{}` have a density of {} kg/m3; {OF_ROCK}",
-            group.name,
-            short(group.density)
-        )
+        let what = format!("spheres `{}` have a density of {} kg/m3", group.name, short(group.density));
+        let doubted = Diagnostic::warning(code::UNUSUAL_VALUE, what);
+        doubted.about(format!("spheres.{at}.density")).try_instead(OF_ROCK)
     }))
 }
 
 /// What is said of a [box] in which all spheres together are next to nothing.
-pub fn of_region(settings: &GranularSettings) -> Option<String> {
+pub fn of_region(settings: &GranularSettings) -> Option<Diagnostic> {
     let sides = settings.sides.as_ref()?;
     let edges = [0, 1, 2].map(|axis| sides.highest[axis] - sides.lowest[axis]);
     let largest = settings.spheres.iter().map(|group| group.radii()[1]).fold(0.0, f64::max);
@@ -217,11 +226,12 @@ pub fn of_region(settings: &GranularSettings) -> Option<String> {
     let share = settings.spheres.iter().map(ball).sum::<f64>() / edges.iter().product::<f64>();
     (share < EMPTY).then(|| {
         let [x, y, z] = edges.map(short);
-        format!(
-            "box: {x} m x {y} m x {z} m for spheres of up to {} m radius, which fill {share:.0e} of it; lengths are in metres: \
-             200 mm is 0.2",
+        let what = format!(
+            "{x} m x {y} m x {z} m for spheres of up to {} m radius, which fill {share:.0e} of it",
             short(largest)
-        )
+        );
+        let doubted = Diagnostic::warning(code::LIKELY_UNIT, what).about("box");
+        doubted.try_instead("lengths are in metres: 200 mm is 0.2")
     })
 }
 

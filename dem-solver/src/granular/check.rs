@@ -2,9 +2,9 @@
 
 use super::GranularSolver;
 use crate::law::table::Laws;
-use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings, limits};
+use crate::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings};
 use crate::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
@@ -28,10 +28,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let solver = GranularSolver::new(scene, &Options::default())?;
     let model = solver.model();
     let (settings, steps) = (&model.settings, &model.steps);
-    let mut warnings = solver.cautions.clone();
-    warnings.extend(limits::of_contacts(&settings.contacts));
-    warnings.extend(settings.notices.clone());
-    let mut report = CheckReport { warnings, ..CheckReport::default() };
+    let mut report = CheckReport { warnings: solver.cautions.clone(), ..CheckReport::default() };
     for (number, group) in settings.spheres.iter().enumerate() {
         let of = |i: &usize| usize::from(model.group[*i]) == number;
         let mass: f64 = (0..model.mass.len()).filter(of).map(|i| model.mass[i]).sum();
@@ -50,10 +47,11 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
         steps.step, steps.critical, steps.speed
     ));
     if steps.step > steps.critical {
-        report.warnings.push(format!(
-            "dem.time_step = {:.3e} s lies above the critical step of {:.3e} s (allow_unstable)",
+        let what = format!(
+            "{:.3e} s lies above the critical step of {:.3e} s (allow_unstable)",
             steps.step, steps.critical
-        ));
+        );
+        report.warnings.push(Diagnostic::warning(code::TIME_STEP, what).about("dem.time_step"));
     }
     let numbers = [
         ("critical_step_s", steps.critical),

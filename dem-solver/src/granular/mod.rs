@@ -18,11 +18,13 @@ use crate::contact::broad_phase::cell_grid::{Plane, SpherePair};
 use crate::gate;
 use crate::law::Law;
 use crate::law::table::Laws;
+use crate::results::measures::penetration;
+use crate::results::not_written;
 use crate::settings::placement::Start;
 use crate::settings::{BoxSettings, GranularSettings, RollingName, limits};
 use fields::GranularFields;
-use interface_defs::diagnostic::Diagnostic;
-use interface_defs::message::{Gauge, Hello, Measure, Role};
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::{Gauge, Hello, Role};
 use interface_defs::solver::OnProgress;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
@@ -170,7 +172,7 @@ fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>
 /// Many separate spheres, alone on a scene.
 pub struct GranularSolver {
     model: GranularModel,
-    cautions: Vec<String>,
+    cautions: Vec<Diagnostic>,
     options: Options,
     run: GranularIntegrator,
     committed: GranularState,
@@ -187,7 +189,7 @@ fn overlapping(
     start: &Start,
     contacts: usize,
     scene: &Scene,
-) -> Result<Option<String>, Diagnostic> {
+) -> Result<Option<Diagnostic>, Diagnostic> {
     let groups = &model.settings.spheres;
     let what = match contacts {
         1 => "1 pair overlaps at the start".to_owned(),
@@ -214,7 +216,7 @@ fn overlapping(
             "beyond 10 % they fly apart: move them apart, or write smaller radii (radii, not diameters)",
         ));
     }
-    Ok(Some(format!("spheres.{at}.file: {deepest}")))
+    Ok(Some(Diagnostic::warning(code::GEOMETRY, deepest).about(format!("spheres.{at}.file"))))
 }
 
 impl GranularSolver {
@@ -228,6 +230,7 @@ impl GranularSolver {
         if committed.contacts > 0 {
             cautions.extend(overlapping(&model, &start, committed.contacts, scene)?);
         }
+        cautions.extend(limits::of_contacts(&model.settings.contacts));
         let trial = committed.clone();
         Ok(Self { model, cautions, options: options.clone(), run, committed, trial, fields: None })
     }
@@ -313,11 +316,7 @@ impl Solver for GranularSolver {
         let gauges = Self::gauges();
         let mut initial = vec![0.0; 3 * gauges.len()];
         self.tell(&self.committed, &mut initial);
-        let settings = &self.model.settings;
-        let warnings =
-            [limits::of_contacts(&settings.contacts), self.cautions.clone(), settings.notices.clone()]
-                .concat();
-        Ok(Ready { gauges, initial, warnings, ..Ready::default() })
+        Ok(Ready { gauges, initial, warnings: self.cautions.clone(), ..Ready::default() })
     }
 
     fn solve(&mut self, window: &Window, _: &[f64], output: &mut [f64]) -> Result<(), Fault> {
@@ -342,18 +341,10 @@ impl Solver for GranularSolver {
             ("candidate_refreshes", self.run.searches()),
         ];
         let counts = counts.map(|(name, count)| (name.to_owned(), count)).into();
-        let measure = |name: &str, value, unit: &str, time| Measure {
-            name: name.into(),
-            value,
-            unit: unit.into(),
-            time: Some(time),
-        };
-        // The second is its old name, for one version.
         let (deepest, when) = self.committed.deepest;
-        let measures = ["max_penetration", "deepest_overlap_over_radius"];
-        let measures = measures.map(|name| measure(name, deepest, "1", when)).into();
+        let measures = vec![penetration("max_penetration", deepest, when)];
         let unwritten = self.fields.as_mut().and_then(|fields| fields.finish().err());
-        let warnings = unwritten.map(|fault| fault.message).into_iter().collect();
+        let warnings = unwritten.map(not_written).into_iter().collect();
         Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
     }
 }

@@ -15,13 +15,14 @@ use crate::law::table::SurfaceLaws;
 use crate::law::yielding::Dent;
 use crate::model::Model;
 use crate::model::critical::DEEP;
-use crate::model::runout::{Ending, LOOK, StepOnTerrain, is_out, jump_height};
+use crate::model::runout::{LOOK, StepOnTerrain, is_out, jump_height};
 use crate::model::state::{Against, Body, State};
 use crate::results::trajectory::Row;
 use crate::rock::{Motion, Rock};
 use crate::terrain::Terrain;
 use crate::terrain::forest::Stands;
 use interface_defs::Fault;
+use interface_defs::verdict::Fate;
 use nalgebra::Vector3;
 
 /// Rows in the shortest contact.
@@ -262,7 +263,7 @@ impl TerrainStage {
             let had_left = body.path.has_left();
             body.path.judge(ground, &model.settings, &model.rocks[number], &body.motion, time);
             // The last row of a rock that has left is that at the border.
-            let exit = body.path.ending.filter(|end| end.how == Ending::Out);
+            let exit = body.path.ending.filter(|end| end.how == Fate::LeftTerrain);
             let time = exit.map_or(time, |end| end.time);
             if let Some(rows) = &mut self.rows
                 && number < model.settings.named()

@@ -15,13 +15,13 @@ use crate::interface_mesh::motion::MotionFields;
 use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Counts;
 use crate::model::Model;
-use crate::model::impact::Passing;
 use crate::model::runout::jump_height;
 use crate::model::state::{Body, State};
 use crate::results::gauges::{Gauges, Moment};
 use crate::results::outline::Outline;
 use crate::results::trajectory::Row;
 use crate::rock::Motion;
+use interface_defs::verdict::Fate;
 use interface_defs::{Fault, InterfaceMesh, Items, Layout, Plan, Window};
 use std::ops::Range;
 
@@ -167,7 +167,7 @@ impl RockIntegrator {
                 // A torn net falls: who came into it and is past it now has gone through, whatever is left of it above or below.
                 let at_rest = Outline { contact_mesh, at: |n: u32| contact_mesh.nodes[n as usize] };
                 let came = body.track.touch.and_then(|touch| at_rest.before(&touch.position, &direction));
-                passed = came.map_or(passed, |_| Some(Passing::Through));
+                passed = came.map_or(passed, |_| Some(Fate::WentThrough));
             }
             body.track.passed = passed;
         }
@@ -203,8 +203,6 @@ impl RockIntegrator {
             ("contact_evaluations", self.counts.contact_evaluations),
             ("candidate_refreshes", searches),
             ("neighbour_list_refreshes", near),
-            // Its old name, for one version.
-            ("near_refreshes", near),
         ]
         .map(|(name, count)| (name.to_owned(), count))
         .into()

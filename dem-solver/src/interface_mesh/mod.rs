@@ -199,6 +199,6 @@ mod tests {
     #[test]
     fn a_mesh_that_names_a_missing_node_is_refused() {
         let mesh = InterfaceMesh { coordinates: vec![0.0; 3], lines: vec![[0, 1]], ..Default::default() };
-        assert!(ContactMesh::new(&mesh).expect_err("node 1 is missing").message.contains("names node 1"));
+        assert!(ContactMesh::new(&mesh).expect_err("node 1 is missing").to_string().contains("names node 1"));
     }
 }

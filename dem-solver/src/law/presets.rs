@@ -5,6 +5,7 @@
 //! scars at Chant Sura, the other moduli are assumed. They are starting points of a calibration.
 
 use super::settings::{ContactSettings, RollingName};
+use interface_defs::diagnostic::{Diagnostic, code};
 
 /// A kind of ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,19 +113,20 @@ pub fn fill(name: &str, given: &[String]) -> Vec<(String, toml::Value)> {
 }
 
 /// What the user must know of the presets of a scene.
-pub fn warnings(contacts: &[ContactSettings]) -> Vec<String> {
+pub fn warnings(contacts: &[ContactSettings]) -> Vec<Diagnostic> {
     let of = |(number, contact): (usize, &ContactSettings)| {
         let preset = named(contact.preset.as_deref()?)?;
-        let rolls = match contact.rolling_friction > 0.0 || contact.rolling == Some(RollingName::Rut) {
-            true => "",
-            false => {
-                "; it says nothing of rolling_friction, without which round rocks do not stop on a slope: docs/ground.md has values to begin with"
-            }
-        };
-        Some(format!(
-            "contact.{number}.preset: \"{}\" is uncalibrated: calibrate it on falls that were measured at the site ({}){rolls}",
+        let rolls = contact.rolling_friction > 0.0 || contact.rolling == Some(RollingName::Rut);
+        let cure = (!rolls).then(|| {
+            "it says nothing of rolling_friction, without which round rocks do not stop on a slope: docs/ground.md has values to begin with"
+                .to_owned()
+        });
+        let what = format!(
+            "\"{}\" is uncalibrated: calibrate it on falls that were measured at the site ({})",
             preset.name, preset.source
-        ))
+        );
+        let warned = Diagnostic::warning(code::TRUST, what).about(format!("contact.{number}.preset"));
+        Some(warned.try_if(cure))
     };
     contacts.iter().enumerate().filter_map(of).collect()
 }
@@ -155,7 +157,7 @@ mod tests {
         assert!(own.own.contains_key("ground_stiffness") && !own.own.contains_key("ground_modulus"));
         let warned = warnings(&[own]);
         assert!(
-            warned[0].contains("contact.0.preset") && warned[0].contains("uncalibrated: calibrate"),
+            warned[0].key.as_deref() == Some("contact.0.preset") && warned[0].code == code::TRUST,
             "{warned:?}"
         );
     }

@@ -95,16 +95,6 @@ pub struct ContactSettings {
     /// Which mass a contact's dashpot is scaled with. Default `local`.
     #[serde(default)]
     pub effective_mass: EffectiveMass,
-    /// Old name of `dem.contact_selection`, for one version: `nearest` or `continuous`. One table that says
-    /// `continuous` is enough.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub hierarchy: Option<HierarchyName>,
-    /// Old name of `partner_young`, for one version [Pa].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wall_young: Option<f64>,
-    /// Old name of `partner_poisson`, for one version.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wall_poisson: Option<f64>,
     /// The keys that the law alone has.
     #[serde(skip_deserializing, flatten)]
     #[schemars(skip)]
@@ -176,45 +166,6 @@ pub enum RollingName {
     /// `law = "ground"` with `ground_pressure` p: that of the rut, in place of `rolling_friction`. Only the front half of the print
     /// carries a rock that rolls on: `mu_r = 4 a / (3 pi R)` with `a = sqrt(2 F / (pi p))`.
     Rut,
-}
-
-/// Which of several elements that a sphere touches are contacts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum HierarchyName {
-    /// As `dem.contact_selection = "nearest"`.
-    Nearest,
-    /// As `dem.contact_selection = "continuous"`.
-    Continuous,
-}
-
-/// Move what tables say by the old names `wall_young` and `wall_poisson` to the new ones; a note for the user if one does.
-pub fn rename_partner(contacts: &mut [ContactSettings], scene: &Scene) -> Result<Option<String>, Diagnostic> {
-    let mut note = None;
-    for (number, contact) in contacts.iter_mut().enumerate() {
-        let names = [
-            ("wall_young", "partner_young", &mut contact.wall_young, &mut contact.partner_young),
-            ("wall_poisson", "partner_poisson", &mut contact.wall_poisson, &mut contact.partner_poisson),
-        ];
-        for (name, new_name, old, new) in names {
-            let Some(value) = old.take() else { continue };
-            let key = format!("contact.{number}.{name}");
-            if new.replace(value).is_some() {
-                return Err(scene
-                    .invalid(
-                        &key,
-                        format!("`{name}` is the old name of `{new_name}`, which the table has too"),
-                    )
-                    .try_instead(format!("leave `{name}` out")));
-            }
-            note.get_or_insert_with(|| {
-                format!(
-                    "{key} is the old name of {new_name} and will go with the next version: write {new_name}"
-                )
-            });
-        }
-    }
-    Ok(note)
 }
 
 /// Which mass m* a contact's dashpot is scaled with.
@@ -444,30 +395,4 @@ pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) 
         }
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn old_names_of_the_partner_are_read_with_a_note_and_refused_beside_the_new_ones() {
-        let law = "law = \"hertz_mindlin\"\nyoung = 1e9\npoisson = 0.2\nrestitution = 0.5\n";
-        let renamed = |more: &str| {
-            let text = format!("[[contact]]\n{law}{more}\n");
-            let scene = Scene::from_text("s.toml", &text).expect("a scene");
-            let mut contacts: Vec<ContactSettings> = scene.read("contact").expect("readable").expect("named");
-            let note = rename_partner(&mut contacts, &scene).map_err(|e| e.to_string())?;
-            Ok::<_, String>((contacts[0].partner_young, contacts[0].partner_poisson, note))
-        };
-        let (young, poisson, note) = renamed("wall_young = 3e7\nwall_poisson = 0.3").expect("accepted");
-        assert_eq!((young, poisson), (Some(3e7), Some(0.3)));
-        assert!(
-            note.is_some_and(|n| n.contains("contact.0.wall_young") && n.contains("write partner_young"))
-        );
-        let (young, _, note) = renamed("partner_young = 2e7\npartner_poisson = 0.3").expect("accepted");
-        assert_eq!((young, note), (Some(2e7), None));
-        let refused = renamed("partner_young = 2e7\nwall_young = 3e7\npartner_poisson = 0.3");
-        assert!(refused.is_err_and(|e| e.contains("s.toml:7") && e.contains("leave `wall_young` out")));
-    }
 }

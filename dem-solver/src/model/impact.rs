@@ -10,35 +10,11 @@
 use crate::interface_mesh::AtRest;
 use crate::rock::{Motion, Rock};
 use crate::settings::Settings;
+use interface_defs::verdict::{Fate, Gap};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// How a rock got past the net.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Passing {
-    /// Through it, by a hole or a cell.
-    Through,
-    /// Above it.
-    Over,
-    /// Below it.
-    Under,
-    /// To one side.
-    Beside,
-}
-
-impl Passing {
-    /// In words, after "went" or "passed".
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Through => "through",
-            Self::Over => "over",
-            Self::Under => "under",
-            Self::Beside => "beside",
-        }
-    }
-}
-
-/// One step, or a stretch of free flight.
+/// One step, or a piece of free flight.
 pub struct Passage<'a> {
     /// Time at its start [s].
     pub start: f64,
@@ -82,17 +58,6 @@ pub struct Lost {
     judged: Vector3<f64>,
 }
 
-/// A time without contact between two touches of the net.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Gap {
-    /// When contact was lost, and when the net was touched again [s].
-    pub from: f64,
-    /// See `from`.
-    pub until: f64,
-    /// Speed of the centre then [m/s].
-    pub speed: f64,
-}
-
 /// What has been seen of one rock so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ImpactRecord {
@@ -118,7 +83,7 @@ pub struct ImpactRecord {
     /// Where contact was lost, unless it touches.
     pub lost: Option<Lost>,
     /// How it got past the net after that.
-    pub passed: Option<Passing>,
+    pub passed: Option<Fate>,
     /// In flight without a touch so far: when it was beside the middle of the net, nearest to it, and its motion [s].
     pub beside: Option<(f64, Motion)>,
     /// Whether it touches.

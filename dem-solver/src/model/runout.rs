@@ -9,20 +9,12 @@
 use crate::rock::{Motion, Rock};
 use crate::settings::{Settings, TerrainSettings};
 use crate::terrain::Terrain;
+use interface_defs::verdict::Fate;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// Time between two evaluations of the height of a flying rock [s].
 pub const LOOK: f64 = 0.05;
-
-/// How a trajectory ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Ending {
-    /// At rest on the ground.
-    Rest,
-    /// Beside or below the terrain.
-    Out,
-}
 
 /// What is known of a rock's trajectory so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -54,8 +46,8 @@ pub struct RunOut {
 /// The end of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct End {
-    /// How.
-    pub how: Ending,
+    /// How: [`Fate::AtRest`] or [`Fate::LeftTerrain`].
+    pub how: Fate,
     /// When [s].
     pub time: f64,
     /// Centre of mass then [m].
@@ -97,7 +89,7 @@ impl RunOut {
 
     /// Whether the rock has left the terrain: where it goes then, while others still move, counts no more.
     pub fn has_left(&self) -> bool {
-        self.ending.is_some_and(|end| end.how == Ending::Out)
+        self.ending.is_some_and(|end| end.how == Fate::LeftTerrain)
     }
 
     /// Take in a step of a rock over terrain.
@@ -113,7 +105,7 @@ impl RunOut {
         }
         if touching && outside {
             let (position, velocity) = (after.position, after.velocity);
-            self.ending = Some(End { how: Ending::Out, time: end, position, velocity });
+            self.ending = Some(End { how: Fate::LeftTerrain, time: end, position, velocity });
             return;
         }
         if !touching {
@@ -140,7 +132,7 @@ impl RunOut {
 
     /// It moves at `time` [s]: if it was at rest, it lay there until then, and that was not the end.
     fn go_on(&mut self, time: f64) {
-        if let Some(rest) = self.ending.take_if(|end| end.how == Ending::Rest) {
+        if let Some(rest) = self.ending.take_if(|end| end.how == Fate::AtRest) {
             self.in_contact += time - rest.time;
         }
     }
@@ -181,7 +173,7 @@ impl RunOut {
         let Some(terrain) = settings.terrain.as_ref().filter(|_| self.ending.is_none()) else { return };
         let (position, velocity) = (motion.position, motion.velocity);
         if self.slow_since.is_some_and(|since| time - since >= terrain.rest_time) {
-            self.ending = Some(End { how: Ending::Rest, time, position, velocity });
+            self.ending = Some(End { how: Fate::AtRest, time, position, velocity });
         } else if is_out(ground, &settings.down(), &position) {
             let end = exit(ground, settings, motion, time, time - since);
             self.see(rock, &end.motion(motion), end.time);
@@ -207,7 +199,7 @@ fn exit(ground: &Terrain, settings: &Settings, motion: &Motion, time: f64, fligh
         *(if is_out(ground, &down, &at(middle)) { &mut outside } else { &mut inside }) = middle;
     }
     let velocity = motion.velocity - gravity * outside;
-    End { how: Ending::Out, time: time - outside, position: at(outside), velocity }
+    End { how: Fate::LeftTerrain, time: time - outside, position: at(outside), velocity }
 }
 
 /// True if a point lies beside the terrain, or below all of it. Sideways are the two axes that gravity

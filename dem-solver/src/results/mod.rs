@@ -5,6 +5,9 @@
 //! - [`verdict`], with [`outline`]: what became of each rock, in a sentence
 //! - [`trajectory`], [`fields`], [`map`]: files and the picture of the trajectories
 
+use interface_defs::Fault;
+use interface_defs::diagnostic::{Diagnostic, Severity, code};
+
 pub mod fields;
 pub mod gauges;
 pub mod map;
@@ -13,3 +16,8 @@ pub mod outline;
 pub mod runout;
 pub mod trajectory;
 pub mod verdict;
+
+/// A warning of a result file that could not be written.
+pub fn not_written(fault: Fault) -> Diagnostic {
+    Diagnostic { severity: Severity::Warning, code: code::NOT_WRITTEN, ..*fault.diagnostic }
+}

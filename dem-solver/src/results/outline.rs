@@ -5,13 +5,13 @@
 //! so, with its holes, and a rope that leads away from it adds nothing. Where the net lies along the direction is the
 //! mean of what the rays cross, the nearer the more. Torn lines still count: a rock that leaves by a hole goes through.
 //!
-//! Nothing here is asked in a step: a rock that has lost contact is judged once in each stretch of its own size.
+//! Nothing here is asked in a step: a rock that has lost contact is judged once each time it has moved on by its own size.
 
 use crate::geometry::closest::{on_face, on_line};
 use crate::interface_mesh::{ContactMesh, Kind};
-use crate::model::impact::Passing;
 use crate::rock::{Motion, Rock};
 use crate::terrain::queries::Parabola;
+use interface_defs::verdict::Fate;
 use nalgebra::Vector3;
 
 /// Rays by which the net is found around a point.
@@ -84,14 +84,9 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
 
     /// Has a rock whose centre is at `centre`, moving along `direction`, the net behind it, and how did it get there?
     /// `None`: the net is before it.
-    pub fn passed(
-        &self,
-        centre: &Vector3<f64>,
-        direction: &Vector3<f64>,
-        up: &Vector3<f64>,
-    ) -> Option<Passing> {
+    pub fn passed(&self, centre: &Vector3<f64>, direction: &Vector3<f64>, up: &Vector3<f64>) -> Option<Fate> {
         if let Some(before) = self.before(centre, direction) {
-            return (before < 0.0).then_some(Passing::Through);
+            return (before < 0.0).then_some(Fate::WentThrough);
         }
         let near = self.closest(centre)?;
         let before = near.to_point.dot(direction);
@@ -115,12 +110,12 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
 }
 
 /// On which side of the net a rock is that lies `away` from its edge.
-pub fn side(away: &Vector3<f64>, up: &Vector3<f64>) -> Passing {
+pub fn side(away: &Vector3<f64>, up: &Vector3<f64>) -> Fate {
     let (length, above) = (away.norm(), away.dot(up));
     match above {
-        _ if above > length * std::f64::consts::FRAC_1_SQRT_2 => Passing::Over,
-        _ if above < -length * std::f64::consts::FRAC_1_SQRT_2 => Passing::Under,
-        _ => Passing::Beside,
+        _ if above > length * std::f64::consts::FRAC_1_SQRT_2 => Fate::PassedOver,
+        _ if above < -length * std::f64::consts::FRAC_1_SQRT_2 => Fate::PassedUnder,
+        _ => Fate::PassedBeside,
     }
 }
 
@@ -249,10 +244,10 @@ mod tests {
         let (along, up) = (Vector3::x(), Vector3::z());
         let passed = |x: f64, y: f64, z: f64| outline.passed(&Vector3::new(x, y, z), &along, &up);
         assert_eq!(passed(0.5, 1.0, 0.6), None);
-        assert_eq!(passed(1.5, 1.0, 0.6), Some(Passing::Through));
-        assert_eq!(passed(1.5, 1.0, 1.6), Some(Passing::Over));
-        assert_eq!(passed(1.5, 1.0, -0.6), Some(Passing::Under));
-        assert_eq!(passed(1.5, 2.6, 0.6), Some(Passing::Beside));
+        assert_eq!(passed(1.5, 1.0, 0.6), Some(Fate::WentThrough));
+        assert_eq!(passed(1.5, 1.0, 1.6), Some(Fate::PassedOver));
+        assert_eq!(passed(1.5, 1.0, -0.6), Some(Fate::PassedUnder));
+        assert_eq!(passed(1.5, 2.6, 0.6), Some(Fate::PassedBeside));
         assert_eq!(passed(0.5, 2.6, 0.6), None);
     }
 

@@ -1,4 +1,4 @@
-//! What became of each rock, in one sentence.
+//! What became of each rock.
 //!
 //! With a net, by what was seen last of the rock:
 //! - *was stopped*: it touched, came to no speed along its impact direction, and was in contact at the end, or had lost
@@ -14,108 +14,78 @@
 
 use crate::interface_mesh::{AtRest, ContactMesh};
 use crate::model::Model;
-use crate::model::impact::{Impact, ImpactRecord, Passing};
-use crate::model::runout::{End, Ending};
+use crate::model::impact::{Impact, ImpactRecord};
 use crate::model::state::{Body, State};
 use crate::results::outline::{Outline, clearance, side};
 use crate::rock::{Motion, Rock};
 use crate::terrain::queries::Parabola;
+use interface_defs::verdict::{Ending, Fate, Touch, Verdict};
 use nalgebra::Vector3;
 
-/// What a verdict begins with among the warnings of a solver.
-pub const VERDICT: &str = "verdict: ";
-
-/// Slower than this a rock is said to be at rest where no terrain decides it [m/s].
+/// Slower than this a rock counts as at rest where no terrain decides it [m/s].
 const REST: f64 = 1e-3;
 
-/// Share of the impact speed above which the speed across the impact direction is said of a rock that was stopped along it.
+/// Share of the impact speed above which the speed across the impact direction is reported of a rock that was stopped along it.
 const TRANSVERSE: f64 = 0.1;
 
-/// The verdict on each rock, as warnings that the summary lifts out.
-pub fn verdicts(model: &Model, state: &State, net: Option<(&ContactMesh, &AtRest)>) -> Vec<String> {
+/// The verdict on each rock.
+pub fn verdicts(model: &Model, state: &State, net: Option<(&ContactMesh, &AtRest)>) -> Vec<Verdict> {
     let bodies = model.rocks.iter().zip(&state.bodies);
-    bodies
-        .take(model.settings.named())
-        .map(|(rock, body)| format!("{VERDICT}{}", sentence(model, rock, body, state, net)))
-        .collect()
+    bodies.take(model.settings.named()).map(|(rock, body)| verdict(model, rock, body, state, net)).collect()
 }
 
-fn sentence(
+fn verdict(
     model: &Model,
     rock: &Rock,
     body: &Body,
     state: &State,
     net: Option<(&ContactMesh, &AtRest)>,
-) -> String {
-    let time = state.time;
+) -> Verdict {
+    let end = ending(model, body, state.time);
+    let free = Verdict::of(&rock.name, end);
     let at_net = match (&body.track.touch, net) {
-        (Some(impact), _) => Some(after_touch(model, body, impact, state)),
+        (Some(impact), _) => Some(after_touch(model, body, impact, state, free.clone())),
         (None, Some((contact_mesh, rest))) => {
-            without_touch(model, rock, &body.track, time, contact_mesh, rest)
+            without_touch(model, rock, &body.track, state.time, contact_mesh, rest, free.clone())
         }
         (None, None) => None,
     };
     let held = body.track.touching && body.track.stopped.is_some();
-    match (at_net, ending(model, body, time, held)) {
-        (Some(first), Some(then)) => format!("rock `{}` {first}; it {then}", rock.name),
-        (Some(first), None) => format!("rock `{}` {first}", rock.name),
-        (None, then) => format!("rock `{}` {}", rock.name, then.unwrap_or_default()),
+    match at_net {
+        // Of a rock that the net holds only that it came to rest on terrain is worth saying.
+        Some(first) => Verdict { then: Some(end).filter(|_| !held || body.path.ending.is_some()), ..first },
+        None => Verdict { then: Some(end).filter(|end| end.fate == Fate::AtRest && !end.on_terrain), ..free },
     }
 }
 
 /// What the net did to a rock that touched it.
-fn after_touch(model: &Model, body: &Body, impact: &Impact, state: &State) -> String {
-    let (track, time) = (&body.track, state.time);
-    // What has torn hangs lower: a rock that broke a rope is over the net that is left.
-    let net = if state.broken > 0 { "the torn structure" } else { "the net" };
-    let travel = track.travel.map_or(0.0, |(travel, _)| travel.max(0.0));
-    if let (Some(passing), Some(lost)) = (track.passed, track.lost) {
-        let verb = if passing == Passing::Through { "went" } else { "passed" };
-        return format!(
-            "{verb} {} {net}: it touched at {:.4} s with {:.2} m/s and lost contact at {:.4} s near {} with {:.2} m/s",
-            passing.words(),
-            impact.time,
-            impact.velocity.norm(),
-            lost.time,
-            place(model, &lost.position),
-            lost.velocity.norm()
-        );
+fn after_touch(model: &Model, body: &Body, impact: &Impact, state: &State, free: Verdict) -> Verdict {
+    let track = &body.track;
+    let touched = Verdict {
+        impact: Some(Touch { time: impact.time, speed: impact.velocity.norm() }),
+        travel: Some(track.travel.map_or(0.0, |(travel, _)| travel.max(0.0))),
+        net_torn: state.broken > 0,
+        ..free
+    };
+    if let (Some(fate), Some(lost)) = (track.passed, track.lost) {
+        return touched.at_net(fate, lost.time, lost.velocity.norm(), Some(place(model, &lost.position)));
     }
     let Some(stopped) = track.stopped else {
-        return format!(
-            "was still being stopped by the net at {time:.4} s: {:.2} m/s along its impact direction, {travel:.3} m after \
-             its first touch at {:.4} s",
-            body.motion.velocity.dot(&impact.direction),
-            impact.time
-        );
+        let along = body.motion.velocity.dot(&impact.direction);
+        let here = place(model, &body.motion.position);
+        return touched.at_net(Fate::Undecided, state.time, along, Some(here));
     };
-    let braking = stopped - impact.time;
-    // What follows the first touch is no braking as long as nothing is touched.
-    let gap = track.gap.map_or(String::new(), |gap| {
-        format!(
-            ", which counts from its first touch: from {:.4} s to {:.4} s nothing of the structure touched it, and it came back to it \
-             with {:.2} m/s",
-            gap.from, gap.until, gap.speed
-        )
-    });
-    // Who is caught by a post is turned aside; without speed along the impact direction it is not at rest.
-    let across = match track.transverse_speed > TRANSVERSE * impact.velocity.norm() {
-        true => format!(
-            ", where it still moved with {:.2} m/s across its impact direction",
-            track.transverse_speed
-        ),
-        false => String::new(),
+    // A rock that a post catches is turned aside; without speed along the impact direction it is not at rest.
+    let turned = track.transverse_speed > TRANSVERSE * impact.velocity.norm();
+    let stop = Verdict {
+        braking_time: Some(stopped - impact.time),
+        transverse_speed: turned.then_some(track.transverse_speed),
+        gap: track.gap,
+        ..touched
     };
     match track.rebound.filter(|_| !track.touching) {
-        Some((speed, lost)) => format!(
-            "rebounded from the net with {speed:.2} m/s at {lost:.4} s; it had been stopped in {braking:.4} s over \
-             {travel:.3} m{across}{gap}"
-        ),
-        None => format!(
-            "was stopped by the net in {braking:.4} s over {travel:.3} m, from {:.2} m/s at {:.4} s{across}{gap}",
-            impact.velocity.norm(),
-            impact.time
-        ),
+        Some((speed, lost)) => stop.at_net(Fate::Rebounded, lost, speed, None),
+        None => stop.at_net(Fate::Stopped, stopped, track.transverse_speed, None),
     }
 }
 
@@ -127,7 +97,8 @@ fn without_touch(
     time: f64,
     contact_mesh: &ContactMesh,
     rest: &AtRest,
-) -> Option<String> {
+    free: Verdict,
+) -> Option<Verdict> {
     let (since, motion) = track.beside?;
     let speed = motion.velocity.norm();
     let gravity = model.settings.gravity;
@@ -147,41 +118,34 @@ fn without_touch(
     }
     let direction = (motion.velocity + flight.gravity * after).try_normalize(0.0)?;
     let up = -model.settings.down();
+    let position = Some(place(model, &at));
     if outline.before(&at, &direction).is_some() {
-        return Some(format!(
-            "went through the net without touching it, near {} at {when:.4} s with {speed:.2} m/s",
-            place(model, &at)
-        ));
+        return Some(free.at_net(Fate::WentThrough, when, speed, position));
     }
     let across = near.to_point - direction * near.to_point.dot(&direction);
-    let free = clearance(rock, &Motion { position: at, ..motion }, &near);
-    Some(format!(
-        "passed {} the net with a clearance of {:.2} m, near {} at {when:.4} s with {speed:.2} m/s",
-        side(&-across, &up).words(),
-        free.max(0.0),
-        place(model, &at)
-    ))
+    let distance = clearance(rock, &Motion { position: at, ..motion }, &near);
+    let passed = free.at_net(side(&-across, &up), when, speed, position);
+    Some(Verdict { clearance: Some(distance.max(0.0)), ..passed })
 }
 
-/// How it ended; of a rock that the net holds only if it came to rest.
-fn ending(model: &Model, body: &Body, time: f64, held: bool) -> Option<String> {
-    if let Some(End { how, time, position, velocity }) = &body.path.ending {
-        let (there, speed) = (place(model, position), velocity.norm());
-        return Some(match how {
-            Ending::Rest => format!("came to rest on the terrain near {there} at {time:.3} s"),
-            Ending::Out => format!("left the terrain near {there} at {time:.3} s with {speed:.2} m/s"),
-        });
+/// How it ended.
+fn ending(model: &Model, body: &Body, time: f64) -> Ending {
+    if let Some(end) = &body.path.ending {
+        let (position, speed) = (place(model, &end.position), end.velocity.norm());
+        return Ending {
+            fate: end.how,
+            time: end.time,
+            position,
+            speed,
+            on_terrain: end.how == Fate::AtRest,
+        };
     }
-    let here = place(model, &body.motion.position);
-    match body.motion.velocity.norm() {
-        _ if held => None,
-        speed if speed < REST => Some(format!("was at rest near {here} at the end, at {time:.4} s")),
-        speed => Some(format!("still moved with {speed:.2} m/s near {here} at the end, at {time:.4} s")),
-    }
+    let speed = body.motion.velocity.norm();
+    let fate = if speed < REST { Fate::AtRest } else { Fate::StillMoving };
+    Ending { fate, time, position: place(model, &body.motion.position), speed, on_terrain: false }
 }
 
 /// A point in the user's coordinates.
-fn place(model: &Model, position: &Vector3<f64>) -> String {
-    let at = position + model.origin;
-    format!("({:.2}, {:.2}, {:.2})", at.x, at.y, at.z)
+fn place(model: &Model, position: &Vector3<f64>) -> [f64; 3] {
+    (position + model.origin).into()
 }

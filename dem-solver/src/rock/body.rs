@@ -8,7 +8,7 @@ use crate::cluster::{Accuracy, kept};
 use crate::geometry::sphere::Sphere;
 use crate::settings::rock::Method;
 use crate::settings::{RockSettings, Shape};
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::PathBuf;
@@ -58,7 +58,11 @@ pub struct Rock {
 impl Rock {
     /// Rock number `at` of the scene, from its table, which has been checked. Reads the files that it
     /// names and makes its spheres. The second part is what the user should know.
-    pub fn new(at: usize, settings: &RockSettings, scene: &Scene) -> Result<(Self, Vec<String>), Diagnostic> {
+    pub fn new(
+        at: usize,
+        settings: &RockSettings,
+        scene: &Scene,
+    ) -> Result<(Self, Vec<Diagnostic>), Diagnostic> {
         Self::with_kept(at, settings, scene, &[])
     }
 
@@ -68,7 +72,7 @@ impl Rock {
         settings: &RockSettings,
         scene: &Scene,
         more: &[PathBuf],
-    ) -> Result<(Self, Vec<String>), Diagnostic> {
+    ) -> Result<(Self, Vec<Diagnostic>), Diagnostic> {
         let refuse = |key: &str, error: Diagnostic| {
             scene.invalid(&format!("rock.{at}.{key}"), format!("rock `{}`: {error}", settings.name))
         };
@@ -130,7 +134,11 @@ impl Rock {
         if let Some(scale) = settings.scale {
             rock = rock.sized(scale, settings);
         }
-        let notices = notices.into_iter().map(|n| format!("rock.{at}: rock `{}`: {n}", rock.name)).collect();
+        let noticed = |what: String| {
+            let what = format!("rock `{}`: {what}", rock.name);
+            Diagnostic::warning(code::GEOMETRY, what).about(format!("rock.{at}"))
+        };
+        let notices = notices.into_iter().map(noticed).collect();
         Ok((rock, notices))
     }
 
@@ -284,7 +292,7 @@ mod tests {
         }
     }
 
-    fn rock(settings: &RockSettings) -> (Rock, Vec<String>) {
+    fn rock(settings: &RockSettings) -> (Rock, Vec<Diagnostic>) {
         let scene = Scene::from_text("test.toml", "").expect("a scene");
         Rock::new(0, settings, &scene).unwrap_or_else(|e| panic!("{e}"))
     }
@@ -306,7 +314,7 @@ mod tests {
     fn the_number_of_spheres_that_was_taken_is_printed_only_where_it_differs() {
         assert!(rock(&cube(64)).1.is_empty());
         let notices = rock(&cube(22_232)).1;
-        assert!(notices[0].contains("28 x 28 x 28 = 21952"), "{notices:?}");
+        assert!(notices[0].message.contains("28 x 28 x 28 = 21952"), "{notices:?}");
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! `[dem]`: the solver's own step.
 
 use crate::geometry::shared_nodes::Unshared;
-use crate::law::settings::{ContactSettings, HierarchyName};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
@@ -24,9 +23,6 @@ pub struct DemSettings {
     /// critical one. Excludes `time_step`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_step_scale: Option<f64>,
-    /// Old name of `time_step_scale`, for one version.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub critical_share: Option<f64>,
     /// How rocks rotate between two steps. Default `exact`; of separate spheres always `exact`.
     #[serde(default)]
     pub rotation: Rotation,
@@ -97,20 +93,6 @@ impl DemSettings {
         self.time_step_scale.or(self.steps_per_contact.is_none().then_some(Self::TIME_STEP_SCALE))
     }
 
-    /// Move what the table says by the old name `critical_share` to the new one; a note for the user if it does.
-    pub(super) fn rename_scale(&mut self, scene: &Scene) -> Result<Option<String>, Diagnostic> {
-        let Some(value) = self.critical_share.take() else { return Ok(None) };
-        if self.time_step_scale.replace(value).is_some() {
-            let what = "`critical_share` is the old name of `time_step_scale`, which the table has too";
-            return Err(scene.invalid("dem.critical_share", what).try_instead("leave `critical_share` out"));
-        }
-        Ok(Some(
-            "dem.critical_share is the old name of dem.time_step_scale and will go with the next version: write \
-             time_step_scale"
-                .into(),
-        ))
-    }
-
     /// The same with the defaults of a scene with contact filled in: it gives the same step.
     pub fn filled_in(&self) -> Self {
         let mut all = self.clone();
@@ -153,29 +135,4 @@ impl DemSettings {
         }
         Ok(())
     }
-}
-
-/// Move what tables say by the old name `hierarchy` to `dem.contact_selection`; a note for the user if one does.
-pub(super) fn rename_hierarchy(
-    contacts: &mut [ContactSettings],
-    dem: &mut DemSettings,
-    scene: &Scene,
-) -> Result<Option<String>, Diagnostic> {
-    let Some(number) = contacts.iter().position(|contact| contact.hierarchy.is_some()) else {
-        return Ok(None);
-    };
-    let key = format!("contact.{number}.hierarchy");
-    if scene.read::<toml::Table>("dem")?.is_some_and(|dem| dem.contains_key("contact_selection")) {
-        return Err(scene
-            .invalid(&key, "`hierarchy` is the old name of `dem.contact_selection`, which the scene has too")
-            .try_instead("leave `hierarchy` out"));
-    }
-    let continuous = contacts.iter().any(|contact| contact.hierarchy == Some(HierarchyName::Continuous));
-    dem.contact_selection = if continuous { ContactSelection::Continuous } else { ContactSelection::Nearest };
-    contacts.iter_mut().for_each(|contact| contact.hierarchy = None);
-    let name = if continuous { "continuous" } else { "nearest" };
-    Ok(Some(format!(
-        "{key} is the old name of dem.contact_selection and will go with the next version: write [dem] \
-         contact_selection = \"{name}\""
-    )))
 }

@@ -4,6 +4,7 @@
 //! restitution above 1, a step above the critical one) is refused everywhere.
 
 use super::{ContactSettings, RockSettings};
+use interface_defs::diagnostic::{Diagnostic, code};
 
 /// Mass of a rock [kg].
 pub const MASS: [f64; 2] = [1e-3, 1e6];
@@ -18,12 +19,17 @@ pub const FRICTION: f64 = 10.0;
 /// Largest coordinate [m]: doubles are 2e-9 m apart there.
 pub const COORDINATE: f64 = 1e7;
 
-/// What is said of a value outside `[lowest, highest]`.
-fn outside(what: &str, value: f64, unit: &str, [lowest, highest]: [f64; 2]) -> Option<String> {
-    let mega = if unit == "Pa" && value < lowest {
-        format!("; were it in MPa, it would be {:e} Pa", 1e6 * value)
-    } else {
-        String::new()
+/// What is said of a value of `key` outside `[lowest, highest]`.
+fn outside(
+    key: String,
+    what: &str,
+    value: f64,
+    unit: &str,
+    [lowest, highest]: [f64; 2],
+) -> Option<Diagnostic> {
+    let (code, mega) = match unit == "Pa" && value < lowest {
+        true => (code::LIKELY_UNIT, format!("; were it in MPa, it would be {:e} Pa", 1e6 * value)),
+        false => (code::UNUSUAL_VALUE, String::new()),
     };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let range = match (lowest == f64::NEG_INFINITY, highest == f64::INFINITY) {
@@ -31,36 +37,40 @@ fn outside(what: &str, value: f64, unit: &str, [lowest, highest]: [f64; 2]) -> O
         (_, true) => format!("from {lowest:e}{unit} on"),
         _ => format!("from {lowest:e} to {highest:e}{unit}"),
     };
-    (!(lowest..=highest).contains(&value))
-        .then(|| format!("{what} of {value:e}{unit}: this solver is tested {range}; check its result{mega}"))
+    (!(lowest..=highest).contains(&value)).then(|| {
+        let what = format!("{what} of {value:e}{unit}: this solver is tested {range}");
+        Diagnostic::warning(code, what).about(key).try_instead(format!("check its result{mega}"))
+    })
 }
 
 /// Warnings about the laws of contact.
-pub fn of_contacts(contacts: &[ContactSettings]) -> Vec<String> {
+pub fn of_contacts(contacts: &[ContactSettings]) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (number, contact) in contacts.iter().enumerate() {
-        let name = |key: &str| format!("contact.{number}.{key}: a {key}");
-        let up_to = |highest: f64| [f64::NEG_INFINITY, highest];
-        let moduli = [("young", contact.young), ("partner_young", contact.partner_young)];
-        found.extend(moduli.into_iter().filter_map(|(key, value)| outside(&name(key), value?, "Pa", YOUNG)));
-        let least = [RESTITUTION, f64::INFINITY];
-        found.extend(contact.restitution.and_then(|e| outside(&name("restitution"), e, "", least)));
-        found.extend(outside(&name("friction"), contact.friction, "", up_to(FRICTION)));
+        let of = |key: &str, value: Option<f64>, unit: &str, range: [f64; 2]| {
+            outside(format!("contact.{number}.{key}"), &format!("a {key}"), value?, unit, range)
+        };
+        found.extend(of("young", contact.young, "Pa", YOUNG));
+        found.extend(of("partner_young", contact.partner_young, "Pa", YOUNG));
+        found.extend(of("restitution", contact.restitution, "", [RESTITUTION, f64::INFINITY]));
+        found.extend(of("friction", Some(contact.friction), "", [f64::NEG_INFINITY, FRICTION]));
     }
     found
 }
 
 /// Warnings about rock number `at`, of `mass` [kg].
-pub fn of_rock(at: usize, rock: &RockSettings, mass: f64) -> Vec<String> {
+pub fn of_rock(at: usize, rock: &RockSettings, mass: f64) -> Vec<Diagnostic> {
     let mass: f64 = format!("{mass:.3e}").parse().unwrap_or(mass);
-    let name = |key: &str, what: &str| format!("rock.{at}.{key}: rock `{}`: a {what}", rock.name);
+    let of = |key: &str, what: &str, value: f64, unit: &str, range: [f64; 2]| {
+        outside(format!("rock.{at}.{key}"), &format!("rock `{}`: a {what}", rock.name), value, unit, range)
+    };
     let speed = rock.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
     let furthest = rock.position.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let up_to = |highest: f64| [f64::NEG_INFINITY, highest];
     [
-        outside(&name("mass", "mass"), mass, "kg", MASS),
-        outside(&name("velocity", "speed"), speed, "m/s", up_to(SPEED)),
-        outside(&name("position", "coordinate"), furthest, "m", up_to(COORDINATE)),
+        of("mass", "mass", mass, "kg", MASS),
+        of("velocity", "speed", speed, "m/s", up_to(SPEED)),
+        of("position", "coordinate", furthest, "m", up_to(COORDINATE)),
     ]
     .into_iter()
     .flatten()

@@ -16,7 +16,7 @@ pub use dem::{ContactSelection, DemSettings, Rotation};
 pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
 
-use crate::law::settings::{check_all, rename_partner};
+use crate::law::settings::check_all;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
@@ -47,8 +47,8 @@ pub struct Settings {
     pub interval: f64,
     /// `[output] fields`: interval of the field files [s].
     pub fields: Option<f64>,
-    /// What the user should know of the names in the scene.
-    pub notices: Vec<String>,
+    /// What the user should know of it.
+    pub notices: Vec<Diagnostic>,
 }
 
 impl Settings {
@@ -68,9 +68,8 @@ impl Settings {
         let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
         spheres::complete(&mut groups, sides.as_ref(), scene)?;
         let group = placement::as_rocks(&groups, &mut rocks, scene)?;
-        let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
-        let scale = dem.rename_scale(scene)?;
+        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
+        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         dem.check(scene)?;
         if dem.threads.is_some() {
             return Err(scene
@@ -80,11 +79,6 @@ impl Settings {
                 )
                 .try_instead("leave it out"));
         }
-        let notes = [
-            dem::rename_hierarchy(&mut contacts, &mut dem, scene)?,
-            rename_partner(&mut contacts, scene)?,
-            scale,
-        ];
         let mut terrain = TerrainSettings::of(scene)?;
         let mut forests = Vec::new();
         if let Some(terrain) = &mut terrain {
@@ -105,7 +99,7 @@ impl Settings {
             end_time: scene.end_time()?,
             interval: output.interval,
             fields: output.fields,
-            notices: notes.into_iter().flatten().chain(forests).collect(),
+            notices: forests,
         })
     }
 
@@ -174,8 +168,6 @@ pub struct GranularSettings {
     pub end_time: f64,
     /// `[output] fields`: interval of the field files [s].
     pub fields: Option<f64>,
-    /// What the user should know of the names in the scene.
-    pub notices: Vec<String>,
 }
 
 impl GranularSettings {
@@ -188,8 +180,7 @@ impl GranularSettings {
         }
         let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
         spheres::complete(&mut groups, sides.as_ref(), scene)?;
-        let mut contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        let mut notices: Vec<String> = rename_partner(&mut contacts, scene)?.into_iter().collect();
+        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
         let mut known: Vec<String> = groups.iter().map(|g| g.material.clone()).collect();
         known.extend(sides.iter().map(|w| w.material.clone()));
         check_all(&contacts, &known, scene)?;
@@ -198,8 +189,7 @@ impl GranularSettings {
                 .invalid("spheres", "there are spheres and no contact law")
                 .try_instead("add a table [[contact]]"));
         }
-        let mut dem: DemSettings = scene.read("dem")?.unwrap_or_default();
-        notices.extend(dem.rename_scale(scene)?);
+        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
         dem.check(scene)?;
         Ok(Self {
             spheres: groups,
@@ -209,13 +199,12 @@ impl GranularSettings {
             gravity: scene.gravity()?.into(),
             end_time: scene.end_time()?,
             fields: Output::of(scene)?.fields,
-            notices,
         })
     }
 }
 
 /// Keys of `[[contact]]` that rocks alone have.
-pub const OF_ROCKS_IN_CONTACT: [&str; 4] = ["effective_mass", "hierarchy", "friction_max", "scarring_drag"];
+pub const OF_ROCKS_IN_CONTACT: [&str; 3] = ["effective_mass", "friction_max", "scarring_drag"];
 
 /// Keys of `[dem]` that rocks alone have.
 pub const OF_ROCKS_IN_DEM: [&str; 2] = ["contact_selection", "rotation"];

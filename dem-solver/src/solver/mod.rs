@@ -23,7 +23,7 @@ use crate::results::{self, map, measures, verdict};
 use crate::rock::Rock;
 use crate::settings::{ContactSelection, STRUCTURE, Settings, limits};
 use crate::terrain::Terrain;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::capability;
 use interface_defs::message::{Hello, Measure};
 use interface_defs::solver::OnProgress;
@@ -51,8 +51,8 @@ const MOST_SAMPLES: u32 = 64;
 /// Rocks as rigid sphere clusters, in contact with a mesh that the structure moves.
 pub struct DemSolver {
     model: Model,
-    notices: Vec<String>,
-    cautions: Vec<String>,
+    notices: Vec<Diagnostic>,
+    cautions: Vec<Diagnostic>,
     /// For errors that only the net brings to light.
     scene: Scene,
     /// Whether a rock that starts inside the net is refused.
@@ -82,7 +82,7 @@ impl DemSolver {
         let rocks =
             settings.rocks.iter().enumerate().map(|(at, rock)| Rock::with_kept(at, rock, scene, folders));
         let (rocks, notices): (Vec<Rock>, Vec<_>) = rocks.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
-        let mut notices: Vec<String> = notices.into_iter().flatten().collect();
+        let mut notices: Vec<Diagnostic> = notices.into_iter().flatten().collect();
         for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate().take(settings.named()) {
             notices.extend(limits::of_rock(at, table, rock.mass));
         }
@@ -101,9 +101,9 @@ impl DemSolver {
         let side_rows = rows_with_box(laws.as_ref(), &settings, scene)?;
         gate::ground::check(&settings, laws.as_ref(), between.as_ref(), &side_rows, scene)?;
         if settings.rocks.len() > 1 && between.is_none() {
-            notices.push(
-                "rock: there is no table [[contact]]: the rocks fall through each other; add one".into(),
-            );
+            let what = "there is no table [[contact]]: the rocks fall through each other";
+            let noticed = Diagnostic::warning(code::MISSING_KEY, what).about("rock");
+            notices.push(noticed.try_instead("add one"));
         }
         let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
         let steps = Steps::new(&settings, &rocks, &wholes, laws.as_ref(), ground.as_ref(), scene)?;
@@ -194,23 +194,23 @@ impl DemSolver {
     pub fn idle_selection(&self) -> Option<&'static str> {
         let named = self.model.settings.dem.contact_selection != ContactSelection::Automatic;
         (named && self.model.ground.is_none()).then_some(
-            "dem.contact_selection (old name: contact.hierarchy) without terrain and without a structure: rocks touch each \
+            "dem.contact_selection without terrain and without a structure: rocks touch each \
              other sphere by sphere, there is nothing to choose",
         )
     }
 
     /// What the user should know of the scene, before anything is known of a mesh.
-    pub fn notices(&self) -> &[String] {
+    pub fn notices(&self) -> &[Diagnostic] {
         &self.notices
     }
 
     /// What the user should look at twice, before anything is known of a net.
-    pub fn cautions(&self) -> &[String] {
+    pub fn cautions(&self) -> &[Diagnostic] {
         &self.cautions
     }
 
     /// Refuse rocks that start with their surface in the net that the structure offers.
-    pub fn check_net(&self, mesh: &InterfaceMesh) -> Result<Vec<String>, Fault> {
+    pub fn check_net(&self, mesh: &InterfaceMesh) -> Result<Vec<Diagnostic>, Fault> {
         let net = ContactMesh::new(mesh)?.from(&self.model.origin);
         Ok(gate::start::in_net(&self.model, &net, &self.scene)?)
     }
@@ -255,7 +255,7 @@ impl DemSolver {
     fn contact_mesh(
         &mut self,
         plan: &Plan,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<Option<ContactMesh>, Fault> {
         let Some(mesh) = &plan.partner_mesh else { return Ok(None) };
         let mut contact_mesh = ContactMesh::new(mesh)?.from(&self.model.origin);
@@ -274,7 +274,7 @@ impl DemSolver {
         }
         if selection == ContactSelection::Automatic && !continuous {
             // Energy may be made or lost: the user should know.
-            warnings.push(why);
+            warnings.push(Diagnostic::warning(code::TRUST, why).about("dem.contact_selection"));
         } else {
             tracing::info!("{why}");
         }
@@ -289,11 +289,9 @@ impl DemSolver {
         }
         if laws.use_local_masses() && contact_mesh.inverse_mass.is_none() {
             self.model.laws = Some(laws.clone().without_local_masses());
-            warnings.push(
-                "the structure does not report its nodal masses: contacts damp with the rock's whole mass \
-                 (effective_mass = \"rock\")"
-                    .into(),
-            );
+            let what = "the structure does not report its nodal masses: contacts damp with the rock's whole mass \
+                        (effective_mass = \"rock\")";
+            warnings.push(Diagnostic::warning(code::TRUST, what));
         }
         Ok(Some(contact_mesh))
     }
@@ -419,19 +417,19 @@ impl Solver for DemSolver {
     fn finish(&mut self) -> Result<Statistics, Fault> {
         let counts = self.run.as_ref().map(RockIntegrator::counts).unwrap_or_default();
         let net = self.run.as_ref().and_then(RockIntegrator::net);
-        let mut warnings = verdict::verdicts(&self.model, &self.committed, net);
-        let mut measures = Vec::new();
+        let verdicts = verdict::verdicts(&self.model, &self.committed, net);
+        let (mut measures, mut warnings) = (Vec::new(), Vec::new());
         measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);
         self.trajectories(&mut measures, &mut warnings);
-        warnings
-            .extend(self.fields.as_mut().and_then(|fields| fields.finish().err()).map(|fault| fault.message));
-        Ok(Statistics { measures, counts, warnings, ..Statistics::default() })
+        let unwritten = self.fields.as_mut().and_then(|fields| fields.finish().err());
+        warnings.extend(unwritten.map(results::not_written));
+        Ok(Statistics { measures, verdicts, counts, warnings, ..Statistics::default() })
     }
 }
 
 impl DemSolver {
     /// Measures of the trajectories over the terrain, and their picture.
-    fn trajectories(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<String>) {
+    fn trajectories(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<Diagnostic>) {
         let Some(ground) = &self.model.ground else { return };
         for at in 0..self.model.settings.named() {
             results::runout::results(&self.model, ground, at, &self.committed, measures, warnings);
@@ -446,7 +444,8 @@ impl DemSolver {
             (fields::TRAJECTORIES, fields),
         ] {
             if let Err(e) = written {
-                warnings.push(format!("{name} cannot be written: {e}"));
+                let what = format!("{name} cannot be written: {e}");
+                warnings.push(Diagnostic::warning(code::NOT_WRITTEN, what));
             }
         }
     }

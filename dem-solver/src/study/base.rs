@@ -87,7 +87,7 @@ pub struct Base {
     /// Number of the first member of each release, from 0, and of all members.
     pub starts: Vec<u64>,
     /// What the user should look at twice.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// What the results depend on, in a few letters.
     pub fingerprint: String,
     /// Whether savings may be used.

@@ -12,7 +12,7 @@ use super::table::Table;
 use super::worst::barrier::Barrier;
 use super::worst::{self, Comings};
 use clap::{ArgMatches, Args, FromArgMatches};
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
 use interface_defs::ipc::interrupt;
 use interface_defs::ipc::serve::peak_memory;
 use interface_defs::toolkit::arguments::{EnsembleArguments, MemberRange};
@@ -144,7 +144,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
         return Err(Diagnostic::in_file("--members", what));
     }
     if !arguments.quiet {
-        base.warnings.iter().for_each(|warning| tracing::warn!("{}", base.scene.placed(warning)));
+        base.warnings.iter().for_each(|warning| tracing::warn!("{}", base.scene.placed(warning.clone())));
         barrier.iter().flat_map(Barrier::notices).for_each(|notice| tracing::info!("{notice}"));
     }
     interrupt::install();
@@ -229,7 +229,7 @@ impl Study<'_> {
             // A task that is given out twice does nothing the second time.
             Claimed::Done => return Ok(Exit::Done),
             Claimed::Interrupted => {
-                complain("interrupted: the same command goes on where it was");
+                complain(&interrupted("interrupted: the same command goes on where it was"));
                 return Ok(Exit::Failed);
             }
         };
@@ -242,11 +242,11 @@ impl Study<'_> {
         });
         progress.end();
         if let Some(e) = fault {
-            complain(&format!("{}: {e}", part.display()));
+            complain(&unwritten(&part, &e));
             return Ok(Exit::Failed);
         }
         if !whole {
-            complain("interrupted: the same command goes on where it was");
+            complain(&interrupted("interrupted: the same command goes on where it was"));
             return Ok(Exit::Failed);
         }
         journal.finish(&done).map_err(|e| self.fault(e))?;
@@ -309,14 +309,12 @@ impl Study<'_> {
             Ok(true) => {}
             Ok(false) => {
                 let left = index.missing().len();
-                complain(&format!(
-                    "interrupted: {left} of {} members are left; go on with --resume",
-                    self.base.members()
-                ));
+                let what = format!("interrupted: {left} of {} members are left", self.base.members());
+                complain(&interrupted(&what).try_instead("go on with --resume"));
                 return Ok(Exit::Failed);
             }
             Err(e) => {
-                complain(&format!("{}: {e}", out.display()));
+                complain(&unwritten(out, &e));
                 return Ok(Exit::Failed);
             }
         }
@@ -393,10 +391,12 @@ impl Study<'_> {
             doubts: self.base.warnings.len(),
         };
         let found = results::write(self.base, owner.dir(), &study, &mut all).map_err(|e| self.fault(e))?;
-        summary.verdict.extend(found.verdict);
+        let of_lines = found.sentences.into_iter();
+        let notes = of_lines.map(|sentence| Diagnostic::of(Severity::Note, code::OTHER, sentence));
+        summary.warnings.splice(1..1, notes);
         summary.measures.extend(found.measures);
         summary.warnings.extend(found.warnings);
-        summary.warnings.extend(self.base.warnings.iter().map(|w| self.base.scene.placed(w)));
+        summary.warnings.extend(self.base.warnings.iter().map(|w| self.base.scene.placed(w.clone())));
         summary.cost.insert("wall_s".into(), json!(work.seconds));
         summary.cost.insert("members_computed".into(), json!(work.members));
         summary.cost.insert("threads".into(), json!(work.threads));
@@ -405,7 +405,7 @@ impl Study<'_> {
         }
         summary.cost.insert("peak_memory_bytes".into(), json!(peak_memory()));
         if let Err(what) = owner.write_summary(&mut summary) {
-            complain(&what);
+            complain(&Diagnostic::error(code::NOT_WRITTEN, what));
             return Ok(Exit::Failed);
         }
         if !self.arguments.quiet {
@@ -417,10 +417,18 @@ impl Study<'_> {
         }
         // With a barrier more follows, and its command says it at its own end.
         if summary.status != RunStatus::Done && self.barrier.is_none() {
-            complain(summary.message.as_deref().unwrap_or("the study failed"));
+            summary.complain();
         }
         Ok(Exit::of(summary.status))
     }
+}
+
+fn interrupted(what: &str) -> Diagnostic {
+    Diagnostic::error(code::INTERRUPTED, what)
+}
+
+fn unwritten(path: &Path, e: &io::Error) -> Diagnostic {
+    Diagnostic::error(code::NOT_WRITTEN, e.to_string()).at(Place::file(path.display().to_string()))
 }
 
 /// Add to the table the members from `due` on that are known already.

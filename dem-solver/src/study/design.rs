@@ -3,9 +3,8 @@
 //! Both take quantiles of what passes the line and multiply them by factors. The factors depend on how well block and slope are
 //! known, and on what is at risk: the study states them. Only two have a default, which is in the standard itself.
 
-use super::gate;
 use crate::gate::units::short;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -107,7 +106,7 @@ impl Uni {
 struct Bounds {
     name: &'static str,
     unit: &'static str,
-    /// Outside these no one can mean it.
+    /// Outside these it is certainly wrong.
     possible: [f64; 2],
     /// Outside these something is said.
     usual: [f64; 2],
@@ -119,7 +118,7 @@ struct Bounds {
 
 impl Bounds {
     /// Refuse `value` at `key` of the design, or say what is to be doubted.
-    fn check(&self, value: f64, key: &str, study: &Scene) -> Result<Option<String>, Diagnostic> {
+    fn check(&self, value: f64, key: &str, study: &Scene) -> Result<Option<Diagnostic>, Diagnostic> {
         let Self { name, unit, possible, usual, why, units } = self;
         let key = format!("{key}.{name}");
         if value <= 0.0 {
@@ -135,15 +134,15 @@ impl Bounds {
         let other = other.map(|(other, factor)| {
             format!("were it in {other}, it would be {}{unit}", short(factor * value))
         });
-        if inside(possible, value) {
-            let what = other.map_or(what.clone(), |other| format!("{what}; {other}"));
-            return Ok(Some(gate::warning(study, &key, what)));
+        let found = match inside(possible, value) {
+            true => Ok(Some(Diagnostic::warning(code::UNUSUAL_VALUE, what))),
+            false => Err(Diagnostic::new(what)),
+        };
+        let complete = |found: Diagnostic| study.placed(found.about(key).try_if(other));
+        match found {
+            Ok(doubted) => Ok(doubted.map(complete)),
+            Err(refused) => Err(complete(refused)),
         }
-        let refused = study.invalid(&key, what);
-        Err(match other {
-            Some(other) => refused.try_instead(other),
-            None => refused,
-        })
     }
 }
 
@@ -183,8 +182,8 @@ const BLOCK: Bounds = Bounds {
 const FREE_BORDER: Bounds = length("free_border", [0.5, 5.0], 30.0, "free borders are 0.5 to 2 m");
 
 impl Design {
-    /// Refuse what no one can mean, and say what is to be doubted; `key` is that of the table.
-    pub fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, Diagnostic> {
+    /// Refuse what is certainly wrong, and warn of what is unusual; `key` is that of the table.
+    pub fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         if self.uni_11211_4.is_none() && self.onr_24810.is_none() {
             let what = "no standard says what the barrier must be able to do";
             return Err(study
@@ -222,13 +221,17 @@ impl Design {
 }
 
 /// The numbers that are there, each within its bounds.
-fn check_all(all: &[(&Bounds, Option<f64>)], key: &str, study: &Scene) -> Result<Vec<String>, Diagnostic> {
+fn check_all(
+    all: &[(&Bounds, Option<f64>)],
+    key: &str,
+    study: &Scene,
+) -> Result<Vec<Diagnostic>, Diagnostic> {
     let each = all.iter().filter_map(|(bounds, value)| bounds.check((*value)?, key, study).transpose());
     each.collect()
 }
 
 impl Uni {
-    fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, Diagnostic> {
+    fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         if self.free_border < 0.5 {
             let what = format!("free_border = {} m: UNI 11211-4 asks for 0.5 m at least", self.free_border);
             return Err(study.invalid(&format!("{key}.free_border"), what));
@@ -252,7 +255,7 @@ impl Uni {
 }
 
 impl Onr {
-    fn check(&self, key: &str, study: &Scene) -> Result<Vec<String>, Diagnostic> {
+    fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         for (name, value) in
             [("energy_quantile", self.energy_quantile), ("height_quantile", self.height_quantile)]
         {

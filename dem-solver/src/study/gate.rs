@@ -1,4 +1,5 @@
-//! What can be known of a study before it starts: an error where no one can mean it, a warning where someone might.
+//! What can be known of a study before it starts: an error where it is certainly wrong, a warning where it is
+//! possible, but unusual.
 //!
 //! Rocks and contacts are judged by the checks of a scene ([`crate::gate`]), at the ends of what varies.
 
@@ -11,7 +12,7 @@ use crate::gate::contacts::of_contact;
 use crate::gate::units::{Found, all_of_rock, in_litres, short};
 use crate::geometry::plan;
 use crate::settings::Settings;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
@@ -25,8 +26,8 @@ const QUARTER: f64 = FRAC_PI_2 + 0.01;
 /// Pieces of a line that are looked at for ground below.
 const PIECES: u32 = 1000;
 
-/// What the user should look at twice, with its place; errs where no one can mean it.
-pub fn check(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
+/// What the user should look at twice, with its place; errs where it is certainly wrong.
+pub fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let mut said = of_keys(base, file)?;
     said.extend(of_rocks(base, file)?);
     for variable in &base.study.variables {
@@ -43,14 +44,14 @@ pub fn check(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
 }
 
 /// A warning at its place.
-pub fn warning(file: &Scene, key: &str, what: String) -> String {
-    file.invalid(key, what).headline()
+fn warning(file: &Scene, key: &str, what: String) -> Diagnostic {
+    file.placed(Diagnostic::warning(code::UNUSUAL_VALUE, what).about(key))
 }
 
 /// Refuse keys of the scene that do not exist, and values at the ends of their distributions that it refuses; say what it doubts.
-fn of_keys(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
+fn of_keys(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let keys: Vec<&Variable> = base.study.variables.iter().filter(|v| v.quantity == Quantity::Key).collect();
-    let mut said = BTreeSet::new();
+    let mut said: Vec<Diagnostic> = Vec::new();
     for end in [0, 1] {
         let set = |v: &&Variable| format!("{}={}", v.name, v.distribution.ends()[end]);
         let sets: Vec<String> = keys.iter().map(set).collect();
@@ -60,30 +61,33 @@ fn of_keys(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
             let all = all.map(|(number, contact)| of_contact(number, contact, &scene));
             Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
         });
-        let error = match judged {
+        // Whatever is found of a key that varies is written in the study.
+        let own = |found: &Diagnostic| {
+            let mut all = keys.iter().zip(&sets);
+            all.find(|(variable, _)| found.key.as_deref() == Some(variable.name.as_str()))
+        };
+        match judged {
             Ok(warnings) => {
-                for (variable, set) in keys.iter().zip(&sets) {
-                    let own = warnings.iter().filter_map(|w| w.strip_prefix(&format!("{}: ", variable.name)));
+                for found in warnings {
+                    let Some((variable, set)) = own(&found) else { continue };
+                    let what = format!("with {set}: {}", found.message);
                     let key = format!("vary.{}", variable.name);
-                    said.extend(own.map(|what| warning(file, &key, format!("with {set}: {what}"))));
+                    let moved = file.placed(Diagnostic { message: what, ..found }.about(key));
+                    if !said.contains(&moved) {
+                        said.push(moved);
+                    }
                 }
-                continue;
             }
-            Err(error) => error,
-        };
-        let what = error.headline();
-        let own = |(variable, set): (&&Variable, &String)| {
-            Some((variable.name.clone(), what.strip_prefix(&format!("--set {set}: "))?.to_owned()))
-        };
-        let (name, what) = keys.iter().zip(&sets).find_map(own).unwrap_or((String::new(), what.clone()));
-        let key = if name.is_empty() { "vary".into() } else { format!("vary.{name}") };
-        let refused = file.invalid(&key, format!("with {}: {what}", sets.join(", ")));
-        return Err(match error.hint() {
-            Some(hint) => refused.try_instead(hint),
-            None => refused,
-        });
+            Err(error) => {
+                let key =
+                    own(&error).map_or("vary".to_owned(), |(variable, _)| format!("vary.{}", variable.name));
+                let what = if own(&error).is_some() { error.message } else { error.headline() };
+                let refused = file.invalid(&key, format!("with {}: {what}", sets.join(", ")));
+                return Err(refused.coded(error.code).try_if(error.hint));
+            }
+        }
     }
-    Ok(said.into_iter().collect())
+    Ok(said)
 }
 
 /// The quantities that a key of a rock's table follows from.
@@ -120,7 +124,7 @@ impl OfStudy<'_> {
 }
 
 /// Rocks at the ends of their sizes, densities, speeds and spins, by the checks of a scene.
-fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
+fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let study = &base.study;
     let (mut said, mut keys) = (Vec::new(), BTreeSet::new());
     let ends = [[true, true], [true, false], [false, true], [false, false]];
@@ -154,11 +158,9 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
                 it.found.hint = hint;
             }
             let (key, what) = (it.key(), it.what(&rock.name));
-            if it.found.refused {
-                return Err(file.invalid(&key, what).try_instead(it.found.hint));
-            }
-            if keys.insert(key.clone()) {
-                said.push(warning(file, &key, format!("{what}; {}", it.found.hint)));
+            let found = it.found.diagnostic(&key, what, file)?;
+            if keys.insert(key) {
+                said.push(file.placed(found));
             }
         }
         let sized = study.variables.iter().find(|v| matches!(v.quantity, Quantity::Volume | Quantity::Mass));
@@ -169,13 +171,15 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<String>, Diagnostic> {
             let (name, value) =
                 (&variable.name, if variable.quantity == Quantity::Mass { rock.mass } else { volume });
             let what = format!(
-                "with {name} = {}: rock `{}` has {} kg in {} m3; {hint}",
+                "with {name} = {}: rock `{}` has {} kg in {} m3",
                 short(value),
                 rock.name,
                 short(rock.mass),
                 short(volume)
             );
-            said.push(warning(file, &format!("vary.{name}"), what));
+            said.push(
+                warning(file, &format!("vary.{name}"), what).coded(code::LIKELY_UNIT).try_instead(hint),
+            );
         }
     }
     Ok(said)
@@ -196,7 +200,7 @@ fn of_size_meant(quantity: Quantity, volume: f64, mass: f64) -> Option<String> {
 }
 
 /// A direction that is likelier in radians, or upward.
-fn of_direction(variable: &Variable, file: &Scene) -> Option<String> {
+fn of_direction(variable: &Variable, file: &Scene) -> Option<Diagnostic> {
     let (most, name) = match variable.quantity {
         Quantity::Azimuth => (TURN, "azimuth"),
         Quantity::Dip => (QUARTER, "dip"),
@@ -211,18 +215,16 @@ fn of_direction(variable: &Variable, file: &Scene) -> Option<String> {
     let written = range(low, high);
     if name == "dip" && low < 0.0 {
         let what = format!(
-            "a dip of {written} degrees: below 0 rocks are thrown upward, as it is counted below the horizontal; 30 degrees downward \
-             are dip = 30.0"
+            "a dip of {written} degrees: below 0 rocks are thrown upward, as it is counted below the horizontal"
         );
-        return Some(warning(file, &key, what));
+        return Some(warning(file, &key, what).try_instead("30 degrees downward are dip = 30.0"));
     }
     let degrees = variable.distribution.values().is_some_and(whole);
     (low >= 0.0 && high > 0.0 && high <= most && !degrees).then(|| {
-        let what = format!(
-            "{name} is in degrees, {written} here; were it in radians, it would be {} degrees",
-            range(low.to_degrees(), high.to_degrees())
-        );
-        warning(file, &key, what)
+        let degrees = range(low.to_degrees(), high.to_degrees());
+        warning(file, &key, format!("{name} is in degrees, {written} here"))
+            .coded(code::LIKELY_UNIT)
+            .try_instead(format!("were it in radians, it would be {degrees} degrees"))
     })
 }
 
@@ -232,7 +234,7 @@ fn whole(values: &[toml::Value]) -> bool {
 }
 
 /// How much of line number `at` has no ground below.
-fn of_line(base: &Base, at: usize, file: &Scene) -> Option<String> {
+fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
     let (line, name) = (&base.lines[at], &base.study.lines[at].name);
     let places = (0..PIECES).map(|k| plan::along(line, (f64::from(k) + 0.5) / f64::from(PIECES)));
     let beside = places.filter(|place| ground_at(&base.ground, *place).is_none()).count();
@@ -243,7 +245,7 @@ fn of_line(base: &Base, at: usize, file: &Scene) -> Option<String> {
             short(length * beside as f64 / f64::from(PIECES)),
             short(length)
         );
-        warning(file, &format!("line.{at}.points"), what)
+        warning(file, &format!("line.{at}.points"), what).coded(code::PLACE)
     })
 }
 
@@ -256,28 +258,28 @@ const DEGREES: [u32; 22] = [
 ];
 
 /// The code of the maps: one that is possible, in metres, and that of the terrain.
-fn of_system(base: &Base, file: &Scene) -> Result<Option<String>, Diagnostic> {
-    let Some(code) = base.study.maps.as_ref().and_then(|maps| maps.epsg) else { return Ok(None) };
+fn of_system(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic> {
+    let Some(epsg) = base.study.maps.as_ref().and_then(|maps| maps.epsg) else { return Ok(None) };
     let refuse = |what: String, cure: &str| Err(file.invalid("maps.epsg", what).try_instead(cure));
-    if !(CODES[0]..=CODES[1]).contains(&code) {
+    if !(CODES[0]..=CODES[1]).contains(&epsg) {
         let what =
-            format!("epsg = {code}: the codes of coordinate systems go from {} to {}", CODES[0], CODES[1]);
+            format!("epsg = {epsg}: the codes of coordinate systems go from {} to {}", CODES[0], CODES[1]);
         return refuse(
             what,
             "2056 in Switzerland, 31254 to 31259 in Austria, 25832 or 32632 for UTM zone 32",
         );
     }
-    if DEGREES.contains(&code) {
+    if DEGREES.contains(&epsg) {
         let what =
-            format!("EPSG:{code} is in degrees of longitude and latitude, and the terrain is in metres");
+            format!("EPSG:{epsg} is in degrees of longitude and latitude, and the terrain is in metres");
         return refuse(what, "write the code of the system that the terrain is in, as 2056 in Switzerland");
     }
-    let own = System::of_terrain(base).map(u32::from).filter(|own| *own != code);
+    let own = System::of_terrain(base).map(u32::from).filter(|own| *own != epsg);
     Ok(own.map(|own| {
         let what = format!(
-            "epsg = {code}, and the terrain's file says EPSG:{own}: maps keep the terrain's coordinates and are called EPSG:{code}; \
-             leave epsg out to call them EPSG:{own}"
+            "epsg = {epsg}, and the terrain's file says EPSG:{own}: maps keep the terrain's coordinates and are called EPSG:{epsg}"
         );
-        warning(file, "maps.epsg", what)
+        let cure = format!("leave epsg out to call them EPSG:{own}");
+        warning(file, "maps.epsg", what).coded(code::CONTRADICTION).try_instead(cure)
     }))
 }

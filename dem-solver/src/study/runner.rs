@@ -7,13 +7,15 @@ use super::track::{Follower, Track};
 use crate::DemSolver;
 use crate::geometry::plan::Point;
 use crate::model::Model;
-use crate::model::runout::{Ending, jump_height};
+use crate::model::runout::jump_height;
+use crate::results::measures::penetration;
 use crate::results::trajectory::Row;
 use interface_defs::ipc::interrupt;
-use interface_defs::message::{Gauge, Measure};
-use interface_defs::toolkit::energy::{Balance, Energies};
-use interface_defs::toolkit::limits::{ENERGY_ERROR, Evidence};
+use interface_defs::message::Gauge;
+use interface_defs::toolkit::energy::{self, Balance, Energies};
+use interface_defs::toolkit::limits::Evidence;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
+use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::Vector3;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -159,14 +161,14 @@ impl Fall {
         let mut solver = DemSolver::of_model(model, &base.scene, base.follows());
         let (interval, end) = (base.settings.interval, base.settings.end_time);
         let plan = Plan { end_time: end, window: interval.min(end), ..Plan::default() };
-        let ready = solver.prepare(&plan, &mut |_| Ok(())).map_err(|fault| fault.message)?;
+        let ready = solver.prepare(&plan, &mut |_| Ok(())).map_err(|fault| fault.to_string())?;
         let start = energies(&ready.gauges, &ready.initial, 0);
         Ok(Self { balance: Balance::new(start), gauges: ready.gauges, values: ready.initial, solver })
     }
 
     fn window(&mut self, window: &Window, fatal: f64) -> Result<(), String> {
         let solved = self.solver.solve(window, &[], &mut self.values).and_then(|()| self.solver.commit());
-        solved.map_err(|fault| fault.message)?;
+        solved.map_err(|fault| fault.to_string())?;
         if let Some(at) = self.values.iter().position(|v| !v.is_finite()) {
             let what = &self.gauges[at / 3].name;
             return Err(format!("before {} s {what} became {}", window.end(), self.values[at]));
@@ -190,15 +192,12 @@ impl Fall {
         let state = self.solver.state();
         let body = &state.bodies[0];
         let depth = body.deepest.largest();
-        let mut report = |name: &str, value: f64, time: f64| {
-            summary.measures.push(Measure { name: name.into(), value, unit: "1".into(), time: Some(time) });
-        };
         if let Some((depth, time)) = depth {
-            report("max_penetration", depth, time);
+            summary.measures.push(penetration("max_penetration", depth, time));
         }
         let error = self.balance.error();
         if let Some(error) = error {
-            report(ENERGY_ERROR, error, self.balance.largest.1);
+            summary.measures.push(energy::error_measure(error, self.balance.largest.1));
         }
         base.limits.judge(&mut summary, &Evidence { energy: SHORTER.into(), ..Evidence::default() });
         if summary.status == RunStatus::Unreliable {
@@ -207,7 +206,7 @@ impl Fall {
         }
         let path = &body.path;
         let (how, time, position, velocity) = match path.ending {
-            Some(end) if end.how == Ending::Rest => (How::Rest, end.time, end.position, end.velocity),
+            Some(end) if end.how == Fate::AtRest => (How::Rest, end.time, end.position, end.velocity),
             Some(end) => (How::Out, end.time, end.position, end.velocity),
             None => (How::Moving, state.time, body.motion.position, body.motion.velocity),
         };
@@ -215,8 +214,8 @@ impl Fall {
         outcome.time = time;
         outcome.end = (position + base.ground.origin).into();
         outcome.end_velocity = velocity.into();
-        let way = Vector3::from(outcome.end) - Vector3::from(outcome.start);
-        outcome.run_out = way.xy().norm();
+        let moved = Vector3::from(outcome.end) - Vector3::from(outcome.start);
+        outcome.run_out = moved.xy().norm();
         outcome.speed = path.fastest.0;
         outcome.energy = path.most_energy.0;
         outcome.jump = path.highest.0;

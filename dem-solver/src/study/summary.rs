@@ -1,7 +1,8 @@
 //! What a study came to: counts of endings, quantiles over its members.
 
 use super::record::{How, Outcome};
-use interface_defs::message::Measure;
+use interface_defs::diagnostic::{Diagnostic, Severity, code};
+use interface_defs::message::{Measure, Worse};
 use interface_defs::toolkit::limits::percent;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 
@@ -29,28 +30,35 @@ struct Column {
     name: &'static str,
     unit: &'static str,
     of: fn(&Outcome) -> f64,
+    /// In which direction it is worse.
+    worse: Worse,
     /// Whether it is known of rocks that came to rest alone: of others it is at least that at which they were seen last.
     at_rest: bool,
 }
 
 impl Column {
     const fn new(name: &'static str, unit: &'static str, of: fn(&Outcome) -> f64) -> Self {
-        Self { name, unit, of, at_rest: false }
+        Self { name, unit, of, worse: Worse::Larger, at_rest: false }
     }
 
     const fn at_rest(mut self) -> Self {
         self.at_rest = true;
         self
     }
+
+    const fn neither(mut self) -> Self {
+        self.worse = Worse::Neither;
+        self
+    }
 }
 
 const COLUMNS: [Column; 6] = [
     Column::new("run_out", "m", |o| o.run_out).at_rest(),
-    Column::new("time", "s", |o| o.time).at_rest(),
+    Column::new("time", "s", |o| o.time).at_rest().neither(),
     Column::new("max_speed", "m/s", |o| o.speed),
     Column::new("max_kinetic_energy", "J", |o| o.energy),
     Column::new("max_jump_height", "m", |o| o.jump),
-    Column::new("impacts", "1", |o| o.impacts as f64),
+    Column::new("impacts", "1", |o| o.impacts as f64).neither(),
 ];
 
 /// Values of one quantity: those that are known, and bounds from below of the others.
@@ -128,23 +136,24 @@ impl Numbers {
     /// The summary; with more than the share `most_failed` of members that failed or are unreliable it is unreliable itself.
     pub fn summary(mut self, most_failed: f64) -> Summary {
         let mut summary = Summary::new(RunStatus::Done);
-        summary.verdict.push(format!(
+        let counts = format!(
             "of {} members {} came to rest, {} left the terrain, {} still moved at the end, {} failed; {} of those computed are \
              unreliable",
             self.members, self.rest, self.left, self.moving, self.failed, self.unreliable
-        ));
-        let mut report = |name: String, value: f64, unit: &str| {
-            summary.measures.push(Measure { name, value, unit: unit.into(), time: None });
+        );
+        summary.warnings.push(Diagnostic::of(Severity::Note, code::OTHER, counts));
+        let mut report = |name: String, value: f64, unit: &str, worse: Worse| {
+            summary.measures.push(Measure::new(name, value, unit).ranked(Measure::ORDINARY, worse));
         };
-        for (name, count) in [
-            ("members", self.members),
-            ("members_at_rest", self.rest),
-            ("members_left", self.left),
-            ("members_moving", self.moving),
-            ("members_unreliable", self.unreliable),
-            ("members_failed", self.failed),
+        for (name, count, worse) in [
+            ("members", self.members, Worse::Neither),
+            ("members_at_rest", self.rest, Worse::Neither),
+            ("members_left", self.left, Worse::Larger),
+            ("members_moving", self.moving, Worse::Larger),
+            ("members_unreliable", self.unreliable, Worse::Larger),
+            ("members_failed", self.failed, Worse::Larger),
         ] {
-            report(name.into(), count as f64, "1");
+            report(name.into(), count as f64, "1", worse);
         }
         let (mut none, mut unknown, mut wide) = (Vec::new(), Vec::new(), Vec::new());
         for (values, column) in self.values.iter_mut().zip(&COLUMNS) {
@@ -161,18 +170,19 @@ impl Numbers {
                     unknown.push(format!("{name} (at least {least:.3} {unit})"));
                     continue;
                 }
-                report(name.clone(), most, unit);
+                report(name.clone(), most, unit, column.worse);
                 if most - least > WIDE * most.abs() {
                     wide.push(format!("{name} from {least:.3} to {most:.3} {unit}"));
                 }
             }
             match values.known.last().filter(|_| values.at_least.is_empty()) {
-                Some(most) => report(format!("{}_largest", column.name), *most, column.unit),
+                Some(most) => report(format!("{}_largest", column.name), *most, column.unit, column.worse),
                 None => unknown.push(format!("{}_largest", column.name)),
             }
         }
         if !none.is_empty() {
-            summary.warnings.push(format!("quantiles of {} absent: no member was computed", none.join(", ")));
+            let what = format!("quantiles of {} absent: no member was computed", none.join(", "));
+            summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
         }
         if self.left + self.moving > 0 && self.members > self.failed {
             let (computed, on) = (self.members - self.failed, self.left + self.moving);
@@ -187,33 +197,38 @@ impl Numbers {
             if !unknown.is_empty() {
                 what += &format!("; absent: {}", unknown.join(", "));
             }
-            summary.warnings.push(what + "; a larger terrain or a longer end_time may do");
+            let cure = "a larger terrain or a longer end_time may do";
+            summary.warnings.push(Diagnostic::warning(code::TRUST, what).try_instead(cure));
         }
         if let (stayed @ 1.., first) = &self.stayed {
             let named: Vec<String> = first.iter().map(u64::to_string).collect();
             let more = if *stayed > first.len() as u64 { ", ..." } else { "" };
-            summary.warnings.push(format!(
+            let what = format!(
                 "{stayed} of {} members came to rest where they started, nearer than their own size: {}{more}; they count in all shares and \
-                 quantiles; for rocks that fall a speed in [vary], a height, or a release where the ground is steeper",
+                 quantiles",
                 self.members,
                 named.join(", ")
-            ));
+            );
+            let cure =
+                "for rocks that fall a speed in [vary], a height, or a release where the ground is steeper";
+            summary.warnings.push(Diagnostic::warning(code::UNUSUAL_VALUE, what).try_instead(cure));
         }
+        let mut doubts = Vec::new();
         let cut = self.moving as f64 / self.members as f64;
         if self.moving > 0 {
             let what = format!(
                 "{} of {} members ({}) still moved when the time was over: shares and quantiles at lines, maps and run-outs are \
-                 of falls that are not at their end; raise end_time",
+                 of falls that are not at their end",
                 self.moving,
                 self.members,
                 percent(cut)
             );
-            if cut > most_failed {
-                summary.status = RunStatus::Unreliable;
-                summary.message =
-                    Some(format!("unreliable: {what}, or allow it with most_failed = {cut:.3}"));
-            } else {
-                summary.warnings.push(what);
+            let cure = "raise end_time";
+            let allow = format!("{cure}, or allow it with most_failed = {cut:.3}");
+            let doubted = Diagnostic::warning(code::TRUST, what);
+            match cut > most_failed {
+                true => doubts.push(doubted.try_instead(allow)),
+                false => summary.warnings.push(doubted.try_instead(cure)),
             }
         }
         let bad = self.unreliable + self.failed;
@@ -225,16 +240,15 @@ impl Numbers {
                 percent(share)
             );
             if share > most_failed {
-                if let Some(other) = summary.message.take() {
-                    summary.warnings.push(other);
-                }
-                summary.status = RunStatus::Unreliable;
-                summary.message = Some(format!(
-                    "unreliable: {what}; more than most_failed = {most_failed}: the column `message` of members.csv has all"
-                ));
+                let what = format!("{what}; more than most_failed = {most_failed}");
+                let cure = "the column `message` of members.csv has all";
+                doubts.push(Diagnostic::warning(code::TRUST, what).try_instead(cure));
             } else {
-                summary.warnings.push(what);
+                summary.warnings.push(Diagnostic::warning(code::TRUST, what));
             }
+        }
+        if !doubts.is_empty() {
+            summary.doubt(doubts);
         }
         summary
     }
@@ -243,6 +257,10 @@ impl Numbers {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn sentences(summary: &Summary) -> String {
+        summary.warnings.iter().map(|warning| format!("{warning}\n")).collect()
+    }
 
     #[test]
     fn quantiles_lie_between_two_members_in_proportion() {
@@ -270,7 +288,7 @@ mod tests {
         assert_eq!(summary.measure("run_out_q90"), None);
         assert_eq!(summary.measure("run_out_q99"), None);
         assert_eq!(summary.measure("run_out_largest"), None);
-        let said = summary.warnings.join("\n");
+        let said = sentences(&summary);
         assert!(
             said.contains("2 of 8 members") && said.contains("run_out_q50 from 42.500 to 45.000 m"),
             "{said}"
@@ -287,7 +305,7 @@ mod tests {
                 Outcome { how: How::Rest, run_out, volume: 0.512, ..Outcome::failed(String::new()) };
             numbers.add(number, &Outcome { status: RunStatus::Done, ..outcome });
         }
-        let said = numbers.summary(0.01).warnings.join("\n");
+        let said = sentences(&numbers.summary(0.01));
         assert!(
             said.contains("2 of 4 members came to rest where they started") && said.contains(": 2, 4;"),
             "{said}"
@@ -307,7 +325,7 @@ mod tests {
         };
         let (one, many) = (of(1), of(20));
         assert_eq!((one.status, many.status), (RunStatus::Done, RunStatus::Unreliable));
-        assert!(one.warnings.join("").contains("1 of 100 members (1 %) still moved"), "{:?}", one.warnings);
+        assert!(sentences(&one).contains("1 of 100 members (1 %) still moved"), "{:?}", one.warnings);
         assert!(many.message.is_some_and(|m| m.contains("20 of 100") && m.contains("end_time")));
     }
 

@@ -30,7 +30,7 @@ pub mod zones;
 use crate::geometry::box_tree::{Bounds, BoxTree, morton_order};
 use crate::geometry::shared_nodes::{Unshared, first_fault};
 use forest::Forest;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use settings::TerrainSettings;
@@ -56,10 +56,15 @@ pub struct Terrain {
     /// Highest corner, local [m].
     pub highest: Vector3<f64>,
     /// What the user should know of it.
-    pub notices: Vec<String>,
+    pub notices: Vec<Diagnostic>,
     /// Whether contacts are continuous over kinks.
     pub continuous: bool,
     tree: BoxTree,
+}
+
+/// What the user should know of the terrain of a scene.
+fn notice(what: String) -> Diagnostic {
+    Diagnostic::warning(code::GEOMETRY, what).about("terrain")
 }
 
 impl Terrain {
@@ -91,7 +96,7 @@ impl Terrain {
         let Triangulated { origin, nodes, triangles, mut notices } = relief;
         let (triangles, dropped) = with_area(&nodes, triangles);
         if dropped > 0 {
-            notices.push(format!("terrain: {dropped} triangles without area left out"));
+            notices.push(notice(format!("{dropped} triangles without area left out")));
         }
         let corner = |t: usize, k: usize| nodes[triangles[t][k] as usize];
         let order = morton_order(triangles.len(), |t| (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);

@@ -3,7 +3,7 @@
 use super::forest;
 use super::formats::{self, Holds};
 use super::system;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
@@ -108,7 +108,7 @@ fn plant(
     place: &str,
     (name, drag, height): (Option<ForestName>, &mut Option<f64>, &mut Option<f64>),
     scene: &Scene,
-) -> Result<Option<String>, Diagnostic> {
+) -> Result<Option<Diagnostic>, Diagnostic> {
     for (key, value) in [("forest_drag", &*drag), ("forest_height", &*height)] {
         if let Some(v) = value.filter(|v| *v <= 0.0) {
             return Err(scene.invalid(&format!("{place}.{key}"), format!("{key} = {v}: it must lie above 0")));
@@ -127,7 +127,8 @@ fn plant(
         height.get_or_insert(forest::HEIGHT);
     }
     Ok(name.map(|_| {
-        format!("{place}.forest: its drag is uncalibrated: calibrate it on falls that were measured at the site (RAMMS)")
+        let what = "its drag is uncalibrated: calibrate it on falls that were measured at the site (RAMMS)";
+        Diagnostic::warning(code::TRUST, what).about(format!("{place}.forest"))
     }))
 }
 
@@ -196,9 +197,9 @@ impl TerrainSettings {
     }
 
     /// Fill in what the names of forests stand for; what the user must know of them.
-    pub fn plant(&mut self, scene: &Scene) -> Result<Vec<String>, Diagnostic> {
+    pub fn plant(&mut self, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         let own = (self.forest, &mut self.forest_drag, &mut self.forest_height);
-        let mut notes: Vec<String> = plant("terrain", own, scene)?.into_iter().collect();
+        let mut notes: Vec<Diagnostic> = plant("terrain", own, scene)?.into_iter().collect();
         for (i, zone) in self.zone.iter_mut().enumerate() {
             let of_zone = (zone.forest, &mut zone.forest_drag, &mut zone.forest_height);
             notes.extend(plant(&format!("terrain.zone.{i}"), of_zone, scene)?);
@@ -223,6 +224,7 @@ impl TerrainSettings {
         match idle.into_iter().find(|(_, idle, _)| *idle) {
             Some((key, _, why)) => Err(scene
                 .invalid(&format!("terrain.{key}"), format!("`{key}` {why}: nothing will use it"))
+                .coded(code::UNUSED_KEY)
                 .try_instead(format!("leave `{key}` out"))),
             None => Ok(()),
         }

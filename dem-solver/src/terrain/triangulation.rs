@@ -1,6 +1,7 @@
 //! From what a file holds (a raster of heights, points, triangles) to one surface with a local origin.
 
 use super::formats::{self, Content};
+use super::notice;
 use super::raster::Raster;
 use super::settings::{NoData, TerrainSettings};
 use interface_defs::diagnostic::Diagnostic;
@@ -18,7 +19,7 @@ pub struct Triangulated {
     /// Triangles.
     pub triangles: Vec<[u32; 3]>,
     /// What the user should know of it.
-    pub notices: Vec<String>,
+    pub notices: Vec<Diagnostic>,
 }
 
 /// Read the terrain of a scene.
@@ -73,7 +74,7 @@ pub fn from_raster(raster: &Raster, nodata: NoData, file: &str) -> Result<Triang
                 "fill them, or write nodata = \"cut\" under [terrain]: rocks fall through such holes",
             ));
         }
-        notices.push(format!("terrain: {missing} cells without height are cut out"));
+        notices.push(notice(format!("{missing} cells without height are cut out")));
     }
     let known = || raster.heights.iter().copied().filter(|z| !z.is_nan());
     let [x0, y0] = raster.corner;
@@ -145,10 +146,8 @@ pub fn from_points(
     nodes.dedup_by(|next, kept| next.x == kept.x && next.y == kept.y);
     let mut notices = Vec::new();
     if nodes.len() < before {
-        notices.push(format!(
-            "terrain: {} points lie above or below another one; the highest is kept",
-            before - nodes.len()
-        ));
+        let what = format!("{} points lie above or below another one", before - nodes.len());
+        notices.push(notice(what).try_instead("the highest is kept"));
     }
     let spot = |(i, n): (usize, &Vector3<f64>)| {
         // Spade refuses coordinates between 0 and 1e-42.

@@ -2,13 +2,14 @@
 //!
 //! The order of a triangle's corners says it, where all triangles agree; files from different hands do not always.
 
-use super::Terrain;
+use super::{Terrain, notice};
+use interface_defs::diagnostic::Diagnostic;
 use std::collections::HashSet;
 
 impl Terrain {
     /// Order the corners of all triangles so that their normals point out of the ground. A mesh of one winding keeps what
     /// hangs over; of one that does not agree with itself each triangle faces up. What the user should know.
-    pub fn face_up(&mut self) -> Option<String> {
+    pub fn face_up(&mut self) -> Option<Diagnostic> {
         let rise = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|n| self.nodes[n as usize]);
             (b - a).cross(&(c - a)).z
@@ -24,10 +25,10 @@ impl Terrain {
                     self.triangles[at].swap(1, 2);
                 }
             }
-            return Some(format!(
-                "terrain: the corners of its triangles run round in both directions ({down} of {all} face down); each was \
-                 taken to face up, so that nothing hangs over"
-            ));
+            let what = format!(
+                "the corners of its triangles run round in both directions ({down} of {all} face down)"
+            );
+            return Some(notice(what).try_instead("each was taken to face up, so that nothing hangs over"));
         }
         if whole < 0.0 {
             self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -81,7 +82,7 @@ mod tests {
     fn of_both_windings_each_triangle_faces_up_and_that_is_reported() {
         let mut mixed = overhang(&[0]);
         let notice = mixed.face_up().expect("a notice");
-        assert!(notice.contains("3 of 6"), "{notice}");
+        assert!(notice.message.contains("3 of 6"), "{notice}");
         assert_eq!(down(&mixed), 0);
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::study::design::{Design, Level, Onr, UNI_QUANTILE, Uni};
 use crate::study::summary::quantile;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Measure;
 use interface_defs::toolkit::summary::short;
 use std::io;
@@ -230,9 +231,9 @@ pub struct Checked {
     /// Its numbers.
     pub measures: Vec<Measure>,
     /// A sentence for each standard.
-    pub verdict: Vec<String>,
+    pub sentences: Vec<String>,
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// Judge the barrier of the line `name` and write the table of its numbers to `path`.
@@ -264,14 +265,10 @@ pub fn write(
             let value = row.value.to_string();
             let how = row.more.as_ref().map_or(row.how.clone(), |more| format!("{}; {more}", row.how));
             table.write_record([row.standard, row.name, &value, row.unit, &how, &has, satisfied])?;
-            checked.measures.push(Measure {
-                name: format!("{name}_{}_{}", key(row.standard), row.name),
-                value: row.value,
-                unit: row.unit.into(),
-                time: None,
-            });
+            let measure = format!("{name}_{}_{}", key(row.standard), row.name);
+            checked.measures.push(Measure::new(measure, row.value, row.unit));
         }
-        checked.verdict.push(sentence(name, &rows, study));
+        checked.sentences.push(sentence(name, &rows, study));
     }
     let most = [
         design.uni_11211_4.as_ref().map(|_| UNI_QUANTILE),
@@ -280,9 +277,11 @@ pub fn write(
     let most = most.into_iter().flatten().fold(0.0, f64::max);
     let count = passing.speed.len();
     if count as f64 * (1.0 - most / 100.0) < 1.0 {
-        checked.warnings.push(format!(
-            "the line `{name}`: of {count} rocks that pass less than one lies above the {most} % that its design takes: more members are required"
-        ));
+        let what = format!(
+            "the line `{name}`: of {count} rocks that pass less than one lies above the {most} % that its design takes"
+        );
+        let few = Diagnostic::warning(code::FEW_SAMPLES, what);
+        checked.warnings.push(few.try_instead("more members are required"));
     }
     table.flush()?;
     Ok(checked)
@@ -292,7 +291,7 @@ pub fn write(
 const HEAVY: f64 = 10.0;
 
 /// What is said of a design block that is not one of the rocks that pass.
-fn block(name: &str, uni: &Uni, passing: &Passing) -> Option<String> {
+fn block(name: &str, uni: &Uni, passing: &Passing) -> Option<Diagnostic> {
     let (block, [least, most]) = (uni.block_mass, [*passing.mass.first()?, *passing.mass.last()?]);
     // Masses that do not vary are a density times a volume, rounded.
     let heavier = passing.mass.iter().filter(|mass| **mass > block * (1.0 + 1e-3)).count();
@@ -305,13 +304,14 @@ fn block(name: &str, uni: &Uni, passing: &Passing) -> Option<String> {
         false if heavier > 0 => "the energy that UNI 11211-4 requires is that of the lighter block".into(),
         false => "the energy that UNI 11211-4 requires is that of a rock that is not in this study".into(),
     };
-    Some(format!(
-        "the line `{name}`: block_mass = {} kg, and the rocks that pass have {} to {} kg, {heavier} of {} are heavier: {hint}",
+    let what = format!(
+        "the line `{name}`: block_mass = {} kg, and the rocks that pass have {} to {} kg, {heavier} of {} are heavier",
         short(block),
         short(least),
         short(most),
         passing.mass.len()
-    ))
+    );
+    Some(Diagnostic::warning(code::UNUSUAL_VALUE, what).try_instead(hint))
 }
 
 /// Rocks that pass with more than this energy [J], in words.
@@ -323,13 +323,14 @@ fn with_more(required: f64, passing: &Passing) -> Option<String> {
 }
 
 /// What is said of an energy that some rock that passes has more of.
-fn below_largest(name: &str, rows: &[Row]) -> Option<String> {
+fn below_largest(name: &str, rows: &[Row]) -> Option<Diagnostic> {
     let (required, more) = rows.iter().find_map(|row| Some((row.value, row.more.as_ref()?)))?;
-    Some(format!(
+    let what = format!(
         "the line `{name}`: {UNI} requires {} J, and {more}: it takes the mass of the design block, the {UNI_QUANTILE} % speed and no \
          rotation",
         short(required)
-    ))
+    );
+    Some(Diagnostic::warning(code::TRUST, what))
 }
 
 /// What a barrier must have, and whether it has it.

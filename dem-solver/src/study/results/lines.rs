@@ -6,7 +6,8 @@ use super::picture::short;
 use crate::study::base::Base;
 use crate::study::summary::{SHARES, quantile};
 use crate::study::track::place;
-use interface_defs::message::Measure;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::{Measure, Worse};
 use interface_defs::toolkit::summary::RunStatus;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -92,31 +93,27 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
         let name = &line.name;
         let count = passing.largest[0].len();
         if computed == 0 {
-            found
-                .warnings
-                .push(format!("what passes the line `{name}` is not known: no member was computed"));
+            let what = format!("what passes the line `{name}` is not known: no member was computed");
+            found.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
             continue;
         }
         let share = count as f64 / computed as f64;
-        let mut report = |what: String, value: f64, unit: &str| {
-            found.measures.push(Measure {
-                name: format!("{name}_{what}"),
-                value,
-                unit: unit.into(),
-                time: None,
-            });
+        let mut report = |what: &str, value: f64, unit: &str| {
+            let rank = RANKS.iter().find(|(ranked, _)| *ranked == what).map_or(Measure::ORDINARY, |r| r.1);
+            let measure = Measure::new(format!("{name}_{what}"), value, unit);
+            found.measures.push(measure.ranked(rank, Worse::Larger));
         };
-        report("passing".into(), count as f64, "1");
-        report("passing_share".into(), share, "1");
+        report("passing", count as f64, "1");
+        report("passing_share", share, "1");
         if count == 0 {
-            found
-                .warnings
-                .push(format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it"));
+            let what = format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it");
+            found.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
             if line.design.is_some() {
-                found.warnings.push(format!(
-                    "the design of the line `{name}` is not made and nothing is said of its barrier: no rock passes it; is the line where \
-                     rocks come, and end_time long enough?"
-                ));
+                let what = format!(
+                    "the design of the line `{name}` is not made and nothing is said of its barrier: no rock passes it"
+                );
+                let cure = "is the line where rocks come, and end_time long enough?";
+                found.warnings.push(Diagnostic::warning(code::FEW_SAMPLES, what).try_instead(cure));
             }
             continue;
         }
@@ -124,9 +121,9 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             values.sort_by(f64::total_cmp);
             let Some(most) = values.last().copied() else { continue };
             for share in SHARES {
-                report(format!("{what}_q{share}"), quantile(values, f64::from(share) / 100.0), unit);
+                report(&format!("{what}_q{share}"), quantile(values, f64::from(share) / 100.0), unit);
             }
-            report(format!("{what}_largest"), most, unit);
+            report(&format!("{what}_largest"), most, unit);
         }
         if let Some(design) = &line.design {
             let [energy, _, height, speed] = &passing.largest;
@@ -135,7 +132,7 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             let rocks = Rocks { energy, height, speed, mass: &passing.masses };
             let checked = design::write(&path, name, design, &rocks, study)?;
             found.measures.extend(checked.measures);
-            found.verdict.extend(checked.verdict);
+            found.sentences.extend(checked.sentences);
             found.warnings.extend(checked.warnings);
         }
         exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing.largest, computed)?;
@@ -144,6 +141,10 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
     }
     Ok(())
 }
+
+/// Measures of a line that the screen shows first, with their ranks.
+const RANKS: [(&str, u16); 4] =
+    [("passing_share", 5), ("energy_q95", 10), ("energy_q99", 12), ("height_q95", 14)];
 
 /// How often each value is reached or exceeded, of the members that pass and of all.
 fn exceedance(path: &Path, largest: &[Vec<f64>; LARGEST.len()], computed: u64) -> io::Result<()> {

@@ -5,6 +5,7 @@
 use crate::study::base::Base;
 use crate::study::grid::Grid;
 use crate::terrain::system::{self, PROJECTED_TYPE, USER_DEFINED};
+use interface_defs::diagnostic::{Diagnostic, code};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -44,9 +45,11 @@ impl System {
     }
 
     /// What the user should know of it.
-    pub fn warning(&self) -> Option<String> {
+    pub fn warning(&self) -> Option<Diagnostic> {
         self.epsg.is_none().then(|| {
-            "maps have no coordinate system: the terrain's file names none; write its code in the study, as in maps.epsg = 2056".into()
+            let what = "maps have no coordinate system: the terrain's file names none";
+            Diagnostic::warning(code::PLACE, what)
+                .try_instead("write its code in the study, as in maps.epsg = 2056")
         })
     }
 

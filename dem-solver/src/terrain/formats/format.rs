@@ -68,6 +68,6 @@ pub enum Content {
         /// Triangles.
         triangles: Vec<[u32; 3]>,
         /// What the user should know.
-        notices: Vec<String>,
+        notices: Vec<Diagnostic>,
     },
 }

@@ -1,5 +1,6 @@
 //! Heights that no terrain has: marks of cells without height that the file does not declare, degrees in place of metres.
 
+use super::super::notice;
 use crate::terrain::raster::Raster;
 use interface_defs::diagnostic::Diagnostic;
 
@@ -78,7 +79,7 @@ pub fn of_triangles(
     nodes: &[nalgebra::Vector3<f64>],
     triangles: &[[u32; 3]],
     file: &str,
-) -> Result<Option<String>, Diagnostic> {
+) -> Result<Option<Diagnostic>, Diagnostic> {
     on_earth(range(nodes.iter().map(|n| n.z)), file)?;
     let mut sums = [0.0; 3];
     for [a, b, c] in triangles.iter().map(|t| t.map(|n| nodes[n as usize])) {
@@ -88,11 +89,14 @@ pub fn of_triangles(
     let [x, y, z] = sums;
     Ok((y > STEEP * z || x > STEEP * z).then(|| {
         let axis = if y > x { "y" } else { "x" };
-        format!(
-            "terrain: seen along {axis} it is {y_or_x:.4e} m2 large, seen from above only {z:.4e} m2: it is upright; z is \
-             upward here, and a mesh whose upward axis is {axis} must be turned when it is exported",
-            y_or_x = x.max(y)
-        )
+        let most = x.max(y);
+        let cure = format!(
+            "z is upward here, and a mesh whose upward axis is {axis} must be turned when it is exported"
+        );
+        notice(format!(
+            "seen along {axis} it is {most:.4e} m2 large, seen from above only {z:.4e} m2: it is upright"
+        ))
+        .try_instead(cure)
     }))
 }
 

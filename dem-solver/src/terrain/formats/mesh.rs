@@ -1,6 +1,7 @@
 //! Terrain that comes as triangles, by the readers of surfaces. Text is read in double precision; binary
 //! STL holds single precision, to which survey coordinates of 2.6e6 m are steps of 0.25 m.
 
+use super::super::notice;
 use super::format::Content;
 use crate::input::ReadError;
 use crate::shape::formats::{Facets, SurfaceFormat};
@@ -20,10 +21,8 @@ pub fn read(format: &SurfaceFormat, bytes: &[u8]) -> Result<Content, ReadError> 
     let mut notices = Vec::new();
     if single && largest > COARSE {
         let step = largest * f64::from(f32::EPSILON);
-        notices.push(format!(
-            "terrain: a binary STL holds coordinates of {largest:.0} m in steps of {step:.1e} m; write it with a \
-             local origin, or as text"
-        ));
+        let what = format!("a binary STL holds coordinates of {largest:.0} m in steps of {step:.1e} m");
+        notices.push(notice(what).try_instead("write it with a local origin, or as text"));
     }
     Ok(Content::Triangles { nodes, triangles, notices })
 }
