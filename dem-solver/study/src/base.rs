@@ -1,9 +1,7 @@
 //! What all members of a study share: the scene, its terrain, its rocks, the laws; built once.
 
-use super::gate;
 use super::grid::{self, Grid};
 use super::place::ground_at;
-use super::record::FORM;
 use super::sampling::Sampler;
 use super::settings::{Place, Quantity, Sampling, StudySettings};
 use dem_contact::contact::whole_rock::Whole;
@@ -15,7 +13,6 @@ use dem_solid::cluster::kept;
 use dem_solid::geometry::plan::{Area, Point};
 use dem_terrain::{Terrain, system};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::program::Options;
@@ -25,9 +22,6 @@ use serde::Deserialize;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// Numbers that are drawn for every member: two of its place, three of its orientation, two of the axis of its spin.
-pub const DRAWN: usize = 7;
 
 /// A rock that members scale: the scene's own, or one of `vary.shape`.
 pub struct Prototype {
@@ -95,13 +89,9 @@ pub struct Base {
 }
 
 impl Base {
-    /// Read and check a study, its scene and its terrain.
-    pub fn new(file: &Scene, shortcuts: bool) -> Result<Self, Diagnostic> {
-        Self::with_kept(file, shortcuts, &[])
-    }
-
-    /// The same; spheres that were made before are looked for in the folders `clusters` too.
-    pub fn with_kept(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Self, Diagnostic> {
+    /// Read a study, its scene and its terrain; spheres that were made before are looked for in the folders `clusters` too.
+    /// [`crate::gate::read`] checks it and knows its fingerprint.
+    pub(super) fn new(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Self, Diagnostic> {
         let study = StudySettings::of(file)?;
         let scene = Scene::load(&file.resolve(&study.scene), &[])?;
         check_scene(&scene, file)?;
@@ -145,7 +135,7 @@ impl Base {
         let samplers = samplers.collect();
         let mut starts = vec![0];
         counts.iter().for_each(|count| starts.push(starts[starts.len() - 1] + count));
-        let mut it = Self {
+        Ok(Self {
             study,
             scene,
             document,
@@ -162,10 +152,7 @@ impl Base {
             warnings,
             fingerprint: String::new(),
             shortcuts,
-        };
-        it.fingerprint = it.fingerprint(file);
-        it.warnings.extend(gate::check(&it, file)?);
-        Ok(it)
+        })
     }
 
     /// Write the spheres that were made for its rocks to a folder, where they are not there yet: no later start makes them again.
@@ -198,30 +185,6 @@ impl Base {
     pub fn draws(&self, number: u64) -> bool {
         let most = self.study.maps.as_ref().map_or(0, |maps| u64::from(maps.trajectories));
         most > 0 && (number - 1).is_multiple_of(self.members().div_ceil(most))
-    }
-
-    /// A hash of all that the results depend on: study, scene, terrain, spheres, program.
-    fn fingerprint(&self, file: &Scene) -> String {
-        let mut bytes = format!("{} {} {} ", env!("CARGO_PKG_VERSION"), FORM, self.shortcuts).into_bytes();
-        bytes.extend(format!("{} {} ", file.fingerprint(), self.scene.fingerprint()).into_bytes());
-        let mut take = |n: f64| bytes.extend(n.to_bits().to_le_bytes());
-        self.ground.origin.iter().for_each(|n| take(*n));
-        self.ground.nodes.iter().flat_map(|p| [p.x, p.y, p.z]).for_each(&mut take);
-        // They may be in files.
-        let releases = self.study.releases.iter().map(|release| release.place().corners());
-        let lines = self.study.lines.iter().map(|line| &line.points[..]);
-        releases.chain(lines).flatten().flatten().for_each(|n| take(*n));
-        for rock in self.prototypes.iter().map(|p| &p.rock) {
-            rock.spheres
-                .iter()
-                .flat_map(|s| [s.centre.x, s.centre.y, s.centre.z, s.radius])
-                .for_each(&mut take);
-            take(rock.mass);
-            rock.inertia.iter().for_each(|n| take(*n));
-        }
-        bytes.extend(self.ground.triangles.iter().flatten().flat_map(|n| n.to_le_bytes()));
-        bytes.extend(&self.ground.zones);
-        format!("{:016x}", fnv1a(&bytes))
     }
 }
 

@@ -3,6 +3,7 @@
 use super::base::Base;
 use super::directory::{Directory, Index, MEMBERS, Reader};
 use super::execute::compute;
+use super::gate;
 use super::journal::{Found, Journal, Refused};
 use super::record::Record;
 use super::results::{self, design::Reliability};
@@ -131,7 +132,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     let (barrier, file) = Barrier::of(&arguments, &of_barrier, file)?;
     let out = arguments.dir.of(&file);
     let kept = [out.join(run_dir::CLUSTERS)];
-    let base = Base::with_kept(&file, !arguments.savings.no_shortcuts, &kept)?;
+    let base = gate::read(&file, !arguments.savings.no_shortcuts, &kept)?;
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = arguments.threads.map_or(available, |n| n as usize);
     let directory = Directory::new(&out);

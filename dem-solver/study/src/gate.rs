@@ -6,6 +6,7 @@
 use super::base::Base;
 use super::member::Member;
 use super::place::ground_at;
+use super::record;
 use super::results::raster::System;
 use super::settings::{Quantity, Variable};
 use dem_contact::settings::Settings;
@@ -17,6 +18,7 @@ use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
+use std::path::PathBuf;
 
 /// Largest mass [kg] of rocks that were likelier meant in tonnes.
 const LIGHT: f64 = 20.0;
@@ -26,8 +28,18 @@ const QUARTER: f64 = FRAC_PI_2 + 0.01;
 /// Pieces of a line that are looked at for ground below.
 const PIECES: u32 = 1000;
 
+/// Read a study and check what can be known of it before it starts; spheres that were made before are looked for in the folders
+/// `clusters` too.
+pub fn read(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Base, Diagnostic> {
+    let mut base = Base::new(file, shortcuts, clusters)?;
+    base.fingerprint = record::fingerprint(&base, file);
+    let found = check(&base, file)?;
+    base.warnings.extend(found);
+    Ok(base)
+}
+
 /// What the user should look at twice, with its place; errs where it is certainly wrong.
-pub fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let mut said = of_keys(base, file)?;
     said.extend(of_rocks(base, file)?);
     for variable in &base.study.variables {

@@ -1,6 +1,6 @@
 //! One member: its numbers, and the model that it is computed with.
 
-use super::base::{Base, DRAWN};
+use super::base::Base;
 use super::place::{above_ground, line_of_fall};
 use super::settings::{Place, Quantity};
 use dem_contact::contact::whole_rock::Whole;
@@ -14,6 +14,9 @@ use dem_solid::geometry::plan;
 use dem_solid::geometry::sphere_tree::SphereTree;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
+
+/// Numbers that are drawn for every member: two of its place, three of its orientation, two of the axis of its spin.
+const DRAWN: usize = 7;
 
 /// The numbers of a member.
 #[derive(Debug, Clone, PartialEq)]

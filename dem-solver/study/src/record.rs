@@ -1,12 +1,35 @@
 //! What is kept of a member: one frame of a journal. Numbers are little-endian; each frame ends with a hash of itself.
 
+use super::base::Base;
 use super::track::{Crossing, Track, Visit};
 use dem_rocks::model::Model;
 use interface_defs::ipc::run_id::fnv1a;
+use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::RunStatus;
 
-/// Number of the form of a record: another one is another study.
-pub const FORM: u32 = 2;
+/// Version of a journal record; raise it when [`Outcome`] or [`Track`] changes.
+const VERSION: u32 = 2;
+
+/// A hash of all that the results depend on: study, scene, terrain, spheres, program.
+pub fn fingerprint(base: &Base, file: &Scene) -> String {
+    let mut bytes = format!("{} {} {} ", env!("CARGO_PKG_VERSION"), VERSION, base.shortcuts).into_bytes();
+    bytes.extend(format!("{} {} ", file.fingerprint(), base.scene.fingerprint()).into_bytes());
+    let mut take = |n: f64| bytes.extend(n.to_bits().to_le_bytes());
+    base.ground.origin.iter().for_each(|n| take(*n));
+    base.ground.nodes.iter().flat_map(|p| [p.x, p.y, p.z]).for_each(&mut take);
+    // They may be in files.
+    let releases = base.study.releases.iter().map(|release| release.place().corners());
+    let lines = base.study.lines.iter().map(|line| &line.points[..]);
+    releases.chain(lines).flatten().flatten().for_each(|n| take(*n));
+    for rock in base.prototypes.iter().map(|p| &p.rock) {
+        rock.spheres.iter().flat_map(|s| [s.centre.x, s.centre.y, s.centre.z, s.radius]).for_each(&mut take);
+        take(rock.mass);
+        rock.inertia.iter().for_each(|n| take(*n));
+    }
+    bytes.extend(base.ground.triangles.iter().flatten().flat_map(|n| n.to_le_bytes()));
+    bytes.extend(&base.ground.zones);
+    format!("{:016x}", fnv1a(&bytes))
+}
 
 /// How a member ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

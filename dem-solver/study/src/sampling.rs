@@ -9,9 +9,6 @@ use interface_defs::ipc::run_id::fnv1a;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Most members of a release that a Sobol sequence has: indices of 16 bits.
-pub const MOST_OF_SOBOL: u64 = 1 << 16;
-
 /// The numbers of one release.
 #[derive(Debug, Clone)]
 pub struct Sampler {

@@ -17,6 +17,9 @@ pub static STUDY: Kind = Kind {
     keys: &["title", "scene", "seed", "sampling", "release", "vary", "maps", "line", "most_failed"],
 };
 
+/// Most members of a release that a Sobol sequence has: indices of 16 bits.
+pub const MOST_OF_SOBOL: u64 = 1 << 16;
+
 /// How the members of a study are spread over what varies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -243,12 +246,12 @@ impl StudySettings {
             return Err(study.invalid("release", what).try_instead("lower count, or the levels in [vary]"));
         }
         if self.sampling == Sampling::Sobol
-            && let Some(at) = self.counts().iter().position(|count| *count > super::sampling::MOST_OF_SOBOL)
+            && let Some(at) = self.counts().iter().position(|count| *count > MOST_OF_SOBOL)
         {
             let what = format!(
                 "{} members of one release: a Sobol sequence has {}",
                 self.counts()[at],
-                super::sampling::MOST_OF_SOBOL
+                MOST_OF_SOBOL
             );
             return Err(study
                 .invalid(&format!("release.{at}.count"), what)

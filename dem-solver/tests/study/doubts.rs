@@ -1,7 +1,7 @@
 //! What no one can mean is refused before anything starts; what someone might mean is said, before or with the results.
 
 use super::*;
-use dem_solver::study::base::Base;
+use dem_solver::study::gate;
 use dem_solver::study::settings::STUDY as KIND;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
@@ -156,7 +156,7 @@ fn what_is_wrong_with_a_study_is_said_at_its_place() {
 fn what_is_to_be_doubted_is_said_at_its_place() {
     let said = |place: &Place| {
         let file = Scene::load_as(&KIND, &place.path("study.toml"), &[]).expect("a study");
-        let base = Base::new(&file, true).unwrap_or_else(|e| panic!("{e}"));
+        let base = gate::read(&file, true, &[]).unwrap_or_else(|e| panic!("{e}"));
         let own =
             base.warnings.iter().filter(|w| w.place.as_ref().is_some_and(|p| p.file.ends_with("study.toml")));
         own.map(Diagnostic::to_string).collect::<Vec<_>>()

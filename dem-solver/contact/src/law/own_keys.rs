@@ -1,10 +1,8 @@
 //! `[[contact]]` is one flat table: the keys that all laws have, and those of the law that it names.
 
-use super::normal::{LawName, Refusal};
+use super::normal::LawName;
 use super::presets;
-use serde::de::{
-    DeserializeOwned, DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, Visitor,
-};
+use serde::de::{DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::forward_to_deserialize_any;
 use std::fmt;
 
@@ -21,24 +19,6 @@ pub fn of(law: LawName) -> Vec<String> {
 /// The law that has this key for its own.
 pub fn owner(key: &str) -> Option<LawName> {
     LawName::ALL.iter().copied().find(|law| of(*law).iter().any(|own| own == key))
-}
-
-/// A law's own keys as the struct that it takes.
-///
-/// # Errors
-/// With the key that cannot be read: it is the one in whose place a number could, or nothing; `law` where that is none.
-pub fn read<K: DeserializeOwned>(own: &toml::Table) -> Result<K, Refusal> {
-    own.clone().try_into().map_err(|e: toml::de::Error| {
-        let is_at_fault = |key: &&String| {
-            let mut other = own.clone();
-            other.insert((*key).clone(), toml::Value::Float(1.0));
-            let as_number = other.clone().try_into::<K>().is_ok();
-            other.remove(*key);
-            as_number || other.try_into::<K>().is_ok()
-        };
-        let key = own.keys().find(is_at_fault).map_or("law", String::as_str);
-        Refusal { misread: true, ..Refusal::of(key, e.message()) }
-    })
 }
 
 /// Reads a table into a struct, and sets aside in `own` what belongs to laws.

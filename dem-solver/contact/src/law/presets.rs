@@ -4,9 +4,6 @@
 //! Pfeiffer and Bowen; friction is that of the classes of RAMMS; the modulus of pasture soil is that fitted by Lu et al. (2019) to
 //! scars at Chant Sura, the other moduli are assumed. They are starting points of a calibration.
 
-use super::settings::{ContactSettings, RollingName};
-use interface_defs::diagnostic::{Diagnostic, code};
-
 /// A kind of ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preset {
@@ -110,55 +107,4 @@ pub fn fill(name: &str, given: &[String]) -> Vec<(String, toml::Value)> {
     );
     all.retain(|(key, _)| !has(key) && !replaced(key));
     all.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
-}
-
-/// What the user must know of the presets of a scene.
-pub fn warnings(contacts: &[ContactSettings]) -> Vec<Diagnostic> {
-    let of = |(number, contact): (usize, &ContactSettings)| {
-        let preset = named(contact.preset.as_deref()?)?;
-        let rolls = contact.rolling_friction > 0.0 || contact.rolling == Some(RollingName::Rut);
-        let cure = (!rolls).then(|| {
-            "it says nothing of rolling_friction, without which round rocks do not stop on a slope: docs/ground.md has values to begin with"
-                .to_owned()
-        });
-        let what = format!(
-            "\"{}\" is uncalibrated: calibrate it on falls that were measured at the site ({})",
-            preset.name, preset.source
-        );
-        let warned = Diagnostic::warning(code::TRUST, what).about(format!("contact.{number}.preset"));
-        Some(warned.try_if(cure))
-    };
-    contacts.iter().enumerate().filter_map(of).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn table(text: &str) -> ContactSettings {
-        toml::from_str(text).unwrap_or_else(|e| panic!("{e}"))
-    }
-
-    #[test]
-    fn a_preset_fills_in_what_the_table_does_not_say_and_is_read_again_as_it_is_written() {
-        for preset in ALL {
-            let found = table(&format!("preset = \"{}\"", preset.name));
-            assert_eq!(found.restitution, Some(preset.restitution));
-            assert_eq!(
-                [found.friction, found.friction_growth.expect("named")],
-                [preset.friction[0], preset.friction[1]]
-            );
-            assert_eq!(found.own["ground_modulus"].as_float(), Some(preset.modulus));
-            let written = toml::to_string(&found).expect("valid");
-            assert_eq!(table(&written), found, "{written}");
-        }
-        let own = table("restitution = 0.4\nground_stiffness = 3e5\npreset = \"soil\"\nfriction = 0.5");
-        assert_eq!((own.restitution, own.friction), (Some(0.4), 0.5));
-        assert!(own.own.contains_key("ground_stiffness") && !own.own.contains_key("ground_modulus"));
-        let warned = warnings(&[own]);
-        assert!(
-            warned[0].key.as_deref() == Some("contact.0.preset") && warned[0].code == code::TRUST,
-            "{warned:?}"
-        );
-    }
 }

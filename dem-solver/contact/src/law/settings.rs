@@ -5,7 +5,7 @@ use super::elastic::Elastic;
 use super::normal::LawName;
 use super::own_keys::{self, Split};
 use super::presets;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -395,4 +395,55 @@ pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) 
         }
     }
     Ok(())
+}
+
+/// What the user must know of the presets of a scene.
+pub fn of_presets(contacts: &[ContactSettings]) -> Vec<Diagnostic> {
+    let of = |(number, contact): (usize, &ContactSettings)| {
+        let preset = presets::named(contact.preset.as_deref()?)?;
+        let rolls = contact.rolling_friction > 0.0 || contact.rolling == Some(RollingName::Rut);
+        let cure = (!rolls).then(|| {
+            "it says nothing of rolling_friction, without which round rocks do not stop on a slope: docs/ground.md has values to begin with"
+                .to_owned()
+        });
+        let what = format!(
+            "\"{}\" is uncalibrated: calibrate it on falls that were measured at the site ({})",
+            preset.name, preset.source
+        );
+        let warned = Diagnostic::warning(code::TRUST, what).about(format!("contact.{number}.preset"));
+        Some(warned.try_if(cure))
+    };
+    contacts.iter().enumerate().filter_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> ContactSettings {
+        toml::from_str(text).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    #[test]
+    fn a_preset_fills_in_what_the_table_does_not_say_and_is_read_again_as_it_is_written() {
+        for preset in presets::ALL {
+            let found = table(&format!("preset = \"{}\"", preset.name));
+            assert_eq!(found.restitution, Some(preset.restitution));
+            assert_eq!(
+                [found.friction, found.friction_growth.expect("named")],
+                [preset.friction[0], preset.friction[1]]
+            );
+            assert_eq!(found.own["ground_modulus"].as_float(), Some(preset.modulus));
+            let written = toml::to_string(&found).expect("valid");
+            assert_eq!(table(&written), found, "{written}");
+        }
+        let own = table("restitution = 0.4\nground_stiffness = 3e5\npreset = \"soil\"\nfriction = 0.5");
+        assert_eq!((own.restitution, own.friction), (Some(0.4), 0.5));
+        assert!(own.own.contains_key("ground_stiffness") && !own.own.contains_key("ground_modulus"));
+        let warned = of_presets(&[own]);
+        assert!(
+            warned[0].key.as_deref() == Some("contact.0.preset") && warned[0].code == code::TRUST,
+            "{warned:?}"
+        );
+    }
 }

@@ -17,7 +17,8 @@
 //! Source: Walton and Braun (1986), J. Rheol. 30, 949, for the two branches; e(v) as prescribed, docs/ground.md.
 
 use super::Law;
-use super::normal::{Load, Refusal};
+use super::load::Load;
+use super::refusal::Refusal;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

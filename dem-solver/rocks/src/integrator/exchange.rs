@@ -1,49 +1,15 @@
 //! What crosses the interface in a window: where request and answer hold it, of which nodes, and for how long nothing will.
 
 use crate::integrator::box_stage::BoxStage;
+use crate::integrator::free_flight::bend;
 use crate::integrator::mesh_stage::MeshWindow;
 use crate::integrator::window::RockIntegrator;
 use crate::model::Model;
-use crate::model::state::{Body, State};
-use dem_terrain::Terrain;
-use interface_defs::{Fault, FieldSpec, Layout, Sampling, Selection, Window, name};
-use std::ops::Range;
+use crate::model::state::State;
+use interface_defs::{Fault, Sampling, Selection, Window, name};
 
 /// How much further than in the window begun last nodes may drift in those to come.
 const AGAIN: f64 = 1.5;
-
-/// How far a forest may take a rock off its flight within `length` [s] [m].
-pub(super) fn bend(model: &Model, body: &Body, length: f64) -> f64 {
-    let drag = model.ground.as_deref().map_or(0.0, Terrain::largest_forest_drag);
-    if drag == 0.0 {
-        return 0.0;
-    }
-    let lightest = model.rocks.iter().map(|rock| rock.mass).fold(f64::INFINITY, f64::min);
-    let fastest = body.motion.velocity.norm() + model.settings.gravity.norm() * length;
-    0.5 * drag / lightest * fastest * length * length
-}
-
-/// Where the answer's fields lie.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Answer {
-    pub(super) means: Vec<usize>,
-    pub(super) ends: Vec<usize>,
-    pub(super) reach: Option<Range<usize>>,
-    pub(super) gauges: usize,
-}
-
-impl Answer {
-    fn lay_out(&mut self, gives: &Layout) {
-        for (starts, sampling) in [(&mut self.means, Sampling::Means), (&mut self.ends, Sampling::AtEnds)] {
-            let force = |f: &&FieldSpec| f.name == name::FORCE && f.sampling == sampling;
-            let count = gives.fields().find(force).map_or(0, |f| f.samples as usize);
-            starts.clear();
-            starts.extend((0..count).filter_map(|i| Some(gives.sample(name::FORCE, sampling, i)?.start)));
-        }
-        self.reach = gives.sample(name::REACH, Sampling::Once, 0);
-        self.gauges = gives.gauges().start;
-    }
-}
 
 impl RockIntegrator {
     /// Find the fields in the layouts of request and answer.

@@ -4,7 +4,7 @@
 //! rock is swept along its parabola. The answer follows from the state alone, so that equal input gives equal bytes.
 
 use crate::model::Model;
-use crate::model::state::State;
+use crate::model::state::{Body, State};
 use dem_contact::contact::broad_phase::terrain_pairs::TerrainPairs;
 use dem_contact::rock::Motion;
 use dem_terrain::Terrain;
@@ -68,4 +68,15 @@ pub fn clear_of_all(
         }
     }
     clear
+}
+
+/// How far a forest may take a rock off its flight within `length` [s] [m].
+pub(super) fn bend(model: &Model, body: &Body, length: f64) -> f64 {
+    let drag = model.ground.as_deref().map_or(0.0, Terrain::largest_forest_drag);
+    if drag == 0.0 {
+        return 0.0;
+    }
+    let lightest = model.rocks.iter().map(|rock| rock.mass).fold(f64::INFINITY, f64::min);
+    let fastest = body.motion.velocity.norm() + model.settings.gravity.norm() * length;
+    0.5 * drag / lightest * fastest * length * length
 }

@@ -1,7 +1,8 @@
 //! A window: cut into steps, which are taken one by one ([`crate::integrator::step`]) or flown through in closed form.
 
+use crate::integrator::answer::Answer;
 use crate::integrator::box_stage::{self, BoxStage};
-use crate::integrator::exchange::{Answer, bend};
+use crate::integrator::free_flight::bend;
 use crate::integrator::load::StepLoad;
 use crate::integrator::mesh_stage::{MeshStage, MeshWindow, add_forces};
 use crate::integrator::rock_stage::RockStage;

@@ -16,7 +16,7 @@ use crate::results::{self, map, measures, verdict};
 use dem_contact::interface_mesh::ContactMesh;
 use dem_contact::interface_mesh::crossings::Crossings;
 use dem_contact::law::growing::Slip;
-use dem_contact::law::presets;
+use dem_contact::law::settings::of_presets;
 use dem_contact::law::table::Laws;
 use dem_contact::law::yielding::Dent;
 use dem_contact::rock::Rock;
@@ -87,7 +87,7 @@ impl DemSolver {
             notices.extend(limits::of_rock(at, table, rock.mass));
         }
         notices.extend(limits::of_contacts(&settings.contacts));
-        notices.extend(presets::warnings(&settings.contacts));
+        notices.extend(of_presets(&settings.contacts));
         notices.extend(settings.notices.iter().cloned());
         let laws = Laws::new(&settings.contacts);
         let mut ground = settings.terrain.as_ref().map(|terrain| Terrain::of(scene, terrain)).transpose()?;

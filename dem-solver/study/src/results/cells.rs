@@ -1,7 +1,7 @@
 //! The maps: per cell how many rocks passed or stopped there, and quantiles of how fast, how strong, how high.
 
 use super::All;
-use super::picture::{self, Scale};
+use super::picture::{self, Map, Scale};
 use super::raster::{self, System};
 use crate::base::Base;
 use crate::grid::Grid;
@@ -21,20 +21,6 @@ const QUANTITIES: [(&str, &str); 4] = [
 
 /// Shares of which there are maps [%]: those that a design asks for.
 const SHARES: [u32; 4] = [50, 90, 95, 99];
-
-/// A raster with its name and what it is.
-pub struct Map<'a> {
-    /// Its name.
-    pub name: String,
-    /// In words, with its unit.
-    pub title: String,
-    /// What to know when reading it, for the line below the title.
-    pub note: Option<String>,
-    /// How its colours are spread.
-    pub scale: Scale,
-    /// Value of each cell; NaN: nothing was there.
-    pub values: &'a [f32],
-}
 
 /// Where few rocks pass, a high quantile is between the two largest of them.
 fn note(share: u32) -> Option<String> {

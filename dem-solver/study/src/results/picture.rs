@@ -1,6 +1,5 @@
 //! A map to look at: colours over the shaded terrain, releases and lines, scale bar, north, legend.
 
-use super::cells::Map;
 use crate::base::Base;
 use crate::grid::Grid;
 use crate::place::ground_at;
@@ -33,6 +32,20 @@ const COLOURS: [[f64; 3]; 5] = [
 ];
 /// How much of the shading shows through.
 const OPAQUE: f64 = 0.85;
+
+/// A raster with its name and what it is.
+pub struct Map<'a> {
+    /// Its name.
+    pub name: String,
+    /// In words, with its unit.
+    pub title: String,
+    /// What to know when reading it, for the line below the title.
+    pub note: Option<String>,
+    /// How its colours are spread.
+    pub scale: Scale,
+    /// Value of each cell; NaN: nothing was there.
+    pub values: &'a [f32],
+}
 
 /// How colours are spread over values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,8 +8,10 @@ pub mod hertz;
 pub mod linear;
 
 use super::elastic::Elastic;
+pub use super::load::{Load, Powers};
+pub use super::refusal::Refusal;
 use super::yielding::Rule;
-use super::{own_keys, restitution};
+use super::{refusal, restitution};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -45,7 +47,7 @@ macro_rules! laws {
             pub fn build(self, own: &toml::Table, sides: Option<&Elastic>) -> Result<Normal, Refusal> {
                 match self {
                     $(Self::$kind => {
-                        let keys = own_keys::read(own)?;
+                        let keys = refusal::read(own)?;
                         Ok(Normal::$kind(<$law>::new(keys, sides)?))
                     })+
                 }
@@ -121,26 +123,6 @@ laws! {
     "ground" => Ground(ground::Ground): "Ground that gives way below the rock as a whole and remembers its depth: on terrain alone.",
 }
 
-/// What the normal law gives.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Load {
-    /// Tangent stiffness [N/m].
-    pub stiffness: f64,
-    /// Elastic force [N].
-    pub force: f64,
-    /// Stored energy [J].
-    pub energy: f64,
-}
-
-/// With which powers the energy of a contact grows.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Powers {
-    /// Of the overlap, n: force ~ overlap^(n-1), stiffness ~ overlap^(n-2).
-    pub overlap: f64,
-    /// Of the radius, at equal overlap.
-    pub radius: f64,
-}
-
 /// A law `F(R, d)` with `F = dU/dd` and `k = dF/dd`, U a power of the overlap d.
 pub trait NormalLaw: Copy {
     /// Its own keys of `[[contact]]`, those that not all laws have: a struct that refuses unknown fields.
@@ -185,33 +167,6 @@ pub trait NormalLaw: Copy {
     /// How its restitution depends on the impact, where it gives way and remembers it.
     fn rule(&self) -> Option<Rule> {
         None
-    }
-}
-
-/// Why a law cannot be built from its table.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Refusal {
-    /// The key of `[[contact]]`.
-    pub key: String,
-    /// What is wrong.
-    pub what: String,
-    /// What to try.
-    pub cure: Option<String>,
-    /// Whether these are the words of the reader of the scene, which it explains itself.
-    pub misread: bool,
-}
-
-impl Refusal {
-    /// Of a key.
-    pub fn of(key: impl Into<String>, what: impl Into<String>) -> Self {
-        Self { key: key.into(), what: what.into(), cure: None, misread: false }
-    }
-
-    /// With what to try.
-    #[must_use]
-    pub fn try_instead(mut self, cure: impl Into<String>) -> Self {
-        self.cure = Some(cure.into());
-        self
     }
 }
 
